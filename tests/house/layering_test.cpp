@@ -176,7 +176,7 @@ std::vector<std::string> NamespaceFaults(const fs::path& root) {
     bool elsewhere = false;  // where only types may be declared
     for (std::string line; std::getline(file, line);) {
       if (std::regex_match(line, match, opens))
-        elsewhere = match[1] != own && match[1] != own + "::ply";
+        elsewhere = match[1] != own && match[1] != own + "::ply" && match[1] != own + "::gvcp";
       else if (elsewhere && !std::regex_match(line, declares)) {
         found.push_back(path + " defines something outside " + own);
         break;
@@ -270,7 +270,8 @@ TEST(Layering, LooksAtTheSources) {
   const House house = OurHouse();
   std::vector<std::string> folders;
   for (const Floor& floor : house.floors)
-    if (floor.place.ends_with('/')) folders.push_back(floor.place);
+    if (std::count(floor.place.begin(), floor.place.end(), '/') == 1 && floor.place.ends_with('/'))
+      folders.push_back(floor.place);
   EXPECT_THAT(folders, UnorderedElementsAre("core/", "acquisition/", "tracking/", "render/", "coverage/",
                                             "commands/"));
   for (const Floor& floor : house.floors)

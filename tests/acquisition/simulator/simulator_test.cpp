@@ -445,7 +445,7 @@ TEST(SimulatedDevice, WrongOptionsAreNamed) {
                                                         {"sim:studio?width=9999999", "width"},
                                                         {"sim:studio?format=yuv", "yuv"},
                                                         {"sim:studio?noise=yes", "noise"},
-                                                        {"sim:studio?cap=60", "HxV"},
+                                                        {"sim:studio?cap=60", "WIDTHxHEIGHT"},
                                                         {"sim:studio?cap=60x80", "height"},
                                                         {"sim:studio?exposure_us=1e9", "exposure"},
                                                         {"sim:studio?duration_s=0", "duration"},

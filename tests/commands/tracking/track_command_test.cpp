@@ -1,4 +1,4 @@
-// Tests: commands/tracking/track_command, commands/tracking/track_report, commands/tracking/tracking_side_option,
+// Tests: commands/tracking/track_command, commands/tracking/readout_option, commands/tracking/track_report, commands/tracking/tracking_side_option,
 // commands/tracking/trajectory_plot.
 // ulf track as a process: told to stop, it writes what it has.
 #include <gmock/gmock.h>

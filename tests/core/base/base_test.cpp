@@ -1,15 +1,17 @@
 // Tests: core/base/quantile, core/base/counted, core/base/lowercase, core/base/shell_word, core/base/at,
-// core/base/model_choice, core/base/output_path, core/base/progress, core/base/stop_signal,
+// core/base/model_choice, core/base/parallel_for, core/base/output_path, core/base/progress, core/base/stop_signal,
 // core/base/signal_stack, core/base/silent_solver, core/base/available_memory, core/base/thread_clock,
 // core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex.
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <fstream>
 #include <limits>
 #include <thread>
+#include <vector>
 
 #include "core/base/at.h"
 #include "core/base/available_memory.h"
@@ -21,6 +23,7 @@
 #include "core/base/model_choice.h"
 #include "core/base/mutex.h"
 #include "core/base/output_path.h"
+#include "core/base/parallel_for.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
@@ -43,6 +46,15 @@ TEST(Quantile, IsTheValueOfTheNearestRank) {
   EXPECT_EQ(Median({5, 1, 4, 2, 3}), 3);
   EXPECT_EQ(Median({4, 1, 3, 2}), 3) << "the upper one of the two in the middle";
   EXPECT_EQ(Median({}), 0);
+}
+
+TEST(ParallelForTest, CallsEachIndexOnce) {
+  for (const std::size_t count : {0u, 1u, 7u, 1000u})
+    for (const double stripes : {0.0, 3.0}) {
+      std::vector<std::atomic<int>> calls(count);
+      ParallelFor(count, [&](std::size_t i) { ++calls[i]; }, stripes);
+      for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(calls[i], 1) << i << " of " << count;
+    }
 }
 
 TEST(Texts, NumbersNamesAndCommandsAreWrittenForPeople) {

@@ -1,4 +1,3 @@
-// Tests: tests/support/pose_readers.
 // The true poses of real pictures, as their readers understand them, against the pictures themselves.
 #include "tests/support/pose_readers.h"
 
