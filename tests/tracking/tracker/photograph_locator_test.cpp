@@ -90,10 +90,10 @@ TEST_F(Photographs, AreLocatedAsWellAsLiveFramesAlthoughTheHandHasMovedOn) {
 
 TEST_F(Photographs, NothingOfTheTrackerChanges) {
   const auto points = tracker_.VisiblePoints().size();
-  const auto keyframes = tracker_.Keyframes().size();
+  const auto keyframes = tracker_.Statistics().keyframes;
   ASSERT_TRUE(tracker_.Locate(Photograph(TexturedRoom::HandAt(40)).image, PhotographCamera()));
   EXPECT_EQ(tracker_.VisiblePoints().size(), points);
-  EXPECT_EQ(tracker_.Keyframes().size(), keyframes);
+  EXPECT_EQ(tracker_.Statistics().keyframes, keyframes);
   EXPECT_EQ(tracker_.Step(room_.Take(TexturedRoom::HandAt(90), 90)).state, TrackState::kTracking);
 }
 
