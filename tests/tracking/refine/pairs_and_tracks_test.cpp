@@ -2,6 +2,7 @@
 // tracking/refine/view_pairs.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <set>
 
@@ -55,6 +56,18 @@ std::vector<Rigid3> Grid() {
     for (int x = 0; x < 4; ++x)
       poses.push_back(LookAt({0.15 * x - 0.225, 0.15 * y - 0.225, 0}, {0, 0, 3}, -Vector3d::UnitY()));
   return poses;
+}
+
+// View, column and row of 10 x 8 parts of its image that show a track.
+std::set<std::array<int, 3>> CoveredParts(const RefineScene& scene) {
+  std::set<std::array<int, 3>> parts;
+  for (const SceneTrack& track : scene.tracks)
+    for (const TrackObservation& seen : track.observations) {
+      const CameraModel& camera = scene.LensOf(scene.view(seen.view));
+      parts.insert({seen.view, static_cast<int>(seen.img.x() * 10 / camera.width),
+                    static_cast<int>(seen.img.y() * 8 / camera.height)});
+    }
+  return parts;
 }
 
 RefineStage Unseen() {
@@ -144,9 +157,10 @@ TEST(TrackBuilding, TracksLieWhereThePointsAre) {
   EXPECT_LT(far, 5);
   EXPECT_EQ(GroupViews(cloud.scene).count, 1);
   const std::size_t all = cloud.scene.tracks.size();
+  const auto covered = CoveredParts(cloud.scene);
   BuildTracks(matched, {.per_view = 80}, cloud.scene);
-  EXPECT_LT(cloud.scene.tracks.size(), all) << "thinned out";
-  EXPECT_GT(cloud.scene.tracks.size(), 60u);
+  EXPECT_LT(cloud.scene.tracks.size(), all / 2) << "thinned out";
+  EXPECT_EQ(CoveredParts(cloud.scene), covered) << "but evenly: no part of an image loses all its tracks";
 }
 
 TEST(TrackBuilding, AWrongObservationIsLeftOut) {
