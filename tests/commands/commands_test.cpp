@@ -134,7 +134,7 @@ TEST(CaptureCommand, RawWithoutAMosaicIsSaid) {
   const CommandResult result = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
                                       " --headless --frames 3 --raw");
   EXPECT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_THAT(result.errors, HasSubstr("no mosaic"));
+  EXPECT_THAT(result.errors, HasSubstr("not a mosaic"));
 }
 
 TEST(CaptureCommand, FromTheSimulatorToALightFieldAndItsRow) {
