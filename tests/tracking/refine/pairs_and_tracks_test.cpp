@@ -5,6 +5,7 @@
 #include <functional>
 #include <set>
 
+#include "core/geometry/similarity3.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/mapped_wall.h"
 #include "tracking/refine/track_building.h"
