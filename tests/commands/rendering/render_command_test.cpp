@@ -212,7 +212,7 @@ TEST_F(RenderCommand, WithoutOpenGlTheProcessorDrawsAndSaysSo) {
   const auto wanted = RunUlf(render + Out("none.png") + " --renderer gl");
   EXPECT_EQ(without.exit_code, 0) << without.errors;
   EXPECT_THAT(without.errors,
-              AllOf(HasSubstr("OpenGL 4.5"), HasSubstr("reference renderer, on the processor")));
+              AllOf(HasSubstr("OpenGL 4.5"), HasSubstr("the reference renderer draws the pictures, on the processor")));
   EXPECT_LE(cv::norm(cv::imread(Out("gl.png")), cv::imread(Out("cpu.png")), cv::NORM_INF), 2);
   EXPECT_EQ(wanted.exit_code, 1);
   EXPECT_THAT(wanted.errors, HasSubstr("--renderer reference"));
@@ -224,7 +224,7 @@ TEST_F(RenderCommand, EvaluateWorksWithoutOpenGl) {
   const auto without = RunUlf(evaluate);
   const auto wanted = RunUlf(evaluate + " --renderer gl");
   ASSERT_EQ(without.exit_code, 0) << without.errors;
-  EXPECT_THAT(without.errors, HasSubstr("reference renderer, on the processor"));
+  EXPECT_THAT(without.errors, HasSubstr("the reference renderer draws the pictures, on the processor"));
   EXPECT_GT(nlohmann::json::parse(without.output)["results"][0]["psnr_db"], 20);
   EXPECT_EQ(wanted.exit_code, 1);
   EXPECT_THAT(wanted.errors, AllOf(HasSubstr("libegl-mesa0"), HasSubstr("or use --renderer reference")));
