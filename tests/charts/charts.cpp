@@ -85,7 +85,7 @@ bool MakeApart(const Maker& maker, const Arguments& arguments) {
 }  // namespace
 }  // namespace ulf::test
 
-int main(int count, char** arguments) {
+int main(int count, char** words) {
   using namespace ulf::test;
   Arguments arguments;
   std::vector<std::string> known;
@@ -96,7 +96,7 @@ int main(int count, char** arguments) {
   app.add_flag("--quick", arguments.quick, "Fewer seeds and values");
   app.add_flag("--draw", arguments.draw, "Draws the tables in the folder anew");
   try {
-    app.parse(count, arguments);
+    app.parse(count, words);
     if (arguments.names.empty()) arguments.names = known;
     fs::create_directories(arguments.folder);
     bool all_made = true;
