@@ -43,9 +43,8 @@ void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& u
     const std::string text =
         fmt::format("{}: calibrated with {} '{}', this camera has '{}'", owner, what, theirs, ours);
     if (!force)
-      throw Error(
-          "{}; calibrate this camera (ulf calibrate), or accept the file (--force-calibration)",
-          text);
+      throw Error("{}; calibrate this camera (ulf calibrate), or accept the file (--force-calibration)",
+                  text);
     warnings.push_back(text + ": taken because it was forced");
   };
   if (!calibrated.serial.empty() && !used.serial.empty()) {

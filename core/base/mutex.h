@@ -70,7 +70,6 @@ class ConditionVariable {
   void notify_one() noexcept { condition_.notify_one(); }
   void notify_all() noexcept { condition_.notify_all(); }
 
-
   template <typename Predicate>
   void wait(MutexLock& lock, Predicate predicate) {
     condition_.wait(lock.lock_, std::move(predicate));

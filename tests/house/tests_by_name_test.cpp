@@ -34,7 +34,9 @@ std::vector<fs::path> SourcesUnder(const fs::path& folder) {
   return found;
 }
 
-std::string WithoutEnding(const fs::path& path) { return (path.parent_path() / path.stem()).generic_string(); }
+std::string WithoutEnding(const fs::path& path) {
+  return (path.parent_path() / path.stem()).generic_string();
+}
 
 std::set<std::string> UnitsOf(const fs::path& root) {
   std::set<std::string> units;
@@ -51,7 +53,8 @@ std::vector<std::string> NamedBy(const fs::path& test) {
   std::string line, names;
   if (!std::getline(stream, line) || !line.starts_with("// Tests: ")) return {};
   names = line.substr(10);
-  while (!names.ends_with('.') && std::getline(stream, line) && line.starts_with("// ")) names += ' ' + line.substr(3);
+  while (!names.ends_with('.') && std::getline(stream, line) && line.starts_with("// "))
+    names += ' ' + line.substr(3);
   if (names.ends_with('.')) names.pop_back();
   std::vector<std::string> named(1);
   for (const char letter : names) {
@@ -106,7 +109,8 @@ TEST(TestsByName, WhatIsMissingOrNamedWronglyIsFound) {
   Write(folder / "core/base/error.h", "");
   Write(folder / "core/base/counted.h", "");
   Write(folder / "core/base/counted.cpp", "");
-  Write(folder / "tests/core/base/words_test.cpp", "// Tests: core/base/error,\n// core/base/counted.\nint x;\n");
+  Write(folder / "tests/core/base/words_test.cpp",
+        "// Tests: core/base/error,\n// core/base/counted.\nint x;\n");
   EXPECT_THAT(Faults(folder.path()), IsEmpty());
 
   Write(folder / "core/image/frame.h", "");
@@ -114,10 +118,11 @@ TEST(TestsByName, WhatIsMissingOrNamedWronglyIsFound) {
   Write(folder / "tests/core/base/frame_test.cpp", "// Tests: core/image/frame.\n");
   EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("it should stand in tests/core/image/")));
   Write(folder / "tests/core/base/frame_test.cpp", "// A frame.\n");
-  EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("frame_test.cpp does not begin with"), "no test names core/image/frame"));
-  Write(folder / "tests/core/base/frame_test.cpp", "// Tests: core/base/error, core/image/fame.\n");
   EXPECT_THAT(Faults(folder.path()),
-              ElementsAre(HasSubstr("tests 'core/image/fame', which is not there"), "no test names core/image/frame"));
+              ElementsAre(HasSubstr("frame_test.cpp does not begin with"), "no test names core/image/frame"));
+  Write(folder / "tests/core/base/frame_test.cpp", "// Tests: core/base/error, core/image/fame.\n");
+  EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("tests 'core/image/fame', which is not there"),
+                                                 "no test names core/image/frame"));
 }
 
 }  // namespace

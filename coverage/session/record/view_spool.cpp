@@ -152,9 +152,8 @@ void ViewSpool::Loop() {
   InstallSignalStack();
   MutexLock lock(mutex_);
   for (std::size_t most = kViewsTogether;;) {
-    changed_.wait(lock, [&]() ULF_REQUIRES(mutex_) {
-      return (finishing_ && tasks_.empty()) || BatchSize(most) > 0;
-    });
+    changed_.wait(
+        lock, [&]() ULF_REQUIRES(mutex_) { return (finishing_ && tasks_.empty()) || BatchSize(most) > 0; });
     if (tasks_.empty()) break;
     std::size_t count = BatchSize(most);
     if (!failure_) {

@@ -212,7 +212,8 @@ TEST_F(RenderCommand, WithoutOpenGlTheProcessorDrawsAndSaysSo) {
   const auto wanted = RunUlf(render + Out("none.png") + " --renderer gl");
   EXPECT_EQ(without.exit_code, 0) << without.errors;
   EXPECT_THAT(without.errors,
-              AllOf(HasSubstr("OpenGL 4.5"), HasSubstr("the reference renderer draws the pictures, on the processor")));
+              AllOf(HasSubstr("OpenGL 4.5"),
+                    HasSubstr("the reference renderer draws the pictures, on the processor")));
   EXPECT_LE(cv::norm(cv::imread(Out("gl.png")), cv::imread(Out("cpu.png")), cv::NORM_INF), 2);
   EXPECT_EQ(wanted.exit_code, 1);
   EXPECT_THAT(wanted.errors, HasSubstr("--renderer reference"));

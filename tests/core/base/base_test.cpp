@@ -52,7 +52,8 @@ TEST(ParallelForTest, CallsEachIndexOnce) {
   for (const std::size_t count : {0u, 1u, 7u, 1000u})
     for (const double stripes : {0.0, 3.0}) {
       std::vector<std::atomic<int>> calls(count);
-      ParallelFor(count, [&](std::size_t i) { ++calls[i]; }, stripes);
+      ParallelFor(
+          count, [&](std::size_t i) { ++calls[i]; }, stripes);
       for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(calls[i], 1) << i << " of " << count;
     }
 }

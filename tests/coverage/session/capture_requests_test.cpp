@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "coverage/session/capture_session.h"

@@ -257,7 +257,9 @@ TEST(TrackerTest, AMapSeededFromViewsIsFoundInItsWorld) {
   EXPECT_GE(tracked, 38);
   tracker.Finish();
   for (std::size_t i = 0; i < views.size(); ++i)  // a view is a keyframe, in their order
-    EXPECT_LT((tracker.PoseOf({static_cast<int>(i), Rigid3{}}).Matrix() - views[i].cam_from_world.Matrix()).norm(), 1e-9);
+    EXPECT_LT(
+        (tracker.PoseOf({static_cast<int>(i), Rigid3{}}).Matrix() - views[i].cam_from_world.Matrix()).norm(),
+        1e-9);
 }
 
 TEST(TrackerTest, SeedsThatShowNothingInCommonAreRefused) {
