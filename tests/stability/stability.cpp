@@ -79,7 +79,7 @@ int Run(const Arguments& arguments) {
 }  // namespace
 }  // namespace ulf::test
 
-int main(int count, char** arguments) {
+int main(int count, char** words) {
   using namespace ulf::test;
   Arguments arguments;
   std::vector<std::string> known;
@@ -90,7 +90,7 @@ int main(int count, char** arguments) {
       ->check(CLI::IsMember(known));
   app.add_flag("--quick", arguments.quick, "Two points of each, three seeds");
   try {
-    app.parse(count, arguments);
+    app.parse(count, words);
     return Run(arguments);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
