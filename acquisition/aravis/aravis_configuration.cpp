@@ -78,7 +78,7 @@ class Configurator {
         },
         static_cast<const char**>(nullptr));
     if (!names) return {};
-    const std::vector<std::string> choices(names, names + count);
+    std::vector<std::string> choices(names, names + count);
     g_free(names);
     return choices;
   }

@@ -56,7 +56,7 @@ std::string GigeProblem(const Discovered& camera) {
   }
   for (const GigeAnswer& answer : DiscoverGigeCameras())
     if (answer.address == camera.address) {
-      const std::string wrong_network = WrongNetworkText(answer, NetworkInterfaces());
+      std::string wrong_network = WrongNetworkText(answer, NetworkInterfaces());
       if (!wrong_network.empty()) return wrong_network;
     }
   return "answers discovery but not at its own address " + camera.address +

@@ -142,8 +142,8 @@ double SimulatedCamera::BlurPx(double open_s, double exposure_s) const {
   constexpr int kGrid = 5;
   double longest = 0;
   for (int i = 0; i < kGrid * kGrid; ++i) {
-    const Eigen::Vector2d img((i % kGrid + 0.5) / kGrid * camera().width,
-                              (i / kGrid + 0.5) / kGrid * camera().height);
+    const int row = i / kGrid, column = i % kGrid;
+    const Eigen::Vector2d img((column + 0.5) / kGrid * camera().width, (row + 0.5) / kGrid * camera().height);
     const auto ray = camera().RayFromImg(img);
     if (!ray) continue;
     const Eigen::Vector3d direction = world_from_before.rotation * *ray;

@@ -87,8 +87,9 @@ class Illumination {
       F8 reach{}, gain{};
       for (int lane = 0; lane < kLanes; ++lane) {
         const int i = std::min(first + lane, kSamples - 1);
-        const float s = (static_cast<float>(i % kLampGrid) + 0.5f) / kLampGrid * 2 - 1;
-        const float t = (static_cast<float>(i / kLampGrid) + 0.5f) / kLampGrid * 2 - 1;
+        const int row = i / kLampGrid, column = i % kLampGrid;
+        const float s = (static_cast<float>(column) + 0.5f) / kLampGrid * 2 - 1;
+        const float t = (static_cast<float>(row) + 0.5f) / kLampGrid * 2 - 1;
         const Vector3f to_lamp = lamp.center + s * lamp.half_u + t * lamp.half_v - from;
         const float distance = to_lamp.norm();
         const Vector3f d = to_lamp / distance;

@@ -271,14 +271,17 @@ TEST(LoopCloserTest, ComingRoundTakesTheDriftOut) {
 
 TEST(LoopCloserTest, WhatHungOnAKeyframeFollowsInItsUnits) {
   Turn turn({});
-  Map& map = turn.owned.map;
+  const Map& map = turn.shared.ReadByOwner();
   // Beside keyframe 60, whose drifted world is larger: at a point's place, seen from the keyframe.
   const MapPoint& point = map.point(map.keyframe(60).point_of_feature[5]);
   const int id = point.id;
   Rigid3 beside;
   beside.translation = -(map.keyframe(60).cam_from_world * point.position);
   const Anchored anchor{60, beside, map.keyframe(60).unit};
-  map.RemoveKeyframe(50);
+  {
+    const MapLock lock(turn.shared);
+    turn.owned.map.RemoveKeyframe(50);
+  }
   const Rigid3 removed = map.PoseOf(50);
   const int parent = map.keyframe(50).parent;
   const double ratio = (removed.OriginInSource() - map.PoseOf(parent).OriginInSource()).norm() /
