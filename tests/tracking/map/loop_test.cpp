@@ -279,7 +279,7 @@ TEST(LoopCloserTest, WhatHungOnAKeyframeFollowsInItsUnits) {
   beside.translation = -(map.keyframe(60).cam_from_world * point.position);
   const Anchored anchor{60, beside, map.keyframe(60).unit};
   {
-    const MapLock lock(turn.shared);
+    const MapLock lock(turn.owned.shared);
     turn.owned.map.RemoveKeyframe(50);
   }
   const Rigid3 removed = map.PoseOf(50);
