@@ -194,6 +194,17 @@ Pyramid BuildPyramid(const cv::Mat& gray) {
   return pyramid;
 }
 
+std::array<std::uint8_t, 3> RgbAt(const cv::Mat& image, const Vector2d& img) {
+  const int x = std::clamp(static_cast<int>(img.x()), 0, image.cols - 1);
+  const int y = std::clamp(static_cast<int>(img.y()), 0, image.rows - 1);
+  if (image.channels() == 3) {
+    const auto& bgr = image.at<cv::Vec3b>(y, x);
+    return {bgr[2], bgr[1], bgr[0]};
+  }
+  const std::uint8_t value = image.at<std::uint8_t>(y, x);
+  return {value, value, value};
+}
+
 FeatureSet::FeatureSet(std::vector<Feature> features, int width, int height)
     : features_(std::move(features)),
       columns_(std::max(1, static_cast<int>(std::ceil(width / kCellPx)))),

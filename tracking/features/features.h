@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -81,6 +82,16 @@ struct Feature {
   int level = 0;
   Descriptor descriptor{};
 };
+
+// The cell of a grid over the image that holds an image point; one outside belongs to the nearest cell.
+inline std::size_t CellOf(const Eigen::Vector2d& img, const CameraModel& camera, int columns, int rows) {
+  const int column = std::clamp(static_cast<int>(img.x() * columns / camera.width), 0, columns - 1);
+  const int row = std::clamp(static_cast<int>(img.y() * rows / camera.height), 0, rows - 1);
+  return At(row * columns + column);
+}
+
+// Red, green and blue of the pixel at an image point, or nearest to it; `image`: 8 bits, B G R or grey.
+std::array<std::uint8_t, 3> RgbAt(const cv::Mat& image, const Eigen::Vector2d& img);
 
 // A frame's features with a grid index for window searches.
 class FeatureSet {
