@@ -54,7 +54,7 @@ class SimilarityManifold final : public ceres::Manifold {
   int TangentSize() const override { return tangent_; }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
     Vector7d motion = Vector7d::Zero();
-    for (int i = 0; i < tangent_; ++i) motion(i) = delta[i];
+    std::copy_n(delta, tangent_, motion.data());
     const Block moved = ToBlock(Perturbed(FromBlock(x), motion));
     std::copy(moved.begin(), moved.end(), x_plus_delta);
     return true;
@@ -65,7 +65,7 @@ class SimilarityManifold final : public ceres::Manifold {
     j.setIdentity();
     return true;
   }
-  // Only needed by solvers that are not used here.
+  // Ceres calls these for other solvers only.
   bool Minus(const double*, const double*, double*) const override { return false; }
   bool MinusJacobian(const double*, double*) const override { return false; }
 

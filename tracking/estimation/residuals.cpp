@@ -8,8 +8,8 @@
 namespace ulf::tracking {
 namespace {
 
-// Residual of a point that cannot be projected (behind the camera): so large that the solver refuses a step
-// that loses points.
+// Residual, in sigmas, of a point that cannot be projected: so large that the solver refuses steps that lose
+// points.
 constexpr double kLostResidual = 100;
 
 bool EvaluateReprojection(const CameraModel& camera, const Eigen::Vector2d& observed, double inverse_sigma,

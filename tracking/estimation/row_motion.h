@@ -16,9 +16,19 @@
 
 namespace ulf::tracking {
 
+// Guessed.
+struct RowMotionOptions {
+  // One standard deviation of the velocity about a frame minus the one since the frame before, for a trembling
+  // hand, and of the velocity where there was no frame before: radians per second and, for the translation,
+  // median depths per second. Smaller ones miss tremor, larger ones follow a stretched map.
+  double tremor = 0.03, unknown = 0.5;
+  double off_rate = 0.4;  // the newest difference's weight in the recent mean
+};
+
 class RowMotion {
  public:
-  RowMotion(const CameraModel& camera, double readout_s) : camera_(camera), readout_s_(readout_s) {}
+  RowMotion(const CameraModel& camera, double readout_s, const RowMotionOptions& options = {})
+      : camera_(camera), readout_s_(readout_s), options_(options) {}
 
   double readout_s() const { return readout_s_; }
   bool rolls() const { return readout_s_ != 0; }
@@ -42,6 +52,7 @@ class RowMotion {
   void GiveRows(TrackedImage& image, const Twist& velocity, std::span<const DepthField::Sample> depths) const;
   CameraModel camera_;
   double readout_s_;
+  RowMotionOptions options_;
   struct Before {
     Twist by_rows, between;
   };
