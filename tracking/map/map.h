@@ -17,6 +17,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -105,7 +106,8 @@ class Map {
   void AddView(int point, const ViewObservation& seen);
   void RemoveObservation(int point, int keyframe);  // removes the point, too, when fewer than two are left
   void RemovePoint(int point);
-  void Merge(int gone, int kept);     // moves the observations that `kept` can take
+  // Moves the observations that `kept` can take, and returns them as they are there.
+  std::span<Observation> Merge(int gone, int kept);
   void RemoveKeyframe(int keyframe);  // the last living one stays
 
   const Keyframe& keyframe(int id) const { return keyframes_[At(id)]; }

@@ -21,6 +21,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
+#include "core/geometry/trajectory.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/sources/marker_map.h"
 #include "tracking/sources/marker_spec.h"
@@ -79,6 +80,7 @@ class MarkerLocator {
 
   // `gray`: CV_8UC1 of the camera's size, display-encoded (GrayForTracking).
   std::optional<MarkerPose> Locate(const cv::Mat& gray, double time_s);
+  std::optional<MarkerPose> Locate(const Frame& frame);  // none in an incomplete one
 
   // A locator of the same markers, with the places known so far, for another camera's photographs.
   MarkerLocator For(const CameraModel& camera) const;
@@ -98,8 +100,9 @@ class MarkerLocator {
   Detections Detect(const cv::Mat& gray) const;
   Detections DetectNearLast(const cv::Mat& gray) const;
   std::vector<PointObservation> KnownCorners(const Detections& detections) const;
+  // `ambiguous`: set where nothing decides between two poses.
   std::optional<MarkerPose> Solve(std::vector<PointObservation> corners, const std::optional<Rigid3>& history,
-                                  bool* ambiguous) const;
+                                  bool* ambiguous = nullptr) const;
   void Learn(const Detections& detections, const std::optional<MarkerPose>& pose);
   std::optional<Rigid3> Predicted(double time_s) const;
 
@@ -109,11 +112,7 @@ class MarkerLocator {
   MarkerMap map_;  // of markers that are learnt
   std::optional<cv::Rect> last_seen_;
   int frames_near_ = 0;  // since the whole image was searched
-  struct TimedPoseOfCamera {
-    double time_s;
-    Rigid3 cam_from_world;
-  };
-  std::vector<TimedPoseOfCamera> history_;  // the last two
+  std::optional<TimedPose> last_pose_;
   int ambiguous_frames_ = 0;
 };
 
