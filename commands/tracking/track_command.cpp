@@ -172,7 +172,7 @@ int RunTrack(const TrackArgs& args) {
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
   if (!args.truth.empty()) truth = ReadTum(args.truth);
-  // OpenCV would use all cores for a single frame; the other threads need them.
+  // OpenCV would take all processors for a single frame; the other threads need them.
   cv::setNumThreads(1);
   std::string uri = args.uri;
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
@@ -186,7 +186,7 @@ int RunTrack(const TrackArgs& args) {
     } catch (const Error& error) {
       unwritten.push_back(error.what());
     }
-  // Without a file, the device's own poses serve where it knows them.
+  // Without a file, compare with the device's own poses, if it knows them.
   std::optional<TrackErrors> errors;
   if (!args.truth.empty())
     errors = CompareWithTruth(run, truth, args.truth);
@@ -228,7 +228,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       "--truth", args->truth,
       "True poses, TUM format: prints the error (default: the device's own poses, where it has them)");
   command->add_option("--plot", args->plot,
-                      "Picture of the run, .png, .svg or .pdf: the way from above and from behind, error, "
+                      "Picture of the run, .png, .svg or .pdf: the path from above and from behind, error, "
                       "quality and points over time");
   command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
@@ -254,8 +254,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->footer(
       "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
       "--truth reference.txt --plot run.png\nSIGINT ends the run of a live camera: the program writes the "
-      "poses "
-      "and prints the report.");
+      "poses and prints the report.");
   command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
 }
 

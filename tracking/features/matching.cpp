@@ -9,7 +9,7 @@
 namespace ulf::tracking {
 namespace {
 
-// Gives each feature of the second set to the nearest of those that chose it.
+// Keeps one match for each feature of the second set: the nearest.
 void KeepNearestOwner(int second_size, std::vector<FeatureMatch>& matches) {
   std::vector<int> owner(At(second_size), -1);
   for (int m = 0; m < static_cast<int>(matches.size()); ++m) {
