@@ -41,13 +41,10 @@ DepthField::DepthField(const CameraModel& camera, std::span<const Sample> sample
   inverse_.assign(kColumns * kRows, kMeanWeight * mean);
   std::vector<double> weights(kColumns * kRows, kMeanWeight);
   for (const Sample& sample : samples) {
-    const double x = std::clamp(sample.img.x() / width_, 0.0, 1.0) * (kColumns - 1);
-    const double y = std::clamp(sample.img.y() / height_, 0.0, 1.0) * (kRows - 1);
-    const int column = std::min(static_cast<int>(x), kColumns - 2);
-    const int row = std::min(static_cast<int>(y), kRows - 2);
-    for (int k = 0; k < 4; ++k) {
-      const double across = k % 2 ? x - column : 1 - (x - column), down = k / 2 ? y - row : 1 - (y - row);
-      const auto node = ulf::At((row + k / 2) * kColumns + column + k % 2);
+    const auto [first, fx, fy] = CornerOf(sample.img);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double across = k % 2 ? fx : 1 - fx, down = k / 2 ? fy : 1 - fy;
+      const std::size_t node = first + k / 2 * kColumns + k % 2;
       inverse_[node] += across * down / sample.depth;
       weights[node] += across * down;
     }
@@ -55,13 +52,17 @@ DepthField::DepthField(const CameraModel& camera, std::span<const Sample> sample
   for (std::size_t i = 0; i < inverse_.size(); ++i) inverse_[i] /= weights[i];
 }
 
-double DepthField::At(const Vector2d& img) const {
+DepthField::Corner DepthField::CornerOf(const Vector2d& img) const {
   const double x = std::clamp(img.x() / width_, 0.0, 1.0) * (kColumns - 1);
   const double y = std::clamp(img.y() / height_, 0.0, 1.0) * (kRows - 1);
   const int column = std::min(static_cast<int>(x), kColumns - 2);
   const int row = std::min(static_cast<int>(y), kRows - 2);
-  const double fx = x - column, fy = y - row;
-  const double* node = &inverse_[ulf::At(row * kColumns + column)];
+  return {ulf::At(row * kColumns + column), x - column, y - row};
+}
+
+double DepthField::At(const Vector2d& img) const {
+  const auto [first, fx, fy] = CornerOf(img);
+  const double* node = &inverse_[first];
   const double inverse = (1 - fy) * ((1 - fx) * node[0] + fx * node[1]) +
                          fy * ((1 - fx) * node[kColumns] + fx * node[kColumns + 1]);
   return inverse > 1 / kFar ? 1 / inverse : kFar;
@@ -111,11 +112,13 @@ Vector2d RowShift::Seen(const Vector2d& global) const {
   return seen;
 }
 
-Vector2d Pyramid::SeenByRow(const Vector2d& img, const Vector3d* point_in_cam) const {
+Vector2d Pyramid::Seen(const Vector2d& img, const Vector3d* point_in_cam) const {
+  if (!rows) return img;
   return point_in_cam ? rows->Seen(img, *point_in_cam) : rows->Seen(img);
 }
 
-Vector2d Pyramid::GlobalByRow(const Vector2d& seen, const Vector3d* point_in_cam) const {
+Vector2d Pyramid::Global(const Vector2d& seen, const Vector3d* point_in_cam) const {
+  if (!rows) return seen;
   return point_in_cam ? rows->Global(seen, *point_in_cam) : rows->Global(seen);
 }
 

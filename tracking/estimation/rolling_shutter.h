@@ -47,6 +47,12 @@ class DepthField {
   void Scale(double scale);
 
  private:
+  struct Corner {
+    std::size_t node;  // the upper left one of an image point's cell
+    double fx, fy;     // shares of the cell, from there
+  };
+  Corner CornerOf(const Eigen::Vector2d& img) const;
+
   double width_, height_;
   std::vector<double> inverse_;
 };

@@ -59,19 +59,11 @@ struct Pyramid {
   std::shared_ptr<const RowShift> rows;
   // From an image point to where the sensor saw it, and back. Exact where `point_in_cam` is given; without
   // it the depth is interpolated from the points around.
-  Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const {
-    return rows ? SeenByRow(img, point_in_cam) : img;
-  }
-  Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam = nullptr) const {
-    return rows ? GlobalByRow(seen, point_in_cam) : seen;
-  }
+  Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const;
+  Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam = nullptr) const;
   // Level pixels per level 0 pixel (both where the sensor saw them), as the rounded sizes make it.
   Eigen::Vector2d ToLevel(int level, const Eigen::Vector2d& img) const;
   Eigen::Vector2d FromLevel(int level, const Eigen::Vector2d& on_level) const;
-
- private:
-  Eigen::Vector2d SeenByRow(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam) const;
-  Eigen::Vector2d GlobalByRow(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam) const;
 };
 Pyramid BuildPyramid(const cv::Mat& gray);
 

@@ -91,13 +91,6 @@ std::vector<int> Neighbourhood(const Map& map, int keyframe, int most) {
   return around;
 }
 
-std::set<int> AllPointsOf(const Map& map, const std::vector<int>& keyframes) {
-  std::set<int> points;
-  for (const int keyframe : keyframes)
-    for (const int point : map.PointsSeenBy(keyframe)) points.insert(point);
-  return points;
-}
-
 }  // namespace
 
 LoopCloser::LoopCloser(const CameraModel& camera, OwnedMap& owned, const KeyframeIndex& index, unsigned seed,
@@ -155,10 +148,15 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   FramePose frame_pose;
   frame_pose.cam_from_world = (*sampled * Similarity3::FromRigid(old.cam_from_world)).WithoutScale();
   frame_pose.candidates = GatherCandidates(map_, camera_, frame_pose.cam_from_world);
-  const std::set<int> known = AllPointsOf(map_, Neighbourhood(map_, old_id, options_.neighbourhood));
-  const std::set<int> own = AllPointsOf(map_, Neighbourhood(map_, recent_id, options_.neighbourhood));
+  const auto points_about = [&](int keyframe) {
+    return map_.PointsSeenBy(Neighbourhood(map_, keyframe, options_.neighbourhood));
+  };
+  const std::vector<int> known = points_about(old_id), own = points_about(recent_id);
+  const auto holds = [](const std::vector<int>& ids, int id) {
+    return std::binary_search(ids.begin(), ids.end(), id);
+  };
   std::erase_if(frame_pose.candidates,
-                [&](const Candidate& c) { return !known.contains(c.id) || own.contains(c.id); });
+                [&](const Candidate& c) { return !holds(known, c.id) || holds(own, c.id); });
   const TrackedImage image{recent.time_s, recent.pyramid, recent.features};
   const std::optional<FramePose> found = locator_.RefineTwice(image, std::move(frame_pose));
   if (!found || static_cast<int>(found->matches.size()) < options_.min_points ||

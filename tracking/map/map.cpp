@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <unordered_map>
 
 #include "core/base/at.h"
@@ -158,6 +159,14 @@ std::vector<int> Map::PointsSeenBy(int id) const {
   for (const int seen : keyframe(id).point_of_feature)
     if (seen >= 0) points.push_back(seen);
   return points;
+}
+
+std::vector<int> Map::PointsSeenBy(std::span<const int> keyframes) const {
+  std::set<int> points;
+  for (const int id : keyframes)
+    for (const int seen : keyframe(id).point_of_feature)
+      if (seen >= 0) points.insert(seen);
+  return {points.begin(), points.end()};
 }
 
 double Map::MedianDepth(int id) const {

@@ -128,6 +128,8 @@ class Map {
   Rigid3 PoseOf(const Anchored& anchor) const;
   // The points that a keyframe sees, in the order of its features.
   std::vector<int> PointsSeenBy(int keyframe) const;
+  // The points that any of these keyframes sees, each once, by id.
+  std::vector<int> PointsSeenBy(std::span<const int> keyframes) const;
   // Of those points, along the keyframe's optical axis; 1 without points.
   double MedianDepth(int keyframe) const;
 

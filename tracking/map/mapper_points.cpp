@@ -140,14 +140,7 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
 
 void Mapper::Fuse(int newest, const std::vector<int>& neighbours) {
   for (const int neighbour : neighbours) FuseInto(neighbour, map_.PointsSeenBy(newest));
-  std::vector<int> theirs;
-  for (const int neighbour : neighbours) {
-    const std::vector<int> points = map_.PointsSeenBy(neighbour);
-    theirs.insert(theirs.end(), points.begin(), points.end());
-  }
-  std::sort(theirs.begin(), theirs.end());
-  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
-  FuseInto(newest, theirs);
+  FuseInto(newest, map_.PointsSeenBy(neighbours));
 }
 
 // Finds points in a keyframe that does not observe them yet; merges them with points that it observes there.

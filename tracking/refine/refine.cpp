@@ -155,30 +155,26 @@ double GivenByWorking(const CameraModel& given, const CameraModel& working) {
 // Errors of the tracks under the present poses, or of tracks fitted anew under the start poses; pixels of the
 // given images, whose cameras are `given`.
 Errors ErrorsUnder(const RefineScene& scene, const std::vector<CameraModel>& given, bool start) {
-  RefineScene at;
-  at.lenses = scene.lenses;
-  for (const RefineView& view : scene.views) {
-    RefineView& copy = at.views.emplace_back();
-    copy.lens = view.lens;
-    copy.cam_from_world = start ? view.start : view.cam_from_world;
-  }
+  constexpr double kMostPx = 1e3;  // of an error: also where a point does not project
   std::vector<double> errors;
   double squared = 0;
-  for (SceneTrack track : scene.tracks) {
+  for (const SceneTrack& track : scene.tracks) {
+    Eigen::Vector3d position = track.position;
     if (start) {
       std::vector<RayObservation> rays;
       for (const TrackObservation& o : track.observations) {
-        const RefineView& view = at.view(o.view);
-        if (const auto ray = at.LensOf(view).RayFromImg(o.img)) rays.push_back({view.cam_from_world, *ray});
+        const RefineView& view = scene.view(o.view);
+        if (const auto ray = scene.LensOf(view).RayFromImg(o.img)) rays.push_back({view.start, *ray});
       }
-      if (const auto point = TriangulatePoint(rays)) track.position = *point;
+      position = TriangulatePoint(rays).value_or(position);
     }
     for (const TrackObservation& o : track.observations) {
-      const auto lens = At(at.view(o.view).lens);
-      const double error =
-          GivenByWorking(given[lens], scene.lenses[lens]) * std::min(1e3, ReprojectionErrorPx(at, track, o));
-      errors.push_back(error);
-      squared += error * error;
+      const RefineView& view = scene.view(o.view);
+      const CameraModel& lens = scene.LensOf(view);
+      const auto img = lens.ImgFromCam((start ? view.start : view.cam_from_world) * position);
+      const double off_px = img ? std::min(kMostPx, (*img - o.img).norm()) : kMostPx;
+      errors.push_back(GivenByWorking(given[At(view.lens)], lens) * off_px);
+      squared += errors.back() * errors.back();
     }
   }
   const double count = static_cast<double>(std::max<std::size_t>(1, errors.size()));

@@ -10,10 +10,10 @@
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/fiducials/board_detector.h"
 #include "core/fiducials/marker_detector.h"
 #include "tracking/estimation/pose_error.h"
+#include "tracking/tracker/working_size.h"
 
 namespace ulf::tracking {
 namespace {
@@ -250,9 +250,7 @@ void MarkerLocator::Learn(const Detections& detections, const std::optional<Mark
 }
 
 std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time_s) {
-  if (gray.cols != camera_.width || gray.rows != camera_.height)
-    throw Error("markers: an image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
-                gray.cols, gray.rows, camera_.width, camera_.height);
+  RequireSize("markers: an image", gray.size(), camera_);
   Detections found;
   if (last_seen_ && (spec_.kind != MarkerSpec::Kind::kSeveral || frames_near_ < options_.search_all_every)) {
     found = DetectNearLast(gray);

@@ -194,8 +194,7 @@ std::optional<FramePose> FrameLocator::FindBy(int keyframe, const TrackedImage& 
     points = PointsOf(shared_.map, keyframe);
   }
   const auto proposal = ProposePose(camera_, points, *image.features, seed);
-  if (!proposal) return std::nullopt;
-  return FindNear(image, proposal->cam_from_world);
+  return proposal ? FindNear(image, *proposal) : std::nullopt;
 }
 
 std::optional<FramePose> FrameLocator::FindNear(const TrackedImage& image,

@@ -348,11 +348,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
     track.skipped = true;
     return track;
   }
-  if (frame_in.image.width() != size.original().width || frame_in.image.height() != size.original().height)
-    throw Error(
-        "frame {}: its image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
-        frame_in.id, frame_in.image.width(), frame_in.image.height(), size.original().width,
-        size.original().height);
+  RequireSize(fmt::format("frame {}: its image", frame_in.id), frame_in.image.pixels.size(), size.original());
 
   if (readout_search) readout_search->Step();
   TrackedImage image;

@@ -4,11 +4,19 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/error.h"
 #include "core/geometry/digest.h"
 
 namespace ulf::tracking {
 
 using Eigen::Vector2d;
+
+void RequireSize(const std::string& what, const cv::Size& size, const CameraModel& camera,
+                 const char* way_out) {
+  if (size.width != camera.width || size.height != camera.height)
+    throw Error("{} is {}x{}, the camera's intrinsics are for {}x{}; {}", what, size.width, size.height,
+                camera.width, camera.height, way_out);
+}
 
 WorkingSize::WorkingSize(const CameraModel& original, int max_side_px)
     : original_(original), working_(original) {
