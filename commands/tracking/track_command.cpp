@@ -139,7 +139,7 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
     FollowFrames(args, spec, device, poses, followed);
   } catch (const std::exception& error) {
     if (run.live.empty()) throw;
-    run.broke = fmt::format("frame {}: {}", run.frames.size(), error.what());
+    run.failure = fmt::format("frame {}: {}", run.frames.size(), error.what());
   }
   const bool lost = device.State() == acquisition::DeviceState::kLost;
   device.Stop();
@@ -150,7 +150,7 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
   try {
     poses->Finish();
   } catch (const std::exception& error) {
-    if (run.broke.empty()) run.broke = fmt::format("the last adjustment: {}", error.what());
+    if (run.failure.empty()) run.failure = fmt::format("the last adjustment: {}", error.what());
   }
   for (const TrackedFrame& sample : run.frames)
     if (sample.track.cam_from_world)
@@ -209,8 +209,8 @@ int RunTrack(const TrackArgs& args) {
   else if (!args.plot.empty())
     PlotRun(args.plot, run, compared, args.uri);
   if (!unwritten.empty()) throw Error("{}", fmt::join(unwritten, "; "));
-  if (!run.broke.empty())
-    throw Error("{}: {}; {} until then were kept", args.uri, run.broke, Counted(run.live.size(), "pose"));
+  if (!run.failure.empty())
+    throw Error("{}: {}; {} until then were kept", args.uri, run.failure, Counted(run.live.size(), "pose"));
   return run.live.empty() ? kFailed : kOk;
 }
 

@@ -123,7 +123,6 @@ double GapSeconds(const std::vector<double>& times_s) {
   return kUsualSteps * Median(steps_s);
 }
 
-// Breaks the line where poses are missing.
 std::string LineData(const std::string& name, const Line& line) {
   const double gap_s = GapSeconds(line.times_s);
   std::string data = fmt::format("${} << EOD\n", name);
@@ -245,7 +244,6 @@ std::string QualityOverTime(const TrackRun& run, double start_s) {
   return script;
 }
 
-// Poses as a line in the picture's axes.
 Line LineOf(std::string name, std::string style, const std::vector<TimedPose>& poses,
             const Similarity3& picture_from_world) {
   Line line{std::move(name), std::move(style), {}, {}};

@@ -108,7 +108,6 @@ Minimum Minimize(const CameraModel& camera, std::span<const PointObservation> ob
   return minimum;
 }
 
-// Finds the pose that explains the matches best.
 class PoseSearch {
  public:
   PoseSearch(const CameraModel& camera, std::span<const PointObservation> observations,
@@ -139,7 +138,7 @@ class PoseSearch {
   }
 
  private:
-  struct Explained {
+  struct ScoredPose {
     double cost = 0;
     Rigid3 pose;
   };
@@ -177,7 +176,7 @@ class PoseSearch {
     return inliers;
   }
 
-  Explained Explain(const Rigid3& pose) const {
+  ScoredPose Score(const Rigid3& pose) const {
     double cost = 0;
     for (int i = 0; i < static_cast<int>(seen_.size()); ++i)
       cost += std::min(Residual2(pose, i), options_.threshold_px * options_.threshold_px);
@@ -190,7 +189,7 @@ class PoseSearch {
   }
 
   // The poses of samples of three inliers that lie far apart in the image, and are therefore accurate.
-  std::vector<Explained> Suggestions(const std::vector<int>& inliers) const {
+  std::vector<ScoredPose> RivalPoses(const std::vector<int>& inliers) const {
     std::mt19937 random(options_.seed);
     std::vector<std::pair<double, std::vector<int>>> samples;  // by falling area
     for (std::size_t k = 0; k < options_.rivals.drawn; ++k) {
@@ -202,10 +201,10 @@ class PoseSearch {
     }
     const std::size_t used = options_.rivals.used;
     std::partial_sort(samples.begin(), samples.begin() + static_cast<long>(used), samples.end());
-    std::vector<Explained> suggestions;
+    std::vector<ScoredPose> rivals;
     for (std::size_t k = 0; k < used; ++k)
-      for (const Rigid3& pose : Solve(samples[k].second)) suggestions.push_back(Explain(pose));
-    return suggestions;
+      for (const Rigid3& pose : Solve(samples[k].second)) rivals.push_back(Score(pose));
+    return rivals;
   }
 
   // Three points have up to four poses, a far plane has two, and the search may have ended with a wrong one.
@@ -214,17 +213,18 @@ class PoseSearch {
     std::vector<double> distances;
     for (const int i : found.inliers) distances.push_back((found.model * seen_[At(i)].point_in_world).norm());
     const double distance = Median(std::move(distances));
-    std::vector<Explained> rivals = Suggestions(found.inliers);
-    std::erase_if(
-        rivals, [&](const Explained& rival) { return !ClearlyDifferent(rival.pose, found.model, distance); });
+    std::vector<ScoredPose> rivals = RivalPoses(found.inliers);
+    std::erase_if(rivals, [&](const ScoredPose& rival) {
+      return !ClearlyDifferent(rival.pose, found.model, distance);
+    });
     std::sort(rivals.begin(), rivals.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
     if (rivals.size() > options_.rivals.refined) rivals.resize(options_.rivals.refined);
-    Explained best{found.cost, found.model};
+    ScoredPose best{found.cost, found.model};
     rivals.push_back(best);
-    for (Explained& rival : rivals) {
+    for (ScoredPose& rival : rivals) {
       for (int round = 0; round < 2; ++round)
         if (const auto improved = Improve(rival.pose, Inliers(rival.pose)))
-          if (const Explained explained = Explain(*improved); explained.cost < rival.cost) rival = explained;
+          if (const ScoredPose scored = Score(*improved); scored.cost < rival.cost) rival = scored;
       if (rival.cost < best.cost) best = rival;
     }
     std::vector<double> errors;
@@ -236,7 +236,7 @@ class PoseSearch {
         std::max(options_.rivals.least_margin,
                  options_.rivals.margin_per_inlier * static_cast<double>(found.inliers.size())) *
         noise_px * noise_px;
-    for (const Explained& rival : rivals)
+    for (const ScoredPose& rival : rivals)
       if (rival.cost - best.cost < margin && ClearlyDifferent(rival.pose, best.pose, distance))
         return std::nullopt;
     return best.pose;
@@ -294,8 +294,8 @@ std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
   const Eigen::FullPivLU<Matrix6d> lu(equations.hessian);
   if (!lu.isInvertible()) return std::nullopt;
   result.covariance = lu.inverse();
-  // The centre is -R^T t; under a twist of the camera frame it moves by -R^T v. Residuals scale the sigmas, but
-  // do not show the error that neighbouring points, and the map, have in common.
+  // The centre is -R^T t; under a twist of the camera frame it moves by -R^T v. Residuals scale the sigmas,
+  // but do not show the error that neighbouring points, and the map, have in common.
   const double residual_sigmas = std::sqrt(equations.cost / std::max(1, 2 * result.inliers - 6));
   result.center_sigma = options.common_error * std::max(options.least_residual, residual_sigmas) *
                         std::sqrt(std::max(0.0, result.covariance.bottomRightCorner<3, 3>().trace()));

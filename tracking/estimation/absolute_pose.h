@@ -40,8 +40,8 @@ struct RefinePoseOptions {
   int rounds = 3;                   // of refining and gating. Guessed
   int max_iterations = 8;           // in a round. Guessed
   double min_step = 1e-6;  // a smaller step (radians plus share of the distance) ends a round. Guessed
-  // Squared error that counts for a point that cannot be projected: a smaller one makes steps that lose points
-  // look cheap. Guessed.
+  // Squared error that counts for a point that cannot be projected: a smaller one makes steps that lose
+  // points look cheap. Guessed.
   double lost_point_sigmas2 = 1e4;
   // For center_sigma: the true error over the one that independent errors of the residuals' size would make
   // (measured: docs/tracking_measured.md, "What the quality value says"), and the least residual, in sigmas,

@@ -16,7 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Reports every iteration and stops the solver on request.
 class Watcher final : public ceres::IterationCallback {
  public:
   Watcher(const BundleOptions& options, int before) : options_(options), count_(before) {}
@@ -121,8 +120,8 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
 
   ceres::Solver::Options solver = SilentSolver(iterations);
   solver.linear_solver_type = SolverFor(options, free_cameras);
-  // SCHUR_JACOBI visits every pair of cameras that share a point. Points here are seen by dozens of cameras, so
-  // it costs more than the iterations that it saves.
+  // SCHUR_JACOBI visits every pair of cameras that share a point. Points here are seen by dozens of cameras,
+  // so it costs more than the iterations that it saves.
   solver.preconditioner_type = ceres::JACOBI;
   solver.linear_solver_ordering = ordering;
   solver.function_tolerance = options.function_tolerance;

@@ -35,7 +35,6 @@ struct NormalMatrix {
   double squared_sigmas = 0;         // of their errors
 };
 
-// Adds a point's observations and eliminates the point.
 void AddPoint(const std::vector<CameraModel>& lenses, const BundleProblem& problem, std::size_t point,
               const std::vector<const BundleObservation*>& observations, NormalMatrix& normal) {
   const bool known = point < problem.known.size() && problem.known[point];
@@ -162,22 +161,23 @@ std::vector<double> CenterSigmas(const std::vector<CameraModel>& lenses, const B
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   std::vector<bool> fixed = problem.fixed;
   fixed.resize(problem.cam_from_world.size(), false);
-  const bool floats = std::count(fixed.begin(), fixed.end(), true) < 2 &&
-                      std::find(problem.known.begin(), problem.known.end(), true) == problem.known.end();
-  if (floats) std::fill(fixed.begin(), fixed.end(), false);
+  const bool gauge_is_free =
+      std::count(fixed.begin(), fixed.end(), true) < 2 &&
+      std::find(problem.known.begin(), problem.known.end(), true) == problem.known.end();
+  if (gauge_is_free) std::fill(fixed.begin(), fixed.end(), false);
   const NormalMatrix normal = MakeNormalMatrix(lenses, problem, fixed);
   std::vector<double> sigmas;
   for (std::size_t c = 0; c < fixed.size(); ++c)
     sigmas.push_back(fixed[c] ? 0 : normal.seen[c] ? kInfinite : std::numeric_limits<double>::quiet_NaN());
   const auto size = normal.cameras.rows();
-  const long spare = 2L * normal.observations - 3L * normal.points - size + (floats ? 7 : 0);
+  const long spare = 2L * normal.observations - 3L * normal.points - size + (gauge_is_free ? 7 : 0);
   if (size == 0 || spare <= 0 || !(normal.cameras.diagonal().minCoeff() > 0)) return sigmas;
 
   // Turns and shifts have different units: scale each unknown to unit variance.
   const Eigen::VectorXd unit = normal.cameras.diagonal().cwiseSqrt().cwiseInverse();
   MatrixXd scaled = unit.asDiagonal() * normal.cameras * unit.asDiagonal();
   GaugeMotions motions;
-  if (floats) {
+  if (gauge_is_free) {
     motions = MotionsOf(problem, normal);
     const MatrixXd basis = BasisOf(unit.cwiseInverse().asDiagonal() * motions.by);
     scaled += basis.lazyProduct(basis.transpose());
@@ -186,7 +186,7 @@ std::vector<double> CenterSigmas(const std::vector<CameraModel>& lenses, const B
   constexpr double kLeastPivot = 1e-9;  // a smaller one is rounding: something can move freely
   if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > kLeastPivot)) return sigmas;
   std::optional<WithoutGauge> without_gauge;
-  if (floats) without_gauge.emplace(motions);
+  if (gauge_is_free) without_gauge.emplace(motions);
   const double variance = normal.squared_sigmas / static_cast<double>(spare);
   for (std::size_t c = 0; c < sigmas.size(); ++c) {
     const int first = 6 * normal.block_of_camera[c];

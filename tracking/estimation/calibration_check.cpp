@@ -61,7 +61,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   check.determined = check.sigma_px < options.most_uncertain * check.given_focal_px;
   const bool same_side = (fits[0].lens.MeanFocalPx() > check.given_focal_px) ==
                          (fits[1].lens.MeanFocalPx() > check.given_focal_px);
-  check.wrong = check.determined && same_side && off(fit) > options.telling &&
+  check.wrong = check.determined && same_side && off(fit) > options.least_difference &&
                 std::abs(check.fitted_focal_px - check.given_focal_px) > options.sigmas * check.sigma_px &&
                 fits[0].gain > 0 && fits[1].gain > 0;
   return check;

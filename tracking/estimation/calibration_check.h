@@ -1,7 +1,7 @@
 // Checks whether the images contradict the given focal length.
 //
 // A wrong focal length bends the whole world and leaves residuals that look like noise. The check frees it in
-// an adjustment, and reports it when the result is clearly different: by a telling share and by many standard
+// an adjustment, and reports it when the result differs by a share that matters and by many standard
 // deviations, with distortion held and with distortion free. Flat scenes and sideways motion leave the focal
 // length undetermined; then its standard deviation is large and nothing is reported.
 #pragma once
@@ -17,8 +17,8 @@ namespace ulf::tracking {
 
 struct CalibrationCheckOptions {
   std::size_t min_cameras = 5, min_points = 200;  // fewer are too little evidence. Guessed
-  double telling = 0.015;  // share of the focal length: smaller differences are not worth a report. Guessed
-  double sigmas = 5;       // a difference of fewer may be chance. Guessed
+  double least_difference = 0.015;  // share of the focal length; smaller ones are not reported. Guessed
+  double sigmas = 5;                // a difference of fewer may be chance. Guessed
   double most_uncertain = 0.005;  // sigma's share of the focal length: above it that is undetermined. Guessed
   LensEvidenceOptions fit = {.max_cameras = 30, .max_points = 1000, .iterations = 30};
 };

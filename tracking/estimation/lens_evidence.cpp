@@ -13,7 +13,7 @@
 namespace ulf::tracking {
 namespace {
 
-// Twice the negative logarithm of the likelihood, up to a constant: Huber's loss of errors in units of `scale`.
+// Twice the negative log-likelihood, up to a constant: Huber's loss of errors in units of `scale`.
 double RobustCost(const std::vector<CameraModel>& lenses, const BundleProblem& problem, double scale,
                   double huber_sigmas) {
   double cost = 0;

@@ -34,8 +34,8 @@ struct LensEvidenceOptions {
   double huber_sigmas = kSigmas95;                      // beyond it an error counts less
   double function_tolerance = 1e-7;  // relative change of the cost that ends a fit. Guessed
   // A parameter stays free that differs by more than so many of its sigmas, and whose criterion falls by more
-  // than this (very strong evidence; Kass and Raftery 1995). Right lenses have shown smaller falls: corners are
-  // off by more than noise, and by the same in neighbouring views.
+  // than this (very strong evidence; Kass and Raftery 1995). Right lenses have shown smaller falls: corners
+  // are off by more than noise, and by the same in neighbouring views.
   double moved_sigmas = 3, strong_evidence = 10;
 };
 

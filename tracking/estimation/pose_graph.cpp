@@ -1,5 +1,7 @@
 #include "tracking/estimation/pose_graph.h"
 
+#include <ceres/ceres.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>

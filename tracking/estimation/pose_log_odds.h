@@ -1,11 +1,11 @@
 // Computes the log odds that a pose is right, from the points that were found of those that it should see.
 //
-// Two explanations compete in each cell of a grid over the image. If the pose is right, either as many
-// points are found as their find rates say, within the spread of such counts, or something (a hand) hides the
-// cell and hardly any are found. If it is wrong, points are found by chance: a small share of those that were
+// Two explanations compete in each cell of a grid over the image. If the pose is right, either as many points
+// are found as their find rates say, within the spread of such counts, or something (a hand) hides the cell
+// and hardly any are found. If it is wrong, points are found by chance: a small share of those that were
 // searched. The evidence is the logarithm of the odds, summed over the cells. A hand that hides two thirds of
-// the image costs little. Some points found everywhere and most of them missed, as under a wrong pose among
-// similar things, is evidence against the pose, however many they are.
+// the image costs little. Where some points are found in every cell and most are missed, as under a wrong
+// pose among similar things, the evidence is against the pose, however many are found.
 //
 // Repetitive points are found in a wrong place as well as in the right one. Without a prediction they are
 // excluded from the count, found or not. On a wall of equal tiles none remain, and no pose is accepted.
@@ -47,7 +47,8 @@ double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const
 void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture,
                              const FramePose& frame_pose, LeftOut& left_out);
 // Excludes candidates that look like points of another place, which a keyframe shows; nearer than
-// `apart_share` of the distance (guessed) is a second copy of the same point. The caller holds the map's lock.
+// `apart_share` of the distance (guessed) is a second copy of the same point. The caller holds the map's
+// lock.
 void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out,
                              double apart_share = 0.05);
 

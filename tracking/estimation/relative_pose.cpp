@@ -194,9 +194,9 @@ std::optional<Motion> SettleMotion(const Rigid3& start, bool far, std::span<cons
   for (const int i : all)
     if (EpipolarError(motion.essential, pairs[At(i)]) < threshold) near.push_back(i);
   if (near.size() < At(options.min_matches)) return std::nullopt;
-  auto faced = BestMotion(motion.essential, pairs, near);
-  if (faced) faced->direction_sigma = motion.direction_sigma;
-  return faced;
+  auto in_front = BestMotion(motion.essential, pairs, near);
+  if (in_front) in_front->direction_sigma = motion.direction_sigma;
+  return in_front;
 }
 
 MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, std::span<const RayPair> pairs,
@@ -332,8 +332,8 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
     for (const Vector3d& direction : FanOfDirections())
       starts.emplace_back(Rigid3{Eigen::Quaterniond(rotation->model).normalized(), direction}, true);
   const MotionChoice choice = ChooseMotion(starts, pairs, threshold, options);
-  // Any motion fits the matches of a rotation. So compare what the best motion explains with what the rotation
-  // does, whose residual has two dimensions and the noise of both views.
+  // Any motion fits the matches of a rotation. So compare what the best motion explains with what the
+  // rotation does, whose residual has two dimensions and the noise of both views.
   const double noise = std::max(choice.noise, 0.05 * threshold);
   const auto explained =
       !choice.best ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
@@ -369,18 +369,18 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
         std::max(options.min_parallax_deg, result.median_parallax_deg * std::sqrt(growth));
     return result;
   }
-  const Reconstruction made = Reconstruct(choice.best->second_from_first, pairs, 2 * threshold);
-  result.points = made.count;
-  if (made.count < share_of_pairs(options.min_point_share)) {
+  const Reconstruction reconstruction = Reconstruct(choice.best->second_from_first, pairs, 2 * threshold);
+  result.points = reconstruction.count;
+  if (reconstruction.count < share_of_pairs(options.min_point_share)) {
     result.outcome = RelativePoseOutcome::kConflicting;
     return result;
   }
-  if (made.count < options.min_points) {
+  if (reconstruction.count < options.min_points) {
     result.outcome = RelativePoseOutcome::kTooFewPoints;
     return result;
   }
-  result.median_parallax_deg = made.median_parallax_deg;
-  if (made.median_parallax_deg < options.min_parallax_deg ||
+  result.median_parallax_deg = reconstruction.median_parallax_deg;
+  if (reconstruction.median_parallax_deg < options.min_parallax_deg ||
       result.direction_sigma_deg > options.max_direction_sigma_deg) {
     result.outcome = RelativePoseOutcome::kLowParallax;
     // The direction's error falls as the parallax grows.
@@ -390,8 +390,8 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
     return result;
   }
   result.outcome = RelativePoseOutcome::kFound;
-  result.second_from_first = made.pose;
-  result.points_in_first = made.points;
+  result.second_from_first = reconstruction.pose;
+  result.points_in_first = reconstruction.points;
   return result;
 }
 

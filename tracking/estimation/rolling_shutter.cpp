@@ -92,7 +92,7 @@ Vector2d RowShift::Global(const Vector2d& seen, const Vector3d& point_in_cam) co
   return seen - Moved(point_in_cam, TimeOf(seen));
 }
 
-// Iterates because the row where the point is seen gives the time; each step reduces the error to some percent.
+// Iterates: the row where the point is seen gives the time. A step reduces the error to some percent.
 Vector2d RowShift::Seen(const Vector2d& global, const Vector3d& point_in_cam) const {
   Vector2d seen = global;
   for (int i = 0; i < 4; ++i) seen = global + Moved(point_in_cam, TimeOf(seen));

@@ -18,7 +18,7 @@ void RowMotion::Forget() {
 
 void RowMotion::Scale(double scale) {
   if (velocity_) velocity_->tail<3>() *= scale;
-  off_.tail<3>() *= scale;
+  mean_difference_.tail<3>() *= scale;
   if (!before_) return;
   before_->by_rows.tail<3>() *= scale;
   before_->between.tail<3>() *= scale;
@@ -90,12 +90,13 @@ void RowMotion::Settle(TrackedImage& image, FramePose& frame_pose, const std::op
   if (!refined) return;
   if (between) {
     if (before_) {
-      const Twist off = before_->by_rows - 0.5 * (before_->between + *between);
-      off_ += std::max(options_.off_rate, 1.0 / ++offs_) * (off - off_);
+      const Twist difference = before_->by_rows - 0.5 * (before_->between + *between);
+      mean_difference_ +=
+          std::max(options_.difference_rate, 1.0 / ++differences_) * (difference - mean_difference_);
     }
     before_ = Before{refined->twist, *between};
     constexpr double kFixed = 1e-6;  // of the prior's sigma: the velocity is given
-    prior.twist = refined->twist - off_;
+    prior.twist = refined->twist - mean_difference_;
     prior.sigma *= kFixed;
     refined = RefinePoseAndMotion(camera_, readout_s_, seen, frame_pose.cam_from_world, prior);
     if (!refined) return;

@@ -18,11 +18,11 @@ namespace ulf::tracking {
 
 // Guessed.
 struct RowMotionOptions {
-  // One standard deviation of the velocity about a frame minus the one since the frame before, for a trembling
-  // hand, and of the velocity where there was no frame before: radians per second and, for the translation,
-  // median depths per second. Smaller ones miss tremor, larger ones follow a stretched map.
+  // One standard deviation of the velocity about a frame minus the one since the frame before, for a
+  // trembling hand, and of the velocity where there was no frame before: radians per second and, for the
+  // translation, median depths per second. Smaller ones miss tremor, larger ones follow a stretched map.
   double tremor = 0.03, unknown = 0.5;
-  double off_rate = 0.4;  // the newest difference's weight in the recent mean
+  double difference_rate = 0.4;  // the newest difference's weight in the recent mean
 };
 
 class RowMotion {
@@ -58,8 +58,8 @@ class RowMotion {
   };
   std::optional<Twist> velocity_;  // of the last frame
   std::optional<Before> before_;
-  Twist off_ = Twist::Zero();  // recent mean of the rows' velocity minus the one between frames
-  int offs_ = 0;
+  Twist mean_difference_ = Twist::Zero();  // recent mean of the rows' velocity minus the one between frames
+  int differences_ = 0;
 };
 
 }  // namespace ulf::tracking

@@ -31,7 +31,6 @@ bool Stronger(const Corner& a, const Corner& b) {
 // until there are enough.
 class Spreader {
  public:
-  // Leaves at most `count` in `corners`.
   void Keep(std::vector<Corner>& corners, int count, double least_cell_px, cv::Size size) {
     if (static_cast<int>(corners.size()) <= count) return;
     const double cell =
@@ -110,8 +109,7 @@ float Orientation(const cv::Mat& image, int x, int y) {
   return std::atan2(static_cast<float>(moment_y), static_cast<float>(moment_x));
 }
 
-// The peak of the corner response around an integer corner, by parabolas, because FAST's own maximum is an
-// integer.
+// The peak of the corner response around an integer corner, by parabolas.
 Vector2d SubpixelCorner(const cv::Mat& image, int x, int y) {
   constexpr int kWindow = 3, kReach = kWindow + 1, kRows = 2 * kReach + 1, kLanes = 16;
   // Structure tensors of a window's columns: of the window around the corner, and one row up and down.

@@ -23,7 +23,7 @@ void KeepNearestOwner(int second_size, std::vector<FeatureMatch>& matches) {
   matches = std::move(kept);
 }
 
-// Matches each of `first` with the nearest of the features of the second set that `offer(i, nearest)` offers it.
+// `offer(i, nearest)` offers `nearest` the features of the second set that i may match.
 template <typename Indices, typename Offer>
 std::vector<FeatureMatch> NearestMatches(const Indices& first, int second_size, const MatchOptions& options,
                                          const Offer& offer) {

@@ -99,8 +99,8 @@ bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
   return true;
 }
 
-// What the image is aligned with. Gain and offset of the image are free: the slopes are projected orthogonally to
-// the template and to a constant, so that the least squares problem of four parameters has two left.
+// What the image is aligned with. Gain and offset of the image are free: the slopes are projected
+// orthogonally to the template and to a constant, so that two of four parameters are left to solve for.
 struct Template {
   Rows value;
   float sum = 0, sum2 = 0;  // of value

@@ -287,8 +287,8 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
     }
     if (!tied) add_edge(keyframes[i - 1], keyframes[i], options_.loose_weight);
   }
-  // A loop is measured as accurately as one step of the way. So it must not yield to the drift of all steps, nor
-  // to the way's many parallel ties, which repeat one measurement.
+  // A loop is measured as accurately as one step of the way. So it must not yield to the drift of all steps,
+  // nor to the way's many parallel ties, which repeat one measurement.
   for (const LoopHypothesis& loop : agreeing)
     graph.edges.push_back({node_of.at(loop.old), node_of.at(loop.recent), loop.recent_from_old,
                            options_.loop_weight * loop.points / kPointsOfUnitWeight});

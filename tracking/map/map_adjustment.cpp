@@ -46,9 +46,9 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3
   return to_from;
 }
 
-// Images leave the world's origin, axes and unit open. With the first keyframe held all others would swing about
-// it. Poses that users have kept fit the adjusted map best when the keyframes together stay where they were. A
-// pinned pose leaves nothing open.
+// Images leave the world's origin, axes and unit open. With the first keyframe held all others would swing
+// about it. Poses that users have kept fit the adjusted map best when the keyframes together stay where they
+// were. A pinned pose leaves nothing open.
 void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem& problem) {
   std::vector<Rigid3> before;
   for (const int id : keyframes) {
@@ -64,7 +64,6 @@ void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem&
   for (Vector3d& point : problem.points) point = to_from * point;
 }
 
-// Adds the corners of a given world as known points.
 void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index, BundleProblem& problem) {
   problem.known.assign(problem.points.size(), false);
   for (const auto& [id, index] : std::map<int, int>(camera_index.begin(), camera_index.end())) {

@@ -13,7 +13,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Collects the points that a camera may see.
 class Gatherer {
  public:
   Gatherer(const CameraModel& camera, const Rigid3& cam_from_world, const CandidateOptions& options)

@@ -246,8 +246,8 @@ void Mapper::AddSeed(NewKeyframe keyframe) {
 bool Mapper::FinishSeeds(int min_points) {
   Adjust({}, map_.living(), BundleOptionsOf(options_.seeded));
   if (map_.LivingPoints() < min_points) return false;
-  // Derive the points' find rates from the views. Without them every point would have a rate of one half, and the
-  // tracker would refuse the first frame, which shows fewer.
+  // Derive the points' find rates from the views. Without them every point would have a rate of one half, and
+  // the tracker would refuse the first frame, which shows fewer.
   const MapLock lock(owned_.shared);
   for (const Keyframe& keyframe : map_.keyframes())
     for (const Candidate& candidate : GatherCandidates(map_, camera_, keyframe.cam_from_world))
@@ -313,7 +313,7 @@ void Mapper::CullRecentPoints(int newest) {
     if (!point.alive) return true;
     const int age = newest - point.first_keyframe;
     const bool seldom_found =
-        point.expected >= options_.telling_frames && point.found < options_.min_found_share * point.expected;
+        point.expected >= options_.min_expected && point.found < options_.min_found_share * point.expected;
     const bool never_confirmed = age >= options_.confirmed_age && point.observations.size() <= 2;
     if (seldom_found || never_confirmed) {
       owned_.map.RemovePoint(id);

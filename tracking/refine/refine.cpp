@@ -32,18 +32,17 @@ void RequireReadable(const RefineScene& scene) {
               unread != scene.views.end() ? " (" + unread->why + ")" : "");
 }
 
-// What an adjustment does with observations that do not fit: it drops its own outliers, weighs them less, or
-// drops them as wrong. Good poses allow the last.
-enum class Unfit { kOutlier, kDoubtful, kWrong };
+// How an adjustment treats observations that do not fit; the better the start poses, the later in the list.
+enum class Loss { kHuber, kCauchy, kCauchyAndGate };
 
-BundleSummary Adjust(const RefineOptions& refine, RefineScene& scene, int iterations, Unfit unfit,
+BundleSummary Adjust(const RefineOptions& refine, RefineScene& scene, int iterations, Loss loss,
                      const RefineStage& stage, const char* what) {
   BundleProblem problem = ToBundle(scene);
   BundleOptions options;
   options.robust_iterations = options.iterations = iterations;
-  options.cauchy_scales = unfit != Unfit::kOutlier ? refine.doubt_at_scales : 0;
-  options.gate_scales = unfit == Unfit::kWrong ? refine.wrong_at_scales : 0;
-  if (unfit != Unfit::kWrong) options.function_tolerance = refine.rough_tolerance;
+  options.cauchy_scales = loss != Loss::kHuber ? refine.cauchy_scales : 0;
+  options.gate_scales = loss == Loss::kCauchyAndGate ? refine.gate_scales : 0;
+  if (loss != Loss::kCauchyAndGate) options.function_tolerance = refine.rough_tolerance;
   options.progress = [&](int count) {
     stage.Show(std::min(1.0, 0.5 * count / iterations),
                fmt::format("{}, {} observations, iteration {}", what, problem.observations.size(), count));
@@ -277,7 +276,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   };
   const auto adjust_first = [&](int iterations) {
     RequireParallax(scene, matched, options);
-    Adjust(options, scene, iterations, Unfit::kOutlier, {options.progress, 0.5, 0.6}, "first adjustment");
+    Adjust(options, scene, iterations, Loss::kHuber, {options.progress, 0.5, 0.6}, "first adjustment");
   };
   const std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
   const double error_px = MeasurePoseErrorPx(scene, pairs).value_or(options.most_error_px);
@@ -306,7 +305,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
        {RefineStage{options.progress, 0.6, 0.7}, RefineStage{options.progress, 0.7, 0.8}}) {
     stage.Show(0, "looking for points in all views");
     ExtendTracks(extension, scene);
-    Adjust(options, scene, options.iterations, Unfit::kDoubtful, stage, "adjustment");
+    Adjust(options, scene, options.iterations, Loss::kCauchy, stage, "adjustment");
   }
   DropUnsupported(options.min_view_points, scene);
   if (scene.Registered() < 2) throw Error("no two views agree; check that the poses belong to these images");
@@ -315,10 +314,10 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   WeighLenses(input, options, scene, result);
   // Drop wrong observations only under the final lens: under a wrong lens right observations look wrong.
   if (result.lenses != input.lenses)
-    Adjust(options, scene, options.iterations, Unfit::kDoubtful, lens, "adjustment with the new lens");
+    Adjust(options, scene, options.iterations, Loss::kCauchy, lens, "adjustment with the new lens");
   for (int round = 0; round < 2; ++round) {
     DropSliding(scene);
-    summary = Adjust(options, scene, options.iterations, Unfit::kWrong, last, "last adjustment");
+    summary = Adjust(options, scene, options.iterations, Loss::kCauchyAndGate, last, "last adjustment");
   }
   DropUnsupported(options.min_view_points, scene);
   if (summary.least_kept < options.contradicted_share) result.contradicted = summary.least_kept_camera;

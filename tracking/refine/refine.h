@@ -62,10 +62,9 @@ struct RefineOptions {
   // Relative change of the cost that ends all adjustments but the last ones, for which they are starts and
   // need not reach their minimum. Guessed.
   double rough_tolerance = 1e-4;
-  // For settled poses, in units of the errors' own scale: where the loss begins to doubt (measured:
-  // docs/tracking.md, "Why Cauchy's loss"), and where an observation is wrong (0.03 % of normal errors are
-  // that far off).
-  double doubt_at_scales = 2, wrong_at_scales = 4;
+  // For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
+  // docs/tracking.md, "Why Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
+  double cauchy_scales = 2, gate_scales = 4;
   // A view registered again: best descriptor distance / second best of a match. Guessed.
   double max_ratio = 0.85;
   // A view that keeps a smaller share of its observations is contradicted by most of them.

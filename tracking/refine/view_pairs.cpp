@@ -231,13 +231,13 @@ PairMatches MatchAroundPose(const RefineScene& scene, int first, int second, dou
 
 bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs, unsigned seed,
                 const OnePlaceOptions& options) {
-  std::vector<const PairMatches*> telling;
+  std::vector<const PairMatches*> usable;
   for (const PairMatches& pair : pairs)
-    if (pair.matches.size() >= options.min_matches) telling.push_back(&pair);
-  const std::size_t count = std::min(options.pairs, telling.size());
+    if (pair.matches.size() >= options.min_matches) usable.push_back(&pair);
+  const std::size_t count = std::min(options.pairs, usable.size());
   std::vector<int> turned(count, 0);
   ParallelFor(count, [&](std::size_t k) {
-    const PairMatches& pair = *telling[k * telling.size() / count];
+    const PairMatches& pair = *usable[k * usable.size() / count];
     const RefineView &a = scene.view(pair.first), &b = scene.view(pair.second);
     const double focal_px = scene.LensOf(b).MeanFocalPx();
     const std::vector<RayPair> rays = RaysOf(a, b, pair.matches);

@@ -10,10 +10,10 @@ namespace ulf::tracking {
 namespace {
 
 // The board gives poses from the first frame on, in its own frame and in metres, while the tracker starts a
-// map. Frames that have both poses determine the map's place in the board's frame. Then the map moves there, and
-// the board's corners become part of it and of every frame's pose (fiducial_observation.h). Where the board is
-// out of sight, the tracker continues with features. Where features fail, the board gives the pose, which also
-// tells a lost tracker where to search.
+// map. Frames that have both poses determine the map's place in the board's frame. Then the map moves there,
+// and the board's corners become part of it and of every frame's pose (fiducial_observation.h). Where the
+// board is out of sight, the tracker continues with features. Where features fail, the board gives the pose,
+// which also tells a lost tracker where to search.
 class FeaturesAndMarkers : public PoseSource {
  public:
   FeaturesAndMarkers(const CameraModel& camera, const MarkerSpec& spec, const TrackerOptions& options)
@@ -99,8 +99,8 @@ class FeaturesAndMarkers : public PoseSource {
   // A map pose is not used that differs from an unambiguous board pose by more than this (of the distance, or
   // radians) and this many of the board pose's standard deviations. Guessed.
   static constexpr double kFar = 0.05, kFarSigmas = 5;
-  // Anchors of poses that the board gave are numbered downwards from kByBoard. Where the tracker knew the pose
-  // as well (`in_map`), its anchor is better once the map has moved.
+  // Anchors of poses that the board gave are numbered downwards from kByBoard. Where the tracker knew the
+  // pose as well (`in_map`), its anchor is better once the map has moved.
   static constexpr int kByBoardForGood = -2, kByBoard = -3;
   struct ByBoard {
     Rigid3 cam_from_board;

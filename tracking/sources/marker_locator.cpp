@@ -196,10 +196,10 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
     if (!sure && apart(first, second) > options_.same_rad)
       between = 0.5 * (first.OriginInSource() - second.OriginInSource()).norm();
     // Where the centres are close, either pose will do: the predicted error covers both.
-    if (between > options_.little * first.translation.norm()) {
+    if (between > options_.close_share * first.translation.norm()) {
       const double to_first = history ? apart(first, *history) : 1;
       const double to_second = history ? apart(second, *history) : 1;
-      if (std::min(to_first, to_second) > options_.clearly * std::max(to_first, to_second)) {
+      if (std::min(to_first, to_second) > options_.history_ratio * std::max(to_first, to_second)) {
         if (ambiguous) *ambiguous = true;
         return std::nullopt;
       }

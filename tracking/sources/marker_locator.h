@@ -57,9 +57,9 @@ struct MarkerLocatorOptions {
   double sure_difference = 14;
   double same_rad = 1e-3;  // two poses that differ by less are one
   // Centres this close, of the distance: it does not matter which pose is chosen. Guessed.
-  double little = 0.01;
+  double close_share = 0.01;
   // The history decides when one pose is this much nearer to it than the other. Guessed.
-  double clearly = 0.5;
+  double history_ratio = 0.5;
   double history_s = 0.5;   // a pose older than this decides nothing. Guessed
   double max_rms_px = 2.5;  // above it the corners are no marker, or not this board. Guessed
   // A wrong corner among more than so many is dropped beyond this gate; fewer can spare none. Guessed.

@@ -88,17 +88,17 @@ PoseStream::~PoseStream() {
 void PoseStream::Serve() {
   int client = -1;
   std::string pending;
-  bool overlong = false;
+  bool too_long = false;
   std::uint64_t lines = 0;
   const auto set_connected = [&](bool connected) {
     {
       const MutexLock lock(mutex_);
       connected_ = connected;
-      starved_ = false;
+      timed_out_ = false;
       counts_.connections += connected;
       if (connected) {  // the new sender may have another clock
         sender_clock_ = {};
-        told_offset_s_.reset();
+        given_offset_s_.reset();
         if (options_.clock == SenderClock::kOwn) history_ = PoseHistory(options_.max_gap_s, kMostPoses);
       }
     }
@@ -118,7 +118,7 @@ void PoseStream::Serve() {
         close(client);
         client = -1;
         pending.clear();
-        overlong = false;
+        too_long = false;
         set_connected(false);
         spdlog::warn("the sender of poses has disconnected: frames get no pose until it connects again");
       }
@@ -127,12 +127,12 @@ void PoseStream::Serve() {
           if (pending.size() < kLongestLine)
             pending += bytes[i];
           else
-            overlong = true;
+            too_long = true;
           continue;
         }
-        Take(overlong ? pending + "..." : pending, client, ++lines);
+        Take(too_long ? pending + "..." : pending, client, ++lines);
         pending.clear();
-        overlong = false;
+        too_long = false;
       }
     }
     if (waited[1].revents != 0) {
@@ -172,7 +172,7 @@ void PoseStream::Take(const std::string& line, int client, std::uint64_t number)
   }
   if (std::sscanf(line.c_str(), " offset %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
     const MutexLock lock(mutex_);
-    told_offset_s_ = value;
+    given_offset_s_ = value;
     return;
   }
   if (TakePose(line)) return;
@@ -200,7 +200,7 @@ bool PoseStream::TakePose(const std::string& line) {
     history_.Add(v[0], *pose);
     sender_clock_.Add(v[0], now_s);
     ++counts_.poses;
-    starved_ = false;
+    timed_out_ = false;
   }
   changed_.notify_all();
   return true;
@@ -216,7 +216,7 @@ std::optional<double> PoseStream::SenderTime(double device_time_s) const {
 }
 
 std::optional<double> PoseStream::SenderOffset() const {
-  return told_offset_s_ ? told_offset_s_ : sender_clock_.OffsetS();
+  return given_offset_s_ ? given_offset_s_ : sender_clock_.OffsetS();
 }
 
 std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double host_time_s) {
@@ -236,7 +236,7 @@ std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double hos
       return pose;
     }
     const bool waited =
-        Clock::now() >= until || starved_ || (!connected_ && !first) || (options_.stop && options_.stop());
+        Clock::now() >= until || timed_out_ || (!connected_ && !first) || (options_.stop && options_.stop());
     // A late pose may fill a gap just before the newest pose.
     const bool may_arrive = answer == PoseAnswer::kAfter ||
                             (answer == PoseAnswer::kGap && history_.NewestS() - *time_s < options_.wait_s);
@@ -247,7 +247,7 @@ std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double hos
         ++counts_.in_gap;
       else
         ++counts_.not_in_time;
-      starved_ = starved_ || (may_arrive && Clock::now() >= until);
+      timed_out_ = timed_out_ || (may_arrive && Clock::now() >= until);
       return std::nullopt;
     }
     changed_.wait_until(lock, std::min(until, Clock::now() + kPoll));

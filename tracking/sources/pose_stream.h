@@ -81,10 +81,10 @@ class PoseStream {
   ConditionVariable changed_;
   PoseHistory history_ ULF_GUARDED_BY(mutex_);
   ClockOffset sender_clock_ ULF_GUARDED_BY(mutex_), device_clock_ ULF_GUARDED_BY(mutex_);
-  std::optional<double> told_offset_s_ ULF_GUARDED_BY(mutex_);
+  std::optional<double> given_offset_s_ ULF_GUARDED_BY(mutex_);
   Counts counts_ ULF_GUARDED_BY(mutex_);
   bool connected_ ULF_GUARDED_BY(mutex_) = false;
-  bool starved_ ULF_GUARDED_BY(mutex_) = false;  // a frame waited in vain, and no pose has arrived since
+  bool timed_out_ ULF_GUARDED_BY(mutex_) = false;  // a frame waited in vain, and no pose has arrived since
   bool ending_ ULF_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

@@ -34,10 +34,10 @@ bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3
   return off.dot(variance.inverse() * off) <= kChi2;
 }
 
-// Drops matches that contradict the confirmed points. Where a part of the image moves on its own, two keyframes
-// can agree about it, and its many new points would pull the pose and the next keyframes along. So an unconfirmed
-// point counts only where the pose of the confirmed ones allows it. In a map that has just started no point is
-// confirmed, and every match counts.
+// Drops matches that contradict the confirmed points. Where a part of the image moves on its own, two
+// keyframes can agree about it, and its many new points would pull the pose and the next keyframes along. So
+// an unconfirmed point counts only where the pose of the confirmed ones allows it. In a map that has just
+// started no point is confirmed, and every match counts.
 std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const FramePose& frame_pose,
                                                 const std::vector<PointMatch>& matches,
                                                 const std::vector<PointObservation>& corners,
@@ -168,7 +168,7 @@ std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const Key
   return std::nullopt;
 }
 
-// Excludes matches that also fit other places: keyframes that look like this image but share few of its points.
+// Excludes matches that also fit keyframes of other places, which look like this image but share few points.
 void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked,
                                       const FramePose& frame_pose, LeftOut& left_out) const {
   const MapLock lock(shared_);

@@ -25,9 +25,9 @@ Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const
   return camera.RayFromImg(aligned->img).value_or(to.ray);
 }
 
-// Whether a part of the image moves on its own: lies off the motion's epipolar lines to one side. Two motions can
-// look like one for a while, because depth explains all motion along the lines. Motion across them remains; it
-// has one sign where one thing moves, while errors of matches have both.
+// Whether a part of the image moves on its own: lies off the motion's epipolar lines to one side. Two motions
+// can look like one for a while, because depth explains all motion along the lines. Motion across them
+// remains; it has one sign where one thing moves, while errors of matches have both.
 bool PartMovesOnItsOwn(const CameraModel& camera, const InitializerOptions& options,
                        const Rigid3& second_from_first, std::span<const Eigen::Vector2d> first_img,
                        std::span<const RayPair> pairs) {

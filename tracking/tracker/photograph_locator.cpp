@@ -41,8 +41,8 @@ PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel&
                                      const PhotographOptions& options)
     : options_(options),
       photograph_px_(photograph.width, photograph.height),
-      // A patch is aligned on the pyramid level where its pixels are as large as the image's: more pixels than
-      // the pyramid spans would not be used.
+      // A patch is aligned on the pyramid level where its pixels are as large as the image's: more pixels
+      // than the pyramid spans would not be used.
       full_(Reduced(photograph, LevelScale(kPyramidLevels - 1) * live.MeanFocalPx())),
       small_(Reduced(photograph, live.MeanFocalPx())),
       shared_(shared),

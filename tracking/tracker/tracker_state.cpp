@@ -241,7 +241,7 @@ std::optional<NewKeyframe> Tracker::State::KeyframeOf(const TrackedImage& image,
   return offered;
 }
 
-// Tells the mapper which points the frame should have shown and did show, and offers the frame as a keyframe.
+// Tells the mapper which points the frame should have shown and did show, and offers it as a keyframe.
 void Tracker::State::Report(const TrackedImage& image, const Frame& frame_in, const FramePose& frame_pose,
                             Track& track) {
   FrameReport report;

@@ -28,8 +28,8 @@ WorkingSize::WorkingSize(const CameraModel& original, int max_side_px)
   working_ = original.ScaledTo(reduced(original.width), reduced(original.height));
 }
 
-// Averages over areas: first by a whole factor where the sizes have one, which OpenCV does ten times as fast, then
-// by the rest. For a small rest linear interpolation averages as well.
+// Averages over areas: first by a whole factor where the sizes have one, which OpenCV does ten times as fast,
+// then by the rest. For a small rest linear interpolation averages as well.
 cv::Mat WorkingSize::Reduced(const cv::Mat& original) const {
   if (!IsReduced()) return original;
   constexpr double kLinearSuffices = 1.5;  // original pixels for one working pixel. Guessed
