@@ -58,7 +58,7 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// In one step, so that a kill leaves the old or the new poses.
+// Records the poses in one step, so that a kill leaves the old or the new ones.
 void Write(const LightField& before, const tracking::RefineResult& result, LightFieldWriter& writer) {
   std::map<int, Rigid3> poses;
   for (std::size_t v = 0; v < before.views.size(); ++v)
@@ -97,7 +97,7 @@ nlohmann::ordered_json FitJson(const tracking::LensEstimate& fit, bool taken) {
   return json;
 }
 
-// Of the cap that the capture was to cover.
+// The covered share of the capture's goal.
 struct CoverageChange {
   coverage::Cap cap;
   double before = 0, after = 0;
@@ -148,8 +148,8 @@ nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineRe
   json["turned_deg"] = {{"median", result.turned_median_deg}, {"largest", result.turned_max_deg}};
   if (result.center_sigma_max) {
     json["predicted_error"] = {{"median", *result.center_sigma_median},
-                               {"largest", *result.center_sigma_max}};
-    json["predicted_error"]["view"] = before.views[At(result.least_sure)].id;
+                               {"largest", *result.center_sigma_max},
+                               {"view", before.views[At(result.least_sure)].id}};
   }
   json["lenses"] = nlohmann::ordered_json::array();
   for (const tracking::LensEstimate& fit : result.lens_fits)
@@ -177,15 +177,15 @@ ModelChoice Explained(const std::vector<tracking::LensTrial>& trials, std::size_
       "numbers are freed one after the other; one stays free where the information criterion gains more "
       "than ten and the number moves by more than three of its standard deviations",
       {{"as given", "gain 0", true}}};
-  std::size_t chosen = 0;
   for (const tracking::LensTrial& trial : trials) {
-    if (trial.kept) chosen = choice.candidates.size();
+    if (trial.kept)
+      for (auto& candidate : choice.candidates) candidate.chosen = false;
     choice.candidates.push_back(
         {FreedNumbers(trial.fit.free) + " free",
          fmt::format("gain {:.1f}, {:.1f} before it; {}", trial.fit.gain, trial.gain_before,
-                     trial.moved ? "moved" : "moved less than it is certain")});
+                     trial.moved ? "moved" : "moved by less than its uncertainty"),
+         trial.kept});
   }
-  for (std::size_t i = 0; i < choice.candidates.size(); ++i) choice.candidates[i].chosen = i == chosen;
   if (trials.empty()) choice.candidates[0].evidence = "not tried: too few views or points to tell";
   return choice;
 }
@@ -226,10 +226,10 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
       result.moved_median, unit, result.moved_max, before.views[At(std::max(0, result.moved_most))].id,
       result.turned_median_deg, result.turned_max_deg);
   if (result.center_sigma_max) {
-    const int view = before.views[At(result.least_sure)].id;
     if (std::isfinite(*result.center_sigma_max))
       fmt::print("they are known to {:.5f} {} (one standard deviation, median; largest {:.5f}, view {})\n",
-                 *result.center_sigma_median, unit, *result.center_sigma_max, view);
+                 *result.center_sigma_median, unit, *result.center_sigma_max,
+                 before.views[At(result.least_sure)].id);
     else
       fmt::print(
           "parts of the views share too few points: the images do not determine their relative poses\n");
@@ -294,7 +294,7 @@ int RunRefine(const RefineArgs& args) {
   const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   PeakMemoryMib()};
   std::optional<tracking::LightFieldErrors> errors;
-  std::string not_compared;  // why: the report of what was done comes first
+  std::string not_compared;  // why; thrown after the report
   if (!args.truth.empty()) try {
       errors = CompareWithTruth(before, result, truth, args.truth);
     } catch (const Error& error) {

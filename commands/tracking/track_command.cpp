@@ -139,7 +139,7 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
     FollowFrames(args, spec, device, poses, followed);
   } catch (const std::exception& error) {
     if (run.live.empty()) throw;
-    run.broke = fmt::format("frame {}: {}", run.frames.size(), error.what());
+    run.failure = fmt::format("frame {}: {}", run.frames.size(), error.what());
   }
   const bool lost = device.State() == acquisition::DeviceState::kLost;
   device.Stop();
@@ -150,7 +150,7 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
   try {
     poses->Finish();
   } catch (const std::exception& error) {
-    if (run.broke.empty()) run.broke = fmt::format("the last adjustment: {}", error.what());
+    if (run.failure.empty()) run.failure = fmt::format("the last adjustment: {}", error.what());
   }
   for (const TrackedFrame& sample : run.frames)
     if (sample.track.cam_from_world)
@@ -172,7 +172,7 @@ int RunTrack(const TrackArgs& args) {
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
   if (!args.truth.empty()) truth = ReadTum(args.truth);
-  // OpenCV would use all cores for a single frame; the other threads need them.
+  // OpenCV would take all processors for a single frame; the other threads need them.
   cv::setNumThreads(1);
   std::string uri = args.uri;
   if (args.fps > 0) uri += fmt::format("{}fps={}", uri.find('?') == std::string::npos ? '?' : '&', args.fps);
@@ -186,7 +186,7 @@ int RunTrack(const TrackArgs& args) {
     } catch (const Error& error) {
       unwritten.push_back(error.what());
     }
-  // Without a file, the device's own poses serve where it knows them.
+  // Without a file, compare with the device's own poses, if it knows them.
   std::optional<TrackErrors> errors;
   if (!args.truth.empty())
     errors = CompareWithTruth(run, truth, args.truth);
@@ -209,8 +209,8 @@ int RunTrack(const TrackArgs& args) {
   else if (!args.plot.empty())
     PlotRun(args.plot, run, compared, args.uri);
   if (!unwritten.empty()) throw Error("{}", fmt::join(unwritten, "; "));
-  if (!run.broke.empty())
-    throw Error("{}: {}; {} until then were kept", args.uri, run.broke, Counted(run.live.size(), "pose"));
+  if (!run.failure.empty())
+    throw Error("{}: {}; {} until then were kept", args.uri, run.failure, Counted(run.live.size(), "pose"));
   return run.live.empty() ? kFailed : kOk;
 }
 
@@ -228,7 +228,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       "--truth", args->truth,
       "True poses, TUM format: prints the error (default: the device's own poses, where it has them)");
   command->add_option("--plot", args->plot,
-                      "Picture of the run, .png, .svg or .pdf: the way from above and from behind, error, "
+                      "Picture of the run, .png, .svg or .pdf: the path from above and from behind, error, "
                       "quality and points over time");
   command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
@@ -254,8 +254,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->footer(
       "Example: ulf track 'replay:kitchen?glob=*.color.jpg' --calibration intrinsics.txt -o poses.txt "
       "--truth reference.txt --plot run.png\nSIGINT ends the run of a live camera: the program writes the "
-      "poses "
-      "and prints the report.");
+      "poses and prints the report.");
   command->callback([args, &chosen] { chosen = [args] { return RunTrack(*args); }; });
 }
 

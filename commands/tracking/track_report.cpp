@@ -116,7 +116,8 @@ std::string MapLine(const tracking::TrackerStatistics& map) {
       fmt::format("map: {}, {}", Counted(map.keyframes, "keyframe"), Counted(map.map_points, "point"));
   if (map.loops > 0) text += fmt::format("; {} closed", Counted(map.loops, "loop"));
   if (map.keyframes_left_out > 0)
-    text += fmt::format("; {} left out, mapping was behind", Counted(map.keyframes_left_out, "keyframe"));
+    text += fmt::format("; {} left out because the mapper was behind",
+                        Counted(map.keyframes_left_out, "keyframe"));
   text += "\n";
   if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
   if (map.calibration && map.calibration->wrong) text += map.calibration->Advice() + "\n";
@@ -132,7 +133,7 @@ std::string MostFrequentObstacle(const TrackRun& run) {
   if (frames.size() > 1) frames.erase(tracking::StartObstacle::kFirstView);
   const auto most = std::max_element(frames.begin(), frames.end(),
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
-  return fmt::format("{} (so in {} of {})", tracking::Advice(most->first), most->second,
+  return fmt::format("{} (in {} of {})", tracking::Advice(most->first), most->second,
                      Counted(run.frames.size(), "frame"));
 }
 
@@ -178,10 +179,10 @@ std::string ToText(const TrackErrors& errors) {
                   Counted(errors.live->matched, "pose"), errors.final->scale);
   text += ErrorLine("live", *errors.live) + ErrorLine("after", *errors.final);
   if (errors.middle_row_live && errors.middle_row_final)
-    text += "  these are poses of pictures as they are; the camera when the middle row was read:\n" +
+    text += "  these are poses of the pictures; the camera's own when the middle row was read:\n" +
             ErrorLine("live", *errors.middle_row_live) + ErrorLine("after", *errors.middle_row_final);
   if (errors.earlier_maps > 0)
-    text += fmt::format("  not compared: {} on a map that was thrown away at the start\n",
+    text += fmt::format("  not compared: {} on a map that was discarded at the start\n",
                         Counted(errors.earlier_maps, "pose"));
   return text;
 }
@@ -193,7 +194,7 @@ GivenPoses OfLastMap(const TrackRun& run) { return OfLastMap(run, {run.live, run
 TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, std::string truth_name) {
   TrackErrors errors{.truth_name = std::move(truth_name), .truth = std::move(truth)};
   if (run.frames.empty()) return errors;
-  double tolerance_s = 1.0 / 60;
+  double tolerance_s = 1.0 / 60;  // of a single frame: half a frame at 30 Hz
   if (run.frames.size() > 1) {
     const double span_s = run.frames.back().time_s - run.frames.front().time_s;
     tolerance_s = 0.5 * span_s / static_cast<double>(run.frames.size() - 1);
@@ -319,10 +320,9 @@ std::vector<ModelChoice> Explained(const TrackRun& run) {
     const bool flat = start->model == tracking::RelativePoseModel::kHomography;
     choices.push_back({"model that started the map",
                        fmt::format("no map starts where a rotation explains nearly all matches; the scene is "
-                                   "flat where a homography "
-                                   "explains 85 % of what the essential matrix does; the cost of the best "
-                                   "other motion is higher by "
-                                   "{:.0f} variances of the noise ({:.0f} needed)",
+                                   "flat where a homography explains 85 % of what the essential matrix does; "
+                                   "the cost of the best other motion is higher by {:.0f} variances of the "
+                                   "noise ({:.0f} needed)",
                                    seen.runner_up, seen.runner_up_needed),
                        {{"rotation", of_matches(seen.by_rotation), false},
                         {"homography", of_matches(seen.by_homography), flat},
@@ -331,12 +331,12 @@ std::vector<ModelChoice> Explained(const TrackRun& run) {
   choices.push_back(
       {"keyframes",
        "a frame becomes a keyframe where it shows few of the last one's points, or the camera has moved or "
-       "turned; a keyframe goes where others see nearly all of its points",
+       "turned; a keyframe is removed where others see nearly all of its points",
        {{"kept", fmt::format("{}", run.map.keyframes), true},
         {"made", fmt::format("{}", run.map.keyframes_made), false},
         {"every frame", fmt::format("{}", run.frames.size()), false}}});
   choices.push_back({"map points",
-                     "a new point goes where it is found less often than it should be",
+                     "a new point is removed where it is found less often than it should be",
                      {{"kept", fmt::format("{}", run.map.map_points), true},
                       {"made", fmt::format("{}", run.map.points_made), false}}});
   return choices;

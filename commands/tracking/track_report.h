@@ -34,7 +34,7 @@ struct TrackRun {
   GivenPoses middle_row;           // the camera's own poses, where a rolling shutter is compensated
   std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
   tracking::TrackerStatistics map;
-  std::string broke;  // what ended the run early: where and why; empty: nothing
+  std::string failure;  // why and where the run ended early; empty: it did not
   std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
 

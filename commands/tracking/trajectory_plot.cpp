@@ -32,7 +32,7 @@ struct Box {
   double Width() const { return right - left; }
 };
 
-// The views' height follows the way's; the charts over time lie below.
+// The views' height follows the path's; the charts over time lie below.
 struct Layout {
   Box above, behind, upper, lower;
   double height;
@@ -79,9 +79,10 @@ Matrix3d MeanCamera(const std::vector<TimedPose>& poses) {
     down += share * world_from_cam.col(1);
     mean += share * pose.cam_from_world.OriginInSource();
   }
-  const Vector3d up = down.norm() > 0.1 ? Vector3d(-down.normalized()) : Vector3d(Vector3d::UnitZ());
+  constexpr double kLeastDown = 0.1, kLeastRight = 0.3;  // of the mean: less gives no direction. Guessed
+  const Vector3d up = down.norm() > kLeastDown ? Vector3d(-down.normalized()) : Vector3d(Vector3d::UnitZ());
   right -= up.dot(right) * up;
-  if (right.norm() < 0.3) {  // all the way round: the longest way there is runs across the picture
+  if (right.norm() < kLeastRight) {  // all around: the path's longest extent runs across the picture
     Matrix3d spread = Matrix3d::Zero();
     for (const TimedPose& pose : poses) {
       Vector3d from_mean = pose.cam_from_world.OriginInSource() - mean;
@@ -97,8 +98,6 @@ Matrix3d MeanCamera(const std::vector<TimedPose>& poses) {
   axes << right.transpose(), up.cross(right).transpose(), up.transpose();
   return axes;
 }
-
-constexpr double kAround = 1.1;  // of the views, around the way
 
 struct Range {
   double from = 0, to = 0;
@@ -118,12 +117,12 @@ Range RangeOf(const std::vector<Line>& lines, int axis) {
 
 // A longer step between two times means that poses are missing.
 double GapSeconds(const std::vector<double>& times_s) {
+  constexpr double kUsualSteps = 2.5;  // two steps, and some jitter
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < times_s.size(); ++i) steps_s.push_back(times_s[i] - times_s[i - 1]);
-  return 2.5 * Median(steps_s);
+  return kUsualSteps * Median(steps_s);
 }
 
-// Breaks the line where poses are missing.
 std::string LineData(const std::string& name, const Line& line) {
   const double gap_s = GapSeconds(line.times_s);
   std::string data = fmt::format("${} << EOD\n", name);
@@ -136,15 +135,15 @@ std::string LineData(const std::string& name, const Line& line) {
   return data + "EOD\n";
 }
 
-// The way while the camera was lost: along the truth where that is known, else straight.
-Line LostWays(const std::vector<LostStretch>& stretches, const Line& way) {
+// The parts of `path` (the truth, or the final poses) on which the camera was lost.
+Line LostParts(const std::vector<LostStretch>& stretches, const Line& path) {
   constexpr double kSameTime_s = 1e-3;
   Line lost{"no pose", fmt::format("lines lw 4 lc rgb '{}'", kLostColor), {}, {}};
   for (const LostStretch& stretch : stretches)
-    for (std::size_t i = 0; i < way.centers.size(); ++i)
-      if (way.times_s[i] >= stretch.from_s - kSameTime_s && way.times_s[i] <= stretch.to_s + kSameTime_s) {
-        lost.times_s.push_back(way.times_s[i]);
-        lost.centers.push_back(way.centers[i]);
+    for (std::size_t i = 0; i < path.centers.size(); ++i)
+      if (path.times_s[i] >= stretch.from_s - kSameTime_s && path.times_s[i] <= stretch.to_s + kSameTime_s) {
+        lost.times_s.push_back(path.times_s[i]);
+        lost.centers.push_back(path.centers[i]);
       }
   return lost;
 }
@@ -156,10 +155,11 @@ double LargestHeight(const std::vector<Line>& lines) {
 std::string Views(const std::vector<Line>& lines, const Layout& layout, const std::string& unit) {
   const Range x = RangeOf(lines, 0);
   const double aspect = layout.above.Height() / layout.above.Width();
-  const double across = kAround * std::max({x.Length(), LargestHeight(lines) / aspect, 1e-9});
+  constexpr double kMargin = 1.1;
+  const double across = kMargin * std::max({x.Length(), LargestHeight(lines) / aspect, 1e-9});
   std::string script;
   for (std::size_t i = 0; i < lines.size(); ++i) script += LineData(fmt::format("line{}", i), lines[i]);
-  // A plot of nothing holds the legend of both views.
+  // An empty plot holds the legend of both views.
   script += layout.Margins({layout.above.left, layout.behind.right, 44, layout.above.top - 20});
   script += "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\n";
   script += "set key top center horizontal maxrows 1 samplen 2.5\nplot ";
@@ -192,8 +192,7 @@ std::string Shaded(const std::vector<LostStretch>& stretches, double start_s) {
   for (const LostStretch& stretch : stretches)
     script += fmt::format(
         "set object {} rectangle from first {},graph 0 to first {},graph 1 fillcolor rgb '{}' fillstyle "
-        "solid "
-        "0.15 noborder behind\n",
+        "solid 0.15 noborder behind\n",
         object++, stretch.from_s - start_s, stretch.to_s - start_s, kLostColor);
   return script;
 }
@@ -245,7 +244,6 @@ std::string QualityOverTime(const TrackRun& run, double start_s) {
   return script;
 }
 
-// Poses as a line in the picture's axes.
 Line LineOf(std::string name, std::string style, const std::vector<TimedPose>& poses,
             const Similarity3& picture_from_world) {
   Line line{std::move(name), std::move(style), {}, {}};
@@ -279,7 +277,7 @@ void PlotRun(const std::string& path, const TrackRun& run, const TrackErrors* er
       return fmt::format("lines lw {} lc rgb '{}'", width, color);
     };
     if (compared) lines.push_back(LineOf("truth", style(4, kTruthColor), truth, picture_from_world));
-    if (!lost.empty()) lines.push_back(LostWays(lost, LineOf("", "", reference, picture_from_world)));
+    if (!lost.empty()) lines.push_back(LostParts(lost, LineOf("", "", reference, picture_from_world)));
     const Similarity3 same;
     lines.push_back(LineOf("live", style(1.2, kLiveColor), live,
                            picture_from_world * (compared ? errors->live->truth_from_estimated : same)));

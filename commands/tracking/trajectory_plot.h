@@ -1,4 +1,4 @@
-// Draws a tracked run: the way from above and from behind in equal axes, truth against live and final poses
+// Draws a tracked run: the path from above and from behind in equal axes, truth against live and final poses
 // (aligned with it), with the stretches where the camera was lost; below, error, quality and points over
 // time.
 //

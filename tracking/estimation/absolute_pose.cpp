@@ -9,6 +9,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"
 
@@ -21,24 +22,16 @@ using Eigen::Vector3d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// A point that cannot be projected costs as much as a far outlier: the step that loses points must not look
-// cheap.
-constexpr double kLostPointSigmas2 = 1e4;
-
-// A pose's true error over the one that independent errors of the residuals' size would make; read off
-// the chart in docs/tracking_measured.md, "What the quality value says".
-constexpr double kCommonError = 1.5;
-constexpr double kLeastResidual = 0.1;  // few residuals can be small by chance
-
 struct NormalEquations {
   Matrix6d hessian = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
   double cost = 0;
 };
 
-// Weighted least squares at a pose, of the observations in use.
 NormalEquations Linearize(const CameraModel& camera, std::span<const PointObservation> observations,
-                          const std::vector<bool>& used, const Rigid3& pose, double huber) {
+                          const std::vector<bool>& used, const Rigid3& pose,
+                          const RefinePoseOptions& options) {
+  const double huber = options.huber_sigmas;
   // A row of the Jacobian and its residual, padded to two vectors: the products of six entries with all of
   // them are the upper rows of the normal matrix and, in the seventh column, the gradient.
   using Double4 = double __attribute__((vector_size(32)));
@@ -51,7 +44,7 @@ NormalEquations Linearize(const CameraModel& camera, std::span<const PointObserv
     Eigen::Matrix<double, 2, 3> img_by_point;
     const auto img = camera.ImgFromCam(point, &img_by_point);
     if (!img) {
-      cost += HuberCost(kLostPointSigmas2, huber);
+      cost += HuberCost(options.lost_point_sigmas2, huber);
       continue;
     }
     const double inverse_variance = 1 / (observations[i].sigma_px * observations[i].sigma_px);
@@ -60,7 +53,7 @@ NormalEquations Linearize(const CameraModel& camera, std::span<const PointObserv
     cost += HuberCost(squared, huber);
     const double weight = inverse_variance * (squared <= huber * huber ? 1 : huber / std::sqrt(squared));
     for (int row = 0; row < 2; ++row) {
-      // Turning the camera frame by w moves the point by w x point.
+      // A turn of the camera frame by w moves the point by w x point.
       const Vector3d move = img_by_point.row(row), turn = point.cross(move);
       const double entries[6] = {turn.x(), turn.y(), turn.z(), move.x(), move.y(), move.z()};
       const Double4 first = weight * Double4{turn.x(), turn.y(), turn.z(), move.x()};
@@ -87,7 +80,7 @@ struct Minimum {
 
 Minimum Minimize(const CameraModel& camera, std::span<const PointObservation> observations,
                  const std::vector<bool>& used, const Rigid3& initial, const RefinePoseOptions& options) {
-  Minimum minimum{initial, Linearize(camera, observations, used, initial, options.huber_sigmas)};
+  Minimum minimum{initial, Linearize(camera, observations, used, initial, options)};
   double damping = 1e-6;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     bool moved = false;
@@ -98,10 +91,10 @@ Minimum Minimize(const CameraModel& camera, std::span<const PointObservation> ob
       const Vector6d step = -damped.ldlt().solve(minimum.equations.gradient);
       if (!step.allFinite()) return minimum;
       step_size = step.head<3>().norm() + step.tail<3>().norm() / (1 + minimum.pose.translation.norm());
-      // Where it would not move any more, the equations are those of the pose that it would move to.
+      // So small a step leaves the equations as they are.
       if (step_size < options.min_step) return minimum;
       const Rigid3 candidate = Perturbed(minimum.pose, step);
-      const NormalEquations there = Linearize(camera, observations, used, candidate, options.huber_sigmas);
+      const NormalEquations there = Linearize(camera, observations, used, candidate, options);
       if (there.cost <= minimum.equations.cost) {
         minimum = {candidate, there};
         damping = std::max(1e-9, damping * 0.1);
@@ -115,14 +108,6 @@ Minimum Minimize(const CameraModel& camera, std::span<const PointObservation> ob
   return minimum;
 }
 
-// By turn and by centre, `distance` from what is seen.
-bool ClearlyDifferent(const Rigid3& a, const Rigid3& b, double distance) {
-  constexpr double kTurn = 5 * M_PI / 180, kShift = 0.05;
-  return RotationAngle(a.rotation * b.rotation.conjugate()) > kTurn ||
-         (a.OriginInSource() - b.OriginInSource()).norm() > kShift * distance;
-}
-
-// Matches that have a direction, and the pose that explains them best.
 class PoseSearch {
  public:
   PoseSearch(const CameraModel& camera, std::span<const PointObservation> observations,
@@ -153,7 +138,7 @@ class PoseSearch {
   }
 
  private:
-  struct Explained {
+  struct ScoredPose {
     double cost = 0;
     Rigid3 pose;
   };
@@ -178,7 +163,7 @@ class PoseSearch {
     std::vector<PointObservation> used;
     for (const int i : inliers) {
       used.push_back(seen_[At(i)]);
-      used.back().sigma_px = options_.threshold_px / 2.45;
+      used.back().sigma_px = options_.threshold_px / kSigmas95;
     }
     const auto refined = RefinePose(camera_, used, pose, {.rounds = 1, .max_iterations = 5});
     return refined ? std::optional(refined->cam_from_world) : std::nullopt;
@@ -191,63 +176,69 @@ class PoseSearch {
     return inliers;
   }
 
-  Explained Explain(const Rigid3& pose) const {
+  ScoredPose Score(const Rigid3& pose) const {
     double cost = 0;
     for (int i = 0; i < static_cast<int>(seen_.size()); ++i)
       cost += std::min(Residual2(pose, i), options_.threshold_px * options_.threshold_px);
     return {cost, pose};
   }
 
-  // What threes of the inliers suggest that are seen far from each other: near what all of them do.
-  std::vector<Explained> Suggestions(const std::vector<int>& inliers) const {
-    constexpr std::size_t kDrawn = 60, kUsed = 8;
+  bool ClearlyDifferent(const Rigid3& a, const Rigid3& b, double distance) const {
+    return RotationAngle(a.rotation * b.rotation.conjugate()) > Radians(options_.rivals.different_turn_deg) ||
+           (a.OriginInSource() - b.OriginInSource()).norm() > options_.rivals.different_shift * distance;
+  }
+
+  // The poses of samples of three inliers that lie far apart in the image, and are therefore accurate.
+  std::vector<ScoredPose> RivalPoses(const std::vector<int>& inliers) const {
     std::mt19937 random(options_.seed);
     std::vector<std::pair<double, std::vector<int>>> samples;  // by falling area
-    for (std::size_t k = 0; k < kDrawn; ++k) {
+    for (std::size_t k = 0; k < options_.rivals.drawn; ++k) {
       std::vector<int> sample(3);
       internal::DrawSample(random, static_cast<int>(inliers.size()), sample);
       for (int& i : sample) i = inliers[At(i)];
       const auto ray = [&](std::size_t at) { return rays_[At(sample[at])]; };
       samples.emplace_back(-(ray(1) - ray(0)).cross(ray(2) - ray(0)).norm(), sample);
     }
-    std::partial_sort(samples.begin(), samples.begin() + kUsed, samples.end());
-    std::vector<Explained> suggestions;
-    for (std::size_t k = 0; k < kUsed; ++k)
-      for (const Rigid3& pose : Solve(samples[k].second)) suggestions.push_back(Explain(pose));
-    return suggestions;
+    const std::size_t used = options_.rivals.used;
+    std::partial_sort(samples.begin(), samples.begin() + static_cast<long>(used), samples.end());
+    std::vector<ScoredPose> rivals;
+    for (std::size_t k = 0; k < used; ++k)
+      for (const Rigid3& pose : Solve(samples[k].second)) rivals.push_back(Score(pose));
+    return rivals;
   }
 
-  // Three places have up to four poses, a far plane has two, and the search may have ended with a wrong one.
+  // Three points have up to four poses, a far plane has two, and the search may have ended with a wrong one.
   // None where a clearly different pose explains the matches about as well.
   std::optional<Rigid3> BestOfRivals(const SamplingResult<Rigid3>& found) const {
-    constexpr std::size_t kRefined = 6;
     std::vector<double> distances;
     for (const int i : found.inliers) distances.push_back((found.model * seen_[At(i)].point_in_world).norm());
     const double distance = Median(std::move(distances));
-    std::vector<Explained> rivals = Suggestions(found.inliers);
-    std::erase_if(
-        rivals, [&](const Explained& rival) { return !ClearlyDifferent(rival.pose, found.model, distance); });
+    std::vector<ScoredPose> rivals = RivalPoses(found.inliers);
+    std::erase_if(rivals, [&](const ScoredPose& rival) {
+      return !ClearlyDifferent(rival.pose, found.model, distance);
+    });
     std::sort(rivals.begin(), rivals.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
-    if (rivals.size() > kRefined) rivals.resize(kRefined);
-    Explained best{found.cost, found.model};
+    if (rivals.size() > options_.rivals.refined) rivals.resize(options_.rivals.refined);
+    ScoredPose best{found.cost, found.model};
     rivals.push_back(best);
-    for (Explained& rival : rivals) {
+    for (ScoredPose& rival : rivals) {
       for (int round = 0; round < 2; ++round)
         if (const auto improved = Improve(rival.pose, Inliers(rival.pose)))
-          if (const Explained explained = Explain(*improved); explained.cost < rival.cost) rival = explained;
+          if (const ScoredPose scored = Score(*improved); scored.cost < rival.cost) rival = scored;
       if (rival.cost < best.cost) best = rival;
     }
     std::vector<double> errors;
     for (const int i : Inliers(best.pose)) errors.push_back(std::sqrt(Residual2(best.pose, i)));
-    constexpr double kMedianLength = 1.1774, kLeastNoise_px = 0.1;
-    const double noise_px = std::max(kLeastNoise_px, Median(std::move(errors)) / kMedianLength);
-    // More than noise, and unmodelled errors of some percent, would make between two that are as good.
+    const double noise_px =
+        std::max(options_.rivals.least_noise_px, Median(std::move(errors)) / kMedianLength);
+    // Noise, and unmodelled errors of some percent, make a smaller difference between two that are as good.
     const double margin =
-        std::max(60.0, 0.25 * static_cast<double>(found.inliers.size())) * noise_px * noise_px;
-    for (const Explained& rival : rivals) {
+        std::max(options_.rivals.least_margin,
+                 options_.rivals.margin_per_inlier * static_cast<double>(found.inliers.size())) *
+        noise_px * noise_px;
+    for (const ScoredPose& rival : rivals)
       if (rival.cost - best.cost < margin && ClearlyDifferent(rival.pose, best.pose, distance))
         return std::nullopt;
-    }
     return best.pose;
   }
 
@@ -255,7 +246,7 @@ class PoseSearch {
   const AbsolutePoseOptions& options_;
   std::vector<PointObservation> seen_;
   std::vector<Vector3d> rays_;
-  std::vector<int> index_;  // of the matches given
+  std::vector<int> index_;  // into the matches that were given; those without a ray are left out
 };
 
 }  // namespace
@@ -299,16 +290,14 @@ std::optional<PoseRefinement> RefinePose(const CameraModel& camera,
     result.inlier = std::move(inlier);
   }
   if (result.inliers < kMinimum) return std::nullopt;
-  if (!settled)
-    equations = Linearize(camera, observations, result.inlier, result.cam_from_world, options.huber_sigmas);
+  if (!settled) equations = Linearize(camera, observations, result.inlier, result.cam_from_world, options);
   const Eigen::FullPivLU<Matrix6d> lu(equations.hessian);
   if (!lu.isInvertible()) return std::nullopt;
   result.covariance = lu.inverse();
-  // center = -R^T t; under a twist of the camera frame it moves by -R^T v. The residuals say what the sigmas
-  // are worth; what they cannot show is the part of the error that neighbouring points, and the map, have in
-  // common.
+  // The centre is -R^T t; under a twist of the camera frame it moves by -R^T v. Residuals scale the sigmas,
+  // but do not show the error that neighbouring points, and the map, have in common.
   const double residual_sigmas = std::sqrt(equations.cost / std::max(1, 2 * result.inliers - 6));
-  result.center_sigma = kCommonError * std::max(kLeastResidual, residual_sigmas) *
+  result.center_sigma = options.common_error * std::max(options.least_residual, residual_sigmas) *
                         std::sqrt(std::max(0.0, result.covariance.bottomRightCorner<3, 3>().trace()));
   return result;
 }

@@ -16,11 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Below this many free cameras the dense reduced system is faster than anything clever.
-constexpr int kDenseCameras = 120;
-// Of errors over their sigmas: perfect measurements must not make the loss infinitely narrow.
-constexpr double kLeastScale = 0.03;
-
 class Watcher final : public ceres::IterationCallback {
  public:
   Watcher(const BundleOptions& options, int before) : options_(options), count_(before) {}
@@ -73,10 +68,10 @@ void AddObservations(const std::vector<CameraModel>& lenses, BundleProblem& prob
   }
 }
 
-ceres::LinearSolverType SolverFor(BundleSolver solver, int free_cameras) {
-  if (solver == BundleSolver::kSparse) return ceres::SPARSE_SCHUR;
-  const bool dense =
-      solver == BundleSolver::kBySize ? free_cameras <= kDenseCameras : solver == BundleSolver::kDense;
+ceres::LinearSolverType SolverFor(const BundleOptions& options, int free_cameras) {
+  if (options.solver == BundleSolver::kSparse) return ceres::SPARSE_SCHUR;
+  const bool dense = options.solver == BundleSolver::kBySize ? free_cameras <= options.dense_cameras
+                                                             : options.solver == BundleSolver::kDense;
   return dense ? ceres::DENSE_SCHUR : ceres::ITERATIVE_SCHUR;
 }
 
@@ -89,8 +84,8 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
   ceres::Problem ceres_problem(ownership);
   std::unique_ptr<ceres::LossFunction> loss = std::make_unique<ceres::HuberLoss>(options.huber_sigmas);
   if (options.cauchy_scales > 0)
-    loss = std::make_unique<ceres::CauchyLoss>(options.cauchy_scales *
-                                               std::clamp(ErrorScale(lenses, problem), kLeastScale, 1.0));
+    loss = std::make_unique<ceres::CauchyLoss>(
+        options.cauchy_scales * std::clamp(ErrorScale(lenses, problem), options.least_scale, 1.0));
   PoseManifold manifold;
   std::vector<IntrinsicsManifold> lens_manifolds;
   for (const CameraModel& lens : lenses) lens_manifolds.emplace_back(lens, options.free);
@@ -124,9 +119,9 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
     if (blocks.used_point[p]) ordering->AddElementToGroup(problem.points[p].data(), 0);
 
   ceres::Solver::Options solver = SilentSolver(iterations);
-  solver.linear_solver_type = SolverFor(options.solver, free_cameras);
-  // SCHUR_JACOBI visits every pair of cameras that a point joins, and points here are seen by dozens: the
-  // iterations that it saves cost less than it does.
+  solver.linear_solver_type = SolverFor(options, free_cameras);
+  // SCHUR_JACOBI visits every pair of cameras that share a point. Points here are seen by dozens of cameras,
+  // so it costs more than the iterations that it saves.
   solver.preconditioner_type = ceres::JACOBI;
   solver.linear_solver_ordering = ordering;
   solver.function_tolerance = options.function_tolerance;
@@ -148,8 +143,8 @@ int MarkOutliers(const std::vector<CameraModel>& lenses, BundleProblem& problem,
                  const BundleOptions& options) {
   double gate_sigmas = options.gate_sigmas;
   if (options.gate_scales > 0)
-    gate_sigmas =
-        std::min(gate_sigmas, options.gate_scales * std::max(kLeastScale, ErrorScale(lenses, problem)));
+    gate_sigmas = std::min(gate_sigmas,
+                           options.gate_scales * std::max(options.least_scale, ErrorScale(lenses, problem)));
   int outliers = 0;
   for (BundleObservation& seen : problem.observations) {
     seen.outlier = SquaredErrorSigmas(lenses, problem, seen) > gate_sigmas * gate_sigmas;
@@ -172,7 +167,7 @@ void FindLeastKept(const BundleProblem& problem, BundleSummary& summary) {
   }
 }
 
-// Scales the world about the only fixed camera so that the farthest other camera is as far as it was.
+// Scales the world about the only fixed camera until the farthest other camera is as far as it was.
 void RestoreScale(BundleProblem& problem, std::size_t anchor, const std::vector<Vector3d>& centers_before) {
   std::size_t farthest = anchor;
   double distance = 0;
@@ -195,7 +190,6 @@ void RestoreScale(BundleProblem& problem, std::size_t anchor, const std::vector<
 }  // namespace
 
 double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& problem) {
-  constexpr double kMedianLength = 1.1774;  // of a two-dimensional error of unit variance
   std::vector<double> lengths;
   for (const BundleObservation& seen : problem.observations)
     if (!seen.outlier) lengths.push_back(std::sqrt(SquaredErrorSigmas(lenses, problem, seen)));
@@ -236,7 +230,7 @@ BundleSummary AdjustBundle(std::vector<CameraModel>& lenses, BundleProblem& prob
   auto solution = Solve(lenses, problem, fixed, options.robust_iterations, 0, options);
   summary.iterations = static_cast<int>(solution.iterations.size());
   summary.usable = solution.IsSolutionUsable();
-  // What has not settled tells nothing about which observations are wrong.
+  // A solution that was stopped does not show which observations are wrong.
   const bool stopped = options.stop && *options.stop;
   if (!stopped) summary.outliers = MarkOutliers(lenses, problem, options);
   if (summary.usable && options.iterations > 0 && !stopped) {

@@ -11,8 +11,8 @@
 // With a single fixed camera the scale is restored afterwards. The solver has one thread and is therefore
 // repeatable: several threads would add in varying order.
 //
-// Intrinsics may be free: all cameras of one lens share them. Up to 120 free cameras the reduced system is
-// solved dense, beyond by conjugate gradients (Agarwal et al. 2010), which is far faster where every view
+// Intrinsics may be free: all cameras of one lens share them. With few free cameras the reduced system is
+// solved dense, with many by conjugate gradients (Agarwal et al. 2010), which is far faster where every view
 // sees the same things, as in a light field (measured: docs/charts/bundle.png).
 #pragma once
 
@@ -24,6 +24,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
+#include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/free_intrinsics.h"
 
 namespace ulf::tracking {
@@ -51,16 +52,21 @@ enum class BundleSolver { kBySize, kDense, kSparse, kIterative };
 struct BundleOptions {
   int robust_iterations = 5;  // before outliers are dropped
   int iterations = 10;        // after
-  double huber_sigmas = 2.45;
+  double huber_sigmas = kSigmas95;
   // Cauchy's loss in place of Huber's: its width in units of the errors' own scale. 0: Huber's.
   double cauchy_scales = 0;
-  double gate_sigmas = 2.45;
+  double gate_sigmas = kSigmas95;
   // Drop observations that are off by more than so many times the errors' own scale, too. 0: only
   // gate_sigmas.
   double gate_scales = 0;
+  // The least scale of the errors over their sigmas: perfect measurements must not make the loss infinitely
+  // narrow. Guessed.
+  double least_scale = 0.03;
   const std::atomic<bool>* stop = nullptr;  // when set, ends early and keeps what was reached
   FreeIntrinsics free = {};                 // of every lens
   BundleSolver solver = BundleSolver::kBySize;
+  int dense_cameras =
+      120;  // kBySize solves up to so many free cameras dense. Measured: docs/charts/bundle.png
   double function_tolerance = 1e-5;        // relative change of the cost that ends a solution
   std::function<void(int)> progress = {};  // called after every iteration with their number
 };

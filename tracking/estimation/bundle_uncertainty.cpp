@@ -10,8 +10,8 @@
 #include "core/base/at.h"
 #include "tracking/estimation/two_view_motion.h"
 
-// Column by column and with lazy products: Eigen's blocked ones of large matrices expect memory that is
-// aligned for AVX, which EIGEN_MAX_ALIGN_BYTES (cmake/house.cmake, for the libraries' sake) does not promise.
+// Solves column by column and uses lazy products: Eigen's blocked products of large matrices need memory
+// aligned for AVX, which EIGEN_MAX_ALIGN_BYTES (cmake/house.cmake) does not promise.
 namespace ulf::tracking {
 namespace {
 
@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix63d = Eigen::Matrix<double, 6, 3>;
 
-// An observation's share in the normal equations; of the camera a twist of its frame, turn and shift.
+// An observation's part of the normal equations; the camera's unknown is a twist of its frame.
 struct Share {
   int block = -1;  // of the camera; -1: it is fixed
   Matrix63d camera_by_point = Matrix63d::Zero();
@@ -35,11 +35,10 @@ struct NormalMatrix {
   double squared_sigmas = 0;         // of their errors
 };
 
-// A point's observations, added and eliminated.
 void AddPoint(const std::vector<CameraModel>& lenses, const BundleProblem& problem, std::size_t point,
               const std::vector<const BundleObservation*>& observations, NormalMatrix& normal) {
   const bool known = point < problem.known.size() && problem.known[point];
-  if (observations.size() < 2 && !known) return;  // says nothing
+  if (observations.size() < 2 && !known) return;  // no constraint on the cameras
   Matrix3d of_point = Matrix3d::Zero();
   std::vector<Share> shares;
   for (const BundleObservation* seen : observations) {
@@ -121,7 +120,7 @@ GaugeMotions MotionsOf(const BundleProblem& problem, const NormalMatrix& normal)
   return motions;
 }
 
-// Orthonormal columns that span the same, by Gram and Schmidt, twice.
+// Orthonormal columns that span the same space (Gram and Schmidt, twice for accuracy).
 MatrixXd BasisOf(MatrixXd columns) {
   for (Eigen::Index c = 0; c < columns.cols(); ++c) {
     for (int round = 0; round < 2; ++round)
@@ -133,12 +132,12 @@ MatrixXd BasisOf(MatrixXd columns) {
   return columns;
 }
 
-// What takes the gauge out of a change of the cameras: the world is laid so that the centres fit best. Turns
-// count just enough to say how cameras on one line are turned about it.
+// Removes the gauge from a change of the cameras: aligns the world so that the centres fit best. Turns weigh
+// just enough to determine the turn about a line that all cameras lie on.
 class WithoutGauge {
  public:
   explicit WithoutGauge(const GaugeMotions& motions) : motions_(motions.by), weighed_(motions.by) {
-    constexpr double kTurnsWeigh = 1e-3;
+    constexpr double kTurnsWeigh = 1e-3;  // of the centres
     for (Eigen::Index row = 0; row < weighed_.rows(); ++row)
       if (row % 6 < 3) weighed_.row(row) *= std::pow(kTurnsWeigh * motions.extent, 2);
     solver_.compute(weighed_.transpose().lazyProduct(motions_));
@@ -162,32 +161,32 @@ std::vector<double> CenterSigmas(const std::vector<CameraModel>& lenses, const B
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   std::vector<bool> fixed = problem.fixed;
   fixed.resize(problem.cam_from_world.size(), false);
-  const bool floats = std::count(fixed.begin(), fixed.end(), true) < 2 &&
-                      std::find(problem.known.begin(), problem.known.end(), true) == problem.known.end();
-  if (floats) std::fill(fixed.begin(), fixed.end(), false);
+  const bool gauge_is_free =
+      std::count(fixed.begin(), fixed.end(), true) < 2 &&
+      std::find(problem.known.begin(), problem.known.end(), true) == problem.known.end();
+  if (gauge_is_free) std::fill(fixed.begin(), fixed.end(), false);
   const NormalMatrix normal = MakeNormalMatrix(lenses, problem, fixed);
   std::vector<double> sigmas;
   for (std::size_t c = 0; c < fixed.size(); ++c)
     sigmas.push_back(fixed[c] ? 0 : normal.seen[c] ? kInfinite : std::numeric_limits<double>::quiet_NaN());
   const auto size = normal.cameras.rows();
-  const long spare = 2L * normal.observations - 3L * normal.points - size + (floats ? 7 : 0);
+  const long spare = 2L * normal.observations - 3L * normal.points - size + (gauge_is_free ? 7 : 0);
   if (size == 0 || spare <= 0 || !(normal.cameras.diagonal().minCoeff() > 0)) return sigmas;
 
-  // Turns and shifts have different units: each unknown in the unit in which it alone would have unit
-  // variance.
+  // Turns and shifts have different units: scale each unknown to unit variance.
   const Eigen::VectorXd unit = normal.cameras.diagonal().cwiseSqrt().cwiseInverse();
   MatrixXd scaled = unit.asDiagonal() * normal.cameras * unit.asDiagonal();
   GaugeMotions motions;
-  if (floats) {
+  if (gauge_is_free) {
     motions = MotionsOf(problem, normal);
     const MatrixXd basis = BasisOf(unit.cwiseInverse().asDiagonal() * motions.by);
     scaled += basis.lazyProduct(basis.transpose());
   }
   const Eigen::LDLT<MatrixXd> solver(scaled);
-  constexpr double kLeastPivot = 1e-9;
+  constexpr double kLeastPivot = 1e-9;  // a smaller one is rounding: something can move freely
   if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > kLeastPivot)) return sigmas;
   std::optional<WithoutGauge> without_gauge;
-  if (floats) without_gauge.emplace(motions);
+  if (gauge_is_free) without_gauge.emplace(motions);
   const double variance = normal.squared_sigmas / static_cast<double>(spare);
   for (std::size_t c = 0; c < sigmas.size(); ++c) {
     const int first = 6 * normal.block_of_camera[c];

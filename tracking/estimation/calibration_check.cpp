@@ -8,18 +8,9 @@
 #include <vector>
 
 #include "core/base/at.h"
-#include "tracking/estimation/lens_evidence.h"
 #include "tracking/map/map.h"
 
 namespace ulf::tracking {
-namespace {
-
-constexpr double kTelling = 0.015;        // share of the focal length that is worth saying
-constexpr double kSigmas = 5;             // beyond which chance is out
-constexpr double kMostUncertain = 0.005;  // share of the focal length: more is undetermined
-
-}  // namespace
-
 CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
   CalibrationCheck check = *this;
   const double scale = resized.MeanFocalPx() / given_focal_px;
@@ -31,7 +22,7 @@ CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
 
 std::string CalibrationCheck::Advice() const {
   return Text() + (rows_uncompensated ? "; a rolling shutter can look like that, and the reverse: calibrate, "
-                                        "then see which of the two is still said"
+                                        "then see which of the two is still reported"
                                       : ": calibrate, or run ulf refine --intrinsics");
 }
 
@@ -52,14 +43,13 @@ nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check) {
 }
 
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
-                                                 int lens) {
-  constexpr std::size_t kCameras = 5, kPoints = 200;
-  const LensEvidenceOptions options{.max_cameras = 30, .max_points = 1000, .iterations = 30};
-  const BundleProblem part = PartForLens(problem, lens, options);
-  if (part.cam_from_world.size() < kCameras || part.points.size() < kPoints) return std::nullopt;
-  const auto fits = FitLens(given, part, {{.focal = true}, {.focal = true, .k1 = true}}, options);
+                                                 int lens, const CalibrationCheckOptions& options) {
+  const BundleProblem part = PartForLens(problem, lens, options.fit);
+  if (part.cam_from_world.size() < options.min_cameras || part.points.size() < options.min_points)
+    return std::nullopt;
+  const auto fits = FitLens(given, part, {{.focal = true}, {.focal = true, .k1 = true}}, options.fit);
   if (fits.size() < 2) return std::nullopt;
-  // The less surprising of the two answers.
+  // Take the fit that differs less from the given lens.
   const auto off = [&](const LensEstimate& fit) {
     return std::abs(fit.lens.MeanFocalPx() / given.MeanFocalPx() - 1);
   };
@@ -68,11 +58,11 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   check.given_focal_px = given.MeanFocalPx();
   check.fitted_focal_px = fit.lens.MeanFocalPx();
   check.sigma_px = std::max(fits[0].focal_sigma_px, fits[1].focal_sigma_px);
-  check.determined = check.sigma_px < kMostUncertain * check.given_focal_px;
+  check.determined = check.sigma_px < options.most_uncertain * check.given_focal_px;
   const bool same_side = (fits[0].lens.MeanFocalPx() > check.given_focal_px) ==
                          (fits[1].lens.MeanFocalPx() > check.given_focal_px);
-  check.wrong = check.determined && same_side && off(fit) > kTelling &&
-                std::abs(check.fitted_focal_px - check.given_focal_px) > kSigmas * check.sigma_px &&
+  check.wrong = check.determined && same_side && off(fit) > options.least_difference &&
+                std::abs(check.fitted_focal_px - check.given_focal_px) > options.sigmas * check.sigma_px &&
                 fits[0].gain > 0 && fits[1].gain > 0;
   return check;
 }

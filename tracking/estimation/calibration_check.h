@@ -1,7 +1,7 @@
 // Checks whether the images contradict the given focal length.
 //
 // A wrong focal length bends the whole world and leaves residuals that look like noise. The check frees it in
-// an adjustment, and reports it when the result is clearly different: by more than 1.5 % and by many standard
+// an adjustment, and reports it when the result differs by a share that matters and by many standard
 // deviations, with distortion held and with distortion free. Flat scenes and sideways motion leave the focal
 // length undetermined; then its standard deviation is large and nothing is reported.
 #pragma once
@@ -11,9 +11,17 @@
 #include <string>
 
 #include "core/geometry/camera_model.h"
-#include "tracking/estimation/bundle_adjustment.h"
+#include "tracking/estimation/lens_evidence.h"
 
 namespace ulf::tracking {
+
+struct CalibrationCheckOptions {
+  std::size_t min_cameras = 5, min_points = 200;  // fewer are too little evidence. Guessed
+  double least_difference = 0.015;  // share of the focal length; smaller ones are not reported. Guessed
+  double sigmas = 5;                // a difference of fewer may be chance. Guessed
+  double most_uncertain = 0.005;  // sigma's share of the focal length: above it that is undetermined. Guessed
+  LensEvidenceOptions fit = {.max_cameras = 30, .max_points = 1000, .iterations = 30};
+};
 
 struct CalibrationCheck {
   double given_focal_px = 0;
@@ -33,9 +41,9 @@ struct CalibrationCheck {
   std::string Advice() const;
 };
 
-// None where there is too little evidence (fewer than five cameras or 200 points).
+// None where there is too little evidence.
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
-                                                 int lens = 0);
+                                                 int lens = 0, const CalibrationCheckOptions& options = {});
 
 // {given_focal_px, fitted_focal_px, sigma_px, determined, wrong}; null without a check.
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check);

@@ -5,33 +5,29 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <unordered_map>
 
 #include "core/base/at.h"
-#include "core/base/quantile.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/residuals.h"
 
 namespace ulf::tracking {
 namespace {
 
-constexpr double kHuberSigmas = 2.45;
-
-// Twice the negative logarithm of the likelihood but for a constant: Huber's loss of errors in units of
-// `scale`.
-double RobustCost(const std::vector<CameraModel>& lenses, const BundleProblem& problem, double scale) {
+// Twice the negative log-likelihood, up to a constant: Huber's loss of errors in units of `scale`.
+double RobustCost(const std::vector<CameraModel>& lenses, const BundleProblem& problem, double scale,
+                  double huber_sigmas) {
   double cost = 0;
   for (const BundleObservation& seen : problem.observations)
-    cost += HuberCost(SquaredErrorSigmas(lenses, problem, seen) / (scale * scale), kHuberSigmas);
+    cost += HuberCost(SquaredErrorSigmas(lenses, problem, seen) / (scale * scale), huber_sigmas);
   return cost;
 }
 
 // Covariance of the free intrinsics for unit-variance errors: the inverse of the normal equations after
-// points, then poses are eliminated. The gauge's seven directions do not touch the lens; a little damping
-// makes them solvable.
+// points, then poses are eliminated. The world's position, orientation and scale do not touch the lens; a
+// little damping makes them solvable. Errors beyond `gate_sigmas` are left out.
 Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& problem,
-                               const FreeIntrinsics& free) {
+                               const FreeIntrinsics& free, double gate_sigmas) {
+  constexpr double kDamping = 1e-9;
   const int cameras = static_cast<int>(problem.cam_from_world.size());
   const int own = free.Count(), size = 6 * cameras + own;
   const Eigen::MatrixXd directions = FreeDirections(lens, free);
@@ -54,7 +50,7 @@ Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& pro
       Eigen::Matrix<double, 2, 9, Eigen::RowMajor> by_lens;
       double* jacobians[] = {by_pose.data(), by_point_j.data(), by_lens.data()};
       cost.Evaluate(parameters, error.data(), jacobians);
-      if (error.norm() > kHuberSigmas * 2) continue;
+      if (error.norm() > gate_sigmas) continue;
       const Eigen::Matrix<double, 2, 6> j = by_pose.leftCols<6>();
       const Eigen::MatrixXd k = by_lens * directions;
       const int at = 6 * seen->camera;
@@ -78,9 +74,9 @@ Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& pro
     normal.bottomRightCorner(own, own) -= lens_cross * inverse * lens_cross.transpose();
   }
   Eigen::MatrixXd poses = normal.topLeftCorner(6 * cameras, 6 * cameras);
-  for (int i = 0; i < 6 * cameras; ++i) poses(i, i) += 1e-9 * poses(i, i) + 1e-9;
+  for (int i = 0; i < 6 * cameras; ++i) poses(i, i) += kDamping * poses(i, i) + kDamping;
   const Eigen::MatrixXd to_lens = normal.topRightCorner(6 * cameras, own);
-  // By columns and plain products: Eigen's blocked kernels need more alignment than this build gives them.
+  // Column by column and lazily, as bundle_uncertainty.cpp explains.
   const Eigen::LDLT<Eigen::MatrixXd> solver(poses);
   Eigen::MatrixXd solved(to_lens.rows(), own);
   for (int i = 0; i < own; ++i) solved.col(i) = solver.solve(Eigen::VectorXd(to_lens.col(i)));
@@ -91,9 +87,9 @@ Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& pro
   return lu.inverse();
 }
 
-void AddSigmas(const BundleProblem& solved, double scale, LensEstimate& fit) {
-  const Eigen::MatrixXd covariance = LensCovariance(fit.lens, solved, fit.free);
-  // Negative where rounding is all there is: nothing is known.
+void AddSigmas(const BundleProblem& solved, double scale, double gate_sigmas, LensEstimate& fit) {
+  const Eigen::MatrixXd covariance = LensCovariance(fit.lens, solved, fit.free, gate_sigmas);
+  // Rounding makes the variance of an undetermined number negative.
   const auto sigma = [&](int i) {
     return covariance(i, i) > 0 ? scale * std::sqrt(covariance(i, i))
                                 : std::numeric_limits<double>::infinity();
@@ -109,25 +105,23 @@ void AddSigmas(const BundleProblem& solved, double scale, LensEstimate& fit) {
 }
 
 BundleOptions Options(const LensEvidenceOptions& evidence, const FreeIntrinsics& free) {
-  BundleOptions options;
-  options.robust_iterations = evidence.iterations;
-  options.iterations = 0;
-  options.free = free;
-  options.function_tolerance = 1e-7;
-  return options;
+  return {.robust_iterations = evidence.iterations,
+          .iterations = 0,
+          .free = free,
+          .function_tolerance = evidence.function_tolerance};
 }
 
-// Whether every number that `larger` frees beyond `smaller` has moved by more than three sigmas.
-bool HasMoved(const LensEstimate& larger, const FreeIntrinsics& smaller, const CameraModel& from) {
-  constexpr double kSigmas = 3;
+// Whether the number that `larger` frees beyond `smaller` has moved by more than `sigmas`.
+bool HasMoved(const LensEstimate& larger, const FreeIntrinsics& smaller, const CameraModel& from,
+              double sigmas) {
   const CameraModel& to = larger.lens;
   if (larger.free.focal && !smaller.focal)
-    return std::abs(to.MeanFocalPx() - from.MeanFocalPx()) > kSigmas * larger.focal_sigma_px;
+    return std::abs(to.MeanFocalPx() - from.MeanFocalPx()) > sigmas * larger.focal_sigma_px;
   if (larger.free.principal_point && !smaller.principal_point)
-    return std::hypot(to.cx - from.cx, to.cy - from.cy) > kSigmas * larger.principal_point_sigma_px;
-  if (larger.free.k1 && !smaller.k1)
-    return std::abs(to.coefficients[0] - from.coefficients[0]) > kSigmas * larger.k1_sigma;
-  return std::abs(to.coefficients[1] - from.coefficients[1]) > kSigmas * larger.k2_sigma;
+    return std::hypot(to.cx - from.cx, to.cy - from.cy) > sigmas * larger.principal_point_sigma_px;
+  const bool k1 = larger.free.k1 && !smaller.k1;
+  return std::abs(to.coefficients[k1 ? 0 : 1] - from.coefficients[k1 ? 0 : 1]) >
+         sigmas * (k1 ? larger.k1_sigma : larger.k2_sigma);
 }
 
 }  // namespace
@@ -176,7 +170,8 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
                                   const std::vector<FreeIntrinsics>& choices,
                                   const LensEvidenceOptions& options) {
   std::vector<LensEstimate> fits;
-  if (part.cam_from_world.size() < 3 || part.observations.size() < 100) return fits;
+  if (part.cam_from_world.size() < options.min_cameras || part.observations.size() < options.min_observations)
+    return fits;
   std::vector<CameraModel> lenses{given};
   BundleProblem base = part;
   if (!AdjustBundle(lenses, base, Options(options, {})).usable) return fits;
@@ -189,9 +184,10 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
     if (!AdjustBundle(freed, solved, Options(options, free)).usable) continue;
     fit.lens = freed[0];
     const double scale = std::max(1e-6, ErrorScale(freed, solved));
-    fit.gain = RobustCost(lenses, base, scale) - RobustCost(freed, solved, scale) -
+    fit.gain = RobustCost(lenses, base, scale, options.huber_sigmas) -
+               RobustCost(freed, solved, scale, options.huber_sigmas) -
                free.Count() * std::log(2.0 * static_cast<double>(part.observations.size()));
-    AddSigmas(solved, scale, fit);
+    AddSigmas(solved, scale, 2 * options.huber_sigmas, fit);
     fits.push_back(std::move(fit));
   }
   return fits;
@@ -209,8 +205,8 @@ std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundlePro
     if (fits.empty()) return best;
     const LensEstimate& fit = fits.front();
     const double gain_before = best ? best->gain : 0;
-    const bool moved = HasMoved(fit, free, best ? best->lens : given);
-    const LensTrial trial{fit, gain_before, moved, moved && fit.gain > gain_before + kVeryStrongEvidence};
+    const bool moved = HasMoved(fit, free, best ? best->lens : given, options.moved_sigmas);
+    const LensTrial trial{fit, gain_before, moved, moved && fit.gain > gain_before + options.strong_evidence};
     if (trials) trials->push_back(trial);
     if (!trial.kept) continue;
     best = fit;

@@ -30,6 +30,13 @@ struct LensEvidenceOptions {
   int max_cameras = 60;
   int max_points = 3000;
   int iterations = 30;
+  std::size_t min_cameras = 3, min_observations = 100;  // fewer tell nothing of a lens. Guessed
+  double huber_sigmas = kSigmas95;                      // beyond it an error counts less
+  double function_tolerance = 1e-7;  // relative change of the cost that ends a fit. Guessed
+  // A parameter stays free that differs by more than so many of its sigmas, and whose criterion falls by more
+  // than this (very strong evidence; Kass and Raftery 1995). Right lenses have shown smaller falls: corners
+  // are off by more than noise, and by the same in neighbouring views.
+  double moved_sigmas = 3, strong_evidence = 10;
 };
 
 // The part of a problem that lens fits work on: observations of one lens that are no outliers.
@@ -44,17 +51,12 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
 struct LensTrial {
   LensEstimate fit;
   double gain_before = 0;  // of the last that was kept
-  bool moved = false;      // the new parameter differs by more than three of its sigmas
+  bool moved = false;      // the new parameter differs by more than moved_sigmas
   bool kept = false;
 };
 
-// Decrease of the criterion that one parameter more must bring (Kass and Raftery 1995). Right lenses have
-// shown smaller ones: corners are off by more than noise, and by the same in neighbouring views.
-inline constexpr double kVeryStrongEvidence = 10;
-
 // The lens that the evidence supports: frees focal length, k1, the principal point and k2 one after the
-// other, and keeps each where the evidence is very strong and the parameter differs by more than three of its
-// sigmas. None: the given lens stays.
+// other, and keeps each for which the evidence is strong enough. None: the given lens stays.
 std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
                                        const LensEvidenceOptions& options = {},
                                        std::vector<LensTrial>* trials = nullptr);

@@ -6,23 +6,21 @@
 namespace ulf::tracking {
 
 double QualityOf(double center_sigma, double distance) {
-  constexpr double kHalf = 0.01;
+  constexpr double kHalf = 0.01;  // of the distance
   return 1 / (1 + center_sigma / (kHalf * std::max(1e-9, distance)));
 }
 
 void MapDriftEstimate::Add(const Anchored& anchor, const Rigid3& cam_from_world) {
   given_.push_back({anchor, cam_from_world});
-  if (given_.size() > kRecent) given_.pop_front();
+  if (given_.size() > options_.keyframes) given_.pop_front();
 }
 
 double MapDriftEstimate::CenterSigma(const Map& map, double distance) const {
-  // The prior for a map that has not been adjusted yet (share of the distance) counts as two keyframes.
-  // Guessed.
-  constexpr double kYoung = 0.00015, kYoungCounts = 2;
-  double sum = kYoungCounts * kYoung * kYoung * distance * distance;
+  const double young = options_.young_share, counts = options_.young_counts;
+  double sum = counts * young * young * distance * distance;
   for (const Given& given : given_)
     sum += (map.PoseOf(given.anchor).OriginInSource() - given.cam_from_world.OriginInSource()).squaredNorm();
-  return std::sqrt(sum / (kYoungCounts + static_cast<double>(given_.size())));
+  return std::sqrt(sum / (counts + static_cast<double>(given_.size())));
 }
 
 }  // namespace ulf::tracking

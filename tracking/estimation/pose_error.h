@@ -19,8 +19,17 @@ namespace ulf::tracking {
 // sees, near 1 where by less.
 double QualityOf(double center_sigma, double distance);
 
+// Guessed.
+struct MapDriftOptions {
+  std::size_t keyframes = 10;  // the newest, whose moves are measured: fewer jump, more report old moves
+  // Before the map has been adjusted: the expected move, as a share of the distance, and the number of
+  // keyframes that it counts as.
+  double young_share = 0.00015, young_counts = 2;
+};
+
 class MapDriftEstimate {
  public:
+  explicit MapDriftEstimate(const MapDriftOptions& options = {}) : options_(options) {}
   // Adds a keyframe's pose as it was given.
   void Add(const Anchored& anchor, const Rigid3& cam_from_world);
   // Call it when a loop has moved everything at once, for good.
@@ -30,11 +39,11 @@ class MapDriftEstimate {
   double CenterSigma(const Map& map, double distance) const;
 
  private:
-  static constexpr std::size_t kRecent = 10;  // keyframes. Guessed
   struct Given {
     Anchored anchor;
     Rigid3 cam_from_world;
   };
+  MapDriftOptions options_;
   std::deque<Given> given_;
 };
 

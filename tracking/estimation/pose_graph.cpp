@@ -8,6 +8,7 @@
 
 #include "core/base/at.h"
 #include "core/base/silent_solver.h"
+#include "tracking/estimation/residuals.h"
 #include "tracking/estimation/two_view_motion.h"
 
 namespace ulf::tracking {
@@ -27,7 +28,7 @@ Block ToBlock(const Similarity3& pose) {
   return {q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z(), std::log(pose.scale)};
 }
 
-Similarity3 FromBlock(const double* block) {
+Similarity3 SimilarityOf(const double* block) {
   return {std::exp(block[7]),
           Eigen::Quaterniond(block[3], block[0], block[1], block[2]).normalized().toRotationMatrix(),
           {block[4], block[5], block[6]}};
@@ -47,15 +48,15 @@ Matrix3d InverseRightJacobian(const Vector3d& turn) {
   return Matrix3d::Identity() + 0.5 * cross + factor * cross * cross;
 }
 
-class SimilarityManifold final : public ceres::Manifold {
+class SimilarityManifold final : public PlusManifold {
  public:
   explicit SimilarityManifold(bool rigid) : tangent_(rigid ? 6 : 7) {}
   int AmbientSize() const override { return 8; }
   int TangentSize() const override { return tangent_; }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
     Vector7d motion = Vector7d::Zero();
-    for (int i = 0; i < tangent_; ++i) motion(i) = delta[i];
-    const Block moved = ToBlock(Perturbed(FromBlock(x), motion));
+    std::copy_n(delta, tangent_, motion.data());
+    const Block moved = ToBlock(Perturbed(SimilarityOf(x), motion));
     std::copy(moved.begin(), moved.end(), x_plus_delta);
     return true;
   }
@@ -65,9 +66,6 @@ class SimilarityManifold final : public ceres::Manifold {
     j.setIdentity();
     return true;
   }
-  // Only needed by solvers that are not used here.
-  bool Minus(const double*, const double*, double*) const override { return false; }
-  bool MinusJacobian(const double*, double*) const override { return false; }
 
  private:
   int tangent_;
@@ -81,7 +79,7 @@ class EdgeCost final : public ceres::SizedCostFunction<7, 8, 8> {
     const bool derive = jacobians != nullptr;
     const double root = std::sqrt(edge_.weight);
     Eigen::Map<Vector7d> error(residuals);
-    error = root * PoseGraphError(edge_, FromBlock(parameters[0]), FromBlock(parameters[1]), unit_,
+    error = root * PoseGraphError(edge_, SimilarityOf(parameters[0]), SimilarityOf(parameters[1]), unit_,
                                   derive ? &by_from : nullptr, derive ? &by_to : nullptr);
     for (int block = 0; derive && block < 2; ++block) {
       if (!jacobians[block]) continue;
@@ -155,7 +153,7 @@ PoseGraphSummary OptimizePoseGraph(PoseGraph& graph, const PoseGraphOptions& opt
   ceres::Solve(solver, &problem, &solved);
   const PoseGraphSummary summary{solved.IsSolutionUsable(), solved.initial_cost, solved.final_cost};
   if (!summary.usable) return summary;
-  for (std::size_t i = 0; i < blocks.size(); ++i) graph.cam_from_world[i] = FromBlock(blocks[i].data());
+  for (std::size_t i = 0; i < blocks.size(); ++i) graph.cam_from_world[i] = SimilarityOf(blocks[i].data());
   return summary;
 }
 

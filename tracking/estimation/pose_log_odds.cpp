@@ -1,7 +1,6 @@
 #include "tracking/estimation/pose_log_odds.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 
@@ -14,9 +13,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-// Two descriptors of the same thing differ by less.
-constexpr int kTwinBits = kSureDistance;
 
 // Logarithm of the probability of a count that varies by `spread` of its mean beyond what counting does
 // (negative binomial).
@@ -34,21 +30,14 @@ double LogMixture(double a, double b, double h) {
 
 }  // namespace
 
-double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const LeftOut& left_out) {
-  constexpr int kColumns = 4, kRows = 3;
-  // Checked by the tests of relocalization (docs/tracking.md, "Found again"); guessed one by one.
-  constexpr double kByChance = 0.05;  // share of the searched points that a wrong pose finds, at most
-  constexpr double kHidden = 0.5;     // prior probability that a cell is hidden
-  constexpr double kSpread = 0.4;     // relative spread of the counts from cell to cell
-  constexpr double kUnnoticed = 0.1;  // share of the repetitive points that is not excluded
+double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const LeftOut& left_out,
+                   const PoseLogOddsOptions& options) {
   struct Cell {
     double looked_for = 0, expected = 0, found = 0, repeats = 0;
   };
-  std::array<Cell, kColumns * kRows> cells{};
+  std::vector<Cell> cells(At(options.columns * options.rows));
   const auto cell_of = [&](const Vector2d& img) -> Cell& {
-    const int column = std::clamp(static_cast<int>(kColumns * img.x() / camera.width), 0, kColumns - 1);
-    const int row = std::clamp(static_cast<int>(kRows * img.y() / camera.height), 0, kRows - 1);
-    return cells[At(row * kColumns + column)];
+    return cells[CellOf(img, camera, options.columns, options.rows)];
   };
   const auto counts = [&](int i) { return left_out.empty() || !left_out[At(i)]; };
   for (const int i : frame_pose.looked_for) {
@@ -65,11 +54,11 @@ double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const
   }
   double evidence = 0;
   for (const Cell& cell : cells) {
-    const double by_chance = kByChance * cell.looked_for + kUnnoticed * cell.repeats;
+    const double by_chance = options.by_chance * cell.looked_for + options.unnoticed * cell.repeats;
     if (by_chance == 0) continue;
-    const double chance = LogCount(cell.found, by_chance, kSpread);
-    const double visible = LogCount(cell.found, std::max(cell.expected, by_chance), kSpread);
-    evidence += LogMixture(visible, chance, kHidden) - chance;
+    const double chance = LogCount(cell.found, by_chance, options.spread);
+    const double visible = LogCount(cell.found, std::max(cell.expected, by_chance), options.spread);
+    evidence += LogMixture(visible, chance, options.hidden) - chance;
   }
   return evidence;
 }
@@ -100,24 +89,24 @@ void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& pictur
     if (left_out[At(i)] || !img) continue;
     const Descriptor& descriptor = frame_pose.candidates[At(i)].descriptor;
     left_out[At(i)] = std::any_of(looks.begin(), looks.end(), [&](const Look& other) {
-      return Distance(descriptor, *other.descriptor) <= kTwinBits &&
+      return Distance(descriptor, *other.descriptor) <= kSureDistance &&
              (*img - other.img).squaredNorm() > other.apart_px * other.apart_px;
     });
   }
 }
 
-void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out) {
+void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out,
+                             double apart_share) {
   left_out.resize(frame_pose.candidates.size(), false);
-  constexpr double kApart = 0.05;  // of the distance: nearer is a second copy of the same point
   const Vector3d center = frame_pose.cam_from_world.OriginInSource();
   std::vector<const MapPoint*> others;
   for (const int id : map.PointsSeenBy(keyframe)) others.push_back(&map.point(id));
   for (const int i : frame_pose.looked_for) {
     if (left_out[At(i)]) continue;
     const Candidate& candidate = frame_pose.candidates[At(i)];
-    const double apart = kApart * (candidate.position - center).norm();
+    const double apart = apart_share * (candidate.position - center).norm();
     left_out[At(i)] = std::any_of(others.begin(), others.end(), [&](const MapPoint* other) {
-      return Distance(candidate.descriptor, other->descriptor) <= kTwinBits &&
+      return Distance(candidate.descriptor, other->descriptor) <= kSureDistance &&
              (candidate.position - other->position).squaredNorm() > apart * apart;
     });
   }

@@ -1,11 +1,11 @@
 // Computes the log odds that a pose is right, from the points that were found of those that it should see.
 //
-// Two explanations compete in each cell of a 4 x 3 grid over the image. If the pose is right, either as many
-// points are found as their find rates say, within the spread of such counts, or something (a hand) hides the
-// cell and hardly any are found. If it is wrong, points are found by chance: a small share of those that were
+// Two explanations compete in each cell of a grid over the image. If the pose is right, either as many points
+// are found as their find rates say, within the spread of such counts, or something (a hand) hides the cell
+// and hardly any are found. If it is wrong, points are found by chance: a small share of those that were
 // searched. The evidence is the logarithm of the odds, summed over the cells. A hand that hides two thirds of
-// the image costs little. Some points found everywhere and most of them missed, as under a wrong pose among
-// similar things, is evidence against the pose, however many they are.
+// the image costs little. Where some points are found in every cell and most are missed, as under a wrong
+// pose among similar things, the evidence is against the pose, however many are found.
 //
 // Repetitive points are found in a wrong place as well as in the right one. Without a prediction they are
 // excluded from the count, found or not. On a wall of equal tiles none remain, and no pose is accepted.
@@ -29,15 +29,27 @@ inline constexpr double kRelocalizedLogOdds = 7;
 // By candidate: whether it is excluded.
 using LeftOut = std::vector<bool>;
 
+// Checked by the tests of relocalisation (docs/tracking.md, "Found again"); guessed one by one.
+struct PoseLogOddsOptions {
+  int columns = 4, rows = 3;  // of the grid: smaller cells hold too few points, larger ones hide as a whole
+  double by_chance = 0.05;    // share of the searched points that a wrong pose finds, at most
+  double hidden = 0.5;        // prior probability that a cell is hidden
+  double spread = 0.4;        // relative spread of the counts from cell to cell
+  double unnoticed = 0.1;     // share of the repetitive points that is not excluded
+};
+
 // Natural logarithm of the odds that the pose is right rather than wrong, both as likely beforehand.
-double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const LeftOut& left_out = {});
+double PoseLogOdds(const CameraModel& camera, const FramePose& frame_pose, const LeftOut& left_out = {},
+                   const PoseLogOddsOptions& options = {});
 
 // Excludes candidates that look like something elsewhere in the image, or like another point that the pose
 // should see.
 void ExcludeAmbiguousMatches(const CameraModel& camera, const FeatureSet& picture,
                              const FramePose& frame_pose, LeftOut& left_out);
-// Excludes candidates that look like points of another place, which a keyframe shows. The caller holds the
-// map's lock.
-void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out);
+// Excludes candidates that look like points of another place, which a keyframe shows; nearer than
+// `apart_share` of the distance (guessed) is a second copy of the same point. The caller holds the map's
+// lock.
+void ExcludeAmbiguousMatches(const Map& map, int keyframe, const FramePose& frame_pose, LeftOut& left_out,
+                             double apart_share = 0.05);
 
 }  // namespace ulf::tracking

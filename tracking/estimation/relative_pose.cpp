@@ -13,6 +13,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"
@@ -24,9 +25,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kDegrees = 180 / M_PI;
-constexpr int kMinMatches = 20;
-
-double Angle(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+constexpr double kWider = 1.5;  // thresholds: the gate of refinements, beyond what the sampler counts
 
 std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
   Matrix3d correlation = Matrix3d::Zero();
@@ -41,35 +40,27 @@ std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const 
   return Matrix3d(svd.matrixU() * flip * svd.matrixV().transpose());
 }
 
-std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> pairs, double threshold,
-                                                       unsigned seed) {
-  const auto fit = [&](const std::vector<int>& used) { return RotationFromPairs(pairs, used); };
-  const auto solve = [&](const std::vector<int>& sample) {
-    const auto rotation = fit(sample);
-    return rotation ? std::vector<Matrix3d>{*rotation} : std::vector<Matrix3d>{};
-  };
-  const auto residual2 = [&](const Matrix3d& rotation, int i) {
-    const RayPair& pair = pairs[At(i)];
-    return (rotation * pair.first - pair.second).squaredNorm();
-  };
-  const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
-  return SampleConsensus<Matrix3d>(static_cast<int>(pairs.size()), 2, solve, residual2, improve,
-                                   {.threshold = threshold, .max_iterations = 300, .seed = seed});
+std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> pairs,
+                                                       const SamplingOptions& options) {
+  return SampleConsensusByFit<Matrix3d>(
+      static_cast<int>(pairs.size()), 2,
+      [&](const std::vector<int>& used) { return RotationFromPairs(pairs, used); },
+      [&](const Matrix3d& rotation, int i) {
+        return (rotation * pairs[At(i)].first - pairs[At(i)].second).squaredNorm();
+      },
+      options);
 }
 
-// By the directions of translation, as axes: the sign follows from which side the points are on.
-bool ClearlyDifferent(const Rigid3& a, const Rigid3& b) {
-  constexpr double kDifferent = 10 / kDegrees;
-  return std::acos(std::min(1.0, std::abs(a.translation.dot(b.translation)))) > kDifferent;
+// Compares the axes of translation: the points decide its sign.
+bool ClearlyDifferent(const Rigid3& a, const Rigid3& b, const RelativePoseOptions& options) {
+  return std::acos(std::min(1.0, std::abs(a.translation.dot(b.translation)))) >
+         options.different_deg / kDegrees;
 }
 
-// `other_than`: only motions clearly different from this one count.
-std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> pairs, double threshold,
-                                                      unsigned seed, int max_iterations,
-                                                      const std::optional<Rigid3>& other_than = {}) {
-  const auto counts = [&](const Motion& motion) {
-    return !other_than || ClearlyDifferent(motion.second_from_first, *other_than);
-  };
+// `counts(motion)`: whether a motion may be the result.
+template <typename Counts>
+std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> pairs,
+                                                      const SamplingOptions& options, const Counts& counts) {
   const auto solve = [&](const std::vector<int>& sample) {
     std::array<Vector3d, 5> first, second;
     for (std::size_t k = 0; k < 5; ++k) {
@@ -78,7 +69,7 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
     }
     std::vector<Motion> motions;
     for (const Matrix3d& essential : SolveFivePoint(first, second)) {
-      // A sixth and further points choose the sign of translation only; the sample's own five suffice.
+      // The sample's own five pairs suffice to choose the sign of translation.
       if (const auto motion = BestMotion(essential, pairs, sample); motion && counts(*motion))
         motions.push_back(*motion);
     }
@@ -90,11 +81,10 @@ std::optional<SamplingResult<Motion>> SampleEssential(std::span<const RayPair> p
   };
   const auto improve = [&](const Motion& motion, const std::vector<int>& inliers) -> std::optional<Motion> {
     if (inliers.size() < 8) return std::nullopt;
-    const Motion refined = RefineMotion(motion, pairs, inliers, 1.5 * threshold, 4);
+    const Motion refined = RefineMotion(motion, pairs, inliers, kWider * options.threshold, 4);
     return counts(refined) ? std::optional(refined) : std::nullopt;
   };
-  return SampleConsensus<Motion>(static_cast<int>(pairs.size()), 5, solve, residual2, improve,
-                                 {.threshold = threshold, .max_iterations = max_iterations, .seed = seed});
+  return SampleConsensus<Motion>(static_cast<int>(pairs.size()), 5, solve, residual2, improve, options);
 }
 
 // second ~ H first, from four or more pairs of unit rays (direct linear transform).
@@ -117,20 +107,15 @@ std::optional<Matrix3d> HomographyFromPairs(std::span<const RayPair> pairs, cons
   return Matrix3d(homography / std::cbrt(determinant));
 }
 
-std::optional<SamplingResult<Matrix3d>> SampleHomography(std::span<const RayPair> pairs, double threshold,
-                                                         unsigned seed) {
-  const auto fit = [&](const std::vector<int>& used) { return HomographyFromPairs(pairs, used); };
-  const auto solve = [&](const std::vector<int>& sample) {
-    const auto homography = fit(sample);
-    return homography ? std::vector<Matrix3d>{*homography} : std::vector<Matrix3d>{};
-  };
-  const auto residual2 = [&](const Matrix3d& homography, int i) {
-    const RayPair& pair = pairs[At(i)];
-    return ((homography * pair.first).normalized() - pair.second).squaredNorm();
-  };
-  const auto improve = [&](const Matrix3d&, const std::vector<int>& inliers) { return fit(inliers); };
-  return SampleConsensus<Matrix3d>(static_cast<int>(pairs.size()), 4, solve, residual2, improve,
-                                   {.threshold = threshold, .max_iterations = 500, .seed = seed});
+std::optional<SamplingResult<Matrix3d>> SampleHomography(std::span<const RayPair> pairs,
+                                                         const SamplingOptions& options) {
+  return SampleConsensusByFit<Matrix3d>(
+      static_cast<int>(pairs.size()), 4,
+      [&](const std::vector<int>& used) { return HomographyFromPairs(pairs, used); },
+      [&](const Matrix3d& homography, int i) {
+        return ((homography * pairs[At(i)].first).normalized() - pairs[At(i)].second).squaredNorm();
+      },
+      options);
 }
 
 std::vector<Rigid3> DecomposeHomography(const Matrix3d& homography) {
@@ -150,7 +135,7 @@ std::vector<Rigid3> DecomposeHomography(const Matrix3d& homography) {
   return poses;
 }
 
-// What a motion makes of the pairs: points in front of both views whose reprojections agree.
+// The points that a motion gives: in front of both views, with reprojections that agree.
 struct Reconstruction {
   Rigid3 pose;
   std::vector<std::optional<Vector3d>> points;
@@ -164,8 +149,8 @@ Reconstruction Reconstruct(const Rigid3& pose, std::span<const RayPair> pairs, d
   std::vector<double> parallax_deg;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto point = TriangulatePoint(Rigid3{}, pairs[i].first, pose, pairs[i].second);
-    if (!point || Angle(*point, pairs[i].first) > threshold ||
-        Angle(pose * *point, pairs[i].second) > threshold)
+    if (!point || AngleBetween(*point, pairs[i].first) > threshold ||
+        AngleBetween(pose * *point, pairs[i].second) > threshold)
       continue;
     result.points[i] = point;
     ++result.count;
@@ -182,7 +167,7 @@ struct MotionChoice {
   double runner_up = 0;  // excess cost over noise²
 };
 
-// Translation directions over a half sphere: the sign is the cheirality test's business.
+// Directions of translation over a half sphere: the points decide the sign.
 std::vector<Vector3d> FanOfDirections() {
   std::vector<Vector3d> fan;
   for (const double x : {-1.0, 0.0, 1.0})
@@ -192,35 +177,36 @@ std::vector<Vector3d> FanOfDirections() {
   return fan;
 }
 
-// A start, drawn in by some of the pairs while the gate closes, then settled on all. A far start begins wide.
+// Refines a start on all pairs; a far one first on some of them, within a gate that closes.
 std::optional<Motion> SettleMotion(const Rigid3& start, bool far, std::span<const RayPair> pairs,
-                                   const std::vector<int>& all, double threshold) {
+                                   const std::vector<int>& all, double threshold,
+                                   const RelativePoseOptions& options) {
   Motion motion(start);
   if (far) {
-    constexpr std::size_t kEnough = 200;
     std::vector<int> some;
-    for (std::size_t i = 0; i < all.size(); i += std::max<std::size_t>(1, all.size() / kEnough))
-      some.push_back(all[i]);
+    const std::size_t step = std::max<std::size_t>(1, all.size() / At(options.settling_pairs));
+    for (std::size_t i = 0; i < all.size(); i += step) some.push_back(all[i]);
     for (const double widen : {8.0, 4.0, 2.0})
       motion = RefineMotion(motion, pairs, some, widen * threshold, 4);
   }
-  motion = RefineMotion(motion, pairs, all, 1.5 * threshold);
+  motion = RefineMotion(motion, pairs, all, kWider * threshold);
   std::vector<int> near;
   for (const int i : all)
     if (EpipolarError(motion.essential, pairs[At(i)]) < threshold) near.push_back(i);
-  if (static_cast<int>(near.size()) < kMinMatches) return std::nullopt;
-  auto faced = BestMotion(motion.essential, pairs, near);
-  if (faced) faced->direction_sigma = motion.direction_sigma;
-  return faced;
+  if (near.size() < At(options.min_matches)) return std::nullopt;
+  auto in_front = BestMotion(motion.essential, pairs, near);
+  if (in_front) in_front->direction_sigma = motion.direction_sigma;
+  return in_front;
 }
 
 MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, std::span<const RayPair> pairs,
-                          double threshold) {
+                          double threshold, const RelativePoseOptions& options) {
   std::vector<Motion> motions;
   std::vector<int> all(pairs.size());
   std::iota(all.begin(), all.end(), 0);
   for (const auto& [start, far] : starts)
-    if (const auto motion = SettleMotion(start, far, pairs, all, threshold)) motions.push_back(*motion);
+    if (const auto motion = SettleMotion(start, far, pairs, all, threshold, options))
+      motions.push_back(*motion);
   MotionChoice choice;
   if (motions.empty()) return choice;
   const auto costs_by = [&](const auto& cost_of) {
@@ -238,22 +224,22 @@ MotionChoice ChooseMotion(const std::vector<std::pair<Rigid3, bool>>& starts, st
     const double error = EpipolarError(motions[nearest].essential, pair);
     if (error < threshold) errors.push_back(error);
   }
-  constexpr double kSigmaOverMedian = 1.4826, kLeastNoise = 1e-6;
-  choice.noise = std::max(kLeastNoise, kSigmaOverMedian * Median(errors));
-  // A plane's second motion has the same epipolar lines' worth, but much of it behind the cameras as soon as
-  // the noise lets that be seen.
-  constexpr double kSurelyBehind = 5;
+  constexpr double kSigmaOverMedian = 1.4826;  // of a normal error's absolute value
+  choice.noise = std::max(options.least_noise_rad, kSigmaOverMedian * Median(errors));
+  // A plane's second motion fits the epipolar lines as well, but puts many points behind the cameras: visible
+  // where the noise is small enough.
   const std::vector<double> costs = costs_by([&](const Motion& motion) {
-    return CostInFront(motion, pairs, threshold, std::min(2 * threshold, kSurelyBehind * choice.noise));
+    return CostInFront(motion, pairs, threshold,
+                       std::min(2 * threshold, options.surely_behind * choice.noise));
   });
   const std::size_t best = index_of_least(costs);
   choice.best = motions[best];
   double runner_up = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < motions.size(); ++i)
-    if (ClearlyDifferent(motions[i].second_from_first, choice.best->second_from_first))
+    if (ClearlyDifferent(motions[i].second_from_first, choice.best->second_from_first, options))
       runner_up = std::min(runner_up, costs[i] - costs[best]);
   choice.runner_up = runner_up / (choice.noise * choice.noise);
-  // Once more on what is certainly its own: outliers that happen to lie in the band pull no longer.
+  // Refine within a narrower gate: outliers that lie in the threshold's band by chance pull no longer.
   const double direction_sigma = choice.best->direction_sigma;
   if (const auto polished =
           BestMotion(RefineMotion(*choice.best, pairs, all, std::min(threshold, 4 * choice.noise)).essential,
@@ -288,48 +274,56 @@ const char* Name(RelativePoseOutcome outcome) {
 
 Eigen::Quaterniond FitRotation(std::span<const RayPair> pairs, double focal_px, double threshold_px,
                                unsigned seed) {
-  const auto found = SampleRotation(pairs, threshold_px / focal_px, seed);
+  const auto found = SampleRotation(pairs, {.threshold = threshold_px / focal_px,
+                                            .max_iterations = RelativePoseOptions{}.rotation_samples,
+                                            .seed = seed});
   return found ? Eigen::Quaterniond(found->model).normalized() : Eigen::Quaterniond::Identity();
 }
 
 RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePoseOptions& options) {
   RelativePoseResult result;
   result.parallax_needed_deg = options.min_parallax_deg;
-  if (static_cast<int>(pairs.size()) < kMinMatches) return result;
+  if (static_cast<int>(pairs.size()) < options.min_matches) return result;
   const double threshold = options.threshold_px / options.focal_px;
 
-  const auto rotation = SampleRotation(pairs, 1.5 * threshold, options.seed);
+  const auto share_of_pairs = [&](double share) { return share * static_cast<double>(pairs.size()); };
+
+  const auto rotation = SampleRotation(
+      pairs,
+      {.threshold = kWider * threshold, .max_iterations = options.rotation_samples, .seed = options.seed});
   if (rotation) {
     std::vector<double> left_over;
     for (const RayPair& pair : pairs)
-      left_over.push_back(Angle(rotation->model * pair.first, pair.second) * kDegrees);
+      left_over.push_back(AngleBetween(rotation->model * pair.first, pair.second) * kDegrees);
     result.median_parallax_deg = Median(left_over);
-    // A rotation takes up most of a distant wall's parallax, not nine tenths of it: with so little left the
-    // search, which costs more than tracking a frame, cannot end well.
-    constexpr double kLeastLeftOver = 0.1, kNearlyAll = 0.9;
-    if ((result.median_parallax_deg < kLeastLeftOver * options.min_parallax_deg) &&
-        (static_cast<double>(rotation->inliers.size()) > kNearlyAll * static_cast<double>(pairs.size()))) {
+    if (result.median_parallax_deg<options.least_left_over *
+                                   options.min_parallax_deg&& static_cast<double>(rotation->inliers.size())>
+            share_of_pairs(options.early_rotation_share)) {
       result.outcome = RelativePoseOutcome::kRotationOnly;
       return result;
     }
   }
-  const auto essential = SampleEssential(pairs, threshold, options.seed + 1, 500);
-  const auto homography = SampleHomography(pairs, threshold, options.seed + 2);
-
-  // A homography constrains a point in two directions, the essential matrix in one: nearly equal support
-  // means a flat scene.
-  const bool flat =
-      homography && essential &&
-      static_cast<double>(homography->inliers.size()) > 0.85 * static_cast<double>(essential->inliers.size());
+  const auto essential = SampleEssential(
+      pairs, {.threshold = threshold, .max_iterations = options.essential_samples, .seed = options.seed + 1},
+      [](const Motion&) { return true; });
+  const auto homography = SampleHomography(
+      pairs,
+      {.threshold = threshold, .max_iterations = options.homography_samples, .seed = options.seed + 2});
+  const bool flat = homography && essential &&
+                    static_cast<double>(homography->inliers.size()) >
+                        options.flat_share * static_cast<double>(essential->inliers.size());
   result.model = flat ? RelativePoseModel::kHomography : RelativePoseModel::kEssential;
   std::vector<std::pair<Rigid3, bool>> starts;  // and whether it may be far off
   if (essential) {
     starts.emplace_back(essential->model.second_from_first, false);
-    // Points on a ruled quadric through both centres have a second motion that explains them all: most
-    // samples lead to either, so a few find the one that the first search did not.
-    constexpr int kRivalSamples = 40;
-    if (const auto rival = SampleEssential(pairs, threshold, options.seed + 3, kRivalSamples,
-                                           essential->model.second_from_first))
+    // Points on a ruled quadric through both centres have a second motion that explains them all.
+    const auto other = [&](const Motion& motion) {
+      return ClearlyDifferent(motion.second_from_first, essential->model.second_from_first, options);
+    };
+    if (const auto rival = SampleEssential(
+            pairs,
+            {.threshold = threshold, .max_iterations = options.rival_samples, .seed = options.seed + 3},
+            other))
       starts.emplace_back(rival->model.second_from_first, false);
   }
   if (homography)
@@ -337,9 +331,9 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   if (rotation)
     for (const Vector3d& direction : FanOfDirections())
       starts.emplace_back(Rigid3{Eigen::Quaterniond(rotation->model).normalized(), direction}, true);
-  const MotionChoice choice = ChooseMotion(starts, pairs, threshold);
-  // Any motion fits a rotation's matches: nearly all that the best one explains then lie within the rotation,
-  // whose residual has two dimensions and the noise of both views.
+  const MotionChoice choice = ChooseMotion(starts, pairs, threshold, options);
+  // Any motion fits the matches of a rotation. So compare what the best motion explains with what the
+  // rotation does, whose residual has two dimensions and the noise of both views.
   const double noise = std::max(choice.noise, 0.05 * threshold);
   const auto explained =
       !choice.best ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
@@ -348,7 +342,8 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   const auto turned = !rotation ? 0 : std::count_if(pairs.begin(), pairs.end(), [&](const RayPair& pair) {
     return (rotation->model * pair.first - pair.second).norm() < (choice.best ? 4.5 * noise : threshold);
   });
-  if (turned >= kMinMatches && static_cast<double>(turned) > 0.9 * static_cast<double>(explained)) {
+  if (turned >= options.min_matches &&
+      static_cast<double>(turned) > options.rotation_share * static_cast<double>(explained)) {
     result.outcome = RelativePoseOutcome::kRotationOnly;
     return result;
   }
@@ -361,36 +356,31 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
                      support(essential),
                      choice.runner_up,
                      0};
-  // The excess must be more than noise would produce, more than unmodelled errors (rolling shutter, lens) of
-  // some percent can, and more than outliers make that happen to lie in one motion's band and not in the
-  // other's.
   const double outliers = static_cast<double>(pairs.size()) - static_cast<double>(explained);
-  constexpr double kChanceInBand = 0.03;
-  const double by_chance = (2 + 3 * std::sqrt(2 * kChanceInBand * outliers)) * threshold * threshold /
-                           (choice.noise * choice.noise);
-  const double margin = std::max(60.0, 0.25 * static_cast<double>(pairs.size())) + by_chance;
+  const double by_chance = (2 + 3 * std::sqrt(2 * options.chance_in_band * outliers)) * threshold *
+                           threshold / (choice.noise * choice.noise);
+  const double margin = std::max(options.least_margin, share_of_pairs(options.margin_per_pair)) + by_chance;
   result.evidence.runner_up_needed = margin;
   if (choice.runner_up < margin) {
     result.outcome = RelativePoseOutcome::kAmbiguous;
     // The excess grows with the square of the parallax.
-    constexpr double kMostGrowth = 100;
-    const double growth = std::clamp(margin / std::max(1e-9, choice.runner_up), 1.0, kMostGrowth);
+    const double growth = std::clamp(margin / std::max(1e-9, choice.runner_up), 1.0, options.most_growth);
     result.parallax_needed_deg =
         std::max(options.min_parallax_deg, result.median_parallax_deg * std::sqrt(growth));
     return result;
   }
-  const Reconstruction made = Reconstruct(choice.best->second_from_first, pairs, 2 * threshold);
-  result.points = made.count;
-  if (made.count < options.min_point_share * static_cast<double>(pairs.size())) {
+  const Reconstruction reconstruction = Reconstruct(choice.best->second_from_first, pairs, 2 * threshold);
+  result.points = reconstruction.count;
+  if (reconstruction.count < share_of_pairs(options.min_point_share)) {
     result.outcome = RelativePoseOutcome::kConflicting;
     return result;
   }
-  if (made.count < options.min_points) {
+  if (reconstruction.count < options.min_points) {
     result.outcome = RelativePoseOutcome::kTooFewPoints;
     return result;
   }
-  result.median_parallax_deg = made.median_parallax_deg;
-  if (made.median_parallax_deg < options.min_parallax_deg ||
+  result.median_parallax_deg = reconstruction.median_parallax_deg;
+  if (reconstruction.median_parallax_deg < options.min_parallax_deg ||
       result.direction_sigma_deg > options.max_direction_sigma_deg) {
     result.outcome = RelativePoseOutcome::kLowParallax;
     // The direction's error falls as the parallax grows.
@@ -400,8 +390,8 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
     return result;
   }
   result.outcome = RelativePoseOutcome::kFound;
-  result.second_from_first = made.pose;
-  result.points_in_first = made.points;
+  result.second_from_first = reconstruction.pose;
+  result.points_in_first = reconstruction.points;
   return result;
 }
 

@@ -8,8 +8,8 @@
 namespace ulf::tracking {
 namespace {
 
-// Residual of a point that cannot be projected (behind the camera): so large that the solver refuses a step
-// that loses points.
+// Residual, in sigmas, of a point that cannot be projected: so large that the solver refuses steps that lose
+// points.
 constexpr double kLostResidual = 100;
 
 bool EvaluateReprojection(const CameraModel& camera, const Eigen::Vector2d& observed, double inverse_sigma,
@@ -75,22 +75,6 @@ bool PoseManifold::PlusJacobian(const double*, double* jacobian) const {
   return true;
 }
 
-bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  const Rigid3 to = FromBlock(y), from = FromBlock(x);
-  const Eigen::AngleAxisd turn(to.rotation * from.rotation.conjugate());
-  Eigen::Map<Eigen::Matrix<double, 6, 1>> twist(y_minus_x);
-  twist.head<3>() = turn.angle() * turn.axis();
-  twist.tail<3>() = to.translation - turn * from.translation;
-  return true;
-}
-
-bool PoseManifold::MinusJacobian(const double*, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> j(jacobian);
-  j.setZero();
-  j.leftCols<6>().setIdentity();
-  return true;
-}
-
 IntrinsicsBlock ToBlock(const CameraModel& camera) {
   IntrinsicsBlock block{camera.fx, camera.fy, camera.cx, camera.cy};
   std::copy(camera.coefficients.begin(), camera.coefficients.end(), block.begin() + 4);
@@ -144,23 +128,6 @@ bool IntrinsicsManifold::Plus(const double* x, const double* delta, double* x_pl
 bool IntrinsicsManifold::PlusJacobian(const double*, double* jacobian) const {
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Eigen::Map<RowMajor>(jacobian, 9, directions_.cols()) = directions_;
-  return true;
-}
-
-bool IntrinsicsManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  // The directions are orthogonal to one another.
-  const Eigen::Matrix<double, 9, 1> apart =
-      Eigen::Map<const Eigen::Matrix<double, 9, 1>>(y) - Eigen::Map<const Eigen::Matrix<double, 9, 1>>(x);
-  for (int k = 0; k < directions_.cols(); ++k)
-    y_minus_x[k] = directions_.col(k).dot(apart) / directions_.col(k).squaredNorm();
-  return true;
-}
-
-bool IntrinsicsManifold::MinusJacobian(const double*, double* jacobian) const {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::Map<RowMajor> j(jacobian, directions_.cols(), 9);
-  for (int k = 0; k < directions_.cols(); ++k)
-    j.row(k) = directions_.col(k).transpose() / directions_.col(k).squaredNorm();
   return true;
 }
 

@@ -21,14 +21,19 @@ using PoseBlock = std::array<double, 7>;
 PoseBlock ToBlock(const Rigid3& pose);
 Rigid3 FromBlock(const double* block);
 
-class PoseManifold final : public ceres::Manifold {
+// A manifold without Minus(), which Ceres calls only for solvers that are not used here.
+class PlusManifold : public ceres::Manifold {
+ public:
+  bool Minus(const double*, const double*, double*) const override { return false; }
+  bool MinusJacobian(const double*, double*) const override { return false; }
+};
+
+class PoseManifold final : public PlusManifold {
  public:
   int AmbientSize() const override { return 7; }
   int TangentSize() const override { return 6; }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
   bool PlusJacobian(const double* x, double* jacobian) const override;
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
 using IntrinsicsBlock = std::array<double, 9>;
@@ -42,7 +47,7 @@ CameraModel WithRoomFor(const FreeIntrinsics& free, const CameraModel& camera);
 Eigen::Matrix<double, 9, Eigen::Dynamic> FreeDirections(const CameraModel& camera,
                                                         const FreeIntrinsics& free);
 
-class IntrinsicsManifold final : public ceres::Manifold {
+class IntrinsicsManifold final : public PlusManifold {
  public:
   IntrinsicsManifold(const CameraModel& camera, const FreeIntrinsics& free)
       : directions_(FreeDirections(camera, free)) {}
@@ -50,8 +55,6 @@ class IntrinsicsManifold final : public ceres::Manifold {
   int TangentSize() const override { return static_cast<int>(directions_.cols()); }
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
   bool PlusJacobian(const double* x, double* jacobian) const override;
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
 
  private:
   Eigen::Matrix<double, 9, Eigen::Dynamic> directions_;

@@ -14,6 +14,17 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+namespace {
+
+// A point in the camera's frame after a time, to second order in the rotation.
+Vector3d After(const Twist& twist, const Vector3d& point, double time_s) {
+  const Vector3d omega = twist.head<3>();
+  const Vector3d turned = omega.cross(point);
+  return point + time_s * (turned + twist.tail<3>() + 0.5 * time_s * omega.cross(turned));
+}
+
+}  // namespace
+
 Twist TwistBetween(const Rigid3& before, const Rigid3& after, double step_s) {
   const Rigid3 after_from_before = after * before.Inverse();
   const Eigen::AngleAxisd turn(after_from_before.rotation);
@@ -27,17 +38,13 @@ DepthField::DepthField(const CameraModel& camera, std::span<const Sample> sample
   double mean = 0;
   for (const Sample& sample : samples) mean += 1 / sample.depth;
   mean = samples.empty() ? 0 : mean / static_cast<double>(samples.size());
-  constexpr double kMeanWeight = 0.1;  // in points
   inverse_.assign(kColumns * kRows, kMeanWeight * mean);
   std::vector<double> weights(kColumns * kRows, kMeanWeight);
   for (const Sample& sample : samples) {
-    const double x = std::clamp(sample.img.x() / width_, 0.0, 1.0) * (kColumns - 1);
-    const double y = std::clamp(sample.img.y() / height_, 0.0, 1.0) * (kRows - 1);
-    const int column = std::min(static_cast<int>(x), kColumns - 2);
-    const int row = std::min(static_cast<int>(y), kRows - 2);
-    for (int k = 0; k < 4; ++k) {
-      const double across = k % 2 ? x - column : 1 - (x - column), down = k / 2 ? y - row : 1 - (y - row);
-      const auto node = ulf::At((row + k / 2) * kColumns + column + k % 2);
+    const auto [first, fx, fy] = CornerOf(sample.img);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double across = k % 2 ? fx : 1 - fx, down = k / 2 ? fy : 1 - fy;
+      const std::size_t node = first + k / 2 * kColumns + k % 2;
       inverse_[node] += across * down / sample.depth;
       weights[node] += across * down;
     }
@@ -45,29 +52,21 @@ DepthField::DepthField(const CameraModel& camera, std::span<const Sample> sample
   for (std::size_t i = 0; i < inverse_.size(); ++i) inverse_[i] /= weights[i];
 }
 
-double DepthField::At(const Vector2d& img) const {
+DepthField::Corner DepthField::CornerOf(const Vector2d& img) const {
   const double x = std::clamp(img.x() / width_, 0.0, 1.0) * (kColumns - 1);
   const double y = std::clamp(img.y() / height_, 0.0, 1.0) * (kRows - 1);
   const int column = std::min(static_cast<int>(x), kColumns - 2);
   const int row = std::min(static_cast<int>(y), kRows - 2);
-  const double fx = x - column, fy = y - row;
-  const double* node = &inverse_[ulf::At(row * kColumns + column)];
+  return {ulf::At(row * kColumns + column), x - column, y - row};
+}
+
+double DepthField::At(const Vector2d& img) const {
+  const auto [first, fx, fy] = CornerOf(img);
+  const double* node = &inverse_[first];
   const double inverse = (1 - fy) * ((1 - fx) * node[0] + fx * node[1]) +
                          fy * ((1 - fx) * node[kColumns] + fx * node[kColumns + 1]);
-  constexpr double kFar = 1e6;
   return inverse > 1 / kFar ? 1 / inverse : kFar;
 }
-
-namespace {
-
-// A point in the camera's frame after a time, to second order in the rotation.
-Vector3d After(const Twist& twist, const Vector3d& point, double time_s) {
-  const Vector3d omega = twist.head<3>();
-  const Vector3d turned = omega.cross(point);
-  return point + time_s * (turned + twist.tail<3>() + 0.5 * time_s * omega.cross(turned));
-}
-
-}  // namespace
 
 void DepthField::Scale(double scale) {
   for (double& inverse : inverse_) inverse /= scale;
@@ -93,7 +92,7 @@ Vector2d RowShift::Global(const Vector2d& seen, const Vector3d& point_in_cam) co
   return seen - Moved(point_in_cam, TimeOf(seen));
 }
 
-// The time depends on the row where the point is seen, by some percent of the shift: a few steps converge.
+// Iterates: the row where the point is seen gives the time. A step reduces the error to some percent.
 Vector2d RowShift::Seen(const Vector2d& global, const Vector3d& point_in_cam) const {
   Vector2d seen = global;
   for (int i = 0; i < 4; ++i) seen = global + Moved(point_in_cam, TimeOf(seen));
@@ -103,7 +102,6 @@ Vector2d RowShift::Seen(const Vector2d& global, const Vector3d& point_in_cam) co
 Vector2d RowShift::Global(const Vector2d& seen) const {
   const auto ray = camera_.RayFromImg(seen);
   if (!ray || ray->z() <= 0) return seen;
-  // Seen at its row's time: back to the frame's.
   const auto global = camera_.ImgFromCam(After(twist_, *ray * (depths_.At(seen) / ray->z()), -TimeOf(seen)));
   return global.value_or(seen);
 }
@@ -114,11 +112,13 @@ Vector2d RowShift::Seen(const Vector2d& global) const {
   return seen;
 }
 
-Vector2d Pyramid::SeenByRow(const Vector2d& img, const Vector3d* point_in_cam) const {
+Vector2d Pyramid::Seen(const Vector2d& img, const Vector3d* point_in_cam) const {
+  if (!rows) return img;
   return point_in_cam ? rows->Seen(img, *point_in_cam) : rows->Seen(img);
 }
 
-Vector2d Pyramid::GlobalByRow(const Vector2d& seen, const Vector3d* point_in_cam) const {
+Vector2d Pyramid::Global(const Vector2d& seen, const Vector3d* point_in_cam) const {
+  if (!rows) return seen;
   return point_in_cam ? rows->Global(seen, *point_in_cam) : rows->Global(seen);
 }
 
@@ -129,7 +129,7 @@ std::shared_ptr<const FeatureSet> MoveFeatures(const CameraModel& camera, const 
     const Vector2d seen = from ? from->Seen(feature.img) : feature.img;
     const Vector2d global = to ? to->Global(seen) : seen;
     const auto ray = camera.RayFromImg(global);
-    if (!ray) continue;  // it stays where it is: others refer to it by its index
+    if (!ray) continue;  // keep it as it is: others refer to features by index
     feature.img = global;
     feature.ray = *ray;
   }
@@ -142,11 +142,11 @@ std::shared_ptr<const Pyramid> WithRows(const Pyramid& pyramid, std::shared_ptr<
   return std::make_shared<const Pyramid>(std::move(same));
 }
 
-std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow) {
-  constexpr int kRounds = 8, kLeastPoints = 12;
+std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow,
+                                   const TwistFromFlowOptions& options) {
   Twist twist = Twist::Zero();
-  double scale = 0;  // px/s; beyond three of it less weight
-  for (int round = 0; round < kRounds; ++round) {
+  double scale = 0;  // median misfit, px/s
+  for (int round = 0; round < options.rounds; ++round) {
     Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
     Twist right = Twist::Zero();
     std::vector<double> misfits;
@@ -160,12 +160,12 @@ std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const Po
       }
       const double misfit = (point.px_s - jacobian * twist).norm();
       misfits.push_back(misfit);
-      const double reach = round == 0 ? 1 : std::min(1.0, 3 * scale / std::max(1e-9, misfit));
+      const double reach = round == 0 ? 1 : std::min(1.0, options.reach * scale / std::max(1e-9, misfit));
       const double weight = reach * reach;
       normal += weight * jacobian.transpose() * jacobian;
       right += weight * jacobian.transpose() * point.px_s;
     }
-    if (static_cast<int>(misfits.size()) < kLeastPoints) return std::nullopt;
+    if (static_cast<int>(misfits.size()) < options.min_points) return std::nullopt;
     twist = normal.ldlt().solve(right);
     if (!twist.allFinite()) return std::nullopt;
     scale = Median(std::move(misfits));
@@ -175,14 +175,11 @@ std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const Po
 
 std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, double readout_s,
                                                  std::span<const SeenPoint> points, const Rigid3& initial,
-                                                 const MotionPrior& prior) {
-  using Matrix12d = Eigen::Matrix<double, 12, 12>;
-  using Vector12d = Eigen::Matrix<double, 12, 1>;
-  constexpr int kIterations = 4;
-  constexpr double kHuberSigmas = 2.45;
+                                                 const MotionPrior& prior,
+                                                 const PoseAndMotionOptions& options) {
   PoseAndMotion result{initial, prior.twist};
   const Twist prior_weight = prior.sigma.cwiseAbs2().cwiseInverse();
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < options.iterations; ++iteration) {
     // With the pose's Jacobian A and a row's time t, that by pose and velocity is (A, t A).
     std::array<Eigen::Matrix<double, 6, 6>, 3> hessian;
     std::array<Twist, 2> gradient{Twist::Zero(), Twist::Zero()};
@@ -199,7 +196,7 @@ std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, doub
       ++used;
       const Vector2d residual = (*img - point.seen) / point.sigma_px;
       const double length = residual.norm();
-      const double weight = length <= kHuberSigmas ? 1 : kHuberSigmas / length;
+      const double weight = length <= options.huber_sigmas ? 1 : options.huber_sigmas / length;
       Eigen::Matrix<double, 2, 6> jacobian;
       for (int row = 0; row < 2; ++row) {
         const Vector3d move = img_by_point.row(row) / point.sigma_px;
@@ -213,19 +210,18 @@ std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, doub
       gradient[0] += slope;
       gradient[1] += time_s * slope;
     }
-    constexpr int kLeastPoints = 8;
-    if (used < kLeastPoints) return std::nullopt;
-    Matrix12d normal;
+    if (used < options.min_points) return std::nullopt;
+    Eigen::Matrix<double, 12, 12> normal;
     normal << hessian[0], hessian[1], hessian[1], hessian[2];
     normal.bottomRightCorner<6, 6>().diagonal() += prior_weight;
-    Vector12d right;
+    Eigen::Matrix<double, 12, 1> right;
     right << gradient[0], gradient[1] + prior_weight.cwiseProduct(result.twist - prior.twist);
-    const Vector12d step = -normal.ldlt().solve(right);
+    const Eigen::Matrix<double, 12, 1> step = -normal.ldlt().solve(right);
     if (!step.allFinite()) return std::nullopt;
     result.cam_from_world = Perturbed(result.cam_from_world, step.head<6>());
     result.twist += step.tail<6>();
-    constexpr double kLeastStep = 1e-6;
-    if (step.head<3>().norm() < kLeastStep && step.segment<3>(6).norm() * std::abs(readout_s) < kLeastStep)
+    if (step.head<3>().norm() < options.min_step &&
+        step.segment<3>(6).norm() * std::abs(readout_s) < options.min_step)
       break;
   }
   return result;

@@ -21,6 +21,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
+#include "tracking/estimation/absolute_pose.h"
 #include "tracking/features/features.h"
 
 namespace ulf::tracking {
@@ -34,6 +35,9 @@ Twist TwistBetween(const Rigid3& before, const Rigid3& after, double step_s);
 // tends to their mean where there are no points. Depths are in the points' unit.
 class DepthField {
  public:
+  // Guessed: the grid, the weight of the mean in points, and the depth where nothing is known.
+  static constexpr int kColumns = 17, kRows = 13;
+  static constexpr double kMeanWeight = 0.1, kFar = 1e6;
   struct Sample {
     Eigen::Vector2d img;
     double depth;  // along the optical axis
@@ -43,7 +47,12 @@ class DepthField {
   void Scale(double scale);
 
  private:
-  static constexpr int kColumns = 17, kRows = 13;
+  struct Corner {
+    std::size_t node;  // the upper left one of an image point's cell
+    double fx, fy;     // shares of the cell, from there
+  };
+  Corner CornerOf(const Eigen::Vector2d& img) const;
+
   double width_, height_;
   std::vector<double> inverse_;
 };
@@ -92,12 +101,26 @@ struct PointFlow {
   Eigen::Vector2d px_s;
 };
 
+struct TwistFromFlowOptions {
+  int rounds = 8;       // of weighing what does not fit less. Guessed
+  int min_points = 12;  // fewer give no velocity. Guessed
+  double reach = 3;     // times the usual misfit: beyond it a point weighs less. Guessed
+};
+
 // The camera's velocity that explains the flow robustly; none where there are too few points.
-std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow);
+std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const PointFlow> flow,
+                                   const TwistFromFlowOptions& options = {});
 
 struct MotionPrior {
   Twist twist = Twist::Zero();
   Twist sigma = Twist::Ones();
+};
+
+struct PoseAndMotionOptions {
+  int iterations = 4;               // at most. Guessed
+  int min_points = 8;               // fewer do not determine pose and velocity
+  double huber_sigmas = kSigmas95;  // beyond it an observation weighs less
+  double min_step = 1e-6;           // radians; a smaller step ends the iterations. Guessed
 };
 
 struct PoseAndMotion {
@@ -109,6 +132,7 @@ struct PoseAndMotion {
 // points do not determine them.
 std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, double readout_s,
                                                  std::span<const SeenPoint> points, const Rigid3& initial,
-                                                 const MotionPrior& prior);
+                                                 const MotionPrior& prior,
+                                                 const PoseAndMotionOptions& options = {});
 
 }  // namespace ulf::tracking

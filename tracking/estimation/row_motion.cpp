@@ -11,16 +11,6 @@ namespace ulf::tracking {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-namespace {
-
-// One standard deviation of the velocity about a frame minus the one since the frame before, for a trembling
-// hand: radians per second and, for the translation, median depths per second. Guessed.
-constexpr double kTremor = 0.03;
-constexpr double kUnknown = 0.5;  // the same where there was no frame before. Guessed
-constexpr double kOffRate = 0.4;  // the newest difference's weight in the recent mean. Guessed
-
-}  // namespace
-
 void RowMotion::Forget() {
   velocity_.reset();
   before_.reset();
@@ -28,7 +18,7 @@ void RowMotion::Forget() {
 
 void RowMotion::Scale(double scale) {
   if (velocity_) velocity_->tail<3>() *= scale;
-  off_.tail<3>() *= scale;
+  mean_difference_.tail<3>() *= scale;
   if (!before_) return;
   before_->by_rows.tail<3>() *= scale;
   before_->between.tail<3>() *= scale;
@@ -92,7 +82,7 @@ void RowMotion::Settle(TrackedImage& image, FramePose& frame_pose, const std::op
     for (const PointObservation& corner : image.fiducials->corners)
       seen.push_back({corner.point_in_world, corner.img, corner.sigma_px});
   const double depth = Median(std::move(depths));
-  const double sigma = between ? kTremor : kUnknown;
+  const double sigma = between ? options_.tremor : options_.unknown;
   MotionPrior prior;
   prior.twist = between ? *between : velocity_.value_or(Twist::Zero());
   prior.sigma << Vector3d::Constant(sigma), Vector3d::Constant(sigma * depth);
@@ -100,19 +90,20 @@ void RowMotion::Settle(TrackedImage& image, FramePose& frame_pose, const std::op
   if (!refined) return;
   if (between) {
     if (before_) {
-      const Twist off = before_->by_rows - 0.5 * (before_->between + *between);
-      off_ += std::max(kOffRate, 1.0 / ++offs_) * (off - off_);
+      const Twist difference = before_->by_rows - 0.5 * (before_->between + *between);
+      mean_difference_ +=
+          std::max(options_.difference_rate, 1.0 / ++differences_) * (difference - mean_difference_);
     }
     before_ = Before{refined->twist, *between};
-    constexpr double kFixed = 1e-6;
-    prior.twist = refined->twist - off_;
+    constexpr double kFixed = 1e-6;  // of the prior's sigma: the velocity is given
+    prior.twist = refined->twist - mean_difference_;
     prior.sigma *= kFixed;
     refined = RefinePoseAndMotion(camera_, readout_s_, seen, frame_pose.cam_from_world, prior);
     if (!refined) return;
   }
   velocity_ = refined->twist;
   frame_pose.cam_from_world = refined->cam_from_world;
-  // What the rows bend is no outlier: all points have the same weight.
+  // No observation is an outlier because the rows displace it: all weigh the same.
   constexpr RefinePoseOptions kAllAlike{.huber_sigmas = 1e3, .rounds = 1};
   std::vector<PointObservation> in_picture;
   for (const SeenPoint& point : seen)

@@ -16,9 +16,19 @@
 
 namespace ulf::tracking {
 
+// Guessed.
+struct RowMotionOptions {
+  // One standard deviation of the velocity about a frame minus the one since the frame before, for a
+  // trembling hand, and of the velocity where there was no frame before: radians per second and, for the
+  // translation, median depths per second. Smaller ones miss tremor, larger ones follow a stretched map.
+  double tremor = 0.03, unknown = 0.5;
+  double difference_rate = 0.4;  // the newest difference's weight in the recent mean
+};
+
 class RowMotion {
  public:
-  RowMotion(const CameraModel& camera, double readout_s) : camera_(camera), readout_s_(readout_s) {}
+  RowMotion(const CameraModel& camera, double readout_s, const RowMotionOptions& options = {})
+      : camera_(camera), readout_s_(readout_s), options_(options) {}
 
   double readout_s() const { return readout_s_; }
   bool rolls() const { return readout_s_ != 0; }
@@ -42,13 +52,14 @@ class RowMotion {
   void GiveRows(TrackedImage& image, const Twist& velocity, std::span<const DepthField::Sample> depths) const;
   CameraModel camera_;
   double readout_s_;
+  RowMotionOptions options_;
   struct Before {
     Twist by_rows, between;
   };
   std::optional<Twist> velocity_;  // of the last frame
   std::optional<Before> before_;
-  Twist off_ = Twist::Zero();  // recent mean of the rows' velocity minus the one between frames
-  int offs_ = 0;
+  Twist mean_difference_ = Twist::Zero();  // recent mean of the rows' velocity minus the one between frames
+  int differences_ = 0;
 };
 
 }  // namespace ulf::tracking

@@ -23,6 +23,7 @@ struct SamplingOptions {
   int max_iterations = 2000;
   double confidence = 0.999;
   unsigned seed = 1;
+  int improvements = 3;  // of each new best model, at most: more rarely gain anything. Guessed
 };
 
 template <typename Model>
@@ -92,8 +93,7 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
     bool better = false;
     for (const Model& model : solve(sample)) better = consider(model) || better;
     if (!better) continue;
-    constexpr int kImprovements = 3;
-    for (int round = 0; round < kImprovements; ++round) {
+    for (int round = 0; round < options.improvements; ++round) {
       const std::optional<Model> improved = improve(best->model, best->inliers);
       if (!improved || !consider(*improved)) break;
     }
@@ -102,6 +102,20 @@ std::optional<SamplingResult<Model>> SampleConsensus(int count, int sample_size,
   }
   if (best) best->iterations = iteration;
   return best;
+}
+
+// The same where one function, fit(indices) -> optional<Model>, solves samples and improves models.
+template <typename Model, typename Fit, typename Residual2>
+std::optional<SamplingResult<Model>> SampleConsensusByFit(int count, int sample_size, Fit&& fit,
+                                                          Residual2&& residual2,
+                                                          const SamplingOptions& options) {
+  const auto solve = [&](const std::vector<int>& sample) {
+    std::vector<Model> models;
+    if (const std::optional<Model> model = fit(sample)) models.push_back(*model);
+    return models;
+  };
+  const auto improve = [&](const Model&, const std::vector<int>& inliers) { return fit(inliers); };
+  return SampleConsensus<Model>(count, sample_size, solve, residual2, improve, options);
 }
 
 }  // namespace ulf::tracking

@@ -31,7 +31,7 @@ struct MotionStep {
   Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero();
 };
 
-// Normal equations over a turn and the translation's direction, from the pairs within the gate.
+// Normal equations for a turn and a change of the translation's direction, from the pairs within the gate.
 MotionStep LinearizeMotion(const Motion& motion, std::span<const RayPair> pairs, const std::vector<int>& used,
                            double gate, const Vector3d& side, const Vector3d& up) {
   MotionStep equations;

@@ -14,7 +14,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr int kPatchRadius = 15;  // of orientation and descriptor
-constexpr int kBorder = kFeatureBorder;
 constexpr int kFastRadius = 3;    // of FAST's circle, which needs as much beside a corner
 constexpr float kHarris = 0.04f;  // Harris and Stephens 1988, section 3
 
@@ -32,7 +31,6 @@ bool Stronger(const Corner& a, const Corner& b) {
 // until there are enough.
 class Spreader {
  public:
-  // Leaves at most `count` in `corners`.
   void Keep(std::vector<Corner>& corners, int count, double least_cell_px, cv::Size size) {
     if (static_cast<int>(corners.size()) <= count) return;
     const double cell =
@@ -50,7 +48,7 @@ class Spreader {
     by_cell_.resize(corners.size());
     for (const Corner& corner : corners) by_cell_[At(next_[cell_of(corner)]++)] = corner;
     corners.clear();
-    next_.clear();  // now: the cells that are not exhausted
+    next_.clear();  // from here on: the cells that are not exhausted
     for (std::size_t c = 0; c + 1 < starts_.size(); ++c) {
       if (starts_[c] == starts_[c + 1]) continue;
       std::sort(by_cell_.begin() + starts_[c], by_cell_.begin() + starts_[c + 1], Stronger);
@@ -87,8 +85,8 @@ std::array<PatchRow, kPatchRadius + 1> CircleMasks() {
   return masks;
 }
 
-// Direction from the patch's centre to its centroid of intensity. Rows above and below the centre are taken
-// together, so that 16 bits hold every sum of a column.
+// Direction from the patch's centre to its centroid of intensity. Adds the rows above and below the centre in
+// pairs, so that 16 bits hold every sum of a column.
 float Orientation(const cv::Mat& image, int x, int y) {
   static const std::array<PatchRow, kPatchRadius + 1> masks = CircleMasks();
   PatchRow column{}, column_by_y{};
@@ -111,8 +109,7 @@ float Orientation(const cv::Mat& image, int x, int y) {
   return std::atan2(static_cast<float>(moment_y), static_cast<float>(moment_x));
 }
 
-// The peak of the corner response around an integer corner, by parabolas: FAST's own maximum is quantised to
-// pixels.
+// The peak of the corner response around an integer corner, by parabolas.
 Vector2d SubpixelCorner(const cv::Mat& image, int x, int y) {
   constexpr int kWindow = 3, kReach = kWindow + 1, kRows = 2 * kReach + 1, kLanes = 16;
   // Structure tensors of a window's columns: of the window around the corner, and one row up and down.
@@ -148,26 +145,27 @@ Vector2d SubpixelCorner(const cv::Mat& image, int x, int y) {
     for (int u = from; u <= from + 2 * kWindow; ++u) sum += columns[At(u)];
     return sum;
   };
-  const auto of = [](std::int32_t xx, std::int32_t xy, std::int32_t yy) {
+  const auto harris = [](std::int32_t xx, std::int32_t xy, std::int32_t yy) {
     const float a = static_cast<float>(xx), b = static_cast<float>(xy), c = static_cast<float>(yy);
     return a * c - b * b - kHarris * (a + c) * (a + c);
   };
-  const auto beside = [&](int from) {
-    return of(window(middle.xx, from), window(middle.xy, from), window(middle.yy, from));
+  const auto response_beside = [&](int from) {
+    return harris(window(middle.xx, from), window(middle.xy, from), window(middle.yy, from));
   };
-  const auto moved = [&](const Sums& gained, const Sums& left_behind) {
+  const auto response_moved = [&](const Sums& gained, const Sums& left_behind) {
     const auto one = [&](Columns Sums::*which) {
       return window(middle.*which, 1) + window(gained.*which, 1) - window(left_behind.*which, 1);
     };
-    return of(one(&Sums::xx), one(&Sums::xy), one(&Sums::yy));
+    return harris(one(&Sums::xx), one(&Sums::xy), one(&Sums::yy));
   };
-  const float center = beside(1);
+  const float center = response_beside(1);
   const auto peak = [center](float before, float after) {
     const float curvature = before - 2 * center + after;
     if (curvature >= 0) return 0.0f;
     return std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f);
   };
-  return {x + peak(beside(0), beside(2)), y + peak(moved(first, second_last), moved(last, second))};
+  return {x + peak(response_beside(0), response_beside(2)),
+          y + peak(response_moved(first, second_last), response_moved(last, second))};
 }
 
 }  // namespace
@@ -192,6 +190,17 @@ Pyramid BuildPyramid(const cv::Mat& gray) {
     cv::resize(pyramid.levels[At(level - 1)], pyramid.levels[At(level)], size, 0, 0, cv::INTER_LINEAR);
   }
   return pyramid;
+}
+
+std::array<std::uint8_t, 3> RgbAt(const cv::Mat& image, const Vector2d& img) {
+  const int x = std::clamp(static_cast<int>(img.x()), 0, image.cols - 1);
+  const int y = std::clamp(static_cast<int>(img.y()), 0, image.rows - 1);
+  if (image.channels() == 3) {
+    const auto& bgr = image.at<cv::Vec3b>(y, x);
+    return {bgr[2], bgr[1], bgr[0]};
+  }
+  const std::uint8_t value = image.at<std::uint8_t>(y, x);
+  return {value, value, value};
 }
 
 FeatureSet::FeatureSet(std::vector<Feature> features, int width, int height)
@@ -255,10 +264,10 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
   std::vector<Corner>& corners = state_->corners;
   for (int level = 0; level < options.levels; ++level) {
     const cv::Mat& image = pyramid.levels[At(level)];
-    if (image.cols <= 2 * kBorder || image.rows <= 2 * kBorder) break;
+    if (image.cols <= 2 * kFeatureBorder || image.rows <= 2 * kFeatureBorder) break;
     const int wanted = static_cast<int>(std::lround(count / LevelScale(level) / shares));
     int& threshold = state_->fast_threshold[At(level)];
-    constexpr int kOutside = kBorder - kFastRadius;
+    constexpr int kOutside = kFeatureBorder - kFastRadius;
     const cv::Rect inside(kOutside, kOutside, image.cols - 2 * kOutside, image.rows - 2 * kOutside);
     cv::FAST(image(inside), keypoints, threshold, true);
     const auto found = static_cast<double>(keypoints.size());

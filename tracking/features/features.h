@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -58,19 +59,11 @@ struct Pyramid {
   std::shared_ptr<const RowShift> rows;
   // From an image point to where the sensor saw it, and back. Exact where `point_in_cam` is given; without
   // it the depth is interpolated from the points around.
-  Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const {
-    return rows ? SeenByRow(img, point_in_cam) : img;
-  }
-  Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam = nullptr) const {
-    return rows ? GlobalByRow(seen, point_in_cam) : seen;
-  }
+  Eigen::Vector2d Seen(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam = nullptr) const;
+  Eigen::Vector2d Global(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam = nullptr) const;
   // Level pixels per level 0 pixel (both where the sensor saw them), as the rounded sizes make it.
   Eigen::Vector2d ToLevel(int level, const Eigen::Vector2d& img) const;
   Eigen::Vector2d FromLevel(int level, const Eigen::Vector2d& on_level) const;
-
- private:
-  Eigen::Vector2d SeenByRow(const Eigen::Vector2d& img, const Eigen::Vector3d* point_in_cam) const;
-  Eigen::Vector2d GlobalByRow(const Eigen::Vector2d& seen, const Eigen::Vector3d* point_in_cam) const;
 };
 Pyramid BuildPyramid(const cv::Mat& gray);
 
@@ -81,6 +74,16 @@ struct Feature {
   int level = 0;
   Descriptor descriptor{};
 };
+
+// The cell of a grid over the image that holds an image point; one outside belongs to the nearest cell.
+inline std::size_t CellOf(const Eigen::Vector2d& img, const CameraModel& camera, int columns, int rows) {
+  const int column = std::clamp(static_cast<int>(img.x() * columns / camera.width), 0, columns - 1);
+  const int row = std::clamp(static_cast<int>(img.y() * rows / camera.height), 0, rows - 1);
+  return At(row * columns + column);
+}
+
+// Red, green and blue of the pixel at an image point, or nearest to it; `image`: 8 bits, B G R or grey.
+std::array<std::uint8_t, 3> RgbAt(const cv::Mat& image, const Eigen::Vector2d& img);
 
 // A frame's features with a grid index for window searches.
 class FeatureSet {

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ranges>
 
 #include "core/base/at.h"
 
 namespace ulf::tracking {
 namespace {
 
-// Gives each feature of the second set to the nearest of those that chose it.
+// Keeps one match for each feature of the second set: the nearest.
 void KeepNearestOwner(int second_size, std::vector<FeatureMatch>& matches) {
   std::vector<int> owner(At(second_size), -1);
   for (int m = 0; m < static_cast<int>(matches.size()); ++m) {
@@ -22,20 +23,32 @@ void KeepNearestOwner(int second_size, std::vector<FeatureMatch>& matches) {
   matches = std::move(kept);
 }
 
+// `offer(i, nearest)` offers `nearest` the features of the second set that i may match.
+template <typename Indices, typename Offer>
+std::vector<FeatureMatch> NearestMatches(const Indices& first, int second_size, const MatchOptions& options,
+                                         const Offer& offer) {
+  std::vector<FeatureMatch> matches;
+  for (const int i : first) {
+    NearestDescriptor nearest;
+    offer(i, nearest);
+    if (nearest.Passes(options)) matches.push_back({i, nearest.index, nearest.distance});
+  }
+  KeepNearestOwner(second_size, matches);
+  return matches;
+}
+
 }  // namespace
 
 std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSet& second,
                                         std::span<const Eigen::Vector2d> expected, double radius_px,
                                         const MatchOptions& options) {
-  std::vector<FeatureMatch> matches;
-  for (int i = 0; i < first.size(); ++i) {
+  const auto offer = [&](int i, NearestDescriptor& nearest) {
     const Feature& feature = first[i];
-    NearestDescriptor nearest;
     second.ForEachNear(expected[At(i)], radius_px, feature.level - 1, feature.level + 1,
                        [&](int j) { nearest.Offer(j, Distance(feature.descriptor, second[j].descriptor)); });
-    if (nearest.Passes(options)) matches.push_back({i, nearest.index, nearest.distance});
-  }
-  KeepNearestOwner(second.size(), matches);
+  };
+  std::vector<FeatureMatch> matches =
+      NearestMatches(std::views::iota(0, first.size()), second.size(), options, offer);
   if (options.same_rotation) KeepSameRotation(first, second, matches);
   return matches;
 }
@@ -43,30 +56,25 @@ std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSe
 std::vector<FeatureMatch> MatchAll(const FeatureSet& first, std::span<const int> chosen_in_first,
                                    const FeatureSet& second, std::span<const int> chosen_in_second,
                                    const MatchOptions& options) {
-  std::vector<FeatureMatch> matches;
-  for (const int i : chosen_in_first) {
-    NearestDescriptor nearest;
+  const auto offer = [&](int i, NearestDescriptor& nearest) {
     for (const int j : chosen_in_second)
       nearest.Offer(j, Distance(first[i].descriptor, second[j].descriptor));
-    if (nearest.Passes(options)) matches.push_back({i, nearest.index, nearest.distance});
-  }
-  KeepNearestOwner(second.size(), matches);
+  };
+  std::vector<FeatureMatch> matches = NearestMatches(chosen_in_first, second.size(), options, offer);
   if (options.same_rotation) KeepSameRotation(first, second, matches);
   return matches;
 }
 
 std::vector<int> MatchExpected(std::span<const Expected> expected, const FeatureSet& features,
                                const MatchOptions& options) {
-  std::vector<FeatureMatch> matches;
-  for (int i = 0; i < static_cast<int>(expected.size()); ++i) {
+  const auto offer = [&](int i, NearestDescriptor& nearest) {
     const Expected& wanted = expected[At(i)];
-    NearestDescriptor nearest;
     features.ForEachNear(wanted.img, wanted.radius_px, wanted.lowest_level, wanted.highest_level, [&](int j) {
       nearest.Offer(j, Distance(*wanted.descriptor, features[j].descriptor));
     });
-    if (nearest.Passes(options)) matches.push_back({i, nearest.index, nearest.distance});
-  }
-  KeepNearestOwner(features.size(), matches);
+  };
+  const std::vector<FeatureMatch> matches =
+      NearestMatches(std::views::iota(0, static_cast<int>(expected.size())), features.size(), options, offer);
   std::vector<int> feature_of(expected.size(), -1);
   for (const FeatureMatch& match : matches) feature_of[At(match.first)] = match.second;
   return feature_of;

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kTemplate = 8;
-constexpr int kFramed = kTemplate + 2;  // one more on each side for central differences
+constexpr int kFramed = kTemplate + 2;  // with a border for central differences
 
 // A row of the template. Sums run over eight lanes side by side, which are added last and always in the same
 // order: the result does not depend on how wide the machine's vectors are.
@@ -58,7 +58,7 @@ inline float Bilinear(const std::uint8_t* pixels, std::size_t stride, float x, f
   return top + fy * (bottom - top);
 }
 
-// The warped patch's pixels with a frame of one, row by row; false where the patch is too small for them.
+// Warps the patch, with a border of one pixel, row by row; false where the patch is too small.
 // `reference_by_level`: reference-level pixels per pixel of the image level that is aligned with.
 bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
           std::array<float, kFramed * kFramed>& framed) {
@@ -68,7 +68,7 @@ bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
   const float reach = kHalf * std::max(std::abs(warp(0, 0)) + std::abs(warp(0, 1)),
                                        std::abs(warp(1, 0)) + std::abs(warp(1, 1)));
   if (!(reach < kCenter - 0.01f)) return false;
-  // In three passes, of which only the middle one, which fetches the pixels, is beyond vectors.
+  // In three passes: the compiler vectorises the first and the last, not the one that fetches the pixels.
   std::array<float, kFramed * kFramed> fx, fy;
   std::array<std::int32_t, kFramed * kFramed> at;
   std::array<std::uint32_t, kFramed * kFramed> four;
@@ -100,8 +100,7 @@ bool Warp(const ReferencePatch& patch, const Matrix2d& reference_by_level,
 }
 
 // What the image is aligned with. Gain and offset of the image are free: the slopes are projected
-// orthogonally to the template and to a constant, which a change of gain or offset would explain. The
-// least squares problem of four parameters then has two left.
+// orthogonally to the template and to a constant, so that two of four parameters are left to solve for.
 struct Template {
   Rows value;
   float sum = 0, sum2 = 0;  // of value

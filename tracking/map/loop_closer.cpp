@@ -10,6 +10,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 #include "tracking/estimation/pose_graph.h"
 #include "tracking/estimation/pose_log_odds.h"
 #include "tracking/estimation/sampling.h"
@@ -28,7 +29,7 @@ struct PointPair {
   double recent_sigma_px, old_sigma_px;
 };
 
-constexpr int kKeyframeCorners = 1000;       // that a keyframe has, about: the locator's share of patches
+constexpr int kKeyframeCorners = 1000;       // of a keyframe, about: they limit the locator's patches
 constexpr double kPointsOfUnitWeight = 100;  // a tie by so many shared points has weight 1
 
 double ErrorSigmas2(const CameraModel& camera, const Vector3d& in_cam, const Vector2d& img, double sigma_px) {
@@ -51,20 +52,14 @@ std::optional<Similarity3> SampleSimilarity(const CameraModel& camera, const std
     if (!similarity || !(similarity->scale > 0)) return std::nullopt;
     return Model{*similarity, similarity->Inverse()};
   };
-  const auto solve = [&](const std::vector<int>& sample) {
-    std::vector<Model> models;
-    if (const auto model = fit(sample)) models.push_back(*model);
-    return models;
-  };
   const auto residual2 = [&](const Model& model, int i) {
     const PointPair& pair = pairs[At(i)];
     return std::max(
         ErrorSigmas2(camera, model.old_from_recent * pair.in_recent, pair.img_in_old, pair.old_sigma_px),
         ErrorSigmas2(camera, model.recent_from_old * pair.in_old, pair.img_in_recent, pair.recent_sigma_px));
   };
-  const auto improve = [&](const Model&, const std::vector<int>& inliers) { return fit(inliers); };
-  const auto found = SampleConsensus<Model>(
-      static_cast<int>(pairs.size()), 3, solve, residual2, improve,
+  const auto found = SampleConsensusByFit<Model>(
+      static_cast<int>(pairs.size()), 3, fit, residual2,
       {.threshold = options.sampled_sigmas, .max_iterations = options.samples, .seed = seed});
   if (!found || static_cast<int>(found->inliers.size()) < options.min_sampled) return std::nullopt;
   return found->model.recent_from_old;
@@ -96,13 +91,6 @@ std::vector<int> Neighbourhood(const Map& map, int keyframe, int most) {
   return around;
 }
 
-std::set<int> AllPointsOf(const Map& map, const std::vector<int>& keyframes) {
-  std::set<int> points;
-  for (const int keyframe : keyframes)
-    for (const int point : map.PointsSeenBy(keyframe)) points.insert(point);
-  return points;
-}
-
 }  // namespace
 
 LoopCloser::LoopCloser(const CameraModel& camera, OwnedMap& owned, const KeyframeIndex& index, unsigned seed,
@@ -120,7 +108,7 @@ void LoopCloser::Reset() {
   last_closed_ = -1;
 }
 
-// Keyframes that look alike and share no points with this keyframe's surroundings; each of another place.
+// Keyframes of different places that look like this one and share no points with its surroundings.
 std::vector<int> LoopCloser::Candidates(int newest) const {
   std::set<int> taken{newest};
   const auto take_with_neighbours = [&](int keyframe) {
@@ -156,14 +144,19 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
       SampleSimilarity(camera_, pairs, rigid, seed_ + static_cast<unsigned>(recent_id), options_);
   if (!sampled) return std::nullopt;
 
-  // The recent camera in the old part's world, against all points of the old part.
+  // Match the recent keyframe with all points of the old part, in the old part's world.
   FramePose frame_pose;
   frame_pose.cam_from_world = (*sampled * Similarity3::FromRigid(old.cam_from_world)).WithoutScale();
   frame_pose.candidates = GatherCandidates(map_, camera_, frame_pose.cam_from_world);
-  const std::set<int> known = AllPointsOf(map_, Neighbourhood(map_, old_id, options_.neighbourhood));
-  const std::set<int> own = AllPointsOf(map_, Neighbourhood(map_, recent_id, options_.neighbourhood));
+  const auto points_about = [&](int keyframe) {
+    return map_.PointsSeenBy(Neighbourhood(map_, keyframe, options_.neighbourhood));
+  };
+  const std::vector<int> known = points_about(old_id), own = points_about(recent_id);
+  const auto holds = [](const std::vector<int>& ids, int id) {
+    return std::binary_search(ids.begin(), ids.end(), id);
+  };
   std::erase_if(frame_pose.candidates,
-                [&](const Candidate& c) { return !known.contains(c.id) || own.contains(c.id); });
+                [&](const Candidate& c) { return !holds(known, c.id) || holds(own, c.id); });
   const TrackedImage image{recent.time_s, recent.pyramid, recent.features};
   const std::optional<FramePose> found = locator_.RefineTwice(image, std::move(frame_pose));
   if (!found || static_cast<int>(found->matches.size()) < options_.min_points ||
@@ -204,7 +197,7 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
   return hypothesis;
 }
 
-// Takes the world about the recent camera to where the old part has it.
+// Moves the world about the recent camera to its place in the old part.
 Similarity3 LoopCloser::Correction(const LoopHypothesis& hypothesis) const {
   const auto pose = [&](int keyframe) { return Similarity3::FromRigid(map_.PoseOf(keyframe)); };
   return pose(hypothesis.old).Inverse() * hypothesis.recent_from_old.Inverse() * pose(hypothesis.recent);
@@ -222,7 +215,7 @@ bool LoopCloser::Plausible(const LoopHypothesis& hypothesis) const {
   }
   const Vector3d center = map_.PoseOf(hypothesis.recent).OriginInSource();
   const double moved = (correction * center - center).norm();
-  const double turned_deg = Eigen::AngleAxisd(correction.rotation).angle() * 180 / M_PI;
+  const double turned_deg = Degrees(Eigen::AngleAxisd(correction.rotation).angle());
   const bool plausible = moved <= options_.max_drift * way && turned_deg <= options_.max_turn_deg &&
                          std::abs(std::log(correction.scale)) <= std::log(options_.max_scale_change);
   if (!plausible)
@@ -253,7 +246,7 @@ std::optional<ClosedLoop> LoopCloser::Examine(int newest) {
     if (auto hypothesis = Verify(newest, candidate); hypothesis && Plausible(*hypothesis))
       verified.push_back(std::move(*hypothesis));
   if (verified.empty()) return std::nullopt;
-  // Two places look like this one: drop both, and what earlier keyframes said.
+  // Two places look like this one: drop both, and the hypotheses of earlier keyframes.
   for (const LoopHypothesis& other : verified)
     if (!Agree(verified.front(), other)) {
       spdlog::debug("loop {}: {} and {} contradict each other", newest, verified.front().old, other.old);
@@ -285,7 +278,7 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
                            graph.cam_from_world[b] * graph.cam_from_world[a].Inverse(), weight});
   };
   for (std::size_t i = 1; i < keyframes.size(); ++i) {
-    bool tied = false;  // to an earlier one: the strongest such edge spans the graph
+    bool tied = false;  // to an earlier one: the strongest of these edges is always kept
     for (const Map::Neighbour& neighbour : map_.Covisible(keyframes[i])) {
       const int apart = keyframes[i] - neighbour.keyframe;
       if (apart < 0 || (tied && neighbour.shared < options_.strong_tie && apart < options_.old_tie)) continue;
@@ -294,8 +287,8 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
     }
     if (!tied) add_edge(keyframes[i - 1], keyframes[i], options_.loose_weight);
   }
-  // A loop is measured as exactly as one step of the way, so it must not yield to the drift of all steps, nor
-  // to the way's many parallel ties, which repeat one measurement.
+  // A loop is measured as accurately as one step of the way. So it must not yield to the drift of all steps,
+  // nor to the way's many parallel ties, which repeat one measurement.
   for (const LoopHypothesis& loop : agreeing)
     graph.edges.push_back({node_of.at(loop.old), node_of.at(loop.recent), loop.recent_from_old,
                            options_.loop_weight * loop.points / kPointsOfUnitWeight});
@@ -325,16 +318,12 @@ void LoopCloser::MergePoints(const LoopHypothesis& hypothesis) {
   for (const auto& [recent, old] : hypothesis.same) {
     const int gone = map.Resolve(recent), kept = map.Resolve(old);
     if (gone < 0 || kept < 0 || gone == kept) continue;
-    std::set<int> before;
-    for (const Observation& o : map.point(kept).observations) before.insert(o.keyframe);
-    map.Merge(gone, kept);
     // The moved observations were measured against the other point's patch: use their corners instead.
-    for (Observation& o : map.point(kept).observations)
-      if (!before.contains(o.keyframe)) {
-        const Feature& feature = (*map.keyframe(o.keyframe).features)[o.feature];
-        o.img = feature.img;
-        o.sigma_px = DetectedSigmaPx(feature.level);
-      }
+    for (Observation& o : map.Merge(gone, kept)) {
+      const Feature& feature = (*map.keyframe(o.keyframe).features)[o.feature];
+      o.img = feature.img;
+      o.sigma_px = DetectedSigmaPx(feature.level);
+    }
     map.Update(kept);
   }
 }

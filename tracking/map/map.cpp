@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <unordered_map>
 
 #include "core/base/at.h"
@@ -53,7 +54,7 @@ bool Map::Observe(int id, const Observation& observation) {
 
 void Map::AddView(int id, const ViewObservation& seen) {
   std::vector<ViewObservation>& views = point(id).views;
-  // The newest stand last, and few views ask for the same point twice.
+  // From the newest on: few views note the same point twice.
   if (std::none_of(views.rbegin(), views.rend(),
                    [&](const ViewObservation& o) { return o.view_id == seen.view_id; }))
     views.push_back(seen);
@@ -87,8 +88,9 @@ void Map::RemovePoint(int id) {
   free_.push_back({id, static_cast<int>(keyframes_.size())});
 }
 
-void Map::Merge(int gone_id, int kept_id) {
-  if (gone_id == kept_id) return;
+std::span<Observation> Map::Merge(int gone_id, int kept_id) {
+  if (gone_id == kept_id) return {};
+  const std::size_t own = point(kept_id).observations.size();
   const std::vector<Observation> moving = point(gone_id).observations;
   const std::vector<ViewObservation> views = std::move(point(gone_id).views);
   RemovePoint(gone_id);
@@ -97,6 +99,7 @@ void Map::Merge(int gone_id, int kept_id) {
   point(kept_id).found += point(gone_id).found;
   point(kept_id).expected += point(gone_id).expected;
   point(gone_id).merged_into = kept_id;
+  return std::span(point(kept_id).observations).subspan(own);
 }
 
 void Map::RemoveKeyframe(int id) {
@@ -105,7 +108,7 @@ void Map::RemoveKeyframe(int id) {
   int parent = -1;
   if (!neighbours.empty())
     parent = neighbours.front().keyframe;
-  else if (living_.size() > 1)  // the one before it, or the second
+  else if (living_.size() > 1)
     parent = id == living_.front() ? living_[1] : *std::prev(std::find(living_.begin(), living_.end(), id));
   if (parent < 0) return;
   for (const int point_id : PointsSeenBy(id)) RemoveObservation(point_id, id);
@@ -158,6 +161,14 @@ std::vector<int> Map::PointsSeenBy(int id) const {
   return points;
 }
 
+std::vector<int> Map::PointsSeenBy(std::span<const int> keyframes) const {
+  std::set<int> points;
+  for (const int id : keyframes)
+    for (const int seen : keyframe(id).point_of_feature)
+      if (seen >= 0) points.insert(seen);
+  return {points.begin(), points.end()};
+}
+
 double Map::MedianDepth(int id) const {
   std::vector<double> depths;
   for (const int seen : PointsSeenBy(id))
@@ -187,8 +198,8 @@ void Map::Update(int id) {
 }
 
 void Map::UpdateDescriptor(MapPoint& updated) {
-  // The descriptor nearest to all others, by (lower) median distance; among the newest ones. Guessed.
-  constexpr std::size_t kMost = 12;
+  // Choose the descriptor nearest to all others, by (lower) median distance.
+  constexpr std::size_t kMost = 12;  // the newest: more cost time. Guessed
   const std::size_t first = updated.observations.size() > kMost ? updated.observations.size() - kMost : 0;
   std::vector<const Descriptor*> descriptors;
   for (std::size_t i = first; i < updated.observations.size(); ++i) {

@@ -17,6 +17,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -105,7 +106,8 @@ class Map {
   void AddView(int point, const ViewObservation& seen);
   void RemoveObservation(int point, int keyframe);  // removes the point, too, when fewer than two are left
   void RemovePoint(int point);
-  void Merge(int gone, int kept);     // moves the observations that `kept` can take
+  // Moves the observations that `kept` can take, and returns them as they are there.
+  std::span<Observation> Merge(int gone, int kept);
   void RemoveKeyframe(int keyframe);  // the last living one stays
 
   const Keyframe& keyframe(int id) const { return keyframes_[At(id)]; }
@@ -126,6 +128,8 @@ class Map {
   Rigid3 PoseOf(const Anchored& anchor) const;
   // The points that a keyframe sees, in the order of its features.
   std::vector<int> PointsSeenBy(int keyframe) const;
+  // The points that any of these keyframes sees, each once, by id.
+  std::vector<int> PointsSeenBy(std::span<const int> keyframes) const;
   // Of those points, along the keyframe's optical axis; 1 without points.
   double MedianDepth(int keyframe) const;
 

@@ -46,9 +46,9 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3
   return to_from;
 }
 
-// Images leave the world's origin, axes and unit open. Holding the first keyframe would let all others swing
-// about it; poses that were given out agree best with the adjusted map when the keyframes together stay where
-// they were. A pinned pose leaves nothing open.
+// Images leave the world's origin, axes and unit open. With the first keyframe held all others would swing
+// about it. Poses that users have kept fit the adjusted map best when the keyframes together stay where they
+// were. A pinned pose leaves nothing open.
 void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem& problem) {
   std::vector<Rigid3> before;
   for (const int id : keyframes) {
@@ -64,7 +64,6 @@ void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem&
   for (Vector3d& point : problem.points) point = to_from * point;
 }
 
-// Adds the corners of a given world as known points.
 void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index, BundleProblem& problem) {
   problem.known.assign(problem.points.size(), false);
   for (const auto& [id, index] : std::map<int, int>(camera_index.begin(), camera_index.end())) {
@@ -97,7 +96,7 @@ bool CornersHoldTheMap(const Map& map, const std::vector<int>& keyframes, const 
   return spread > std::pow(options.min_spread * distance / views, 2);
 }
 
-// In pieces where the map is large, so that the tracker does not wait for long.
+// Updates the points in pieces, so that the tracker does not wait for the lock for long.
 void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index,
                const std::vector<int>& point_ids, const std::vector<std::pair<int, int>>& origin,
                const BundleProblem& problem) {
@@ -139,7 +138,7 @@ BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::v
     problem.cam_from_world.push_back(map.keyframe(id).cam_from_world);
     problem.fixed.push_back(fixed || map.keyframe(id).pinned);
   };
-  // The first keyframe holds the world where it takes part and corners do not.
+  // The first keyframe holds the world unless corners do.
   const bool world_given = owned.shared.world_given;
   const bool given = world_given && CornersHoldTheMap(map, free, given_world);
   for (const int id : free) add_camera(id, id == map.FirstKeyframe() && !given);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/at.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::tracking {
 
@@ -12,7 +13,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Collects the points that a camera may see.
 class Gatherer {
  public:
   Gatherer(const CameraModel& camera, const Rigid3& cam_from_world, const CandidateOptions& options)
@@ -23,13 +23,13 @@ class Gatherer {
         axis_(cam_from_world.DirectionInSource(Vector3d::UnitZ())),
         widest_cosine_(std::cos(
             std::min(M_PI, camera.MaxRayAngle() + std::atan(2 * options.margin_px / camera.MeanFocalPx())))),
-        min_cosine_(std::cos(options.max_view_change_deg * M_PI / 180)) {}
+        min_cosine_(std::cos(Radians(options.max_view_change_deg))) {}
 
   void Offer(const MapPoint& point) {
     if (!point.alive) return;
     const Vector3d towards = point.position - center_;
     const double distance = towards.norm();
-    // Most points of a large map end here, before more of them is fetched from memory.
+    // This test comes first: it drops most points of a large map and reads little memory.
     if (towards.dot(axis_) < widest_cosine_ * distance) return;
     if (distance < options_.nearest_share * point.nearest ||
         distance > options_.farthest_share * point.farthest)
@@ -52,7 +52,7 @@ class Gatherer {
   Vector3d center_;
   Eigen::Matrix3d rotation_;
   Vector3d axis_;
-  double widest_cosine_;  // of the angle from the axis that any pixel, or one beside the image, has
+  double widest_cosine_;  // of the largest angle from the axis in the image with its margin
   double min_cosine_;
   std::vector<Candidate> candidates_;
 };
@@ -115,20 +115,21 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
                     const Rigid3& cam_from_world, const MapMatchOptions& options) {
   MapMatches result;
   std::vector<Expected> expected;
+  std::vector<int> candidate_of;  // by entry of `expected`
   const Vector3d center = cam_from_world.OriginInSource();
   const auto consider = [&](int index) {
     const Candidate& candidate = candidates[At(index)];
     const double distance = (candidate.position - center).norm();
     if (distance < candidate.nearest || distance > candidate.farthest) return;
     const auto img = camera.ImgFromCam(cam_from_world * candidate.position);
-    if (!img || img->x() < 0 || img->y() < 0 || img->x() >= camera.width || img->y() >= camera.height) return;
+    if (!img || !camera.Contains(*img)) return;
     const int level = NearestLevel(candidate.reference_distance / distance);
     if (img->x() >= kFeatureBorder && img->y() >= kFeatureBorder &&
         img->x() < camera.width - kFeatureBorder && img->y() < camera.height - kFeatureBorder)
       result.expected.push_back(index);
     expected.push_back({*img, options.radius_px * LevelScale(level), std::max(0, level - 1),
                         std::min(kPyramidLevels - 1, level + 1), &candidate.descriptor});
-    result.matches.push_back({index, -1, *img, 1, false});
+    candidate_of.push_back(index);
   };
   if (only.empty())
     for (int i = 0; i < static_cast<int>(candidates.size()); ++i) consider(i);
@@ -137,19 +138,16 @@ MapMatches MatchMap(const CameraModel& camera, const TrackedImage& image,
 
   const std::vector<int> features = MatchExpected(
       expected, *image.features, {.max_distance = options.max_distance, .max_ratio = options.max_ratio});
-  std::vector<PointMatch> matches;
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (features[i] < 0) continue;
     const Feature& feature = (*image.features)[features[i]];
-    PointMatch match{result.matches[i].candidate, features[i], feature.img, DetectedSigmaPx(feature.level),
-                     false};
+    PointMatch match{candidate_of[i], features[i], feature.img, DetectedSigmaPx(feature.level), false};
     if (image.pyramid && image.pyramid->rows) {  // with the point's own depth instead of a guess
       const Vector3d in_cam = cam_from_world * candidates[At(match.candidate)].position;
       match.img = image.pyramid->Global(image.pyramid->Seen(feature.img), &in_cam);
     }
-    matches.push_back(match);
+    result.matches.push_back(match);
   }
-  result.matches = std::move(matches);
   return result;
 }
 

@@ -66,7 +66,7 @@ bool Mapper::Take(FrameReport report) {
 void Mapper::NoteView(int view_id, std::span<const MapObservation> seen) {
   const MapLock lock(owned_.shared);
   for (const MapObservation& o : seen)
-    // The mapper may have merged or removed the point since.
+    // The point may have been merged or removed since.
     if (const int point = map_.Resolve(o.point); point >= 0) owned_.map.AddView(point, {view_id, o.img});
 }
 
@@ -118,7 +118,7 @@ void Mapper::ThrowFailure() {
 }
 
 void Mapper::AdjustSoon() {
-  after_loop_ = true;  // as much has moved as by a loop
+  after_loop_ = true;  // as after a loop, much has moved
   if (synchronous_) return AdjustInBackground();
   {
     const MutexLock lock(work_mutex_);
@@ -195,7 +195,7 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
     keyframe.features = image.features;
     keyframe.pyramid = image.pyramid;
     keyframe.cam_from_world = pose;
-    // Rows' motion cannot be removed from corners yet: their unit is not the map's.
+    // With rows, corners are left out: their unit is not the map's, so the rows' motion cannot be removed.
     if (image.fiducials && !image.pyramid->rows) keyframe.corners = image.fiducials->corners;
     return keyframe;
   };
@@ -224,10 +224,8 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
       owned_.map.point(point).position *= again;
       owned_.map.Update(point);
     }
-  }
-  for (const int keyframe : {first, second}) {
-    const MapLock lock(owned_.shared);
-    owned_.map.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
+    for (const int keyframe : {first, second})
+      owned_.map.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
   }
   index_.Add(map_.keyframe(first));
   index_.Add(map_.keyframe(second));
@@ -239,7 +237,7 @@ void Mapper::AddSeed(NewKeyframe keyframe) {
   const std::vector<int> neighbours = NeighboursByPose(newest, options_.triangulate_with);
   Triangulate(newest, neighbours);
   Fuse(newest, neighbours);
-  // Only points move, and matching needs no more than that: adjusting is what costs most.
+  // Adjusts the points alone: matching needs no more, and adjustments cost most of the time.
   if (const int between = options_.seeds_between_adjustments; newest % between == between - 1)
     AdjustLocal(newest, false);
   index_.Add(map_.keyframe(newest));
@@ -248,8 +246,8 @@ void Mapper::AddSeed(NewKeyframe keyframe) {
 bool Mapper::FinishSeeds(int min_points) {
   Adjust({}, map_.living(), BundleOptionsOf(options_.seeded));
   if (map_.LivingPoints() < min_points) return false;
-  // The views are the points' record: most of what a view should show was found in a few views only. Without
-  // it the tracker would expect the first frame to show half of everything, and refuse it.
+  // Derive the points' find rates from the views. Without them every point would have a rate of one half, and
+  // the tracker would refuse the first frame, which shows fewer.
   const MapLock lock(owned_.shared);
   for (const Keyframe& keyframe : map_.keyframes())
     for (const Candidate& candidate : GatherCandidates(map_, camera_, keyframe.cam_from_world))
@@ -315,7 +313,7 @@ void Mapper::CullRecentPoints(int newest) {
     if (!point.alive) return true;
     const int age = newest - point.first_keyframe;
     const bool seldom_found =
-        point.expected >= options_.telling_frames && point.found < options_.min_found_share * point.expected;
+        point.expected >= options_.min_expected && point.found < options_.min_found_share * point.expected;
     const bool never_confirmed = age >= options_.confirmed_age && point.observations.size() <= 2;
     if (seldom_found || never_confirmed) {
       owned_.map.RemovePoint(id);
@@ -358,7 +356,7 @@ bool Mapper::IsDue() {
   return true;
 }
 
-// A closed loop moves much: when its adjustment has settled, poses are worth asking for again.
+// A closed loop moves much: after its adjustment, users should ask for kept poses again (revision).
 void Mapper::AdjustInBackground() {
   if (!after_loop_) {
     AdjustWhole(BundleOptionsOf(options_.growing));

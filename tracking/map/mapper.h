@@ -1,16 +1,16 @@
-// Owns the map and is the only one who changes it. The tracker hands it a report for every frame: which
-// points it should have seen and did see, and the frame itself where it should become a keyframe.
+// Owns the map and alone changes it. The tracker hands it a report for every frame: which points the frame
+// should have shown and did show, and the frame itself where it should become a keyframe.
 //
 // For a new keyframe the mapper triangulates points with its neighbours, merges points that exist twice,
-// adjusts the neighbourhood, and removes what is superfluous. Whenever the map has grown by some share, or a
-// loop was closed, it adjusts the whole map: in the background, that is, until a keyframe is offered, and
-// later again where that cut it short. So errors of the first two views are corrected while that is cheap.
+// adjusts the neighbourhood, and removes superfluous points and keyframes. When the map has grown by some
+// share, or a loop was closed, it adjusts the whole map in the background. A new keyframe stops that
+// adjustment; it is done again later. So errors of the first two views are corrected while that is cheap.
 //
-// Keyframes are worked on in a thread of the mapper's own, or inside Take() where the same frames must give
-// the same bytes. The mapper reads the map without the lock and takes it for every change, so that the
-// tracker waits for microseconds only. It works on one keyframe at a time and refuses others meanwhile: until
-// one is in the map nobody knows whether another is needed, and a later frame is worth as much. Everything
-// else in a report is applied at once, in the caller's thread.
+// The mapper works in a thread of its own, or inside Take() where the same frames must give the same bytes.
+// It reads the map without the lock and takes it for every change, so that the tracker waits for microseconds
+// only. It works on one keyframe at a time and refuses others meanwhile: only with that one in the map can
+// the tracker decide whether it needs another. The rest of a report is applied at once, in the caller's
+// thread.
 #pragma once
 
 #include <atomic>

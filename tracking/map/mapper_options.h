@@ -2,8 +2,8 @@
 // adjustment reaches, and when a loop is believed.
 //
 // Lengths are shares of the scene's depth where no unit is given. "Measured" values are charted against
-// accuracy on two recordings (docs/charts/map_size.png; docs/tracking_measured.md, "The map"); "guessed" ones were set once
-// and worked.
+// accuracy on two recordings (docs/charts/map_size.png; docs/tracking_measured.md, "The map"); "guessed" ones
+// were set once and worked.
 #pragma once
 
 #include <cstddef>
@@ -81,7 +81,7 @@ struct MapperOptions {
   // should have seen it (once those are enough to tell), or when no third keyframe sees it. Measured (the
   // share), guessed. Ages are keyframes since the point was made.
   double min_found_share = 0.25;
-  int telling_frames = 8;
+  int min_expected = 8;
   int confirmed_age = 3, settled_age = 4;
 
   // New points. Two views make one where their rays meet at this angle; smaller angles leave the depth open.

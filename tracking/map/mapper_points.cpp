@@ -2,11 +2,10 @@
 // points that exist twice.
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
 #include <utility>
 
 #include "core/base/at.h"
-#include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/features/matching.h"
 #include "tracking/map/map_matching.h"
@@ -17,7 +16,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kChi2 = 5.99;  // 95 % quantile, two degrees of freedom
+// Takes nearer descriptors only.
+NearestDescriptor UnderSureDistance() { return {-1, kSureDistance, kSureDistance}; }
 
 }  // namespace
 
@@ -64,19 +64,10 @@ void Mapper::CommitPoint(const Vector3d& position, const Observation& reference,
   map.Observe(id, reference);
   map.Observe(id, other);
   const Keyframe& by = map.keyframe(reference.keyframe);
-  if (!by.color.empty()) {
-    const int x = std::clamp(static_cast<int>(reference.img.x()), 0, by.color.cols - 1);
-    const int y = std::clamp(static_cast<int>(reference.img.y()), 0, by.color.rows - 1);
-    if (by.color.channels() == 3) {
-      const auto& bgr = by.color.at<cv::Vec3b>(y, x);
-      map.point(id).rgb = {bgr[2], bgr[1], bgr[0]};
-    } else {
-      map.point(id).rgb.fill(by.color.at<std::uint8_t>(y, x));
-    }
-  }
+  if (!by.color.empty()) map.point(id).rgb = RgbAt(by.color, reference.img);
   map.SetPatch(id, reference);
   map.Update(id);
-  // Against the patch the reference is exact, and the other view as exact as its alignment.
+  // The patch comes from the reference, whose observation is therefore exact; the other is aligned with it.
   if (MapPoint& made = map.point(id); made.patch) {
     if (by.pyramid->rows) {  // its own depth is known now
       const Vector3d in_cam = by.cam_from_world * made.position;
@@ -112,28 +103,22 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
       const double length = normal.norm();
       if (length < options_.min_epipole_distance) continue;
       const Vector3d plane = normal / length;
-      int best = -1, best_distance = kSureDistance, second_distance = 256;
+      NearestDescriptor nearest = UnderSureDistance();
       for (const int j : open) {
         const Feature& candidate = other_features[j];
         if (std::abs(plane.dot(candidate.ray)) * focal >
             options_.epipolar_sigmas * DetectedSigmaPx(candidate.level))
           continue;
-        const int distance = Distance(feature.descriptor, candidate.descriptor);
-        if (distance < best_distance) {
-          second_distance = best_distance;
-          best_distance = distance;
-          best = j;
-        } else if (distance < second_distance) {
-          second_distance = distance;
-        }
+        nearest.Offer(j, Distance(feature.descriptor, candidate.descriptor));
       }
-      if (best < 0 || best_distance > options_.max_ratio * second_distance) continue;
+      const int best = nearest.index;
+      if (best < 0 || nearest.distance > options_.max_ratio * nearest.second) continue;
       if (other.point_of_feature[At(best)] >= 0) continue;
-      if (HasTwin(features, i, static_cast<int>(options_.twin_distance_share * best_distance))) continue;
+      if (HasTwin(features, i, static_cast<int>(options_.twin_distance_share * nearest.distance))) continue;
       const Feature& match = other_features[best];
       const auto point =
           TriangulatePoint(keyframe.cam_from_world, feature.ray, other.cam_from_world, match.ray);
-      if (!point || ParallaxAngle(*point, center, other_center) * 180 / M_PI < options_.min_parallax_deg)
+      if (!point || Degrees(ParallaxAngle(*point, center, other_center)) < options_.min_parallax_deg)
         continue;
       const auto fits = [&](const Rigid3& pose, const Feature& seen) {
         const auto img = camera_.ImgFromCam(pose * *point);
@@ -155,14 +140,7 @@ void Mapper::Triangulate(int newest, const std::vector<int>& neighbours) {
 
 void Mapper::Fuse(int newest, const std::vector<int>& neighbours) {
   for (const int neighbour : neighbours) FuseInto(neighbour, map_.PointsSeenBy(newest));
-  std::vector<int> theirs;
-  for (const int neighbour : neighbours) {
-    const std::vector<int> points = map_.PointsSeenBy(neighbour);
-    theirs.insert(theirs.end(), points.begin(), points.end());
-  }
-  std::sort(theirs.begin(), theirs.end());
-  theirs.erase(std::unique(theirs.begin(), theirs.end()), theirs.end());
-  FuseInto(newest, theirs);
+  FuseInto(newest, map_.PointsSeenBy(neighbours));
 }
 
 // Finds points in a keyframe that does not observe them yet; merges them with points that it observes there.
@@ -183,35 +161,27 @@ void Mapper::FuseInto(int keyframe_id, const std::vector<int>& points) {
     const auto img = camera_.ImgFromCam(keyframe.cam_from_world * point.position);
     if (!img || !camera_.Contains(*img)) continue;
     const int level = NearestLevel(point.reference_distance / distance);
-    int best = -1, best_distance = kSureDistance;
+    NearestDescriptor nearest = UnderSureDistance();
     keyframe.features->ForEachNear(*img, options_.fuse_radius_px * LevelScale(level), std::max(0, level - 1),
                                    level + 1, [&](int j) {
                                      const Feature& feature = (*keyframe.features)[j];
                                      const double sigma = DetectedSigmaPx(feature.level);
-                                     if ((feature.img - *img).squaredNorm() > kChi2 * sigma * sigma) return;
-                                     const int apart = Distance(point.descriptor, feature.descriptor);
-                                     if (apart < best_distance) {
-                                       best_distance = apart;
-                                       best = j;
-                                     }
+                                     if ((feature.img - *img).squaredNorm() <= kChi2 * sigma * sigma)
+                                       nearest.Offer(j, Distance(point.descriptor, feature.descriptor));
                                    });
-    if (best < 0) continue;
+    if (nearest.index < 0) continue;
     const MapLock lock(owned_.shared);
     Map& map = owned_.map;
-    const int present = keyframe.point_of_feature[At(best)];
+    const int present = keyframe.point_of_feature[At(nearest.index)];
     if (present < 0) {
-      map.Observe(id, Measure(point, keyframe_id, best));
+      map.Observe(id, Measure(point, keyframe_id, nearest.index));
       map.Update(id);
       continue;
     }
     const bool keep_present = map.point(present).observations.size() >= point.observations.size();
     const int kept = keep_present ? present : id, gone = keep_present ? id : present;
-    std::unordered_set<int> before;
-    for (const Observation& o : map.point(kept).observations) before.insert(o.keyframe);
-    map.Merge(gone, kept);
     // The moved observations were measured against the other patch.
-    for (Observation& o : map.point(kept).observations)
-      if (!before.contains(o.keyframe)) o = Measure(map.point(kept), o.keyframe, o.feature);
+    for (Observation& o : map.Merge(gone, kept)) o = Measure(map.point(kept), o.keyframe, o.feature);
     map.Update(kept);
   }
 }

@@ -88,7 +88,6 @@ std::vector<KeyframeIndex::Ranked> KeyframeIndex::Query(const FeatureSet& featur
 
 KeyframePoints PointsOf(const Map& map, int id) {
   KeyframePoints points;
-  points.keyframe = id;
   const Keyframe& keyframe = map.keyframe(id);
   if (!keyframe.alive) return points;
   points.features = keyframe.features;
@@ -102,9 +101,9 @@ KeyframePoints PointsOf(const Map& map, int id) {
   return points;
 }
 
-std::optional<PoseProposal> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
-                                        const FeatureSet& features, unsigned seed,
-                                        const PoseProposalOptions& options) {
+std::optional<Rigid3> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
+                                  const FeatureSet& features, unsigned seed,
+                                  const PoseProposalOptions& options) {
   if (!keyframe.features) return std::nullopt;
   std::vector<int> all(At(features.size()));
   std::iota(all.begin(), all.end(), 0);
@@ -124,7 +123,7 @@ std::optional<PoseProposal> ProposePose(const CameraModel& camera, const Keyfram
   for (const int i : pose->inliers) agreeing.push_back(observations[At(i)]);
   const auto refined = RefinePose(camera, agreeing, pose->cam_from_world);
   if (!refined || refined->inliers < options.min_inliers) return std::nullopt;
-  return PoseProposal{refined->cam_from_world, refined->inliers, keyframe.keyframe};
+  return refined->cam_from_world;
 }
 
 }  // namespace ulf::tracking

@@ -47,15 +47,8 @@ class KeyframeIndex {
   std::unordered_map<int, std::vector<std::array<std::uint32_t, kTables>>> keys_of_ ULF_GUARDED_BY(mutex_);
 };
 
-struct PoseProposal {
-  Rigid3 cam_from_world;
-  int inliers = 0;
-  int keyframe = -1;
-};
-
 // What a keyframe shows of the map, copied so that matching needs no lock.
 struct KeyframePoints {
-  int keyframe = -1;
   std::shared_ptr<const FeatureSet> features;
   std::vector<int> with_points;            // features
   std::vector<Eigen::Vector3d> positions;  // by feature; only of those with points
@@ -71,8 +64,8 @@ struct PoseProposalOptions {
 };
 
 // The pose that matches with one keyframe's points suggest.
-std::optional<PoseProposal> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
-                                        const FeatureSet& features, unsigned seed,
-                                        const PoseProposalOptions& options = {});
+std::optional<Rigid3> ProposePose(const CameraModel& camera, const KeyframePoints& keyframe,
+                                  const FeatureSet& features, unsigned seed,
+                                  const PoseProposalOptions& options = {});
 
 }  // namespace ulf::tracking

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/bundle_uncertainty.h"
@@ -24,56 +23,26 @@
 namespace ulf::tracking {
 namespace {
 
-using Eigen::Vector3d;
-
-constexpr double kMostErrorPx = 40;  // of start poses: assumed where hardly anything matches. Guessed
-constexpr int kMinViewPoints = 20;   // a view with fewer points is not registered. Guessed
-// For settled poses, in units of the errors' own scale: where the loss begins to doubt (measured:
-// docs/tracking.md, "Why Cauchy's loss"), and where an observation is wrong (0.03 % of normal errors are that
-// far off).
-constexpr double kDoubtAtScales = 2;
-constexpr double kWrongAtScales = 4;
-// Points and corners a view: few views can afford more and need them; rough poses need fewer points. Guessed.
-constexpr int kPerViewOfFew = 1500, kPerView = 500, kPerViewRoughly = 400;
-constexpr int kCornersOfFew = 4000, kCorners = 1500;
-// Gates of triangulation: times the start poses' error and at least so much; times the error after a first
-// adjustment. Guessed.
-constexpr double kGateErrors = 6, kLeastGatePx = 4, kRepeatedGateErrors = 8;
-constexpr int kMostUncertaintyViews = 200;  // the work grows with their third power
-// Iterations of adjustments: of the first under good and under bad start poses, of the first with poses that
-// guide, and of all later ones. Guessed.
-constexpr int kGuidedIterations = 10, kUnguidedIterations = 60, kRepeatedIterations = 30, kIterations = 12;
-
-int Registered(const RefineScene& scene) {
-  return static_cast<int>(std::count_if(scene.views.begin(), scene.views.end(),
-                                        [](const RefineView& view) { return view.registered; }));
-}
-
 void RequireReadable(const RefineScene& scene) {
-  if (Registered(scene) >= 2) return;
-  std::string why;
-  for (const RefineView& view : scene.views)
-    if (!view.registered && why.empty()) why = " (" + view.why + ")";
-  throw Error("{} of {} can be read{}; refining needs at least two", Registered(scene),
-              Counted(scene.views.size(), "view"), why);
+  if (scene.Registered() >= 2) return;
+  const auto unread = std::find_if(scene.views.begin(), scene.views.end(),
+                                   [](const RefineView& view) { return !view.registered; });
+  throw Error("{} of {} can be read{}; refining needs at least two", scene.Registered(),
+              Counted(scene.views.size(), "view"),
+              unread != scene.views.end() ? " (" + unread->why + ")" : "");
 }
 
-int MinViews(const RefineScene& scene) { return Registered(scene) > 3 ? 3 : 2; }
+// How an adjustment treats observations that do not fit; the better the start poses, the later in the list.
+enum class Loss { kHuber, kCauchy, kCauchyAndGate };
 
-// What an adjustment does with observations that do not fit, as the poses get better: it drops outliers of
-// this adjustment, weighs them less, or drops them as wrong.
-enum class Unfit { kOutlier, kDoubtful, kWrong };
-
-BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const RefineStage& stage,
-                     const char* what) {
+BundleSummary Adjust(const RefineOptions& refine, RefineScene& scene, int iterations, Loss loss,
+                     const RefineStage& stage, const char* what) {
   BundleProblem problem = ToBundle(scene);
   BundleOptions options;
   options.robust_iterations = options.iterations = iterations;
-  options.cauchy_scales = unfit != Unfit::kOutlier ? kDoubtAtScales : 0;
-  options.gate_scales = unfit == Unfit::kWrong ? kWrongAtScales : 0;
-  // Earlier adjustments are starts for the last one, and need not reach their minimum.
-  constexpr double kRoughTolerance = 1e-4;
-  if (unfit != Unfit::kWrong) options.function_tolerance = kRoughTolerance;
+  options.cauchy_scales = loss != Loss::kHuber ? refine.cauchy_scales : 0;
+  options.gate_scales = loss == Loss::kCauchyAndGate ? refine.gate_scales : 0;
+  if (loss != Loss::kCauchyAndGate) options.function_tolerance = refine.rough_tolerance;
   options.progress = [&](int count) {
     stage.Show(std::min(1.0, 0.5 * count / iterations),
                fmt::format("{}, {} observations, iteration {}", what, problem.observations.size(), count));
@@ -82,7 +51,7 @@ BundleSummary Adjust(RefineScene& scene, int iterations, Unfit unfit, const Refi
   const BundleSummary summary = AdjustBundle(lenses, problem, options);
   if (!summary.usable)
     throw Error("the adjustment failed ({}); check that the poses belong to these images", summary.message);
-  FromBundle(problem, MinViews(scene), scene);
+  FromBundle(problem, scene.MinViews(), scene);
   spdlog::debug("{}: {} points, {} observations, {:.3f} -> {:.3f} sigmas, {} outliers, {} iterations", what,
                 scene.tracks.size(), problem.observations.size(), summary.initial_rms_sigmas,
                 summary.final_rms_sigmas, summary.outliers, summary.iterations);
@@ -96,25 +65,25 @@ std::vector<int> PointsByView(const RefineScene& scene) {
   return count;
 }
 
-void RequireParallax(const RefineScene& scene, const std::vector<PairMatches>& matched, unsigned seed) {
+void RequireParallax(const RefineScene& scene, const std::vector<PairMatches>& matched,
+                     const RefineOptions& options) {
   int alike = 0;
   for (const PairMatches& pair : matched) alike += pair.alike;
-  constexpr int kFewPairs = 10;  // whose matches the views share at least. Guessed
-  if (alike < kFewPairs * kMinPairMatches && scene.tracks.size() < At(kMinViewPoints))
+  const bool few_tracks = scene.tracks.size() < At(options.min_view_points);
+  if (alike < options.min_pairs * kMinPairMatches && few_tracks)
     throw Error(
         "the views share too little to compare them ({} look alike); check that they show one scene and that "
         "the poses belong to them",
         Counted(alike, "corner"));
-  if (scene.tracks.size() < At(kMinViewPoints) || IsOnePlace(scene, matched, seed))
+  if (few_tracks || IsOnePlace(scene, matched, options.seed))
     throw Error(
         "{} look alike, but there is no parallax: views taken by turning about one place cannot be refined, "
-        "nor from poses that are far from true",
+        "nor can views whose poses are far from true",
         Counted(alike, "corner"));
 }
 
 // Registers views that show too few points again, from the points' descriptors alone.
-void RegisterAgain(RefineScene& scene, unsigned seed) {
-  constexpr double kMaxRatio = 0.85;  // best descriptor distance / second best. Guessed
+void RegisterAgain(const RefineOptions& options, RefineScene& scene) {
   const std::vector<int> seen = PointsByView(scene);
   std::vector<const Descriptor*> descriptors;
   std::vector<const SceneTrack*> owners;
@@ -127,32 +96,24 @@ void RegisterAgain(RefineScene& scene, unsigned seed) {
       }
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     RefineView& view = scene.views[v];
-    if (!view.registered || seen[v] >= kMinViewPoints) continue;
+    if (!view.registered || seen[v] >= options.min_view_points) continue;
     std::vector<PointObservation> matches;
     for (const Feature& feature : view.features.all()) {
-      int best = kSureDistance + 1, second = 257;
-      std::size_t owner = 0;
-      for (std::size_t d = 0; d < descriptors.size(); ++d) {
-        const int distance = Distance(feature.descriptor, *descriptors[d]);
-        if (distance < best) {
-          second = best;
-          best = distance;
-          owner = d;
-        } else {
-          second = std::min(second, distance);
-        }
-      }
-      if (best <= kSureDistance && best < kMaxRatio * second)
-        matches.push_back({owners[owner]->position, feature.img, DetectedSigmaPx(feature.level)});
+      NearestDescriptor nearest{-1, kSureDistance + 1, kSureDistance + 1};
+      for (std::size_t d = 0; d < descriptors.size(); ++d)
+        nearest.Offer(static_cast<int>(d), Distance(feature.descriptor, *descriptors[d]));
+      if (nearest.index >= 0 && nearest.distance < options.max_ratio * nearest.second)
+        matches.push_back({owners[At(nearest.index)]->position, feature.img, DetectedSigmaPx(feature.level)});
     }
-    const auto found = AbsolutePose(scene.LensOf(view), matches,
-                                    {.min_inliers = kMinViewPoints, .seed = seed + static_cast<unsigned>(v)});
+    const auto found = AbsolutePose(
+        scene.LensOf(view), matches,
+        {.min_inliers = options.min_view_points, .seed = options.seed + static_cast<unsigned>(v)});
     if (found) {
       view.cam_from_world = found->cam_from_world;
       spdlog::debug("{}: registered again with {} points", view.name, found->inliers.size());
     } else {
       view.registered = false;
-      view.why = fmt::format("shows {} of the points that the other views share, too few to place it",
+      view.why = fmt::format("shows {} of the points that the other views share, too few for a pose",
                              Counted(seen[v], "point"));
       view.cam_from_world = view.start;
     }
@@ -160,13 +121,13 @@ void RegisterAgain(RefineScene& scene, unsigned seed) {
 }
 
 // Marks views with too few points as not registered and drops their observations.
-void DropUnsupported(RefineScene& scene) {
+void DropUnsupported(int min_view_points, RefineScene& scene) {
   for (bool dropped = true; dropped;) {
     dropped = false;
     const std::vector<int> seen = PointsByView(scene);
     for (std::size_t v = 0; v < scene.views.size(); ++v) {
       RefineView& view = scene.views[v];
-      if (view.registered && seen[v] < kMinViewPoints) {
+      if (view.registered && seen[v] < min_view_points) {
         view.registered = false;
         view.why = fmt::format("only {} of the others' points agree with it", seen[v]);
         dropped = true;
@@ -175,9 +136,7 @@ void DropUnsupported(RefineScene& scene) {
     for (SceneTrack& track : scene.tracks)
       std::erase_if(track.observations,
                     [&](const TrackObservation& o) { return !scene.view(o.view).registered; });
-    std::erase_if(scene.tracks, [&](const SceneTrack& track) {
-      return static_cast<int>(track.observations.size()) < MinViews(scene);
-    });
+    scene.DropShortTracks(scene.MinViews());
   }
   for (RefineView& view : scene.views)
     if (!view.registered) view.cam_from_world = view.start;
@@ -187,37 +146,34 @@ struct Errors {
   double rms = 0, median = 0;
 };
 
-// How many pixels of the given images one pixel of the working resolution is.
+// Pixels of the given images for one pixel of the working resolution.
 double GivenByWorking(const CameraModel& given, const CameraModel& working) {
   return static_cast<double>(given.width + given.height) / (working.width + working.height);
 }
 
-// In pixels of the given images, whose cameras are `given`.
+// Errors of the tracks under the present poses, or of tracks fitted anew under the start poses; pixels of the
+// given images, whose cameras are `given`.
 Errors ErrorsUnder(const RefineScene& scene, const std::vector<CameraModel>& given, bool start) {
-  RefineScene at;
-  at.lenses = scene.lenses;
-  for (const RefineView& view : scene.views) {
-    RefineView& copy = at.views.emplace_back();
-    copy.lens = view.lens;
-    copy.cam_from_world = start ? view.start : view.cam_from_world;
-  }
+  constexpr double kMostPx = 1e3;  // of an error: also where a point does not project
   std::vector<double> errors;
   double squared = 0;
-  for (SceneTrack track : scene.tracks) {
+  for (const SceneTrack& track : scene.tracks) {
+    Eigen::Vector3d position = track.position;
     if (start) {
       std::vector<RayObservation> rays;
       for (const TrackObservation& o : track.observations) {
-        const RefineView& view = at.view(o.view);
-        if (const auto ray = at.LensOf(view).RayFromImg(o.img)) rays.push_back({view.cam_from_world, *ray});
+        const RefineView& view = scene.view(o.view);
+        if (const auto ray = scene.LensOf(view).RayFromImg(o.img)) rays.push_back({view.start, *ray});
       }
-      if (const auto point = TriangulatePoint(rays)) track.position = *point;
+      position = TriangulatePoint(rays).value_or(position);
     }
     for (const TrackObservation& o : track.observations) {
-      const auto lens = At(at.view(o.view).lens);
-      const double error =
-          GivenByWorking(given[lens], scene.lenses[lens]) * std::min(1e3, ReprojectionErrorPx(at, track, o));
-      errors.push_back(error);
-      squared += error * error;
+      const RefineView& view = scene.view(o.view);
+      const CameraModel& lens = scene.LensOf(view);
+      const auto img = lens.ImgFromCam((start ? view.start : view.cam_from_world) * position);
+      const double off_px = img ? std::min(kMostPx, (*img - o.img).norm()) : kMostPx;
+      errors.push_back(GivenByWorking(given[At(view.lens)], lens) * off_px);
+      squared += errors.back() * errors.back();
     }
   }
   const double count = static_cast<double>(std::max<std::size_t>(1, errors.size()));
@@ -230,8 +186,7 @@ void DescribeMoves(const RefineScene& scene, RefineResult& result) {
     const RefineView& view = scene.views[v];
     if (!view.registered) continue;
     moved.push_back((view.cam_from_world.OriginInSource() - view.start.OriginInSource()).norm());
-    turned.push_back(RotationAngle(view.cam_from_world.rotation * view.start.rotation.conjugate()) * 180 /
-                     M_PI);
+    turned.push_back(Degrees(RotationAngle(view.cam_from_world.rotation * view.start.rotation.conjugate())));
     if (moved.back() >= result.moved_max) {
       result.moved_max = moved.back();
       result.moved_most = static_cast<int>(v);
@@ -242,8 +197,8 @@ void DescribeMoves(const RefineScene& scene, RefineResult& result) {
   result.turned_median_deg = Median(std::move(turned));
 }
 
-void DescribeCertainty(const RefineScene& scene, RefineResult& result) {
-  if (result.groups > 1 || Registered(scene) > kMostUncertaintyViews) return;
+void DescribeCertainty(int most_views, const RefineScene& scene, RefineResult& result) {
+  if (result.groups > 1 || scene.Registered() > most_views) return;
   const std::vector<double> sigmas = CenterSigmas(scene.lenses, ToBundle(scene));
   std::vector<double> registered;
   for (std::size_t v = 0; v < sigmas.size(); ++v) {
@@ -278,13 +233,13 @@ void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineS
   }
 }
 
-RefineResult Summarise(const RefineScene& scene, RefineResult result) {
+RefineResult Summarise(const RefineOptions& options, const RefineScene& scene, RefineResult result) {
   const std::vector<int> seen = PointsByView(scene);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const RefineView& view = scene.views[v];
     result.views.push_back({view.cam_from_world, view.registered, view.why, seen[v]});
   }
-  result.registered = Registered(scene);
+  result.registered = scene.Registered();
   for (const SceneTrack& track : scene.tracks) result.adjusted_observations += track.observations.size();
   result.adjusted_points = scene.tracks.size();
   const Errors before = ErrorsUnder(scene, result.lenses, true),
@@ -294,7 +249,7 @@ RefineResult Summarise(const RefineScene& scene, RefineResult result) {
   result.rms_after_px = after.rms;
   result.median_after_px = after.median;
   DescribeMoves(scene, result);
-  DescribeCertainty(scene, result);
+  DescribeCertainty(options.most_uncertainty_views, scene, result);
   return result;
 }
 
@@ -305,79 +260,77 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   result.lenses = input.lenses;
   const RefineStage reading{options.progress, 0, 0.3}, matching{options.progress, 0.3, 0.5};
   const bool few = input.views.size() <= kFewViews;
-  const int features = options.features > 0 ? options.features : few ? kCornersOfFew : kCorners;
-  const int per_view = few ? kPerViewOfFew : kPerViewRoughly;
-  const ExtensionOptions extension{.per_view = few ? kPerViewOfFew : kPerView};
-  RefineScene scene = ReadScene(input, options.max_side_px, features, reading);
+  const int by_number = few ? options.corners_of_few : options.corners;
+  const int corners = options.features > 0 ? options.features : by_number;
+  const int per_view = few ? options.per_view_of_few : options.per_view_roughly;
+  const ExtensionOptions extension{.per_view = few ? options.per_view_of_few : options.per_view};
+  RefineScene scene = ReadScene(input, {.max_side_px = options.max_side_px, .corners = corners}, reading);
   RequireReadable(scene);
 
-  std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
-  const auto start_error_px = MeasurePoseErrorPx(scene, pairs);
-  const double error_px = start_error_px.value_or(kMostErrorPx);
+  std::vector<PairMatches> matched;
+  const auto build_tracks = [&](const std::vector<std::pair<int, int>>& pairs, double error_px,
+                                double gate_px, int tracks_per_view) {
+    matched = MatchPairs(scene, pairs, error_px, matching);
+    BuildTracks(matched, {.gate_px = gate_px, .min_views = scene.MinViews(), .per_view = tracks_per_view},
+                scene);
+  };
+  const auto adjust_first = [&](int iterations) {
+    RequireParallax(scene, matched, options);
+    Adjust(options, scene, iterations, Loss::kHuber, {options.progress, 0.5, 0.6}, "first adjustment");
+  };
+  const std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
+  const double error_px = MeasurePoseErrorPx(scene, pairs).value_or(options.most_error_px);
   std::vector<double> given_by_working;
   for (const RefineView& view : scene.views)
     given_by_working.push_back(GivenByWorking(input.lenses[At(view.lens)], scene.LensOf(view)));
   result.start_error_px = error_px * Median(std::move(given_by_working));
   const bool guided = error_px < kGuidingErrorPx;
-  std::vector<PairMatches> matched = MatchPairs(scene, pairs, error_px, matching);
-  BuildTracks(matched,
-              {.gate_px = std::max(kLeastGatePx, kGateErrors * error_px),
-               .min_views = MinViews(scene),
-               .per_view = guided ? per_view : kPerViewRoughly},
-              scene);
+  build_tracks(pairs, error_px, std::max(options.least_gate_px, options.gate_errors * error_px),
+               guided ? per_view : options.per_view_roughly);
   spdlog::debug("start poses off by {:.2f} px, {} pairs, {} points", error_px, pairs.size(),
                 scene.tracks.size());
-  RequireParallax(scene, matched, options.seed);
-  Adjust(scene, guided ? kGuidedIterations : kUnguidedIterations, Unfit::kOutlier,
-         {options.progress, 0.5, 0.6}, "first adjustment");
+  adjust_first(guided ? options.guided_iterations : options.unguided_iterations);
   if (!guided) {
     // Now the poses guide the matching: it finds more, and wrong matches go.
-    RegisterAgain(scene, options.seed);
+    RegisterAgain(options, scene);
     for (const double now_px : {1.0, 0.5}) {
-      pairs = ChoosePairs(scene);
-      matched = MatchPairs(scene, pairs, now_px, matching);
-      BuildTracks(matched,
-                  {.gate_px = kRepeatedGateErrors * now_px,
-                   .min_views = MinViews(scene),
-                   .per_view = now_px < 1 ? per_view : kPerViewRoughly},
-                  scene);
-      RequireParallax(scene, matched, options.seed);
-      Adjust(scene, kRepeatedIterations, Unfit::kOutlier, {options.progress, 0.5, 0.6}, "first adjustment");
+      build_tracks(ChoosePairs(scene), now_px, options.repeated_gate_errors * now_px,
+                   now_px < 1 ? per_view : options.per_view_roughly);
+      adjust_first(options.repeated_iterations);
     }
   }
-  RegisterAgain(scene, options.seed);
+  RegisterAgain(options, scene);
   BundleSummary summary;
   for (const RefineStage stage :
        {RefineStage{options.progress, 0.6, 0.7}, RefineStage{options.progress, 0.7, 0.8}}) {
     stage.Show(0, "looking for points in all views");
     ExtendTracks(extension, scene);
-    Adjust(scene, kIterations, Unfit::kDoubtful, stage, "adjustment");
+    Adjust(options, scene, options.iterations, Loss::kCauchy, stage, "adjustment");
   }
-  DropUnsupported(scene);
-  if (Registered(scene) < 2) throw Error("no two views agree; check that the poses belong to these images");
+  DropUnsupported(options.min_view_points, scene);
+  if (scene.Registered() < 2) throw Error("no two views agree; check that the poses belong to these images");
   const RefineStage lens{options.progress, 0.8, 0.85}, last{options.progress, 0.85, 0.9};
   lens.Show(0, "weighing the lens");
   WeighLenses(input, options, scene, result);
   // Drop wrong observations only under the final lens: under a wrong lens right observations look wrong.
   if (result.lenses != input.lenses)
-    Adjust(scene, kIterations, Unfit::kDoubtful, lens, "adjustment with the new lens");
+    Adjust(options, scene, options.iterations, Loss::kCauchy, lens, "adjustment with the new lens");
   for (int round = 0; round < 2; ++round) {
     DropSliding(scene);
-    summary = Adjust(scene, kIterations, Unfit::kWrong, last, "last adjustment");
+    summary = Adjust(options, scene, options.iterations, Loss::kCauchyAndGate, last, "last adjustment");
   }
-  DropUnsupported(scene);
-  constexpr double kMostAgree = 0.5;
-  if (summary.least_kept < kMostAgree) result.contradicted = summary.least_kept_camera;
+  DropUnsupported(options.min_view_points, scene);
+  if (summary.least_kept < options.contradicted_share) result.contradicted = summary.least_kept_camera;
   result.rms_after_sigmas = summary.final_rms_sigmas;
   result.settled = summary.settled;
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))
     throw Error("the views' positions do not determine a scale; give poses that differ");
-  result = Summarise(scene, std::move(result));
+  result = Summarise(options, scene, std::move(result));
   if (options.all_points) {
     const RefineStage all{options.progress, 0.9, 1};
     all.Show(0, "measuring all points");
-    MeasureAllTracks(matched, scene);
+    MeasureAllTracks(matched, {}, scene);
   }
   result.points = PointsOf(scene, input.lenses);
   return result;

@@ -45,6 +45,31 @@ struct RefineOptions {
   bool all_points = false;  // measure all points that the views share, not only those that poses need
   unsigned seed = 1;
   std::function<void(double share, const std::string& stage)> progress = {};
+
+  // Corners of each of few views (kFewViews), which need more, and of each of many; points a view of few, of
+  // many, and while poses are rough. More cost time. Guessed.
+  int corners_of_few = 4000, corners = 1500;
+  int per_view_of_few = 1500, per_view = 500, per_view_roughly = 400;
+  double most_error_px = 40;  // of start poses: assumed where hardly anything matches. Guessed
+  int min_view_points = 20;   // a view with fewer points is not registered. Guessed
+  int min_pairs = 10;         // whose matches the views share at least, to be compared. Guessed
+  // Gates of triangulation: times the start poses' error and at least so much; times the error after a first
+  // adjustment. Wider ones let in wrong matches, narrower ones lose right ones. Guessed.
+  double gate_errors = 6, least_gate_px = 4, repeated_gate_errors = 8;
+  // Iterations of the first adjustment under good and under bad start poses, of the first with poses that
+  // guide, and of all later ones. Guessed.
+  int guided_iterations = 10, unguided_iterations = 60, repeated_iterations = 30, iterations = 12;
+  // Relative change of the cost that ends all adjustments but the last ones, for which they are starts and
+  // need not reach their minimum. Guessed.
+  double rough_tolerance = 1e-4;
+  // For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
+  // docs/tracking.md, "Why Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
+  double cauchy_scales = 2, gate_scales = 4;
+  // A view registered again: best descriptor distance / second best of a match. Guessed.
+  double max_ratio = 0.85;
+  // A view that keeps a smaller share of its observations is contradicted by most of them.
+  double contradicted_share = 0.5;
+  int most_uncertainty_views = 200;  // whose uncertainty is predicted: the work grows with their third power
 };
 
 struct RefinedView {
@@ -71,13 +96,13 @@ struct RefineResult {
   double median_before_px = 0, median_after_px = 0;
   double rms_after_sigmas = 0;
   bool settled = false;   // the last adjustment converged: more iterations would change little
-  int contradicted = -1;  // the view most of whose points disagree with where it was put; -1: none
+  int contradicted = -1;  // the view most of whose points contradict its pose; -1: none
   // How far the registered views' centres moved, and by how much the views turned.
   double moved_median = 0, moved_max = 0;
   double turned_median_deg = 0, turned_max_deg = 0;
   int moved_most = -1;  // the view
   // One standard deviation of the registered views' centres; infinite where something can move freely. None
-  // for more than 200 views, nor for several groups.
+  // for very many views, nor for several groups.
   std::optional<double> center_sigma_median, center_sigma_max;
   int least_sure = -1;  // the view
 };

@@ -2,10 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include <cmath>
+#include <algorithm>
 #include <limits>
 #include <numeric>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 
 #include "core/base/at.h"
@@ -16,13 +15,22 @@ namespace ulf::tracking {
 
 using Eigen::Vector3d;
 
-void ForAll(int count, const std::function<void(int)>& work) {
-  cv::parallel_for_(
-      cv::Range(0, count),
-      [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) work(i);
-      },
-      count);
+int RefineScene::Registered() const {
+  return static_cast<int>(
+      std::count_if(views.begin(), views.end(), [](const RefineView& view) { return view.registered; }));
+}
+
+std::vector<int> RefineScene::LongestFirst() const {
+  std::vector<int> order(tracks.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return tracks[At(a)].observations.size() > tracks[At(b)].observations.size();
+  });
+  return order;
+}
+
+void RefineScene::DropShortTracks(int min_views) {
+  std::erase_if(tracks, [&](const SceneTrack& track) { return track.observations.size() < At(min_views); });
 }
 
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen) {
@@ -45,7 +53,7 @@ BundleProblem ToBundle(const RefineScene& scene) {
       ++seen[At(o.view)];
     }
   }
-  // Of each group the view that sees most holds the world still meanwhile.
+  // In each group the view with most observations is fixed, because images leave the world open.
   problem.fixed.assign(scene.views.size(), false);
   const ViewGroups groups = GroupViews(scene);
   std::vector<int> most(At(groups.count), -1);
@@ -66,18 +74,14 @@ void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene)
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
     SceneTrack& track = scene.tracks[t];
     track.position = problem.points[t];
-    std::vector<TrackObservation> kept;
-    for (const TrackObservation& o : track.observations)
-      if (!problem.observations[next++].outlier) kept.push_back(o);
-    track.observations = std::move(kept);
+    std::erase_if(track.observations,
+                  [&](const TrackObservation&) { return problem.observations[next++].outlier; });
+    if (!track.position.allFinite()) track.observations.clear();
   }
-  std::erase_if(scene.tracks, [&](const SceneTrack& track) {
-    return static_cast<int>(track.observations.size()) < min_views || !track.position.allFinite();
-  });
+  scene.DropShortTracks(min_views);
 }
 
-void DropSliding(RefineScene& scene) {
-  constexpr double kMostTimesUsual = 3;
+void DropSliding(RefineScene& scene, double most_times_usual) {
   std::vector<double> by_track, all;
   for (const SceneTrack& track : scene.tracks) {
     std::vector<double> errors;
@@ -86,12 +90,10 @@ void DropSliding(RefineScene& scene) {
     all.insert(all.end(), errors.begin(), errors.end());
     by_track.push_back(Median(std::move(errors)));
   }
-  const double most = kMostTimesUsual * Median(std::move(all));
-  std::vector<SceneTrack> kept;
-  for (std::size_t t = 0; t < by_track.size(); ++t)
-    if (by_track[t] <= most) kept.push_back(std::move(scene.tracks[t]));
-  spdlog::debug("{} of {} points slide", by_track.size() - kept.size(), by_track.size());
-  scene.tracks = std::move(kept);
+  const double most = most_times_usual * Median(std::move(all));
+  std::size_t next = 0;
+  std::erase_if(scene.tracks, [&](const SceneTrack&) { return !(by_track[next++] <= most); });
+  spdlog::debug("{} of {} points slide", by_track.size() - scene.tracks.size(), by_track.size());
 }
 
 ViewGroups GroupViews(const RefineScene& scene) {
@@ -122,13 +124,14 @@ ViewGroups GroupViews(const RefineScene& scene) {
 
 namespace {
 
-// The similarity from where views are to where they started. The scale is the median of how distances between
-// centres have changed; the rotation comes from centres and axes together, as far out as the scene is, so
-// that it is held even where all centres lie on a line; the middle of the centres stays.
+// The similarity from the views' present poses to their start poses. The scale is the median change of the
+// distances between centres. The rotation comes from the centres and from points on the axes, as far out as
+// the scene is, which determine it even where all centres lie on a line. The middle of the centres stays.
 std::optional<Similarity3> ToStart(const std::vector<const RefineView*>& views, double reach) {
+  constexpr std::size_t kPartners = 50;  // views that each one is compared with, about: enough for a median
   std::vector<double> ratios;
   for (std::size_t i = 0; i < views.size(); ++i)
-    for (std::size_t j = i + 1; j < views.size(); j += 1 + views.size() / 50) {
+    for (std::size_t j = i + 1; j < views.size(); j += 1 + views.size() / kPartners) {
       const double now =
           (views[i]->cam_from_world.OriginInSource() - views[j]->cam_from_world.OriginInSource()).norm();
       const double then = (views[i]->start.OriginInSource() - views[j]->start.OriginInSource()).norm();

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -53,11 +52,14 @@ struct RefineScene {
 
   const CameraModel& LensOf(const RefineView& view) const { return lenses[At(view.lens)]; }
   const RefineView& view(int i) const { return views[At(i)]; }
+  int Registered() const;
+  // Views that a track needs: two agree by chance where there are others.
+  int MinViews() const { return Registered() > 3 ? 3 : 2; }
+  // The indices of the tracks, those with most observations first.
+  std::vector<int> LongestFirst() const;
+  // Drops tracks with fewer than `min_views` observations.
+  void DropShortTracks(int min_views);
 };
-
-// Calls work(0) to work(count - 1) in as many threads as OpenCV uses. `work` must depend on its number alone,
-// or the result would depend on the threads.
-void ForAll(int count, const std::function<void(int)>& work);
 
 // Distance of an observation from its point's projection, px; infinite where the point does not project.
 double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, const TrackObservation& seen);
@@ -67,11 +69,11 @@ double ReprojectionErrorPx(const RefineScene& scene, const SceneTrack& track, co
 BundleProblem ToBundle(const RefineScene& scene);
 void FromBundle(const BundleProblem& problem, int min_views, RefineScene& scene);
 
-// Drops points whose median error is more than three times the usual one. A corner on an outline, where a
-// round thing turns away or one edge passes before another, has no fixed place in the world: it slides as the
-// camera moves, by the same amount in neighbouring views, and bends their poses although single observations
-// fit.
-void DropSliding(RefineScene& scene);
+// Drops points whose median error exceeds `most_times_usual` (guessed) of the usual one. A corner on an
+// outline, where a round thing turns away or one edge passes before another, has no fixed place in the world:
+// it slides as the camera moves, by the same amount in neighbouring views, and bends their poses although
+// single observations fit.
+void DropSliding(RefineScene& scene, double most_times_usual = 3);
 
 // Numbers the groups of views that share points, directly or through others; -1: a view without points.
 struct ViewGroups {

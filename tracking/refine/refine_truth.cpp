@@ -16,13 +16,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-double Tolerance(std::vector<TimedPose> truth) {
-  constexpr double kMost_s = 1.0 / 60;  // between a view and its true pose: half a frame at 30 Hz
+double Tolerance(std::vector<TimedPose> truth, double most_s) {
   std::sort(truth.begin(), truth.end(),
             [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
   std::vector<double> steps_s;
   for (std::size_t i = 1; i < truth.size(); ++i) steps_s.push_back(truth[i].time_s - truth[i - 1].time_s);
-  return std::min(kMost_s, 0.5 * Median(std::move(steps_s)));
+  return std::min(most_s, 0.5 * Median(std::move(steps_s)));
 }
 
 Vector3d MiddleOf(const std::vector<ScenePoint>& points) {
@@ -46,7 +45,8 @@ std::vector<std::pair<const char*, const TrajectoryError*>> Rows(const LightFiel
 }  // namespace
 
 LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& result,
-                                  const std::vector<TimedPose>& truth, const std::string& truth_name) {
+                                  const std::vector<TimedPose>& truth, const std::string& truth_name,
+                                  double most_apart_s) {
   std::vector<TimedPose> recorded, old_poses, new_poses;
   for (std::size_t v = 0; v < before.views.size(); ++v) {
     const View& view = before.views[v];
@@ -54,7 +54,7 @@ LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& 
     old_poses.push_back({view.device_time_s, view.cam_from_world});
     new_poses.push_back({view.device_time_s, result.views[v].cam_from_world});
   }
-  // Imported views are recorded as they are read: the same row twice would say nothing.
+  // The recorded poses of imported views are those before refining: one row suffices.
   const auto moved = [](const View& view) {
     const Rigid3& now = view.cam_from_world;
     return view.recorded_cam_from_world &&
@@ -62,14 +62,14 @@ LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& 
             view.recorded_cam_from_world->rotation.coeffs() != now.rotation.coeffs());
   };
   if (std::none_of(before.views.begin(), before.views.end(), moved)) recorded.clear();
-  const double tolerance_s = Tolerance(truth);
+  const double tolerance_s = Tolerance(truth, most_apart_s);
   LightFieldErrors errors{truth_name, CompareTrajectories(recorded, truth, tolerance_s),
                           CompareTrajectories(old_poses, truth, tolerance_s),
                           CompareTrajectories(new_poses, truth, tolerance_s)};
   if (!errors.before || !errors.after)
     throw Error(
-        "{}: fewer than three views have a true pose at their time (the device's, to {:.1f} ms), or they lie "
-        "on a line; nothing is compared",
+        "{}: fewer than three views have a true pose within {:.1f} ms of their device time, or they lie on a "
+        "line: nothing is compared; give a truth in the device's clock",
         truth_name, 1e3 * tolerance_s);
   const Vector3d middle = errors.after->truth_from_estimated * MiddleOf(result.points);
   std::vector<double> distances;

@@ -19,10 +19,11 @@ struct LightFieldErrors {
   double distance = 0;  // median of the true cameras from the middle of the refined points
 };
 
-// Views are paired with truth by their devices' times, to half of the time between two true poses. Throws
-// Error where no three views have a true pose.
+// Pairs views with truth by their devices' times, to half of the time between two true poses and at most
+// `most_apart_s` (half a frame at 30 Hz). Throws Error where no three views have a true pose.
 LightFieldErrors CompareWithTruth(const LightField& before, const RefineResult& result,
-                                  const std::vector<TimedPose>& truth, const std::string& truth_name);
+                                  const std::vector<TimedPose>& truth, const std::string& truth_name,
+                                  double most_apart_s = 1.0 / 60);
 
 nlohmann::ordered_json ToJson(const LightFieldErrors& errors);
 std::string ToText(const LightFieldErrors& errors);

@@ -1,11 +1,12 @@
 #include "tracking/refine/track_building.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <optional>
 
 #include "core/base/at.h"
+#include "core/base/parallel_for.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/map/map.h"
 
@@ -70,8 +71,8 @@ class TrackSets {
   std::vector<std::vector<Corner>> members_;
 };
 
+// About: from the first centre to the farthest, and from there to the farthest again.
 double LargestParallax(const RefineScene& scene, const SceneTrack& track) {
-  // From the first centre to the farthest, and from there to the farthest again.
   double largest = 0;
   Vector3d from = scene.view(track.observations.front().view).cam_from_world.OriginInSource();
   for (int round = 0; round < 2; ++round) {
@@ -97,24 +98,17 @@ RayObservation RayOf(const RefineScene& scene, const TrackObservation& seen) {
   return {view.cam_from_world, ray.value_or(Vector3d::UnitZ())};
 }
 
-// Takes long tracks first, as long as one of their views has room where it shows them.
-void SelectTracks(int per_view, RefineScene& scene) {
-  constexpr int kColumns = 10, kRows = 8;
-  const int per_cell = std::max(1, per_view / (kColumns * kRows));
-  std::vector<int> order(scene.tracks.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return scene.tracks[At(a)].observations.size() > scene.tracks[At(b)].observations.size();
-  });
-  std::vector<std::uint16_t> crowd(scene.views.size() * kColumns * kRows, 0);
+// Keeps tracks, the longest first, while one of their views has room in the cell that shows them.
+void SelectTracks(const TrackOptions& options, RefineScene& scene) {
+  const int cells = options.columns * options.rows;
+  const int per_cell = std::max(1, options.per_view / cells);
+  std::vector<std::uint16_t> crowd(scene.views.size() * At(cells), 0);
   const auto cell_of = [&](const TrackObservation& o) {
     const CameraModel& lens = scene.LensOf(scene.view(o.view));
-    const int x = std::clamp(static_cast<int>(o.img.x() * kColumns / lens.width), 0, kColumns - 1);
-    const int y = std::clamp(static_cast<int>(o.img.y() * kRows / lens.height), 0, kRows - 1);
-    return At((o.view * kRows + y) * kColumns + x);
+    return At(o.view * cells) + CellOf(o.img, lens, options.columns, options.rows);
   };
   std::vector<SceneTrack> chosen;
-  for (const int t : order) {
+  for (const int t : scene.LongestFirst()) {
     SceneTrack& track = scene.tracks[At(t)];
     const auto has_room = [&](const TrackObservation& o) { return crowd[cell_of(o)] < per_cell; };
     if (std::none_of(track.observations.begin(), track.observations.end(), has_room)) continue;
@@ -151,7 +145,7 @@ bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, 
   std::vector<RayObservation> rays;
   for (const TrackObservation& o : all) rays.push_back(RayOf(scene, o));
   offer(TriangulatePoint(rays));
-  // Where not all agree: pairs that are far apart in the order of views.
+  // Where not all agree, try pairs that are far apart in the order of views.
   for (int k = 0; k < std::min(count, options.tried_pairs) && static_cast<int>(best.size()) < count; ++k) {
     const auto a = At(k), b = At((k + count / 2) % count);
     if (a != b)
@@ -166,24 +160,21 @@ bool TriangulateRobustly(const RefineScene& scene, const TrackOptions& options, 
   }
   track.observations = std::move(best);
   track.position = position;
-  return LargestParallax(scene, track) > options.min_parallax_deg * M_PI / 180;
+  return LargestParallax(scene, track) > Radians(options.min_parallax_deg);
 }
 
 void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& options, RefineScene& scene) {
   struct Link {
-    int pair = 0;
+    const PairMatches* pair;
     FeatureMatch match;
   };
   std::vector<Link> links;
-  for (int p = 0; p < static_cast<int>(pairs.size()); ++p)
-    for (const FeatureMatch& match : pairs[At(p)].matches) links.push_back({p, match});
+  for (const PairMatches& pair : pairs)
+    for (const FeatureMatch& match : pair.matches) links.push_back({&pair, match});
   std::stable_sort(links.begin(), links.end(),
                    [](const Link& a, const Link& b) { return a.match.distance < b.match.distance; });
   TrackSets sets(scene);
-  for (const Link& link : links) {
-    const PairMatches& pair = pairs[At(link.pair)];
-    sets.Join({pair.first, link.match.first}, {pair.second, link.match.second});
-  }
+  for (const auto& [pair, match] : links) sets.Join({pair->first, match.first}, {pair->second, match.second});
   scene.tracks.clear();
   for (const std::vector<Corner>& corners : sets.Sets()) {
     if (static_cast<int>(corners.size()) < options.min_views) continue;
@@ -197,14 +188,11 @@ void BuildTracks(const std::vector<PairMatches>& pairs, const TrackOptions& opti
     track.rgb = scene.view(corners.front().view).feature_rgb[At(corners.front().feature)];
     scene.tracks.push_back(std::move(track));
   }
-  std::vector<std::uint8_t> good(scene.tracks.size(), 0);
-  ForAll(static_cast<int>(good.size()),
-         [&](int t) { good[At(t)] = TriangulateRobustly(scene, options, scene.tracks[At(t)]); });
-  std::vector<SceneTrack> kept;
-  for (std::size_t t = 0; t < good.size(); ++t)
-    if (good[t]) kept.push_back(std::move(scene.tracks[t]));
-  scene.tracks = std::move(kept);
-  SelectTracks(options.per_view, scene);
+  ParallelFor(scene.tracks.size(), [&](std::size_t t) {
+    if (!TriangulateRobustly(scene, options, scene.tracks[t])) scene.tracks[t].observations.clear();
+  });
+  scene.DropShortTracks(1);
+  SelectTracks(options, scene);
 }
 
 }  // namespace ulf::tracking

@@ -13,9 +13,9 @@ struct TrackOptions {
   double gate_px = 4;           // of reprojection; grows with the pyramid level. Guessed
   int min_views = 3;            // fewer agree by chance
   double min_parallax_deg = 1;  // largest between two of a track's views; less leaves its depth open. Guessed
-  int per_view = 400;           // about so many tracks a view, evenly over the image
-  // Where not all observations agree, so many pairs of them are tried. Guessed.
-  int tried_pairs = 12;
+  int per_view = 400;           // about so many tracks a view, evenly over a grid of cells
+  int columns = 10, rows = 8;   // of that grid: more spread the tracks more evenly. Guessed
+  int tried_pairs = 12;         // of observations, where not all agree: more cost time. Guessed
 };
 
 // Joins matches, those with the nearest descriptors first, except where a track would get two corners of one

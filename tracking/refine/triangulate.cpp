@@ -1,11 +1,9 @@
 #include "tracking/refine/triangulate.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
-#include <limits>
 
 #include "core/base/at.h"
+#include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "core/light_field/points/point_fit.h"
 #include "tracking/refine/track_building.h"
@@ -15,20 +13,16 @@
 namespace ulf::tracking {
 namespace {
 
-PosedObservation ObservationOf(const RefineScene& scene, const TrackObservation& seen) {
-  const RefineView& view = scene.view(seen.view);
-  return {&scene.LensOf(view), &view.cam_from_world, seen.img};
-}
-
 // Fits every track's position to its observations. A track that fits nowhere loses all of them.
 void FitPositions(RefineScene& scene) {
-  ForAll(static_cast<int>(scene.tracks.size()), [&](int t) {
-    SceneTrack& track = scene.tracks[At(t)];
+  ParallelFor(scene.tracks.size(), [&](std::size_t t) {
+    SceneTrack& track = scene.tracks[t];
     std::vector<PosedObservation> observations;
-    for (const TrackObservation& seen : track.observations)
-      observations.push_back(ObservationOf(scene, seen));
-    const auto position = FitPoint(observations);
-    if (position)
+    for (const TrackObservation& seen : track.observations) {
+      const RefineView& view = scene.view(seen.view);
+      observations.push_back({&scene.LensOf(view), &view.cam_from_world, seen.img});
+    }
+    if (const auto position = FitPoint(observations))
       track.position = *position;
     else
       track.observations.clear();
@@ -36,38 +30,36 @@ void FitPositions(RefineScene& scene) {
 }
 
 // Drops observations that are off by several times the usual error, and tracks that too few views show then.
-void DropUnusual(std::size_t min_views, RefineScene& scene) {
-  constexpr double kMostTimesUsual = 5, kLeastPx = 0.5, kMostPx = 4;  // gate, and its limits. Guessed
+void DropUnusual(int min_views, const AllTracksOptions& options, RefineScene& scene) {
   std::vector<double> errors;
   for (const SceneTrack& track : scene.tracks)
     for (const TrackObservation& seen : track.observations)
       errors.push_back(ReprojectionErrorPx(scene, track, seen));
   if (errors.empty()) return;
-  const double most_px = std::clamp(kMostTimesUsual * Median(std::move(errors)), kLeastPx, kMostPx);
+  const double most_px =
+      std::clamp(options.most_times_usual * Median(std::move(errors)), options.least_px, options.most_px);
   for (SceneTrack& track : scene.tracks)
     std::erase_if(track.observations, [&](const TrackObservation& seen) {
       return !(ReprojectionErrorPx(scene, track, seen) <= most_px);
     });
-  std::erase_if(scene.tracks, [&](const SceneTrack& track) { return track.observations.size() < min_views; });
+  scene.DropShortTracks(min_views);
 }
 
 }  // namespace
 
-void MeasureAllTracks(const std::vector<PairMatches>& matched, RefineScene& scene) {
-  const auto registered = std::count_if(scene.views.begin(), scene.views.end(),
-                                        [](const RefineView& view) { return view.registered; });
-  const int min_views = registered > 3 ? 3 : 2;
-  constexpr int kAll = 1 << 20, kPerView = 4000;  // points a view. Guessed
-  constexpr double kGatePx = 3;                   // guessed
-  BuildTracks(matched, {.gate_px = kGatePx, .min_views = min_views, .per_view = kAll}, scene);
+void MeasureAllTracks(const std::vector<PairMatches>& matched, const AllTracksOptions& options,
+                      RefineScene& scene) {
+  constexpr int kUnlimited = 1 << 20;  // points a view
+  const int min_views = scene.MinViews();
+  BuildTracks(matched, {.gate_px = options.gate_px, .min_views = min_views, .per_view = kUnlimited}, scene);
   FitPositions(scene);
-  ExtendTracks({.per_view = kPerView}, scene);
+  ExtendTracks({.per_view = options.per_view}, scene);
   for (int round = 0; round < 2; ++round) {
     FitPositions(scene);
-    DropUnusual(At(min_views), scene);
+    DropUnusual(min_views, options, scene);
   }
   FitPositions(scene);
-  std::erase_if(scene.tracks, [](const SceneTrack& track) { return track.observations.empty(); });
+  scene.DropShortTracks(1);
 }
 
 std::vector<ScenePoint> PointsOf(const RefineScene& scene, const std::vector<CameraModel>& cameras) {
@@ -93,21 +85,19 @@ TriangulationResult TriangulateViews(const RefineInput& input, const Triangulati
   TriangulationResult result;
   const RefineStage reading{options.progress, 0, 0.3}, matching{options.progress, 0.3, 0.7},
       measuring{options.progress, 0.7, 1};
-  constexpr int kManyCorners = 4000, kCorners = 2500;  // a view. Guessed
-  const int features = options.features > 0              ? options.features
-                       : input.views.size() <= kFewViews ? kManyCorners
-                                                         : kCorners;
-  RefineScene scene = ReadScene(input, options.max_side_px, features, reading);
+  const int by_number = input.views.size() <= kFewViews ? options.corners_of_few : options.corners;
+  const int corners = options.features > 0 ? options.features : by_number;
+  RefineScene scene = ReadScene(input, {.max_side_px = options.max_side_px, .corners = corners}, reading);
   for (const RefineView& view : scene.views)
     if (!view.registered) result.unread.push_back(view.why);
   const std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
-  // The poses are given and stay, even where the images disagree: always search along their epipolar lines.
-  const double error_px = MeasurePoseErrorPx(scene, pairs).value_or(0);
-  result.pose_error_px = error_px;
+  result.pose_error_px = MeasurePoseErrorPx(scene, pairs).value_or(0);
+  // The poses stay, even where the images disagree: always search along their epipolar lines.
+  constexpr double kGuides = 0.99 * kGuidingErrorPx;
   const std::vector<PairMatches> matched =
-      MatchPairs(scene, pairs, std::min(error_px, 0.99 * kGuidingErrorPx), matching);
+      MatchPairs(scene, pairs, std::min(result.pose_error_px, kGuides), matching);
   measuring.Show(0, "measuring all points");
-  MeasureAllTracks(matched, scene);
+  MeasureAllTracks(matched, options.all_tracks, scene);
   result.points = PointsOf(scene, input.lenses);
   return result;
 }

@@ -18,9 +18,19 @@
 
 namespace ulf::tracking {
 
+struct AllTracksOptions {
+  double gate_px = 3;   // of triangulation, under poses that stay. Guessed
+  int per_view = 4000;  // points a view, about: more cost time. Guessed
+  // Observations are dropped that are off by so many times the usual error, within these limits. Guessed.
+  double most_times_usual = 5, least_px = 0.5, most_px = 4;
+};
+
 struct TriangulationOptions {
-  int features = 0;        // corners a view; 0: by the number of views
+  int features = 0;  // corners a view; 0: by the number of views
+  // Corners of each of few views (kFewViews), which can afford more, and of each of many. Guessed.
+  int corners_of_few = 4000, corners = 2500;
   int max_side_px = 1600;  // larger pictures are reduced
+  AllTracksOptions all_tracks = {};
   std::function<void(double share, const std::string& stage)> progress = {};
 };
 
@@ -33,7 +43,8 @@ struct TriangulationResult {
 TriangulationResult TriangulateViews(const RefineInput& input, const TriangulationOptions& options = {});
 
 // Replaces the scene's tracks by all that the matches give.
-void MeasureAllTracks(const std::vector<PairMatches>& matched, RefineScene& scene);
+void MeasureAllTracks(const std::vector<PairMatches>& matched, const AllTracksOptions& options,
+                      RefineScene& scene);
 
 // The tracks as points of a light field with these cameras.
 std::vector<ScenePoint> PointsOf(const RefineScene& scene, const std::vector<CameraModel>& cameras);

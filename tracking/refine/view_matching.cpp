@@ -9,12 +9,12 @@
 
 #include "core/base/at.h"
 #include "core/base/mutex.h"
+#include "core/base/parallel_for.h"
 
 namespace ulf::tracking {
-
 namespace {
 
-// Views with the lenses of their working resolution; nothing is read yet.
+// Views without images, with the lenses of their working resolution.
 RefineScene SceneOf(const RefineInput& input, int max_side_px) {
   RefineScene scene;
   for (const CameraModel& lens : input.lenses) {
@@ -34,7 +34,7 @@ RefineScene SceneOf(const RefineInput& input, int max_side_px) {
 void ReadView(Image image, int corners, const CameraModel& lens, FeatureExtractor& extractor, bool first,
               RefineView& view) {
   cv::Mat gray = GrayForTracking(image);
-  cv::Mat color = image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U ? image.pixels : gray;
+  cv::Mat color = image.mosaic == Mosaic::kNone && image.pixels.type() == CV_8UC3 ? image.pixels : gray;
   if (gray.cols != lens.width || gray.rows != lens.height) {
     cv::resize(gray, gray, {lens.width, lens.height}, 0, 0, cv::INTER_AREA);
     cv::resize(color, color, {lens.width, lens.height}, 0, 0, cv::INTER_AREA);
@@ -43,68 +43,59 @@ void ReadView(Image image, int corners, const CameraModel& lens, FeatureExtracto
   const Pyramid pyramid = BuildPyramid(view.gray);
   if (first) extractor.Extract(pyramid, corners);  // the corner threshold settles
   view.features = extractor.Extract(pyramid, corners);
-  for (const Feature& feature : view.features.all()) {
-    const int x = static_cast<int>(feature.img.x()), y = static_cast<int>(feature.img.y());
-    if (color.channels() == 3) {
-      const cv::Vec3b bgr = color.at<cv::Vec3b>(y, x);
-      view.feature_rgb.push_back({bgr[2], bgr[1], bgr[0]});
-    } else {
-      const std::uint8_t value = gray.at<std::uint8_t>(y, x);
-      view.feature_rgb.push_back({value, value, value});
-    }
-  }
+  for (const Feature& feature : view.features.all()) view.feature_rgb.push_back(RgbAt(color, feature.img));
 }
 
 }  // namespace
 
-RefineScene ReadScene(const RefineInput& input, int max_side_px, int corners, const RefineStage& stage) {
-  RefineScene scene = SceneOf(input, max_side_px);
-  // One extractor serves neighbouring views, whose images are alike, whatever the number of threads.
-  constexpr int kChunk = 8;
-  const int count = static_cast<int>(scene.views.size());
+RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, const RefineStage& stage) {
+  RefineScene scene = SceneOf(input, options.max_side_px);
+  const std::size_t count = scene.views.size(), in_a_row = At(options.in_a_row);
   struct {
     Mutex mutex;
     int done ULF_GUARDED_BY(mutex) = 0;
   } read;
-  ForAll((count + kChunk - 1) / kChunk, [&](int chunk) {
+  ParallelFor((count + in_a_row - 1) / in_a_row, [&](std::size_t row) {
     int lens = -1;
     std::optional<FeatureExtractor> extractor;
-    for (int i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) {
-      RefineView& view = scene.views[At(i)];
+    for (std::size_t i = row * in_a_row; i < std::min(count, (row + 1) * in_a_row); ++i) {
+      RefineView& view = scene.views[i];
       const bool first = view.lens != lens;
       if (first) extractor.emplace(scene.LensOf(view));
       lens = view.lens;
       try {
-        ReadView(input.read(i), corners, scene.LensOf(view), *extractor, first, view);
+        ReadView(input.read(static_cast<int>(i)), options.corners, scene.LensOf(view), *extractor, first,
+                 view);
       } catch (const std::exception& error) {
         view.registered = false;
         view.why = error.what();
       }
       const MutexLock lock(read.mutex);
       ++read.done;
-      stage.Show(static_cast<double>(read.done) / count, fmt::format("reading view {}", read.done));
+      stage.Show(static_cast<double>(read.done) / static_cast<double>(count),
+                 fmt::format("reading view {}", read.done));
     }
   });
   return scene;
 }
 
 std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
-                                    double error_px, const RefineStage& stage) {
-  constexpr double kLeastBandPx = 2, kBandErrors = 4;  // about an epipolar line. Guessed
-  const double band_px = std::max(kLeastBandPx, kBandErrors * error_px);
+                                    double error_px, const RefineStage& stage,
+                                    const PairMatchingOptions& options) {
+  const double band_px = std::max(options.least_band_px, options.band_errors * error_px);
   std::vector<PairMatches> matched(pairs.size());
   struct {
     Mutex mutex;
     int done ULF_GUARDED_BY(mutex) = 0;
   } shown;
-  ForAll(static_cast<int>(pairs.size()), [&](int p) {
-    const auto [first, second] = pairs[At(p)];
-    PairMatches& pair = matched[At(p)];
+  ParallelFor(pairs.size(), [&](std::size_t p) {
+    const auto [first, second] = pairs[p];
+    PairMatches& pair = matched[p];
     if (error_px < kGuidingErrorPx) {
       const RefineView &a = scene.view(first), &b = scene.view(second);
       pair = {first, second,
               MatchAlongEpipolarLines(a.features, b.features, b.cam_from_world * a.cam_from_world.Inverse(),
-                                      scene.LensOf(a).MeanFocalPx(), band_px, kPairMatching),
+                                      scene.LensOf(a).MeanFocalPx(), band_px),
               0};
       pair.alike = static_cast<int>(pair.matches.size());
     } else {

@@ -28,13 +28,27 @@ struct RefineStage {
   }
 };
 
-// Reads every view, reduces it to at most `max_side_px`, and describes about `corners` corners of it. A view
-// that cannot be read is not registered and says why.
-RefineScene ReadScene(const RefineInput& input, int max_side_px, int corners, const RefineStage& stage);
+struct ReadingOptions {
+  int max_side_px = 1600;  // larger pictures are reduced
+  int corners = 1500;      // a view, about
+  // Neighbouring views whose corners share one adapting threshold, whatever the number of threads: more look
+  // less alike, fewer give each processor less to do. Guessed.
+  int in_a_row = 8;
+};
+
+// Reads every view and describes its corners. A view that cannot be read is not registered and says why.
+RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, const RefineStage& stage);
+
+struct PairMatchingOptions {
+  // Half width of the band about an epipolar line, in errors of the poses, and at least: a wider one holds
+  // more wrong matches, a narrower one misses right ones. Guessed.
+  double band_errors = 4, least_band_px = 2;
+};
 
 // Matches along epipolar lines where the poses are good to a few pixels (kGuidingErrorPx); else moves the
 // relative poses first (MatchAroundPose).
 std::vector<PairMatches> MatchPairs(const RefineScene& scene, const std::vector<std::pair<int, int>>& pairs,
-                                    double error_px, const RefineStage& stage);
+                                    double error_px, const RefineStage& stage,
+                                    const PairMatchingOptions& options = {});
 
 }  // namespace ulf::tracking

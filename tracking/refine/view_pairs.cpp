@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <set>
 
 #include "core/base/at.h"
+#include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/relative_pose.h"
+#include "tracking/estimation/rolling_shutter.h"
 
 namespace ulf::tracking {
 namespace {
@@ -20,7 +21,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
 
-// About the scene's distance from the cameras: to where their axes come nearest, else the cameras' spread.
+// About how far the scene is: the cameras' distance from where their axes meet, else their spread.
 double SceneDistance(const RefineScene& scene) {
   std::vector<RayObservation> axes;
   Vector3d middle = Vector3d::Zero();
@@ -69,13 +70,20 @@ std::vector<int> AllOf(const FeatureSet& features) {
   return all;
 }
 
+std::vector<RayPair> RaysOf(const RefineView& first, const RefineView& second,
+                            const std::vector<FeatureMatch>& matches) {
+  std::vector<RayPair> rays;
+  for (const FeatureMatch& match : matches)
+    rays.push_back({first.features[match.first].ray, second.features[match.second].ray});
+  return rays;
+}
+
 // The nearest descriptor whose rival lies elsewhere in the image.
 struct NearestElsewhere : NearestDescriptor {
-  void OfferAt(int j, int d, const FeatureSet& features) {
+  void OfferAt(int j, int d, const FeatureSet& features, double same_place_px) {
     if (d >= second) return;
-    constexpr double kSamePlacePx = 3;  // grows with the pyramid level. Guessed
     const bool same_place = index >= 0 && (features[j].img - features[index].img).squaredNorm() <
-                                              kSamePlacePx * kSamePlacePx * (features[j].level + 1);
+                                              same_place_px * same_place_px * (features[j].level + 1);
     if (d < distance) {
       if (!same_place) second = distance;
       distance = d;
@@ -95,14 +103,11 @@ double SignedEpipolarError(const Eigen::Matrix3d& essential, const RayPair& pair
 // The relative pose near `start` on which most pairs agree: Gauss-Newton with weights that fall beyond an
 // error that shrinks from `error_px` to a pixel, and a prior as wide as the start is uncertain.
 Rigid3 MoveToAgreement(const std::vector<RayPair>& pairs, const Rigid3& start, double focal_px,
-                       double error_px) {
-  using Twist = Eigen::Matrix<double, 6, 1>;
+                       double error_px, const AgreementOptions& options) {
   const double length = start.translation.norm();
-  constexpr double kTurnErrors = 2, kShift = 0.3;       // the prior's width. Guessed
-  constexpr double kLeastReachPx = 0.7, kShrink = 0.7;  // of the weights' reach. Guessed
-  constexpr int kIterations = 4;                        // at each reach. Guessed
   Twist prior;
-  prior << Vector3d::Constant(kTurnErrors * error_px / focal_px), Vector3d::Constant(kShift * length);
+  prior << Vector3d::Constant(options.turn_errors * error_px / focal_px),
+      Vector3d::Constant(options.shift * length);
   Twist twist = Twist::Zero();
   const auto errors_at = [&](const Twist& at) {
     const Eigen::Matrix3d essential = EssentialFromPose(Perturbed(start, at));
@@ -111,8 +116,8 @@ Rigid3 MoveToAgreement(const std::vector<RayPair>& pairs, const Rigid3& start, d
       errors(static_cast<Eigen::Index>(i)) = focal_px * SignedEpipolarError(essential, pairs[i]);
     return errors;
   };
-  for (double reach_px = error_px; reach_px > kLeastReachPx; reach_px *= kShrink)
-    for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (double reach_px = error_px; reach_px > options.least_reach_px; reach_px *= options.shrink)
+    for (int iteration = 0; iteration < options.iterations; ++iteration) {
       const Eigen::VectorXd errors = errors_at(twist);
       std::array<Eigen::VectorXd, 6> slopes;
       for (int k = 0; k < 6; ++k) {
@@ -167,14 +172,13 @@ std::vector<std::pair<int, int>> ChoosePairs(const RefineScene& scene, const Pai
 
 std::vector<FeatureMatch> MatchAlongEpipolarLines(const FeatureSet& first, const FeatureSet& second,
                                                   const Rigid3& second_from_first, double focal_px,
-                                                  double band_px, const MatchOptions& options) {
+                                                  double band_px, const EpipolarMatchOptions& options) {
   Eigen::Matrix<float, Eigen::Dynamic, 3> rays(second.size(), 3);
   for (int j = 0; j < second.size(); ++j) rays.row(j) = second[j].ray.cast<float>();
   std::vector<NearestElsewhere> of_second(At(second.size()));
   std::vector<FeatureMatch> matches;
   Eigen::VectorXf off(second.size());
   const float band = static_cast<float>(band_px / focal_px);
-  constexpr int kLevelsApart = 2;  // of matches; more is another thing. Guessed
   for (int i = 0; i < first.size(); ++i) {
     const Feature& feature = first[i];
     const Vector3d normal = second_from_first.translation.cross(second_from_first.rotation * feature.ray);
@@ -182,105 +186,95 @@ std::vector<FeatureMatch> MatchAlongEpipolarLines(const FeatureSet& first, const
     off.noalias() = rays * normal.normalized().cast<float>();
     NearestElsewhere nearest;
     for (int j = 0; j < second.size(); ++j) {
-      if (std::abs(off(j)) > band || std::abs(second[j].level - feature.level) > kLevelsApart) continue;
+      if (std::abs(off(j)) > band || std::abs(second[j].level - feature.level) > options.levels_apart)
+        continue;
       const int distance = Distance(feature.descriptor, second[j].descriptor);
-      nearest.OfferAt(j, distance, second);
-      of_second[At(j)].OfferAt(i, distance, first);
+      nearest.OfferAt(j, distance, second, options.same_place_px);
+      of_second[At(j)].OfferAt(i, distance, first, options.same_place_px);
     }
-    if (nearest.Passes(options)) matches.push_back({i, nearest.index, nearest.distance});
+    if (nearest.Passes(options.descriptors)) matches.push_back({i, nearest.index, nearest.distance});
   }
   std::erase_if(matches,
                 [&](const FeatureMatch& match) { return of_second[At(match.second)].index != match.first; });
-  if (options.same_rotation) KeepSameRotation(first, second, matches);
+  if (options.descriptors.same_rotation) KeepSameRotation(first, second, matches);
   return matches;
 }
 
-PairMatches MatchAroundPose(const RefineScene& scene, int first, int second, double error_px,
-                            int min_matches) {
+PairMatches MatchAroundPose(const RefineScene& scene, int first, int second, double error_px, int min_matches,
+                            const AgreementOptions& options) {
   const RefineView &a = scene.view(first), &b = scene.view(second);
   PairMatches pair{first, second, {}, 0};
   const double focal_px = std::min(scene.LensOf(a).MeanFocalPx(), scene.LensOf(b).MeanFocalPx());
-  constexpr double kWideErrors = 3, kBandPx = 2.5;  // half widths of the two bands. Guessed
-  // The agreeing matches must exceed those by chance this many times, and by so many. Guessed.
-  constexpr double kChanceTimes = 3, kChanceMore = 10;
   const Rigid3 start = b.cam_from_world * a.cam_from_world.Inverse();
-  std::vector<FeatureMatch> matches;
-  if (start.translation.norm() > 0)
-    matches = MatchAlongEpipolarLines(a.features, b.features, start, focal_px, kWideErrors * error_px,
-                                      kPairMatching);
-  else
-    matches = MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features), kPairMatching);
+  const bool apart = start.translation.norm() > 0;
+  const std::vector<FeatureMatch> matches =
+      apart ? MatchAlongEpipolarLines(a.features, b.features, start, focal_px, options.wide_errors * error_px)
+            : MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features),
+                       EpipolarMatchOptions{}.descriptors);
   pair.alike = static_cast<int>(matches.size());
-  if (pair.alike < min_matches || !(start.translation.norm() > 0)) return pair;
-  std::vector<RayPair> rays;
-  for (const FeatureMatch& match : matches)
-    rays.push_back({a.features[match.first].ray, b.features[match.second].ray});
-  const Rigid3 moved = MoveToAgreement(rays, start, focal_px, error_px);
+  if (pair.alike < min_matches || !apart) return pair;
+  const std::vector<RayPair> rays = RaysOf(a, b, matches);
+  const Rigid3 moved = MoveToAgreement(rays, start, focal_px, error_px, options);
   // Matches by chance agree too: in proportion to the bands' widths, and some more because the pose moved to
   // where they are.
   const Eigen::Matrix3d essential = EssentialFromPose(moved);
   int agreeing = 0;
   for (const RayPair& ray : rays)
-    agreeing += focal_px * std::abs(SignedEpipolarError(essential, ray)) < kBandPx;
-  const double by_chance = pair.alike * std::min(1.0, kBandPx / (kWideErrors * error_px));
-  if (agreeing < min_matches || agreeing < kChanceTimes * by_chance + kChanceMore) return pair;
-  pair.matches = MatchAlongEpipolarLines(a.features, b.features, moved, focal_px, kBandPx, kPairMatching);
+    agreeing += focal_px * std::abs(SignedEpipolarError(essential, ray)) < options.narrow_px;
+  const double by_chance = pair.alike * std::min(1.0, options.narrow_px / (options.wide_errors * error_px));
+  if (agreeing < min_matches || agreeing < options.chance_times * by_chance + options.chance_more)
+    return pair;
+  pair.matches = MatchAlongEpipolarLines(a.features, b.features, moved, focal_px, options.narrow_px);
   if (static_cast<int>(pair.matches.size()) < min_matches) pair.matches.clear();
   return pair;
 }
 
-bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs, unsigned seed) {
-  constexpr std::size_t kPairs = 24, kMatches = 30;  // that are asked, and that a pair needs. Guessed
-  // Some matches are wrong, and nearly all pairs must agree: neighbours may lie very close together. Guessed.
-  constexpr double kTurnedPx = 2, kMatchShare = 0.7, kPairShare = 0.9;
-  std::vector<const PairMatches*> telling;
+bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs, unsigned seed,
+                const OnePlaceOptions& options) {
+  std::vector<const PairMatches*> usable;
   for (const PairMatches& pair : pairs)
-    if (pair.matches.size() >= kMatches) telling.push_back(&pair);
-  const std::size_t count = std::min(kPairs, telling.size());
+    if (pair.matches.size() >= options.min_matches) usable.push_back(&pair);
+  const std::size_t count = std::min(options.pairs, usable.size());
   std::vector<int> turned(count, 0);
-  ForAll(static_cast<int>(count), [&](int k) {
-    const PairMatches& pair = *telling[At(k) * telling.size() / count];
+  ParallelFor(count, [&](std::size_t k) {
+    const PairMatches& pair = *usable[k * usable.size() / count];
     const RefineView &a = scene.view(pair.first), &b = scene.view(pair.second);
     const double focal_px = scene.LensOf(b).MeanFocalPx();
-    std::vector<RayPair> rays;
-    for (const FeatureMatch& match : pair.matches)
-      rays.push_back({a.features[match.first].ray, b.features[match.second].ray});
-    const Eigen::Quaterniond turn = FitRotation(rays, focal_px, kTurnedPx, seed + static_cast<unsigned>(k));
+    const std::vector<RayPair> rays = RaysOf(a, b, pair.matches);
+    const Eigen::Quaterniond turn =
+        FitRotation(rays, focal_px, options.turned_px, seed + static_cast<unsigned>(k));
     const auto explained = std::count_if(rays.begin(), rays.end(), [&](const RayPair& ray) {
-      return (turn * ray.first - ray.second).norm() * focal_px < kTurnedPx;
+      return (turn * ray.first - ray.second).norm() * focal_px < options.turned_px;
     });
-    turned[At(k)] = static_cast<double>(explained) > kMatchShare * static_cast<double>(rays.size());
+    turned[k] = static_cast<double>(explained) > options.match_share * static_cast<double>(rays.size());
   });
   return count > 0 &&
-         std::accumulate(turned.begin(), turned.end(), 0) > kPairShare * static_cast<double>(count);
+         std::accumulate(turned.begin(), turned.end(), 0) > options.pair_share * static_cast<double>(count);
 }
 
 std::optional<double> MeasurePoseErrorPx(const RefineScene& scene,
-                                         const std::vector<std::pair<int, int>>& pairs) {
-  constexpr std::size_t kPairs = 24, kMatches = 20;  // that are asked, and that a pair needs. Guessed
-  // Matches without a guide must be surer than others. Guessed.
-  constexpr MatchOptions kUnguided{.max_distance = 40, .max_ratio = 0.75};
+                                         const std::vector<std::pair<int, int>>& pairs,
+                                         const PoseErrorOptions& options) {
   constexpr double kMedianOfNormal = 0.6745;  // of the absolute value, unit variance
-  constexpr double kPairsWithin = 0.8;        // share of the pairs that the result must cover. Guessed
-  std::vector<double> pair_errors(kPairs, -1);
-  ForAll(static_cast<int>(std::min(kPairs, pairs.size())), [&](int k) {
-    const auto [first, second] = pairs[At(k) * pairs.size() / std::min(kPairs, pairs.size())];
+  const std::size_t count = std::min(options.pairs, pairs.size());
+  std::vector<double> pair_errors(count, -1);
+  ParallelFor(count, [&](std::size_t k) {
+    const auto [first, second] = pairs[k * pairs.size() / count];
     const RefineView &a = scene.view(first), &b = scene.view(second);
-    const auto matches = MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features), kUnguided);
-    if (matches.size() < kMatches) return;
+    const auto matches =
+        MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features), options.unguided);
+    if (matches.size() < options.min_matches) return;
     const Eigen::Matrix3d essential = EssentialFromPose(b.cam_from_world * a.cam_from_world.Inverse());
     if (!(essential.norm() > 0)) return;
     std::vector<double> errors;
-    for (const FeatureMatch& match : matches)
-      errors.push_back(
-          std::abs(EpipolarError(essential, {a.features[match.first].ray, b.features[match.second].ray})) *
-          scene.LensOf(a).MeanFocalPx());
+    for (const RayPair& ray : RaysOf(a, b, matches))
+      errors.push_back(EpipolarError(essential, ray) * scene.LensOf(a).MeanFocalPx());
     const double error = Median(std::move(errors)) / kMedianOfNormal;
-    if (std::isfinite(error)) pair_errors[At(k)] = error;
+    if (std::isfinite(error)) pair_errors[k] = error;
   });
   std::erase(pair_errors, -1);
   if (pair_errors.empty()) return std::nullopt;
-  return Quantile(std::move(pair_errors), kPairsWithin);
+  return Quantile(std::move(pair_errors), options.pairs_within);
 }
 
 }  // namespace ulf::tracking

@@ -9,11 +9,11 @@
 namespace ulf::tracking {
 namespace {
 
-// The board gives poses from the first frame on, in its own frame and in metres. Meanwhile the tracker starts
-// a map. Frames that have both poses give the map's place in the board's frame; then the map moves there, and
-// the board's corners become part of it and of every frame's pose (fiducial_observation.h). Without the board
-// in sight the tracker goes on with features; where features fail the board gives the pose, and tells a lost
-// tracker where to search.
+// The board gives poses from the first frame on, in its own frame and in metres, while the tracker starts a
+// map. Frames that have both poses determine the map's place in the board's frame. Then the map moves there,
+// and the board's corners become part of it and of every frame's pose (fiducial_observation.h). Where the
+// board is out of sight, the tracker continues with features. Where features fail, the board gives the pose,
+// which also tells a lost tracker where to search.
 class FeaturesAndMarkers : public PoseSource {
  public:
   FeaturesAndMarkers(const CameraModel& camera, const MarkerSpec& spec, const TrackerOptions& options)
@@ -23,20 +23,18 @@ class FeaturesAndMarkers : public PoseSource {
 
   Track Step(const Frame& frame) override {
     const double start_s = ThreadCpuSeconds();
-    std::optional<MarkerPose> pose;
-    if (frame.status == FrameStatus::kComplete && !frame.image.empty())
-      pose = locator_.Locate(GrayForTracking(frame.image), frame.device_time_s);
+    const std::optional<MarkerPose> pose = locator_.Locate(frame);
     const double located_s = ThreadCpuSeconds();
     Track track = tracker_.Step(frame, FiducialsOf(pose));
     const double tracker_cpu_s = track.cpu_s, tracked_s = ThreadCpuSeconds();
-    if (track.map_id != map_id_) frames_.Clear();
+    if (track.map_id != map_id_) board_from_map_.Clear();
     map_id_ = track.map_id;
     if (track.cam_from_world && pose && !pose->by_history && !tracker_.WorldIsGiven())
       LearnWorld(*pose, track);
     on_map_ =
         track.cam_from_world && tracker_.WorldIsGiven() && !(pose && IsFarOff(*track.cam_from_world, *pose));
     if (!on_map_) track = TrackByBoard(frame, pose, tracker_.WorldIsGiven() ? std::nullopt : track.anchor);
-    by_features_ += on_map_;
+    frames_by_features_ += on_map_;
     track.map_id = 0;  // one world: the board's
     track.cpu_s = tracker_cpu_s + (located_s - start_s) + (ThreadCpuSeconds() - tracked_s);
     continuity_.Complete(track);
@@ -80,7 +78,7 @@ class FeaturesAndMarkers : public PoseSource {
     tracker_.MoveWorld({});
     return true;
   }
-  // A later session could not use a map in a world of its own.
+  // A map in a world of its own is of no use to a later session.
   void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override {
     if (tracker_.WorldIsGiven()) tracker_.SaveMap(file, key);
   }
@@ -92,17 +90,17 @@ class FeaturesAndMarkers : public PoseSource {
   void Finish() override {
     tracker_.Finish();
     if (const std::string world = locator_.WorldInWords(); !world.empty()) spdlog::info("markers: {}", world);
-    spdlog::debug("markers: {} frames by features, {} by the board", by_features_, by_board_.size());
+    spdlog::debug("markers: {} frames by features, {} by the board", frames_by_features_, by_board_.size());
   }
   TrackerStatistics Statistics() const override { return tracker_.Statistics(); }
   bool IsMetric() const override { return true; }
 
  private:
-  // A map that differs from an unambiguous board pose by more than this (of the distance, or radians) and by
-  // this many of its standard deviations is not used for the frame. Guessed.
+  // A map pose is not used that differs from an unambiguous board pose by more than this (of the distance, or
+  // radians) and this many of the board pose's standard deviations. Guessed.
   static constexpr double kFar = 0.05, kFarSigmas = 5;
-  // Anchors of poses that the board gave are numbered downwards from kByBoard. The tracker may have known
-  // such a pose before the map moved; its anchor is better once the map has moved.
+  // Anchors of poses that the board gave are numbered downwards from kByBoard. Where the tracker knew the
+  // pose as well (`in_map`), its anchor is better once the map has moved.
   static constexpr int kByBoardForGood = -2, kByBoard = -3;
   struct ByBoard {
     Rigid3 cam_from_board;
@@ -121,8 +119,8 @@ class FeaturesAndMarkers : public PoseSource {
   }
 
   void LearnWorld(const MarkerPose& pose, Track& track) {
-    frames_.Add(*track.anchor, pose);
-    const auto board_from_map = frames_.Fit(tracker_);
+    board_from_map_.Add(*track.anchor, pose);
+    const auto board_from_map = board_from_map_.Fit(tracker_);
     if (!board_from_map) return;
     spdlog::debug("markers: the map moves into the board's frame; its unit is {:.4f} m",
                   board_from_map->scale);
@@ -139,7 +137,8 @@ class FeaturesAndMarkers : public PoseSource {
     const double most = kFar + kFarSigmas * sigma;
     const bool far = off > most * pose.distance || turned > most;
     if (far)
-      spdlog::debug("markers: the map is {:.3f} m and {:.3f} rad off the board: not used", off, turned);
+      spdlog::debug("markers: the map's pose is {:.3f} m and {:.3f} rad off the board's: not used", off,
+                    turned);
     return far;
   }
 
@@ -158,10 +157,10 @@ class FeaturesAndMarkers : public PoseSource {
   MarkerLocator locator_;
   Tracker tracker_;
   std::unique_ptr<PoseSource> given_;  // measures sharpness and motion while the board gives the pose
-  BoardFromMap frames_;
+  BoardFromMap board_from_map_;
   PoseContinuity continuity_;
   bool on_map_ = false;
-  int map_id_ = 0, by_features_ = 0;
+  int map_id_ = 0, frames_by_features_ = 0;
   std::vector<ByBoard> by_board_;
   std::vector<VisiblePoint> visible_;
 };

@@ -38,10 +38,7 @@ class KnownPoseSource : public PoseSource {
       last_pose_.reset();
       return track;
     }
-    track.state = TrackState::kTracking;
-    track.cam_from_world = frame.known_cam_from_world;
-    track.anchor = Anchored{0, *frame.known_cam_from_world};
-    track.quality = 1;
+    track = TrackOf(*frame.known_cam_from_world);
     track.sharpness = SharpnessAgainstRecent(frame.image);
     if (last_pose_) track.speed_px = MotionPx(*last_pose_, *frame.known_cam_from_world);
     last_pose_ = frame.known_cam_from_world;
@@ -50,17 +47,21 @@ class KnownPoseSource : public PoseSource {
   std::optional<Track> Locate(const Frame& photograph, const CameraModel& /*camera*/,
                               const std::optional<Rigid3>& /*near*/) const override {
     if (!photograph.known_cam_from_world) return std::nullopt;
-    Track track;
-    track.state = TrackState::kTracking;
-    track.cam_from_world = photograph.known_cam_from_world;
-    track.anchor = Anchored{0, *photograph.known_cam_from_world};
-    track.quality = 1;
-    return track;
+    return TrackOf(*photograph.known_cam_from_world);
   }
   Rigid3 PoseOf(const Anchored& anchor) const override { return anchor.cam_from_keyframe; }
   bool IsMetric() const override { return metric_; }
 
  private:
+  static Track TrackOf(const Rigid3& cam_from_world) {
+    Track track;
+    track.state = TrackState::kTracking;
+    track.cam_from_world = cam_from_world;
+    track.anchor = Anchored{0, cam_from_world};
+    track.quality = 1;
+    return track;
+  }
+
   double SharpnessAgainstRecent(const Image& image) {
     const double detail = Detail(image);
     recent_detail_.push_back(detail);

@@ -10,10 +10,10 @@
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
-#include "core/base/error.h"
 #include "core/fiducials/board_detector.h"
 #include "core/fiducials/marker_detector.h"
 #include "tracking/estimation/pose_error.h"
+#include "tracking/tracker/working_size.h"
 
 namespace ulf::tracking {
 namespace {
@@ -31,7 +31,7 @@ double SquaredSigmas(const CameraModel& camera, std::span<const PointObservation
   return sum;
 }
 
-// Both poses of a plane, from points in it; or what a general method finds for points in space.
+// The two poses of a plane that holds the points; of points in space, the poses that a general method finds.
 std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const PointObservation> corners) {
   constexpr double kLeastForward = 0.05;        // of a ray's z: IPPE takes points of a plane z = 1. Guessed
   constexpr double kFlat = 1e-4, kThin = 1e-3;  // ratios of variances: a plane, a line. Guessed
@@ -97,7 +97,7 @@ MarkerLocator MarkerLocator::For(const CameraModel& camera) const {
   MarkerLocator other = *this;
   other.camera_ = camera;
   other.last_seen_.reset();
-  other.history_.clear();
+  other.last_pose_.reset();
   return other;
 }
 
@@ -128,7 +128,7 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
     ++times[id];
     found.markers[id] = img;
   }
-  // A number that is seen twice is ambiguous.
+  // Two markers of one number cannot be told apart.
   std::erase_if(found.markers, [&](const auto& marker) { return times[marker.first] > 1; });
   for (const auto& [id, img] : found.markers)
     for (std::size_t k = 0; k < 4; ++k) {
@@ -156,13 +156,12 @@ std::vector<PointObservation> MarkerLocator::KnownCorners(const Detections& dete
 }
 
 std::optional<Rigid3> MarkerLocator::Predicted(double time_s) const {
-  if (history_.empty() || std::abs(time_s - history_.back().time_s) > options_.history_s) return std::nullopt;
-  return history_.back().cam_from_world;
+  if (!last_pose_ || std::abs(time_s - last_pose_->time_s) > options_.history_s) return std::nullopt;
+  return last_pose_->cam_from_world;
 }
 
 std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> corners,
                                                const std::optional<Rigid3>& history, bool* ambiguous) const {
-  *ambiguous = false;
   if (corners.size() < 4) return std::nullopt;
   struct Candidate {
     PoseRefinement refined;
@@ -196,17 +195,17 @@ std::optional<MarkerPose> MarkerLocator::Solve(std::vector<PointObservation> cor
     const bool sure = candidates[1].error - candidates[0].error > options_.sure_difference * worse;
     if (!sure && apart(first, second) > options_.same_rad)
       between = 0.5 * (first.OriginInSource() - second.OriginInSource()).norm();
-    // Below, it does not matter which pose is chosen: the predicted error covers both.
-    if (between > options_.little * first.translation.norm()) {
+    // Where the centres are close, either pose will do: the predicted error covers both.
+    if (between > options_.close_share * first.translation.norm()) {
       const double to_first = history ? apart(first, *history) : 1;
       const double to_second = history ? apart(second, *history) : 1;
-      if (std::min(to_first, to_second) > options_.clearly * std::max(to_first, to_second)) {
-        *ambiguous = true;
+      if (std::min(to_first, to_second) > options_.history_ratio * std::max(to_first, to_second)) {
+        if (ambiguous) *ambiguous = true;
         return std::nullopt;
       }
       chosen = to_first <= to_second ? 0 : 1;
       pose.by_history = true;
-      between = 0;  // told apart
+      between = 0;  // the history decided
     }
   }
   const Candidate& best = candidates[chosen];
@@ -241,8 +240,7 @@ void MarkerLocator::Learn(const Detections& detections, const std::optional<Mark
     if (map_.Knows(id)) continue;
     std::vector<PointObservation> corners;
     for (std::size_t k = 0; k < 4; ++k) corners.push_back({local[k], img[k], options_.corner_sigma_px});
-    bool ambiguous = false;
-    if (const auto own = Solve(std::move(corners), std::nullopt, &ambiguous)) alone[id] = own->cam_from_world;
+    if (const auto own = Solve(std::move(corners), std::nullopt)) alone[id] = own->cam_from_world;
   }
   if (map_.Size() == 0) {
     if (!alone.empty()) map_.Begin(alone.begin()->first);
@@ -252,9 +250,7 @@ void MarkerLocator::Learn(const Detections& detections, const std::optional<Mark
 }
 
 std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time_s) {
-  if (gray.cols != camera_.width || gray.rows != camera_.height)
-    throw Error("markers: an image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
-                gray.cols, gray.rows, camera_.width, camera_.height);
+  RequireSize("markers: an image", gray.size(), camera_);
   Detections found;
   if (last_seen_ && (spec_.kind != MarkerSpec::Kind::kSeveral || frames_near_ < options_.search_all_every)) {
     found = DetectNearLast(gray);
@@ -267,7 +263,7 @@ std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time
   last_seen_.reset();
   if (!found.all.empty()) {
     const cv::Rect box = cv::boundingRect(found.all);
-    // A hand moves that far between frames, and parts of the board may have been hidden.
+    // The margin covers a hand's motion between frames, and parts of the board that were hidden.
     const int margin = static_cast<int>(options_.box_margin * std::max(box.width, box.height)) +
                        static_cast<int>(options_.width_margin * gray.cols);
     last_seen_ = cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin);
@@ -278,9 +274,13 @@ std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time
   ambiguous_frames_ += ambiguous;
   Learn(found, pose);
   if (!pose) return std::nullopt;
-  history_.push_back({time_s, pose->cam_from_world});
-  if (history_.size() > 2) history_.erase(history_.begin());
+  last_pose_ = {time_s, pose->cam_from_world};
   return pose;
+}
+
+std::optional<MarkerPose> MarkerLocator::Locate(const Frame& frame) {
+  if (frame.status != FrameStatus::kComplete || frame.image.empty()) return std::nullopt;
+  return Locate(GrayForTracking(frame.image), frame.device_time_s);
 }
 
 void Describe(const MarkerPose& pose, Track& track) {

@@ -21,6 +21,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
+#include "core/geometry/trajectory.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/sources/marker_map.h"
 #include "tracking/sources/marker_spec.h"
@@ -56,9 +57,9 @@ struct MarkerLocatorOptions {
   double sure_difference = 14;
   double same_rad = 1e-3;  // two poses that differ by less are one
   // Centres this close, of the distance: it does not matter which pose is chosen. Guessed.
-  double little = 0.01;
+  double close_share = 0.01;
   // The history decides when one pose is this much nearer to it than the other. Guessed.
-  double clearly = 0.5;
+  double history_ratio = 0.5;
   double history_s = 0.5;   // a pose older than this decides nothing. Guessed
   double max_rms_px = 2.5;  // above it the corners are no marker, or not this board. Guessed
   // A wrong corner among more than so many is dropped beyond this gate; fewer can spare none. Guessed.
@@ -79,6 +80,7 @@ class MarkerLocator {
 
   // `gray`: CV_8UC1 of the camera's size, display-encoded (GrayForTracking).
   std::optional<MarkerPose> Locate(const cv::Mat& gray, double time_s);
+  std::optional<MarkerPose> Locate(const Frame& frame);  // none in an incomplete one
 
   // A locator of the same markers, with the places known so far, for another camera's photographs.
   MarkerLocator For(const CameraModel& camera) const;
@@ -98,8 +100,9 @@ class MarkerLocator {
   Detections Detect(const cv::Mat& gray) const;
   Detections DetectNearLast(const cv::Mat& gray) const;
   std::vector<PointObservation> KnownCorners(const Detections& detections) const;
+  // `ambiguous`: set where nothing decides between two poses.
   std::optional<MarkerPose> Solve(std::vector<PointObservation> corners, const std::optional<Rigid3>& history,
-                                  bool* ambiguous) const;
+                                  bool* ambiguous = nullptr) const;
   void Learn(const Detections& detections, const std::optional<MarkerPose>& pose);
   std::optional<Rigid3> Predicted(double time_s) const;
 
@@ -109,11 +112,7 @@ class MarkerLocator {
   MarkerMap map_;  // of markers that are learnt
   std::optional<cv::Rect> last_seen_;
   int frames_near_ = 0;  // since the whole image was searched
-  struct TimedPoseOfCamera {
-    double time_s;
-    Rigid3 cam_from_world;
-  };
-  std::vector<TimedPoseOfCamera> history_;  // the last two
+  std::optional<TimedPose> last_pose_;
   int ambiguous_frames_ = 0;
 };
 

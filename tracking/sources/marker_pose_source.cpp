@@ -15,9 +15,7 @@ class MarkerSource : public PoseSource {
 
   Track Step(const Frame& frame) override {
     const double start_s = ThreadCpuSeconds();
-    std::optional<MarkerPose> pose;
-    if (frame.status == FrameStatus::kComplete && !frame.image.empty())
-      pose = locator_.Locate(GrayForTracking(frame.image), frame.device_time_s);
+    const std::optional<MarkerPose> pose = locator_.Locate(frame);
     Track track = given_->Step(WithPose(frame, pose));
     visible_.clear();
     if (pose) {
@@ -43,8 +41,9 @@ class MarkerSource : public PoseSource {
   void Finish() override {
     if (const std::string world = locator_.WorldInWords(); !world.empty()) spdlog::info("markers: {}", world);
     if (locator_.AmbiguousFrames() > 0)
-      spdlog::info("markers: {} without a pose because two were equally likely; larger or more markers help",
-                   ulf::Counted(locator_.AmbiguousFrames(), "frame"));
+      spdlog::info(
+          "markers: {} without a pose, because two poses were equally likely; larger or more markers help",
+          Counted(locator_.AmbiguousFrames(), "frame"));
   }
 
  private:

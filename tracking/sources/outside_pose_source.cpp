@@ -7,9 +7,9 @@
 namespace ulf::tracking {
 namespace {
 
-using Counted = std::vector<std::pair<std::string, std::uint64_t>>;
+using NamedCounts = std::vector<std::pair<std::string, std::uint64_t>>;
 
-// Gives the frames their poses and passes them on as if they had come with them.
+// Adds the poses to the frames, which then have known poses.
 class OutsidePoses : public PoseSource {
  public:
   OutsidePoses(const CameraModel& camera, const std::optional<Subject>& subject, const Rigid3& tool_from_cam)
@@ -60,10 +60,9 @@ class TrajectorySource : public OutsidePoses {
   }
   void Finish() override {
     if (counts_.found == 0 && counts_.outside + counts_.in_gap > 0)
-      spdlog::warn("{}: no frame's time lies between its poses; the clocks differ: give offset_s",
-                   file_.string());
+      spdlog::warn("{}: no frame has a pose, because the clocks differ; give offset_s", file_.string());
   }
-  Counted Counts() const override {
+  NamedCounts Counts() const override {
     return {{"poses", counts_.poses},
             {"frames_posed", counts_.found},
             {"frames_in_gaps", counts_.in_gap},
@@ -103,17 +102,18 @@ class StreamSource : public OutsidePoses {
   void Finish() override {
     const auto counts = stream_->Statistics();
     if (counts.connections == 0)
-      spdlog::warn("tcp:{}: nobody connected to send poses", stream_->Port());
+      spdlog::warn("tcp:{}: no program connected to send poses; start the sender first", stream_->Port());
     else if (counts.found == 0)
       spdlog::warn(
-          "tcp:{}: of the poses that came ({}) none was at a frame's time; say whose clock they are of "
+          "tcp:{}: none of the poses that arrived ({}) has a frame's time; give the clock that they are "
+          "timed by "
           "(clock=host or device)",
           stream_->Port(), counts.poses);
     if (counts.malformed > 0)
-      spdlog::warn("tcp:{}: lines that could not be read: {}; the first: {}", stream_->Port(),
-                   counts.malformed, counts.first_malformed);
+      spdlog::warn("tcp:{}: lines that cannot be read: {}; the first: {}", stream_->Port(), counts.malformed,
+                   counts.first_malformed);
   }
-  Counted Counts() const override {
+  NamedCounts Counts() const override {
     const auto counts = stream_->Statistics();
     return {{"poses", counts.poses},
             {"malformed_lines", counts.malformed},

@@ -33,13 +33,13 @@ Rigid3 ReadHandEye(const std::string& path) {
   throw Error("hand_eye: {} holds no line 'tx ty tz qx qy qz qw'", path);
 }
 
-// Warns before the start, because the failure looks like a wrong movement.
+// Warns before the start, because a failure looks as if the operator moved wrongly.
 void WarnOfLargePictures(const CameraModel& camera, const TrackerOptions& options) {
   const CameraModel tracked = WorkingSize(camera, options.max_side_px).working();
   if (std::max(tracked.width, tracked.height) <= TrackerOptions{}.max_side_px) return;
   spdlog::warn(
-      "pictures are tracked at {}x{}: unless they are sharp at that size, hardly anything is found again; "
-      "then leave --tracking-side out",
+      "pictures are tracked at {}x{}: unless they are sharp at that size, few features are found again; "
+      "leave --tracking-side out if tracking fails",
       tracked.width, tracked.height);
 }
 
@@ -54,9 +54,8 @@ SenderClock ClockFrom(const DeviceUri& uri) {
   if (name == "own") return SenderClock::kOwn;
   if (name == "host") return SenderClock::kHost;
   if (name == "device") return SenderClock::kDevice;
-  throw UsageError(
-      "--poses {}: clock={}: the times sent are of the sender's own clock, the host's or the device's",
-      uri.Text(), name);
+  throw UsageError("--poses {}: clock={} is unknown; give own (the sender's clock), host or device",
+                   uri.Text(), name);
 }
 
 }  // namespace
@@ -65,6 +64,11 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
   PosesSpec spec;
   spec.text_ = text;
   const auto after = [&](const char* prefix) { return text.substr(std::string(prefix).size()); };
+  const auto read_common = [&](const DeviceUri& uri, auto& options) {
+    options.offset_s = uri.Number("offset_s").value_or(0);
+    options.max_gap_s = AtLeastZero(uri, "max_gap_s", options.max_gap_s);
+    if (const auto path = uri.Option("hand_eye")) spec.trajectory_.tool_from_cam = ReadHandEye(*path);
+  };
   if (text == "features") {
     spec.kind_ = Kind::kFeatures;
   } else if (text == "known") {
@@ -81,9 +85,7 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
     spec.kind_ = Kind::kFile;
     spec.file_ = uri.path;
     if (spec.file_.empty()) throw UsageError("--poses {}: write tum:FILE, a trajectory in TUM format", text);
-    spec.trajectory_.offset_s = uri.Number("offset_s").value_or(0);
-    spec.trajectory_.max_gap_s = AtLeastZero(uri, "max_gap_s", spec.trajectory_.max_gap_s);
-    if (const auto path = uri.Option("hand_eye")) spec.trajectory_.tool_from_cam = ReadHandEye(*path);
+    read_common(uri, spec.trajectory_);
   } else if (text.starts_with("tcp:")) {
     const DeviceUri uri = DeviceUri::Parse(text);
     uri.AllowOnly({"offset_s", "hand_eye", "max_gap_s", "wait_s", "connect_s", "clock"});
@@ -94,17 +96,14 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
       throw UsageError(
           "--poses {}: '{}' is not a port; write tcp:PORT, 1 to 65535, or 0 for any that is free", text,
           uri.path);
-    spec.stream_.offset_s = uri.Number("offset_s").value_or(0);
-    spec.stream_.max_gap_s = AtLeastZero(uri, "max_gap_s", spec.stream_.max_gap_s);
+    read_common(uri, spec.stream_);
     spec.stream_.wait_s = AtLeastZero(uri, "wait_s", spec.stream_.wait_s);
     spec.stream_.connect_s = AtLeastZero(uri, "connect_s", spec.stream_.connect_s);
     spec.stream_.clock = ClockFrom(uri);
-    if (const auto path = uri.Option("hand_eye")) spec.trajectory_.tool_from_cam = ReadHandEye(*path);
   } else {
     throw UsageError(
         "--poses {}: poses come from features, markers:SPEC, features+markers:SPEC, known (by the device), "
-        "tum:FILE "
-        "or tcp:PORT",
+        "tum:FILE or tcp:PORT",
         text);
   }
   return spec;

@@ -1,5 +1,5 @@
-// The interface of everything that gives a pose for every frame: the tracker, the frame's own pose (the
-// simulator's truth, a replayed light field), markers, or a system outside the camera. `ulf track` and `ulf
+// The interface of all sources of frames' poses: the tracker, the frame's own pose (the simulator's truth, a
+// replayed light field), markers, or a system outside the camera. `ulf track` and `ulf
 // capture` know only this interface. Poses are cam_from_world; see Track (tracker.h) for frames and units.
 #pragma once
 

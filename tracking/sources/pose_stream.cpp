@@ -9,6 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -22,8 +23,9 @@ namespace ulf::tracking {
 namespace {
 
 constexpr std::size_t kLongestLine = 1024;             // bytes: the documented limit
-constexpr std::size_t kMostPoses = 100000;             // that are kept: 100 s of a robot at 1 kHz
-constexpr auto kPoll = std::chrono::milliseconds(50);  // between questions whether to stop
+constexpr std::size_t kMostPoses = 100000;             // in the history: 100 s of a robot at 1 kHz
+constexpr auto kPoll = std::chrono::milliseconds(50);  // how often a waiting frame asks whether to stop
+constexpr std::size_t kShown = 60;                     // characters of a line in a message
 
 int ListenOn(int port) {
   const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -49,11 +51,11 @@ int PortOf(int fd) {
   return ntohs(address.sin_port);
 }
 
-// For messages: prints a dot for what cannot be printed, and at most 60 characters.
+// For messages: replaces what cannot be printed by dots.
 std::string Shown(const std::string& line) {
-  std::string shown = line.substr(0, 60);
-  for (char& c : shown)
-    if (c < 32 || c > 126) c = '.';
+  std::string shown = line.substr(0, kShown);
+  std::replace_if(
+      shown.begin(), shown.end(), [](char c) { return c < 32 || c > 126; }, '.');
   return line.size() > shown.size() ? shown + "..." : shown;
 }
 
@@ -86,21 +88,21 @@ PoseStream::~PoseStream() {
 void PoseStream::Serve() {
   int client = -1;
   std::string pending;
-  bool overlong = false;
+  bool too_long = false;
   std::uint64_t lines = 0;
   const auto set_connected = [&](bool connected) {
     {
       const MutexLock lock(mutex_);
       connected_ = connected;
-      starved_ = false;
+      timed_out_ = false;
       counts_.connections += connected;
-      if (connected) {  // another clock, perhaps
+      if (connected) {  // the new sender may have another clock
         sender_clock_ = {};
-        told_offset_s_.reset();
+        given_offset_s_.reset();
         if (options_.clock == SenderClock::kOwn) history_ = PoseHistory(options_.max_gap_s, kMostPoses);
       }
     }
-    came_.notify_all();
+    changed_.notify_all();
   };
   while (true) {
     pollfd waited[] = {{wake_[0], POLLIN, 0}, {listening_, POLLIN, 0}, {client, POLLIN, 0}};
@@ -116,21 +118,21 @@ void PoseStream::Serve() {
         close(client);
         client = -1;
         pending.clear();
-        overlong = false;
+        too_long = false;
         set_connected(false);
-        spdlog::warn("the sender of poses has left: frames go without a pose until it is back");
+        spdlog::warn("the sender of poses has disconnected: frames get no pose until it connects again");
       }
       for (ssize_t i = 0; i < got; ++i) {
         if (bytes[i] != '\n') {
           if (pending.size() < kLongestLine)
             pending += bytes[i];
           else
-            overlong = true;
+            too_long = true;
           continue;
         }
-        Take(overlong ? pending + "..." : pending, client, ++lines);
+        Take(too_long ? pending + "..." : pending, client, ++lines);
         pending.clear();
-        overlong = false;
+        too_long = false;
       }
     }
     if (waited[1].revents != 0) {
@@ -170,7 +172,7 @@ void PoseStream::Take(const std::string& line, int client, std::uint64_t number)
   }
   if (std::sscanf(line.c_str(), " offset %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
     const MutexLock lock(mutex_);
-    told_offset_s_ = value;
+    given_offset_s_ = value;
     return;
   }
   if (TakePose(line)) return;
@@ -178,7 +180,7 @@ void PoseStream::Take(const std::string& line, int client, std::uint64_t number)
   if (counts_.malformed++ > 0) return;
   counts_.first_malformed = fmt::format("line {}: '{}'", number, Shown(line));
   spdlog::warn(
-      "poses from outside: {} is not 'time tx ty tz qx qy qz qw'; such lines are left out and counted",
+      "poses from outside: {} is not 'time tx ty tz qx qy qz qw'; such lines are skipped and counted",
       counts_.first_malformed);
 }
 
@@ -198,9 +200,9 @@ bool PoseStream::TakePose(const std::string& line) {
     history_.Add(v[0], *pose);
     sender_clock_.Add(v[0], now_s);
     ++counts_.poses;
-    starved_ = false;
+    timed_out_ = false;
   }
-  came_.notify_all();
+  changed_.notify_all();
   return true;
 }
 
@@ -208,9 +210,13 @@ std::optional<double> PoseStream::SenderTime(double device_time_s) const {
   if (options_.clock == SenderClock::kDevice) return device_time_s + options_.offset_s;
   const double host_s = device_time_s + device_clock_.OffsetS().value_or(0);
   if (options_.clock == SenderClock::kHost) return host_s + options_.offset_s;
-  const auto offset_s = told_offset_s_ ? told_offset_s_ : sender_clock_.OffsetS();
+  const auto offset_s = SenderOffset();
   if (!offset_s) return std::nullopt;
   return host_s - *offset_s + options_.offset_s;
+}
+
+std::optional<double> PoseStream::SenderOffset() const {
+  return given_offset_s_ ? given_offset_s_ : sender_clock_.OffsetS();
 }
 
 std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double host_time_s) {
@@ -229,29 +235,29 @@ std::optional<Rigid3> PoseStream::WorldFromTool(double device_time_s, double hos
       ++counts_.found;
       return pose;
     }
-    const bool over =
-        Clock::now() >= until || starved_ || (!connected_ && !first) || (options_.stop && options_.stop());
-    // A gap just before the newest pose may be filled by a pose that comes late.
-    const bool may_come = answer == PoseAnswer::kAfter ||
-                          (answer == PoseAnswer::kGap && history_.NewestS() - *time_s < options_.wait_s);
-    if (over || !may_come) {
+    const bool waited =
+        Clock::now() >= until || timed_out_ || (!connected_ && !first) || (options_.stop && options_.stop());
+    // A late pose may fill a gap just before the newest pose.
+    const bool may_arrive = answer == PoseAnswer::kAfter ||
+                            (answer == PoseAnswer::kGap && history_.NewestS() - *time_s < options_.wait_s);
+    if (waited || !may_arrive) {
       if (answer == PoseAnswer::kBefore)
         ++counts_.before;
       else if (answer == PoseAnswer::kGap)
         ++counts_.in_gap;
       else
         ++counts_.not_in_time;
-      starved_ = starved_ || (may_come && Clock::now() >= until);
+      timed_out_ = timed_out_ || (may_arrive && Clock::now() >= until);
       return std::nullopt;
     }
-    came_.wait_until(lock, std::min(until, Clock::now() + kPoll));
+    changed_.wait_until(lock, std::min(until, Clock::now() + kPoll));
   }
 }
 
 PoseStream::Counts PoseStream::Statistics() const {
   const MutexLock lock(mutex_);
   Counts counts = counts_;
-  counts.offset_s = told_offset_s_ ? told_offset_s_ : sender_clock_.OffsetS();
+  counts.offset_s = SenderOffset();
   return counts;
 }
 

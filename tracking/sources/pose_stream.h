@@ -72,18 +72,19 @@ class PoseStream {
   void Take(const std::string& line, int client, std::uint64_t number);
   bool TakePose(const std::string& line);
   std::optional<double> SenderTime(double device_time_s) const ULF_REQUIRES(mutex_);
+  std::optional<double> SenderOffset() const ULF_REQUIRES(mutex_);  // our clock minus the sender's
 
   PoseStreamOptions options_;
   int listening_ = -1, wake_[2] = {-1, -1};
   int port_ = 0;
   mutable Mutex mutex_;
-  ConditionVariable came_;
+  ConditionVariable changed_;
   PoseHistory history_ ULF_GUARDED_BY(mutex_);
   ClockOffset sender_clock_ ULF_GUARDED_BY(mutex_), device_clock_ ULF_GUARDED_BY(mutex_);
-  std::optional<double> told_offset_s_ ULF_GUARDED_BY(mutex_);
+  std::optional<double> given_offset_s_ ULF_GUARDED_BY(mutex_);
   Counts counts_ ULF_GUARDED_BY(mutex_);
   bool connected_ ULF_GUARDED_BY(mutex_) = false;
-  bool starved_ ULF_GUARDED_BY(mutex_) = false;  // a frame waited in vain and nothing has come since
+  bool timed_out_ ULF_GUARDED_BY(mutex_) = false;  // a frame waited in vain, and no pose has arrived since
   bool ending_ ULF_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

@@ -18,17 +18,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
-  std::vector<PointMatch> inliers;
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (refined.inlier[i]) inliers.push_back(matches[i]);
-  return inliers;
-}
-
 // Whether a match fits a pose within the pose's covariance and its own sigma.
 bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3d& position,
             const PointMatch& match) {
-  constexpr double kChi2 = 5.99;  // 95 % quantile, two degrees of freedom
   const Vector3d in_cam = pose.cam_from_world * position;
   Eigen::Matrix<double, 2, 3> img_by_point;
   const auto img = camera.ImgFromCam(in_cam, &img_by_point);
@@ -43,9 +35,9 @@ bool Allows(const CameraModel& camera, const PoseRefinement& pose, const Vector3
 }
 
 // Drops matches that contradict the confirmed points. Where a part of the image moves on its own, two
-// keyframes can agree about all of it; its many new points would then pull the pose, and the next keyframes,
-// along. So an unconfirmed point counts only where the pose of the confirmed ones allows it. A map that has
-// just started has no confirmed points, and every match counts.
+// keyframes can agree about it, and its many new points would pull the pose and the next keyframes along. So
+// an unconfirmed point counts only where the pose of the confirmed ones allows it. In a map that has just
+// started no point is confirmed, and every match counts.
 std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const FramePose& frame_pose,
                                                 const std::vector<PointMatch>& matches,
                                                 const std::vector<PointObservation>& corners,
@@ -67,6 +59,13 @@ std::vector<PointMatch> FilterByConfirmedPoints(const CameraModel& camera, const
 }
 
 }  // namespace
+
+std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined) {
+  std::vector<PointMatch> inliers;
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    if (refined.inlier[i]) inliers.push_back(matches[i]);
+  return inliers;
+}
 
 double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world) {
   std::vector<double> shifts;
@@ -169,7 +168,7 @@ std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const Key
   return std::nullopt;
 }
 
-// Asks the keyframes that look like this image but show other points than its pose rests on.
+// Excludes matches that also fit keyframes of other places, which look like this image but share few points.
 void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked,
                                       const FramePose& frame_pose, LeftOut& left_out) const {
   const MapLock lock(shared_);
@@ -195,8 +194,7 @@ std::optional<FramePose> FrameLocator::FindBy(int keyframe, const TrackedImage& 
     points = PointsOf(shared_.map, keyframe);
   }
   const auto proposal = ProposePose(camera_, points, *image.features, seed);
-  if (!proposal) return std::nullopt;
-  return FindNear(image, proposal->cam_from_world);
+  return proposal ? FindNear(image, *proposal) : std::nullopt;
 }
 
 std::optional<FramePose> FrameLocator::FindNear(const TrackedImage& image,

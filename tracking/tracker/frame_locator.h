@@ -39,6 +39,9 @@ struct FramePose {
   }
 };
 
+// The matches that a refinement kept; it may have had more observations behind them.
+std::vector<PointMatch> InliersOf(const std::vector<PointMatch>& matches, const PoseRefinement& refined);
+
 // The median distance of the matches from where a pose projects their points; infinite without matches.
 double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, const Rigid3& cam_from_world);
 

@@ -26,8 +26,8 @@ Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const
 }
 
 // Whether a part of the image moves on its own: lies off the motion's epipolar lines to one side. Two motions
-// can look like one for a while, because depth explains everything along the lines. What remains is across
-// them; it has one sign where one thing moves, while errors of matches have both.
+// can look like one for a while, because depth explains all motion along the lines. Motion across them
+// remains; it has one sign where one thing moves, while errors of matches have both.
 bool PartMovesOnItsOwn(const CameraModel& camera, const InitializerOptions& options,
                        const Rigid3& second_from_first, std::span<const Eigen::Vector2d> first_img,
                        std::span<const RayPair> pairs) {
@@ -39,17 +39,15 @@ bool PartMovesOnItsOwn(const CameraModel& camera, const InitializerOptions& opti
     const Eigen::Vector3d line = essential * pairs[i].first;
     const double across = std::hypot(line.norm(), (essential.transpose() * pairs[i].second).norm());
     if (!(across > 0)) continue;
-    const int column =
-                  std::clamp(static_cast<int>(first_img[i].x() * kColumns / camera.width), 0, kColumns - 1),
-              row = std::clamp(static_cast<int>(first_img[i].y() * kRows / camera.height), 0, kRows - 1);
-    off_px[At(row * kColumns + column)].push_back(camera.MeanFocalPx() * pairs[i].second.dot(line) / across);
+    off_px[CellOf(first_img[i], camera, kColumns, kRows)].push_back(camera.MeanFocalPx() *
+                                                                    pairs[i].second.dot(line) / across);
   }
   return std::any_of(off_px.begin(), off_px.end(), [&](const std::vector<double>& part) {
     return part.size() >= At(options.min_part_matches) && std::abs(Median(part)) > most_px;
   });
 }
 
-// Reports it in `progress`.
+// Sets `progress` where it returns true.
 bool TooFewFeatures(const TrackedImage& image, StartProgress& progress) {
   if (image.features->size() >= kFewestFeatures) return false;
   progress.obstacle = StartObstacle::kTooFewFeatures;

@@ -41,8 +41,8 @@ PhotographLocator::PhotographLocator(const CameraModel& live, const CameraModel&
                                      const PhotographOptions& options)
     : options_(options),
       photograph_px_(photograph.width, photograph.height),
-      // A patch of the map is aligned on the pyramid level where its pixels are as large as the image's: a
-      // larger image than the pyramid spans would not be used.
+      // A patch is aligned on the pyramid level where its pixels are as large as the image's: more pixels
+      // than the pyramid spans would not be used.
       full_(Reduced(photograph, LevelScale(kPyramidLevels - 1) * live.MeanFocalPx())),
       small_(Reduced(photograph, live.MeanFocalPx())),
       shared_(shared),
@@ -88,7 +88,7 @@ std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image
     frame_pose.cam_from_world = refined->cam_from_world;
     std::optional<FramePose> found = locator_.RefineTwice(image, frame_pose);
     if (!found) continue;
-    // `near` is of another moment: unless nothing has moved since, it does not tell similar things apart.
+    // The camera may have moved since `near`: then only unambiguous points tell similar things apart.
     LeftOut left_out;
     if (MedianShiftPx(small_, *found, near) > options_.unmoved_px * unit)
       ExcludeAmbiguousMatches(small_, *image.features, *found, left_out);
@@ -107,17 +107,13 @@ FramePose PhotographLocator::RefineAtFull(TrackedImage image, FramePose frame_po
   for (const PointObservation& corner : CornersOf(shared_, image, frame_pose.cam_from_world))
     observations.push_back(corner);
   const auto refined = RefinePose(full_, observations, frame_pose.cam_from_world);
-  const auto fits = [&] {
-    const auto end_of_matches = refined->inlier.begin() + static_cast<std::ptrdiff_t>(matches.size());
-    return static_cast<double>(std::count(refined->inlier.begin(), end_of_matches, true)) >=
-           options_.min_sharp_share * static_cast<double>(matches.size());
-  };
-  if (!refined || !fits()) return frame_pose;
+  if (!refined) return frame_pose;
+  std::vector<PointMatch> inliers = InliersOf(matches, *refined);
+  if (static_cast<double>(inliers.size()) < options_.min_sharp_share * static_cast<double>(matches.size()))
+    return frame_pose;
   frame_pose.cam_from_world = refined->cam_from_world;
   frame_pose.center_sigma = refined->center_sigma;
-  frame_pose.matches.clear();
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (refined->inlier[i]) frame_pose.matches.push_back(matches[i]);
+  frame_pose.matches = std::move(inliers);
   return frame_pose;
 }
 

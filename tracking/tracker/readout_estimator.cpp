@@ -51,7 +51,7 @@ std::optional<Row> MakeRow(const CameraModel& camera, const Keyframe& keyframe, 
   }
   row.by_point = slope * rotation;
   row.right.col(0) = weight * residual;
-  // The estimate is of the whole readout: add what was already compensated.
+  // The estimate is the whole readout: add back what is compensated already.
   row.right.col(1) = share * (slope * motion);
   row.right.col(0) += readout_s * row.right.col(1);
   const double lens = share * weight / observation.sigma_px;
@@ -70,7 +70,7 @@ struct Problem {
 Problem MakeProblem(const CameraModel& camera, const Map& map, const ReadoutOptions& options) {
   Problem problem;
   std::unordered_map<int, int> index;
-  // Without the newest keyframe, whose velocity the next frame sets.
+  // Without the newest keyframe: its velocity is not known before the next frame.
   for (auto k = map.living().rbegin() + 1;
        k < map.living().rend() && problem.keyframes < options.most_keyframes; ++k)
     if (map.keyframe(*k).velocity) index[*k] = problem.keyframes++;

@@ -48,23 +48,23 @@ void ReadoutSearch::Judge(const ReadoutEstimate& estimate) {
   spdlog::debug("readout {:.2f} +- {:.2f} ms from {} keyframes, {:.2f} so far", 1e3 * estimate.readout_s,
                 1e3 * estimate.sigma_s, estimate.keyframes, 1e3 * now_s);
   const bool enough = estimate.keyframes >= options_.enough_keyframes;
-  if (size_s < options_.worth_it_s || size_s < options_.certain_sigmas * estimate.sigma_s) {
+  if (size_s < options_.least_readout_s || size_s < options_.certain_sigmas * estimate.sigma_s) {
     certain_ = 0;
-    const bool none = size_s + options_.certain_sigmas * estimate.sigma_s < options_.worth_it_s;
+    const bool none = size_s + options_.certain_sigmas * estimate.sigma_s < options_.least_readout_s;
     if (!none && !enough) return;
     if (now_s != 0) Apply(0);
     found_.reset();
     return End();
   }
   if (++certain_ < options_.times_certain) return;
-  const bool news = !found_;
+  const bool first_report = !found_;
   found_ = Readout{estimate.readout_s, estimate.sigma_s, compensate_};
-  if (news) spdlog::info("{}", found_->InWords());
+  if (first_report) spdlog::info("{}", found_->InWords());
   const double change_s = std::abs(estimate.readout_s - now_s);
   if (!compensate_ ||
-      (now_s != 0 && change_s < std::max(estimate.sigma_s, options_.good_enough * std::abs(now_s)))) {
+      (now_s != 0 && change_s < std::max(estimate.sigma_s, options_.settled_share * std::abs(now_s)))) {
     if (compensate_) found_->readout_s = now_s;
-    if (estimate.sigma_s < options_.good_enough * size_s || enough) End();
+    if (estimate.sigma_s < options_.settled_share * size_s || enough) End();
     return;
   }
   Apply(estimate.readout_s);

@@ -13,7 +13,7 @@ enum class StartObstacle {
   kLowParallax,         // the camera moved, but not far enough for a certain direction
   kAmbiguousPlane,      // the scene is flat, and two motions explain it
   kConflictingMotions,  // parts of the image move differently, or repeat
-  kMapDidNotHold,       // a map was made and discarded: the frame could not be tracked on it
+  kMapDidNotHold,       // a map was made and discarded: its second frame could not be tracked on it
 };
 
 // With fewer corners in an image no map starts, and a lost camera is not found. Guessed.
@@ -38,17 +38,18 @@ inline const char* Advice(StartObstacle obstacle) {
     case StartObstacle::kTooFewFeatures:
       return "the picture shows hardly any corners: more light or texture, or a sharper picture";
     case StartObstacle::kTooFewMatches:
-      return "too few features are found again: more light or texture, or a slower hand";
+      return "too few features are found again: more light or texture, or a slower motion";
     case StartObstacle::kRotationOnly:
       return "the camera only turns: move it sideways";
     case StartObstacle::kLowParallax:
-      return "too little parallax: move on sideways";
+      return "too little parallax: continue to move sideways";
     case StartObstacle::kAmbiguousPlane:
-      return "what is seen is flat and two motions explain it: move on, or show something that stands out";
+      return "the scene is flat, and two motions explain it: continue to move, or show something that stands "
+             "out";
     case StartObstacle::kConflictingMotions:
-      return "parts of the picture move on their own, or repeat: show more that stands still";
+      return "parts of the picture move on their own, or look alike: show more that stands still";
     case StartObstacle::kMapDidNotHold:
-      return "the first map did not hold: move on sideways";
+      return "the first map could not be tracked and was discarded: continue to move sideways";
   }
   return "unknown";
 }

@@ -25,18 +25,6 @@ std::string InWords(const StartProgress& start) {
                      start.parallax_needed_deg);
 }
 
-namespace {
-
-// What the picture itself lacks is said before anything about where the camera is.
-std::string LostInWords(const Track& track) {
-  if (track.features && *track.features < kFewestFeatures)
-    return fmt::format("lost: {} ({} of {})", Advice(StartObstacle::kTooFewFeatures), *track.features,
-                       kFewestFeatures);
-  return "lost: nothing in view is recognised: show a part that was seen before, as it was seen";
-}
-
-}  // namespace
-
 std::string InWords(const Track& track) {
   switch (track.state) {
     case TrackState::kInitializing:
@@ -45,7 +33,10 @@ std::string InWords(const Track& track) {
       return track.matched_points > 0 ? "following " + Counted(track.matched_points, "point")
                                       : "its pose is known";
     case TrackState::kLost:
-      return LostInWords(track);
+      if (track.features && *track.features < kFewestFeatures)
+        return fmt::format("lost: {} ({} of {})", Advice(StartObstacle::kTooFewFeatures), *track.features,
+                           kFewestFeatures);
+      return "lost: nothing in view is recognised: show a part that was seen before, from where it was seen";
   }
   return "unknown";
 }

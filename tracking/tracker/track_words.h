@@ -1,4 +1,4 @@
-// A frame's outcome in words, for the line that the person with the camera watches.
+// A frame's outcome in words, for the operator's line of progress.
 #pragma once
 
 #include <string>

@@ -29,9 +29,7 @@ std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel&
                                      const std::optional<Rigid3>& near,
                                      const std::optional<FiducialObservation>& fiducials) const {
   camera.Validate("photograph");
-  if (photograph.width() != camera.width || photograph.height() != camera.height)
-    throw Error("a photograph is {}x{}, its camera's intrinsics are for {}x{}; calibrate for this size",
-                photograph.width(), photograph.height(), camera.width, camera.height);
+  RequireSize("a photograph", photograph.pixels.size(), camera);
   return state_->LocatePhotograph(photograph, camera, near, fiducials);
 }
 
@@ -77,11 +75,8 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
   // Builds the map in another tracker, so that a failure leaves this one as it was.
   auto seeded = std::make_unique<State>(state.size.original(), state.options);
   for (const SeedView& view : views) {
-    const CameraModel& original = state.size.original();
-    if (view.image.width() != original.width || view.image.height() != original.height)
-      throw Error(
-          "a recorded view is {}x{}, the camera's intrinsics are for {}x{}; resume with the same camera",
-          view.image.width(), view.image.height(), original.width, original.height);
+    RequireSize("a recorded view", view.image.pixels.size(), state.size.original(),
+                "resume with the same camera");
     NewKeyframe offered;
     auto pyramid =
         std::make_shared<const Pyramid>(BuildPyramid(state.size.Reduced(GrayForTracking(view.image))));

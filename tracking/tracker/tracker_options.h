@@ -73,12 +73,12 @@ struct PhotographOptions {
 
 // Deciding whether the shutter rolls (readout_search.h).
 struct ReadoutSearchOptions {
-  double certain_sigmas = 6;  // a smaller readout may be chance. Guessed
-  double worth_it_s = 0.002;  // a shorter readout moves hardly anything by a tenth of a pixel
-  double good_enough = 0.05;  // of the readout: a smaller change is not applied. Guessed
-  int times_certain = 2;      // measurements in a row before the tracker reports it. Guessed
-  int most_changes = 6;       // applied readouts, then the search ends. Guessed
-  int enough_keyframes = 24;  // after these the tracker decides that the shutter is global. Guessed
+  double certain_sigmas = 6;       // a smaller readout may be chance. Guessed
+  double least_readout_s = 0.002;  // a shorter readout moves hardly anything by a tenth of a pixel
+  double settled_share = 0.05;     // of the readout: a smaller change is not applied. Guessed
+  int times_certain = 2;           // measurements in a row before the tracker reports it. Guessed
+  int most_changes = 6;            // applied readouts, then the search ends. Guessed
+  int enough_keyframes = 24;       // after so many the tracker decides that the shutter is global. Guessed
 };
 
 // What is known of a rolling shutter. Readouts run from the first row to the last; negative: from the last.

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <unordered_map>
-#include <unordered_set>
 
 #include "core/base/at.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
+#include "core/geometry/angles.h"
 #include "tracking/estimation/pose_log_odds.h"
 #include "tracking/map/map_matching.h"
 #include "tracking/tracker/photograph_locator.h"
@@ -35,9 +35,20 @@ std::shared_ptr<const std::vector<MapObservation>> SeenIn(const FramePose& frame
   return seen;
 }
 
+std::vector<ExpectedPoint> ExpectedOf(const FramePose& frame_pose) {
+  std::vector<bool> found(frame_pose.candidates.size());
+  for (const PointMatch& match : frame_pose.matches) found[At(match.candidate)] = true;
+  std::vector<ExpectedPoint> expected;
+  for (const int i : frame_pose.looked_for) {
+    const Candidate& candidate = frame_pose.candidates[At(i)];
+    expected.push_back({candidate.position, candidate.find_rate, candidate.times_expected, found[At(i)]});
+  }
+  return expected;
+}
+
 }  // namespace
 
-// None where frames are missing in between: the hand may have done anything.
+// None where frames are missing in between.
 std::optional<Twist> Tracker::State::VelocitySince(const Rigid3& last_pose, const Rigid3& pose,
                                                    double time_s) const {
   const double step_s = time_s - last.time_s;
@@ -73,7 +84,7 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   };
   const bool followed = try_from(predicted, near_px) || try_from(predicted, options.far_px * unit) ||
                         (last.velocity && try_from(last_pose, options.last_pose_px * unit));
-  // Far from the prediction only points that look like nothing else tell similar places apart.
+  // Far from the prediction, only unambiguous points tell similar places apart.
   if (followed && MedianShiftPx(camera, *frame_pose, predicted) > near_px) {
     LeftOut left_out;
     ExcludeAmbiguousMatches(camera, *image.features, *frame_pose, left_out);
@@ -96,7 +107,7 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
 bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   std::optional<FramePose> found;
-  // A marker pose that the frame before had to choose (sigma 0) is no place to search.
+  // Do not search at a marker pose that only the frame before decided (sigma 0).
   if (image.fiducials && image.fiducials->center_sigma > 0 && shared.world_given)
     found = locator.FindAt(image, image.fiducials->cam_from_world);
   if (!found) found = locator.Find(image, mapper.index(), options.seed + static_cast<unsigned>(frame));
@@ -143,18 +154,7 @@ void Tracker::State::Describe(const FramePose& frame_pose, Track& track) const {
   track.quality = QualityOf(*track.center_sigma, distance);
 }
 
-std::vector<ExpectedPoint> ExpectedOf(const FramePose& frame_pose) {
-  std::vector<bool> found(frame_pose.candidates.size());
-  for (const PointMatch& match : frame_pose.matches) found[At(match.candidate)] = true;
-  std::vector<ExpectedPoint> expected;
-  for (const int i : frame_pose.looked_for) {
-    const Candidate& candidate = frame_pose.candidates[At(i)];
-    expected.push_back({candidate.position, candidate.find_rate, candidate.times_expected, found[At(i)]});
-  }
-  return expected;
-}
-
-// The frame is tracked: anchors its pose and keeps what the next frame needs.
+// Anchors the pose of a tracked frame and keeps what the next frame needs.
 void Tracker::State::Accept(double time_s, const FramePose& frame_pose, Track& track) {
   LastFrame now;
   now.time_s = time_s;
@@ -202,13 +202,13 @@ bool Tracker::State::WantsKeyframe(const FramePose& frame_pose, int reference_po
   for (const VisiblePoint& point : last.visible) depths.push_back(point.depth);
   const double depth = std::max(1e-9, Median(depths));
   const double moved = pose.OriginInSource().norm() / depth;
-  const double turned_deg = RotationAngle(pose.rotation) * 180 / M_PI;
+  const double turned_deg = Degrees(RotationAngle(pose.rotation));
   const bool thin = matched < limits.thin_share * reference_points || matched < limits.thin_points;
   const bool far = moved > limits.keyframe_moved || turned_deg > limits.keyframe_turned_deg;
   return (thin && (moved > limits.thin_moved || turned_deg > limits.thin_turned_deg)) || far;
 }
 
-// Of the frame before, where it became a keyframe.
+// The velocity about the frame before, where that became a keyframe.
 std::optional<FrameReport::KeyframeVelocity> Tracker::State::VelocityOfKeyframe(const TrackedImage& image,
                                                                                 const FramePose& frame_pose) {
   const std::optional<BeforeKeyframe> before = std::exchange(before_keyframe, std::nullopt);
@@ -241,7 +241,7 @@ std::optional<NewKeyframe> Tracker::State::KeyframeOf(const TrackedImage& image,
   return offered;
 }
 
-// Hands the mapper what the frame says of the map.
+// Tells the mapper which points the frame should have shown and did show, and offers it as a keyframe.
 void Tracker::State::Report(const TrackedImage& image, const Frame& frame_in, const FramePose& frame_pose,
                             Track& track) {
   FrameReport report;
@@ -314,7 +314,7 @@ void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   AddWorldInformation(start.second);
 }
 
-// What is known of the motion continues in the new world's unit.
+// Converts the state of the last frame to the new world, too.
 void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   mapper.Rest();
   mapper.MoveWorld(given_from_world);
@@ -348,11 +348,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
     track.skipped = true;
     return track;
   }
-  if (frame_in.image.width() != size.original().width || frame_in.image.height() != size.original().height)
-    throw Error(
-        "frame {}: its image is {}x{}, the camera's intrinsics are for {}x{}; calibrate for this size",
-        frame_in.id, frame_in.image.width(), frame_in.image.height(), size.original().width,
-        size.original().height);
+  RequireSize(fmt::format("frame {}: its image", frame_in.id), frame_in.image.pixels.size(), size.original());
 
   if (readout_search) readout_search->Step();
   TrackedImage image;
@@ -361,8 +357,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   StageTimer pyramid(&track.stages.pyramid_s);
   const cv::Mat gray = GrayForTracking(frame_in.image);
   image.pyramid = std::make_shared<const Pyramid>(BuildPyramid(size.Reduced(gray)));
-  // Measured on the image as it comes, which is what is recorded: a blur of a few of its pixels does not show
-  // in a reduced one.
+  // Measure the image as it comes, which is what is recorded: reduction hides a blur of a few pixels.
   track.sharpness =
       sharpness.Step(size.IsReduced() ? ForSharpness(gray) : image.pyramid->levels[kSharpnessLevel]);
   pyramid.Stop();

@@ -80,7 +80,7 @@ struct Tracker::State {
   int keyframes_left_out = 0;
   std::optional<MapStart> map_start;            // of the map there is
   std::optional<CalibrationCheck> calibration;  // of the last Finish()
-  double mapping_cpu_s = 0;                     // spent inside Step(), when synchronous
+  double mapping_cpu_s = 0;                     // of mapping inside Step()
 
   Track Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials);
   void MoveWorld(const Similarity3& given_from_world);

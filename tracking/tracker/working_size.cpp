@@ -4,11 +4,19 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/error.h"
 #include "core/geometry/digest.h"
 
 namespace ulf::tracking {
 
 using Eigen::Vector2d;
+
+void RequireSize(const std::string& what, const cv::Size& size, const CameraModel& camera,
+                 const char* way_out) {
+  if (size.width != camera.width || size.height != camera.height)
+    throw Error("{} is {}x{}, the camera's intrinsics are for {}x{}; {}", what, size.width, size.height,
+                camera.width, camera.height, way_out);
+}
 
 WorkingSize::WorkingSize(const CameraModel& original, int max_side_px)
     : original_(original), working_(original) {
@@ -20,8 +28,8 @@ WorkingSize::WorkingSize(const CameraModel& original, int max_side_px)
   working_ = original.ScaledTo(reduced(original.width), reduced(original.height));
 }
 
-// Averages over areas: first in a step of whole pixels, which OpenCV does ten times as fast, where the sizes
-// have one, then in one for the rest. Below one and a half pixels linear interpolation averages as well.
+// Averages over areas: first by a whole factor where the sizes have one, which OpenCV does ten times as fast,
+// then by the rest. For a small rest linear interpolation averages as well.
 cv::Mat WorkingSize::Reduced(const cv::Mat& original) const {
   if (!IsReduced()) return original;
   constexpr double kLinearSuffices = 1.5;  // original pixels for one working pixel. Guessed

@@ -17,11 +17,16 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <string>
 
 #include "core/geometry/camera_model.h"
 #include "tracking/map/fiducial_observation.h"
 
 namespace ulf::tracking {
+
+// Throws Error where an image has another size than its camera. `what` begins the message, `way_out` ends it.
+void RequireSize(const std::string& what, const cv::Size& size, const CameraModel& camera,
+                 const char* way_out = "calibrate for this size");
 
 class WorkingSize {
  public:

@@ -282,7 +282,7 @@ TEST(KeyframeIndexTest, ProposesTheRightPoseAndNoneFromChance) {
   }
   const auto found = ProposePose(world.camera, PointsOf(world.map, 2), FeatureSet(features, 640, 480), 1);
   ASSERT_TRUE(found);
-  EXPECT_LT((found->cam_from_world.OriginInSource() - truth.OriginInSource()).norm(), 0.01);
+  EXPECT_LT((found->OriginInSource() - truth.OriginInSource()).norm(), 0.01);
   for (Feature& feature : features) feature.descriptor = RandomDescriptor(draw);
   EXPECT_FALSE(ProposePose(world.camera, PointsOf(world.map, 2), FeatureSet(features, 640, 480), 1));
 }

@@ -66,7 +66,7 @@ TEST_F(InitializerTest, DarknessIsNamed) {
 
 TEST(TrackWords, SayWhatTheOperatorCanDo) {
   EXPECT_EQ(InWords(StartProgress{StartObstacle::kLowParallax, 0.3, 0.8, 100, 60}),
-            "too little parallax: move on sideways (0.3 of 0.8 degrees of parallax)");
+            "too little parallax: continue to move sideways (0.3 of 0.8 degrees of parallax)");
   EXPECT_THAT(InWords(StartProgress{StartObstacle::kTooFewFeatures, 0, 0.8, 12, 80}),
               HasSubstr("(12 of 80)"));
   Track track;
