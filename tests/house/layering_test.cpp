@@ -115,7 +115,11 @@ struct House {
 
 // ---- The tree ----
 
-bool IsSource(const fs::path& path) { return path.extension() == ".h" || path.extension() == ".cpp"; }
+bool IsSource(const fs::path& path) {
+  static const std::set<std::string> kEndings{".h",   ".hh", ".hpp", ".hxx", ".inc",
+                                              ".inl", ".c",  ".cc",  ".cpp", ".cxx"};
+  return kEndings.contains(path.extension());
+}
 
 // Files relative to the root, but for what is built, hidden or shared.
 std::vector<std::string> FilesUnder(const fs::path& root) {
@@ -136,9 +140,11 @@ std::vector<std::string> FilesUnder(const fs::path& root) {
 }
 
 std::vector<std::string> IncludeFaults(const fs::path& root, const House& house) {
+  static const std::regex any_include(R"(^\s*#\s*include\b)");
   static const std::regex include_line(R"(^\s*#\s*include\s*(["<])([^">]+)[">])");
   std::vector<std::string> found;
-  for (const std::string& path : FilesUnder(root)) {
+  const std::vector<std::string> files = FilesUnder(root);
+  for (const std::string& path : files) {
     if (!IsSource(path) || path.starts_with("tests/")) continue;
     const Floor* floor = house.FloorOf(path);
     if (!floor) {
@@ -148,10 +154,17 @@ std::vector<std::string> IncludeFaults(const fs::path& root, const House& house)
     std::ifstream file(root / path);
     std::smatch match;
     for (std::string line; std::getline(file, line);) {
-      if (!std::regex_search(line, match, include_line)) continue;
+      if (!std::regex_search(line, any_include)) continue;
+      if (!std::regex_search(line, match, include_line)) {
+        found.push_back(path + " includes what a macro names");
+        continue;
+      }
       const std::string included = match[2];
       bool wrong = included.starts_with("tests/") ||
                    (house.FloorOf(included) && !Within(included, floor->may_include));
+      // A quoted name is a path from the root: any other way round ("../", the folder itself) hides the floor.
+      if (match[1] == "\"")
+        wrong |= !house.FloorOf(included) || fs::path(included).lexically_normal() != fs::path(included);
       for (const Library& library : house.libraries)
         for (const std::string& header : library.headers)
           if (included.starts_with(header) && !Within(path, library.room)) wrong = true;
@@ -164,7 +177,8 @@ std::vector<std::string> IncludeFaults(const fs::path& root, const House& house)
 // A folder's names stand in a namespace of the folder's name, what all share (`core/`) in `ulf` itself.
 std::vector<std::string> NamespaceFaults(const fs::path& root) {
   static const std::regex opens(R"(^namespace (ulf[a-z_:]*) \{$)");
-  static const std::regex declares(R"(^((class|struct|enum class) [^{}]*;.*|//.*|\}.*)?$)");
+  static const std::regex declares(
+      R"(^((class|struct|enum class) [\w:]+( : [\w:]+)?;( *//.*)?|extern .*[;{]|namespace [A-Z]\w* \{|//.*|\}.*|\s*#.*)?$)");
   std::vector<std::string> found;
   for (const std::string& path : FilesUnder(root)) {
     const std::size_t slash = path.find('/');
@@ -173,15 +187,17 @@ std::vector<std::string> NamespaceFaults(const fs::path& root) {
     const std::string own = folder == "core" ? "ulf" : "ulf::" + folder;
     std::ifstream file(root / path);
     std::smatch match;
-    bool elsewhere = false;  // where only types may be declared
-    for (std::string line; std::getline(file, line);) {
+    bool elsewhere = true;  // where only types may be declared
+    std::string before;
+    for (std::string line; std::getline(file, line); before = line) {
+      if (before.ends_with('\\')) continue;  // a macro goes on
       if (std::regex_match(line, match, opens))
         elsewhere = match[1] != own && match[1] != own + "::ply" && match[1] != own + "::gvcp";
       else if (elsewhere && !std::regex_match(line, declares)) {
         found.push_back(path + " defines something outside " + own);
         break;
       }
-      if (line.starts_with('}')) elsewhere = false;
+      if (line.starts_with("}  // namespace ulf")) elsewhere = true;
     }
   }
   return found;
@@ -243,6 +259,46 @@ std::vector<std::string> NamesOfNothing(const fs::path& root, const House& house
   return {found.begin(), found.end()};
 }
 
+// Of the names in backticks on any page: files of ours by their path, sources by their ending.
+std::vector<std::string> FilesOfNothing(const fs::path& root, const std::string& page) {
+  static const std::regex file_of_ours(
+      R"(((core|acquisition|tracking|render|coverage|commands|tests|docs|udev|cmake)/[\w./]+|[\w./]+\.(h|cpp)))");
+  const std::vector<std::string> files = FilesUnder(root);
+  std::vector<std::string> found;
+  for (const std::string& name : Quoted(page)) {
+    if (!std::regex_match(name, file_of_ours)) continue;
+    const std::string end = name.ends_with('/') ? name : name + ".";
+    const bool exists = std::any_of(files.begin(), files.end(), [&](const std::string& file) {
+      return file == name || file.starts_with(end) || file.starts_with(name + "/") ||
+             file.ends_with("/" + name) || file.find("/" + end) != std::string::npos;
+    });
+    if (!exists) found.push_back(name);
+  }
+  return found;
+}
+
+// Pages, charts and sections that a source names (docs/tracking.md, "How a map starts") and that are not there.
+std::vector<std::string> PagesOfNothing(const fs::path& root, std::string source) {
+  static const std::regex comment_goes_on(R"(\n\s*// ?)"), spaces(R"(\s+)");
+  static const std::regex page_and_section(R"((docs/[\w/]+\.(?:md|png|svg|csv))(?:,? "([^"\\]+)\")?)");
+  source = std::regex_replace(std::regex_replace(source, comment_goes_on, " "), spaces, " ");
+  std::vector<std::string> found;
+  for (std::sregex_iterator it(source.begin(), source.end(), page_and_section), end; it != end; ++it) {
+    const std::string page = (*it)[1], section = (*it)[2];
+    if (!fs::exists(root / page)) {
+      found.push_back(page);
+    } else if (!section.empty()) {
+      const std::string text = "\n" + TextOf(root / page);
+      bool exists = false;
+      for (std::size_t line = text.find("\n#"); line != std::string::npos && !exists;
+           line = text.find("\n#", line + 1))
+        exists = text.substr(line, text.find('\n', line + 1) - line).find(section) != std::string::npos;
+      if (!exists) found.push_back(page + ", \"" + section + "\"");
+    }
+  }
+  return found;
+}
+
 House OurHouse() { return House::Read(TextOf(Checkout() / "docs" / "architecture.md")); }
 
 void Plant(const fs::path& root, const std::string& path, const std::string& text = {}) {
@@ -263,6 +319,19 @@ TEST(Layering, NoFolderIsCrowded) { EXPECT_THAT(CrowdedFolders(Checkout()), IsEm
 TEST(Layering, PagesNameWhatIsThere) {
   for (const char* page : {"docs/architecture.md", "CONTRIBUTING.md"})
     EXPECT_THAT(NamesOfNothing(Checkout(), House::Read(TextOf(Checkout() / page))), IsEmpty()) << page;
+}
+
+TEST(Layering, EveryPageNamesFilesThatAreThere) {
+  for (const std::string& page : FilesUnder(Checkout()))
+    if (page.ends_with(".md") && page != "CHANGELOG.md")
+      EXPECT_THAT(FilesOfNothing(Checkout(), House::Read(TextOf(Checkout() / page)).prose), IsEmpty())
+          << page;
+}
+
+TEST(Layering, SourcesNamePagesAndSectionsThatAreThere) {
+  for (const std::string& source : FilesUnder(Checkout()))
+    if (IsSource(source) && source != "tests/house/layering_test.cpp")
+      EXPECT_THAT(PagesOfNothing(Checkout(), TextOf(Checkout() / source)), IsEmpty()) << source;
 }
 
 TEST(Layering, LooksAtTheSources) {
@@ -321,6 +390,11 @@ TEST(Layering, FindsAPlantedClimb) {
            Case{"main.cpp", "#include \"render/scene/scene.h\"\n", true},
            Case{"render/a.cpp", "#include \"tests/support/test_paths.h\"\n", true},
            Case{"render/a.txt", "#include \"tracking/map/map.h\"\n", false},
+           Case{"render/a.inc", "#include \"tracking/map/map.h\"\n", true},
+           Case{"render/a.cpp", "#include \"../tracking/map/map.h\"\n", true},
+           Case{"render/a.cpp", "#include \"render/../tracking/map/map.h\"\n", true},
+           Case{"tracking/map/a.cpp", "#include \"map.h\"\n", true},
+           Case{"render/a.cpp", "#define MAP \"tracking/map/map.h\"\n#include MAP\n", true},
            Case{"cellar/a.cpp", "", true},
        }) {
     const ScratchFolder scratch;
@@ -383,6 +457,9 @@ TEST(Layering, FindsAForeignNamespace) {
            Case{"render/a.h",
                 "namespace ulf::tracking {\nclass Map;\n}\nnamespace ulf::render {\nint A();\n}\n", false},
            Case{"render/a.h", "namespace ulf::tracking {\nvoid Track() {\n}\n}\n", true},
+           Case{"render/a.h", "namespace ulf {\nstruct A; int B();\n}\n", true},
+           Case{"render/a.h", "int A();\n", true},
+           Case{"render/a.h", "#pragma once\n#define A(x) \\\n  B(x)\nstruct _ArvCamera;\n", false},
            Case{"core/base/a.h", "namespace ulf {\nint A();\n}\n", false},
            Case{"core/base/a.h", "namespace ulf::core {\nint A();\n}\n", true},
        }) {
@@ -426,6 +503,22 @@ TEST(Layering, FindsANameOfNothing) {
       ElementsAre("cellar"));
   EXPECT_THAT(missing("\n| library | headers | room |\n| --- | --- | --- |\n| A | `a.h` | `render/gl/a` |\n"),
               ElementsAre("render/gl/a"));
+}
+
+TEST(Layering, FindsAFileAPageAndASectionOfNothing) {
+  const ScratchFolder scratch;
+  Plant(scratch.path(), "render/gl/gl_views.h");
+  Plant(scratch.path(), "docs/map.md", "# The map\n\nText of a wall.\n## How it starts\n");
+  EXPECT_THAT(FilesOfNothing(scratch.path(),
+                             "`render/gl/`, `render/gl/gl_views`, `gl_views.h`, `gl_views`, `a.json`"),
+              IsEmpty());
+  EXPECT_THAT(FilesOfNothing(scratch.path(), "`render/gl/gl_view`, `views.h`, `docs/walls.md`"),
+              ElementsAre("render/gl/gl_view", "views.h", "docs/walls.md"));
+  const auto pages = [&](const std::string& source) { return PagesOfNothing(scratch.path(), source); };
+  EXPECT_THAT(pages("// docs/map.md, docs/map.md, \"The map\"; (docs/map.md, \"How\n  // it starts\")\n"),
+              IsEmpty());
+  EXPECT_THAT(pages("// docs/wall.md; docs/charts/map.png; docs/map.md, \"Text of a wall\"\n"),
+              ElementsAre("docs/wall.md", "docs/charts/map.png", "docs/map.md, \"Text of a wall\""));
 }
 
 TEST(Layering, NamesFileAndInclude) {

@@ -13,7 +13,7 @@
 //
 // Intrinsics may be free: all cameras of one lens share them. With few free cameras the reduced system is
 // solved dense, with many by conjugate gradients (Agarwal et al. 2010), which is far faster where every view
-// sees the same things, as in a light field (measured: docs/charts/bundle.png).
+// sees the same things, as in a light field (measured: docs/charts/bundle_adjustment.png).
 #pragma once
 
 #include <Eigen/Core>
@@ -66,7 +66,7 @@ struct BundleOptions {
   FreeIntrinsics free = {};                 // of every lens
   BundleSolver solver = BundleSolver::kBySize;
   int dense_cameras =
-      120;  // kBySize solves up to so many free cameras dense. Measured: docs/charts/bundle.png
+      120;  // kBySize solves up to so many free cameras dense. Measured: docs/charts/bundle_adjustment.png
   double function_tolerance = 1e-5;        // relative change of the cost that ends a solution
   std::function<void(int)> progress = {};  // called after every iteration with their number
 };

@@ -29,7 +29,7 @@ inline constexpr double kRelocalizedLogOdds = 7;
 // By candidate: whether it is excluded.
 using LeftOut = std::vector<bool>;
 
-// Checked by the tests of relocalisation (docs/tracking.md, "Found again"); guessed one by one.
+// Checked by the tests of relocalisation (docs/tracking_measured.md, "Found again"); guessed one by one.
 struct PoseLogOddsOptions {
   int columns = 4, rows = 3;  // of the grid: smaller cells hold too few points, larger ones hide as a whole
   double by_chance = 0.05;    // share of the searched points that a wrong pose finds, at most

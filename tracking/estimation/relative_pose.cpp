@@ -24,7 +24,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegrees = 180 / M_PI;
 constexpr double kWider = 1.5;  // thresholds: the gate of refinements, beyond what the sampler counts
 
 std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const std::vector<int>& used) {
@@ -54,7 +53,7 @@ std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> 
 // Compares the axes of translation: the points decide its sign.
 bool ClearlyDifferent(const Rigid3& a, const Rigid3& b, const RelativePoseOptions& options) {
   return std::acos(std::min(1.0, std::abs(a.translation.dot(b.translation)))) >
-         options.different_deg / kDegrees;
+         Radians(options.different_deg);
 }
 
 // `counts(motion)`: whether a motion may be the result.
@@ -154,7 +153,7 @@ Reconstruction Reconstruct(const Rigid3& pose, std::span<const RayPair> pairs, d
       continue;
     result.points[i] = point;
     ++result.count;
-    parallax_deg.push_back(ParallaxAngle(*point, Vector3d::Zero(), center2) * kDegrees);
+    parallax_deg.push_back(Degrees(ParallaxAngle(*point, Vector3d::Zero(), center2)));
   }
   result.median_parallax_deg = Median(parallax_deg);
   return result;
@@ -294,7 +293,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
   if (rotation) {
     std::vector<double> left_over;
     for (const RayPair& pair : pairs)
-      left_over.push_back(AngleBetween(rotation->model * pair.first, pair.second) * kDegrees);
+      left_over.push_back(Degrees(AngleBetween(rotation->model * pair.first, pair.second)));
     result.median_parallax_deg = Median(left_over);
     if (result.median_parallax_deg<options.least_left_over *
                                    options.min_parallax_deg&& static_cast<double>(rotation->inliers.size())>
@@ -348,7 +347,7 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
     return result;
   }
   if (!choice.best) return result;
-  result.direction_sigma_deg = choice.best->direction_sigma * choice.noise * kDegrees;
+  result.direction_sigma_deg = Degrees(choice.best->direction_sigma * choice.noise);
   const auto support = [](const auto& found) { return found ? static_cast<int>(found->inliers.size()) : 0; };
   result.evidence = {static_cast<int>(pairs.size()),
                      static_cast<int>(turned),

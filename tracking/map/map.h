@@ -43,7 +43,7 @@ struct Observation {
 };
 
 // One standard deviation of a detected feature, and of one aligned with the point's patch, on a level.
-// Guessed; smaller ones for aligned patches made young maps worse (docs/tracking.md, "The map").
+// Guessed; smaller ones for aligned patches made young maps worse (docs/tracking_measured.md, "The map").
 inline double DetectedSigmaPx(int level) { return 1.0 * LevelScale(level); }
 inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
 

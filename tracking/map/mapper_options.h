@@ -113,8 +113,8 @@ struct MapperOptions {
   // closed loop and at the end, which start far off; of a map made from given poses. Guessed.
   AdjustmentEffort two_views{15, 15}, growing{5, 10}, moved{10, 40}, seeded{10, 10};
   // A growing map needs even measurements that are a little off; a finished one does not: at the end
-  // Cauchy's loss begins to doubt at so many times the errors' own scale. Measured (docs/tracking.md, "Why
-  // Cauchy's loss").
+  // Cauchy's loss begins to doubt at so many times the errors' own scale. Measured (docs/tracking_measured.md,
+  // "Cauchy's loss").
   double final_cauchy_scales = 2;
   // A map made from given poses: neighbours look the same way (as a cosine), and points are adjusted after so
   // many views. Guessed.

@@ -63,7 +63,7 @@ struct RefineOptions {
   // need not reach their minimum. Guessed.
   double rough_tolerance = 1e-4;
   // For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
-  // docs/tracking.md, "Why Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
+  // docs/tracking_measured.md, "Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
   double cauchy_scales = 2, gate_scales = 4;
   // A view registered again: best descriptor distance / second best of a match. Guessed.
   double max_ratio = 0.85;

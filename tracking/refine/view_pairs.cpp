@@ -9,6 +9,7 @@
 #include "core/base/at.h"
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/relative_pose.h"
@@ -18,8 +19,6 @@ namespace ulf::tracking {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180;
 
 // About how far the scene is: the cameras' distance from where their axes meet, else their spread.
 double SceneDistance(const RefineScene& scene) {
@@ -54,10 +53,9 @@ std::vector<Neighbour> NeighboursOf(const RefineScene& scene, int index, double 
     const RefineView& other = scene.view(j);
     if (j == index || !other.registered) continue;
     const Vector3d towards = view.cam_from_world * other.cam_from_world.OriginInSource();
-    const double turned =
-        std::acos(std::clamp(axis.dot(other.cam_from_world.DirectionInSource(Vector3d::UnitZ())), -1.0, 1.0));
+    const double turned = AngleBetween(axis, other.cam_from_world.DirectionInSource(Vector3d::UnitZ()));
     const double parallax = std::atan(towards.norm() / std::max(1e-12, distance));
-    if (std::max(turned, parallax) > options.max_apart_deg * kDegree) continue;
+    if (std::max(turned, parallax) > Radians(options.max_apart_deg)) continue;
     const int direction = (towards.x() > 0) + 2 * (towards.y() > 0);
     neighbours.push_back({j, parallax + options.turn_weight * turned, direction});
   }
@@ -157,8 +155,7 @@ std::vector<std::pair<int, int>> ChoosePairs(const RefineScene& scene, const Pai
     for (int k = 0; k < std::min(options.nearest, static_cast<int>(neighbours.size())); ++k)
       take(neighbours[At(k)].view);
     for (int direction = 0; direction < 4; ++direction)
-      for (const double wanted :
-           {options.small_parallax_deg * kDegree, options.large_parallax_deg * kDegree}) {
+      for (const double wanted : {Radians(options.small_parallax_deg), Radians(options.large_parallax_deg)}) {
         const Neighbour* nearest = nullptr;
         for (const Neighbour& n : neighbours)
           if (n.direction == direction &&

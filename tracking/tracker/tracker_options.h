@@ -22,7 +22,7 @@ struct InitializerOptions {
   double min_parallax_deg = 0.8;
   int min_matches = 60;  // between the two views; fewer start again from a new reference. Guessed
   // Share of the matches that give points. Measured: 0.98 and more where a scene stands still; less than 0.75
-  // where half of it moves, or tiles are taken for their neighbours (docs/tracking.md, "How a map starts").
+  // where half of it moves, or tiles are taken for their neighbours (docs/tracking_measured.md, "How a map starts").
   double min_point_share = 0.85;
   // A match lies within this share of the image's width of where its feature was last seen. Guessed.
   double search_radius = 0.08;

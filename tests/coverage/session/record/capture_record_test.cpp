@@ -1,0 +1,59 @@
+// Tests: coverage/session/record/capture_record.
+#include "coverage/session/record/capture_record.h"
+
+#include <gmock/gmock.h>
+
+#include <thread>
+
+#include "tests/coverage/session/planar_capture.h"
+#include "tests/support/slow_disk.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A map correction that the disk has no room for yet moves no view; the cap must not count as covered by the
+// poses of before, or the capture would end, and the last correction would open the cap again.
+TEST(CaptureRecord, ACapIsNotCoveredByPosesThatTheDiskHasYetToTake) {
+  const ScratchFolder scratch;
+  CaptureRecord::Options options;
+  options.camera = kCamera;
+  options.map.cap = Cap::FromDegrees({16, 12});
+  options.spool_views = 2;
+  CaptureRecord record(NewWriter(scratch / "lf"), options, [](const std::string&) {});
+  record.SetSubject(kSubject);
+  DriftingSource poses({Eigen::Quaterniond::Identity(), {0.4, 0, 0}});
+  PlanarDevice device(Sweep(16, 12, 2), {});
+  device.Start();
+
+  const auto add_until_full = [&] {
+    for (int i = 0; i < 40; ++i) {
+      const auto frame = device.Next(1s);
+      if (!frame || !record.Add(*frame, poses.Step(*frame), std::nullopt, poses)) return true;
+    }
+    return false;
+  };
+  double share = 0;
+  {
+    HangingDisk disk;
+    ASSERT_TRUE(add_until_full());
+    ASSERT_TRUE(record.map());
+    share = record.map()->CoveredShare();
+    ASSERT_GT(share, 0.1);
+    EXPECT_TRUE(record.IsCapCovered(share, poses)) << "nothing was corrected";
+    poses.Adjust(true);
+    EXPECT_FALSE(record.IsCapCovered(share, poses)) << "the correction waits for the disk";
+    ASSERT_FALSE(disk.GaveUp());
+  }
+  for (int tries = 0; tries < 500 && !record.CorrectPoses(poses, false); ++tries) std::this_thread::sleep_for(10ms);
+  EXPECT_LT(record.map()->CoveredShare(), share) << "the views have moved";
+  EXPECT_FALSE(record.IsCapCovered(share, poses));
+  const ClosedRecord closed = record.Close(1, {}, {});
+  EXPECT_FALSE(closed.problem);
+  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), record.views().views().size()) << "nothing is lost";
+}
+
+}  // namespace
+}  // namespace ulf::test
