@@ -28,10 +28,10 @@
 #include "coverage/operator/coverage_drawing.h"
 #include "coverage/operator/run_with_display.h"
 #include "coverage/operator/scripted_surface.h"
+#include "coverage/session/capture_request.h"
 #include "coverage/session/capture_session.h"
 #include "coverage/session/capture_start.h"
 #include "coverage/session/record/map_cache.h"
-#include "coverage/session/request_lines.h"
 #include "coverage/simulated_operator/simulated_operator.h"
 #include "tracking/sources/marker_spec.h"
 
