@@ -8,7 +8,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
-constexpr double kFine = 1.02, kCoarse = 1.15;
+constexpr double kFine = 1.02, kCoarse = 1.15;  // factors of one step; guessed
 }
 
 void SubjectTool::Open(const CaptureState& state, PendingRequests& pending) {
@@ -30,7 +30,7 @@ void SubjectTool::Close(PendingRequests& pending) {
   paused_.reset();
 }
 
-// The capture has what it was asked to find, or will have it.
+// Restores the subject from before the tool was opened, where the capture was asked to find another.
 void SubjectTool::Leave(PendingRequests& pending) {
   if (found_anew_ && before_) pending.Place(*before_);
   Close(pending);
@@ -44,7 +44,7 @@ void SubjectTool::Follow(const CaptureState& state, const PendingRequests& pendi
 
 void SubjectTool::ScaleDistance(const CaptureState& state, double factor) {
   if (!draft_ || !state.cam_from_world) return;
-  // Along the line of sight, and growing with the distance: the sphere's image stays as it is.
+  // The radius grows with the distance, so that the sphere's image stays the same.
   const Vector3d camera = state.cam_from_world->OriginInSource();
   draft_->center_in_world = camera + factor * (draft_->center_in_world - camera);
   draft_->radius *= factor;

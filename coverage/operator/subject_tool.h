@@ -36,7 +36,7 @@ class SubjectTool {
 
   bool open_ = false;
   bool aperture_ = true;
-  std::optional<std::uint64_t> paused_;  // the request that paused; it ends with the tool
+  std::optional<std::uint64_t> paused_;  // the request by which the tool paused recording
   std::optional<Subject> draft_;
   std::optional<Subject> of_capture_;
   std::optional<Subject> before_;  // when the tool was opened
