@@ -13,7 +13,6 @@
 #include "commands/calibration/intrinsics_options.h"
 #include "commands/capture/capture_report.h"
 #include "commands/capture/crash_handler.h"
-#include "commands/capture/pose_errors.h"
 #include "commands/light_field/light_field_report.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/readout_option.h"
@@ -44,12 +43,12 @@ void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
                    const coverage::CaptureSummary& summary) {
   if (args.overlay.empty() && args.map.empty()) return;
   if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
-    fmt::print(stderr, "nothing was recorded: no pictures are drawn\n");
+    fmt::print(stderr, "no view was recorded: --overlay and --map write no pictures\n");
     return;
   }
   const Rigid3& cam_from_world = summary.last_recorded->cam_from_world;
   if (!args.overlay.empty()) {
-    // Lines and dots want pixels: small images are drawn on at twice their size.
+    // Small images are drawn at twice their size, so that lines and dots stay clear.
     constexpr int kWideEnough = 1000;
     const int factor = camera.width < kWideEnough ? 2 : 1;
     const CameraModel large = camera.ScaledTo(factor * camera.width, factor * camera.height);
@@ -76,7 +75,7 @@ void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSumma
   std::fflush(stdout);
 }
 
-// The larger share of what the capture may end by; the device's own where nothing was asked for.
+// The largest share of the limits that end the capture; without limits the device's own.
 double ShareDone(const coverage::CaptureArgs& args, const coverage::CaptureOptions& options,
                  const coverage::CaptureState& now, double first_time_s, const acquisition::Device& device) {
   double share = 0;
@@ -101,7 +100,6 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
                      what, way.empty() ? "" : "; next: " + way);
 }
 
-// Before anything else is read or written there.
 void ReportUnwrittenFrames(const coverage::CaptureSummary& summary) {
   if (summary.stopped_because != coverage::StoppedBecause::kDisk) return;
   fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
@@ -134,17 +132,20 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
   if (!args.marker.empty()) tracking::MarkerSpec::Parse(args.marker);
   if (!args.marker.empty() && args.headless)
     throw UsageError(
-        "--marker {}: with it one looks round in the display's review, and --headless is without a display; "
-        "leave out one of the two",
+        "--marker {}: it moves the camera of the display's review, and --headless has no display; leave out "
+        "one "
+        "of the two",
         args.marker);
   if (args.offscreen && (args.headless || args.requests.empty()))
     throw UsageError(
-        "--offscreen: a display without a window, which lines of --requests press keys of and look at; {}",
-        args.headless ? "leave out --headless, which is without a display" : "give --requests, too");
+        "--offscreen: a display without a window, for which lines of --requests press keys and write "
+        "pictures; "
+        "{}",
+        args.headless ? "leave out --headless, which has no display" : "give --requests, too");
   for (const std::string& picture : {args.overlay, args.map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) acquisition::RequireNewRecording(args.keep_frames);
-  std::optional<coverage::RequestLines> request_lines;  // before anything is written
+  std::optional<coverage::RequestLines> request_lines;  // refused before anything is written
   coverage::CaptureRequests requests;
   const auto script = std::make_shared<coverage::DisplayScript>(requests);
   if (!args.requests.empty()) {
@@ -169,7 +170,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
     const CrashHandler guard(args.dir);
     Progress progress("capture");
     const double first_time_s = prepared.first.back().device_time_s;
-    double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way
+    double shown_share = 0;  // never falls, although corrected poses may reopen the cap
     coverage::CaptureHooks hooks;
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/criterion.h"
@@ -75,18 +76,18 @@ int RunPlan(const PlanArgs& args) {
       coverage::Predict(setup, goal.cap, goal.share.value_or(coverage::CaptureOptions{}.until_share));
   if (!prediction)
     throw UsageError(
-        "--threshold-px {}: a view covers not even itself; the bound of a view with itself is 2 px",
+        "--threshold-px {}: a view would not cover even itself; its bound with itself is 2 px, give more",
         args.threshold_px);
   if (const auto doubt = coverage::ThresholdWarning(*prediction, goal.cap))
     fmt::print(stderr, "ulf: {}\n", *doubt);
-  const double disc_radius_deg = prediction->disc_radius * 180 / M_PI;
+  const double disc_radius_deg = Degrees(prediction->disc_radius);
   const auto ratio = [&](const std::optional<double>& distance) {
     return distance ? std::optional(*distance / setup.distance) : std::nullopt;
   };
   const auto near = ratio(prediction->nearest), far = ratio(prediction->farthest);
   std::optional<double> bound_px;
   if (args.angle_deg)
-    bound_px = coverage::AimedBoundPx(setup, *args.angle_deg * M_PI / 180, *args.distance_ratio);
+    bound_px = coverage::AimedBoundPx(setup, Radians(*args.angle_deg), *args.distance_ratio);
 
   if (args.json) {
     const auto or_null = [](const std::optional<double>& value) {
