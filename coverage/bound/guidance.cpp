@@ -20,7 +20,7 @@ double Wrap(double angle) { return std::remainder(angle, 2 * M_PI); }
 Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s) {
   Guidance guidance;
   if (!map || subject_ != map->subject()) {
-    *this = Guide(options_);
+    *this = {};
     if (!map) return guidance;
     subject_ = map->subject();
   }

@@ -84,9 +84,6 @@ class Guide {
     double rate_least_s = 2;           // not from less
     double estimated_views = 20;       // of a view's usual worth, that weigh against what was measured
   };
-  Guide() : Guide(Options{}) {}
-  explicit Guide(const Options& options) : options_(options) {}
-
   // Call after every frame, with the present map (null: no subject yet), the present camera (none: no pose)
   // and the device's time. Deterministic.
   Guidance After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);

@@ -11,6 +11,7 @@
 
 #include "core/base/counted.h"
 #include "core/image/image.h"
+#include "coverage/operator/key_actions.h"
 
 namespace ulf::coverage {
 namespace {
@@ -137,60 +138,31 @@ bool OperatorDisplay::HandleTakeBack(const render::InputEvent& event) {
 }
 
 void OperatorDisplay::Press(render::Key key) {
-  switch (key) {
-    case render::Key::kBackspace:
-      if (state_)
-        if (const auto view = pending_.LastView(*state_)) pending_.TakeBack(*view);
-      return;
-    case render::Key::kF11:
-      return surface_.ToggleFullScreen();
-    case render::Key::kF1:
-      keys_shown_ = !keys_shown_;
-      return;
-    case render::Key::kEscape:
-      keys_shown_ = false;
-      return;
-    default:
-      return;
-  }
+  Act(key, {{render::Key::kBackspace, [&] { TakeBackLast(); }},
+            {render::Key::kF11, [&] { surface_.ToggleFullScreen(); }},
+            {render::Key::kF1, [&] { keys_shown_ = !keys_shown_; }},
+            {render::Key::kEscape, [&] { keys_shown_ = false; }}});
 }
 
 void OperatorDisplay::Type(char32_t character) {
-  switch (character) {
-    case '?':
-      keys_shown_ = !keys_shown_;
-      return;
-    case ' ':
-      if (state_) pending_.Record(!pending_.Records(*state_));
-      return;
-    case 's':
-      if (state_) subject_tool_.Open(*state_, pending_);
-      return;
-    case 'r':
-      if (state_) review_.Open(*state_);
-      return;
-    case 'p':
-      colour_blind_ = !colour_blind_;
-      return;
-    case 'l':
-      legend_shown_ = !legend_shown_;
-      return;
-    case 'z':
-      close_look_shown_ = !close_look_shown_;
-      return;
-    case 'i':
-      preflight_shown_ = !preflight_shown_.value_or(state_ && state_->view_ids.empty());
-      return;
-    case 'm':
-      sound_ = !sound_;
-      return;
-    case 'f':
-      return surface_.ToggleFullScreen();
-    case 'q':
-      return Finish();
-    default:
-      return;
-  }
+  if (state_ && Act(character, {{U' ', [&] { pending_.Record(!pending_.Records(*state_)); }},
+                                {U's', [&] { subject_tool_.Open(*state_, pending_); }},
+                                {U'r', [&] { review_.Open(*state_); }}}))
+    return;
+  const bool before_first_view = state_ && state_->view_ids.empty();
+  Act(character, {{U'?', [&] { keys_shown_ = !keys_shown_; }},
+                  {U'p', [&] { colour_blind_ = !colour_blind_; }},
+                  {U'l', [&] { legend_shown_ = !legend_shown_; }},
+                  {U'z', [&] { close_look_shown_ = !close_look_shown_; }},
+                  {U'i', [&] { preflight_shown_ = !preflight_shown_.value_or(before_first_view); }},
+                  {U'm', [&] { sound_ = !sound_; }},
+                  {U'f', [&] { surface_.ToggleFullScreen(); }},
+                  {U'q', [&] { Finish(); }}});
+}
+
+void OperatorDisplay::TakeBackLast() {
+  const auto view = state_ ? pending_.LastView(*state_) : std::nullopt;
+  if (view) pending_.TakeBack(*view);
 }
 
 // ---- drawing

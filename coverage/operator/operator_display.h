@@ -69,6 +69,7 @@ class OperatorDisplay {
   bool HandleTakeBack(const render::InputEvent& event);
   void Press(render::Key key);
   void Type(char32_t character);
+  void TakeBackLast();
   void Finish();
   void TakeStates();
   void Say(const std::string& words);

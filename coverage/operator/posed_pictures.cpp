@@ -41,14 +41,10 @@ SpreadPictures::Kept SpreadPictures::Keep(const CaptureState& state) {
           view};
 }
 
-void SpreadPictures::DropTakenBack(const std::vector<int>& view_ids) {
-  std::erase_if(kept_, [&](const Kept& kept) {
-    return kept.view && !std::binary_search(view_ids.begin(), view_ids.end(), *kept.view);
-  });
-}
-
 void SpreadPictures::Offer(const CaptureState& state) {
-  DropTakenBack(state.view_ids);
+  std::erase_if(kept_, [&](const Kept& kept) {
+    return kept.view && !std::ranges::binary_search(state.view_ids, *kept.view);
+  });
   if (!state.cam_from_world || state.points.empty()) return;
   const Eigen::Vector3d center = state.cam_from_world->OriginInSource();
   // The step is a share of the median depth.

@@ -17,10 +17,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-bool Holds(const std::vector<int>& view_ids, int id) {
-  return std::binary_search(view_ids.begin(), view_ids.end(), id);
-}
-
 struct Candidate {
   double cosine;  // between the directions of the view and of the camera
   std::size_t view;
@@ -36,24 +32,21 @@ void SortFirst(std::vector<Candidate>& candidates, std::size_t count) {
 }  // namespace
 
 void RecordedPictures::Follow(const CaptureState& state) {
-  DropTakenBack(state.view_ids);
-  if (stored_)
-    for (auto& [id, picture] : stored_->Take())
-      if (Holds(state.view_ids, id)) Hold(id, std::move(picture));
-  const auto& newest = state.newest_view;
-  if (!newest || newest->id <= newest_) return;
-  newest_ = newest->id;
-  if (Holds(state.view_ids, newest_))
-    Hold(newest_, PosedPicture::Of(newest->frame.image, newest->camera, newest->cam_from_world,
-                                   static_cast<std::uint64_t>(newest_)));
-}
-
-void RecordedPictures::DropTakenBack(const std::vector<int>& view_ids) {
+  const auto is_there = [&](int id) { return std::ranges::binary_search(state.view_ids, id); };
   std::erase_if(held_, [&](const auto& held) {
-    if (Holds(view_ids, held.first)) return false;
+    if (is_there(held.first)) return false;
     bytes_ -= held.second.picture.jpeg.size();
     return true;
   });
+  if (stored_)
+    for (auto& [id, picture] : stored_->Take())
+      if (is_there(id)) Hold(id, std::move(picture));
+  const auto& newest = state.newest_view;
+  if (!newest || newest->id <= newest_) return;
+  newest_ = newest->id;
+  if (is_there(newest_))
+    Hold(newest_, PosedPicture::Of(newest->frame.image, newest->camera, newest->cam_from_world,
+                                   static_cast<std::uint64_t>(newest_)));
 }
 
 void RecordedPictures::Hold(int id, PosedPicture picture) {
@@ -92,7 +85,9 @@ std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state
   std::vector<int> lacking;
   for (const Candidate& candidate : all)
     if (!held_.contains(state.view_ids[candidate.view])) lacking.push_back(state.view_ids[candidate.view]);
-  Fetch(state, std::move(lacking));
+  if (!stored_ && !lacking.empty() && !state.light_field.empty())
+    stored_ = std::make_unique<StoredPictures>(state.light_field);
+  if (stored_) missing_ = stored_->Want(std::move(lacking));
 
   SortFirst(at_hand, options_.most_drawn + 1);
   const auto angle = [&](std::size_t i) { return std::acos(std::clamp(at_hand[i].cosine, -1.0, 1.0)); };
@@ -112,14 +107,6 @@ std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state
     nearest.push_back({&drawn.picture, static_cast<float>(std::max(options_.least_share, share * share))});
   }
   return nearest;
-}
-
-void RecordedPictures::Fetch(const CaptureState& state, std::vector<int> ids) {
-  if (!stored_) {
-    if (ids.empty() || state.light_field.empty()) return;
-    stored_ = std::make_unique<StoredPictures>(state.light_field);
-  }
-  missing_ = stored_->Want(std::move(ids));
 }
 
 std::optional<std::string> RecordedPictures::TakeProblem() {

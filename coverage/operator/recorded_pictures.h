@@ -93,8 +93,6 @@ class RecordedPictures {
   };
   void Hold(int id, PosedPicture picture);
   void MakeRoom();
-  void DropTakenBack(const std::vector<int>& view_ids);
-  void Fetch(const CaptureState& state, std::vector<int> ids);
 
   const Options options_;
   std::map<int, Held> held_;

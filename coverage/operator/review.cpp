@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coverage/operator/key_actions.h"
 #include "tracking/sources/marker_locator.h"
 
 namespace ulf::coverage {
@@ -83,65 +84,36 @@ void Review::Zoom(double factor) {
   if (orbit_) orbit_->distance *= factor;
 }
 
+void Review::NextControl(const CaptureState& state) {
+  control_ = control_ == Control::kLiveCamera                         ? Control::kMouseAndKeys
+             : control_ == Control::kMouseAndKeys && !marker_.empty() ? Control::kMarker
+                                                                      : Control::kLiveCamera;
+  if (control_ == Control::kMouseAndKeys) StartOrbit(state);
+}
+
+void Review::ToggleCompare(Compare compare) {
+  compare_ = compare_ == compare ? Compare::kNone : compare;
+  control_ = Control::kLiveCamera;
+}
+
 bool Review::Handle(const render::InputEvent& event, const CaptureState& state) {
   constexpr double kStep = 2 * kDegree, kZoom = 1.05, kWipeStep = 0.05;
   if (!open_) return false;
-  if (const auto* key = std::get_if<render::KeyPressed>(&event)) {
-    switch (key->key) {
-      case render::Key::kEscape:
-        open_ = false;
-        return true;
-      case render::Key::kLeft:
-        Turn(-kStep, 0);
-        return true;
-      case render::Key::kRight:
-        Turn(kStep, 0);
-        return true;
-      case render::Key::kUp:
-        Turn(0, kStep);
-        return true;
-      case render::Key::kDown:
-        Turn(0, -kStep);
-        return true;
-      case render::Key::kPageUp:
-        Zoom(1 / kZoom);
-        return true;
-      case render::Key::kPageDown:
-        Zoom(kZoom);
-        return true;
-      default:
-        return false;
-    }
-  }
-  if (const auto* typed = std::get_if<render::Typed>(&event)) {
-    switch (typed->character) {
-      case 'r':
-        open_ = false;
-        return true;
-      case 'c':
-        control_ = control_ == Control::kLiveCamera                         ? Control::kMouseAndKeys
-                   : control_ == Control::kMouseAndKeys && !marker_.empty() ? Control::kMarker
-                                                                            : Control::kLiveCamera;
-        if (control_ == Control::kMouseAndKeys) StartOrbit(state);
-        return true;
-      case 'w':
-        compare_ = compare_ == Compare::kWipe ? Compare::kNone : Compare::kWipe;
-        control_ = Control::kLiveCamera;
-        return true;
-      case 'b':
-        compare_ = compare_ == Compare::kBlink ? Compare::kNone : Compare::kBlink;
-        control_ = Control::kLiveCamera;
-        return true;
-      case ',':
-        wipe_ = std::max(0.0, wipe_ - kWipeStep);
-        return true;
-      case '.':
-        wipe_ = std::min(1.0, wipe_ + kWipeStep);
-        return true;
-      default:
-        return false;
-    }
-  }
+  if (const auto* key = std::get_if<render::KeyPressed>(&event))
+    return Act(key->key, {{render::Key::kEscape, [&] { open_ = false; }},
+                          {render::Key::kLeft, [&] { Turn(-kStep, 0); }},
+                          {render::Key::kRight, [&] { Turn(kStep, 0); }},
+                          {render::Key::kUp, [&] { Turn(0, kStep); }},
+                          {render::Key::kDown, [&] { Turn(0, -kStep); }},
+                          {render::Key::kPageUp, [&] { Zoom(1 / kZoom); }},
+                          {render::Key::kPageDown, [&] { Zoom(kZoom); }}});
+  if (const auto* typed = std::get_if<render::Typed>(&event))
+    return Act(typed->character, {{U'r', [&] { open_ = false; }},
+                                  {U'c', [&] { NextControl(state); }},
+                                  {U'w', [&] { ToggleCompare(Compare::kWipe); }},
+                                  {U'b', [&] { ToggleCompare(Compare::kBlink); }},
+                                  {U',', [&] { wipe_ = std::max(0.0, wipe_ - kWipeStep); }},
+                                  {U'.', [&] { wipe_ = std::min(1.0, wipe_ + kWipeStep); }}});
   if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     Zoom(std::pow(kZoom, -wheel->steps));
     return true;

@@ -57,6 +57,8 @@ class Review {
   void FollowSubject(const CaptureState& state);
   void Turn(double azimuth, double elevation);
   void Zoom(double factor);
+  void NextControl(const CaptureState& state);
+  void ToggleCompare(Compare compare);
   std::optional<Rigid3> MarkerPose(const CaptureState& state);
 
   std::string marker_;

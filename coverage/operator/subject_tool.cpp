@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "coverage/operator/key_actions.h"
+
 namespace ulf::coverage {
 
 using Eigen::Vector2d;
@@ -36,6 +38,16 @@ void SubjectTool::Leave(PendingRequests& pending) {
   Close(pending);
 }
 
+void SubjectTool::TakeOver(PendingRequests& pending) {
+  if (draft_ && draft_ != of_capture_) pending.Place(*draft_);
+  Close(pending);
+}
+
+void SubjectTool::FindAnew(PendingRequests& pending) {
+  found_anew_ = true;
+  pending.FindSubject();
+}
+
 void SubjectTool::Follow(const CaptureState& state, const PendingRequests& pending) {
   const std::optional<Subject> now = pending.SubjectOf(state);
   if (!open_ || now == of_capture_) return;
@@ -65,57 +77,26 @@ void SubjectTool::MoveSideways(const CaptureState& state, const Vector2d& by_img
 bool SubjectTool::Press(const render::KeyPressed& key, const CaptureState& state, PendingRequests& pending) {
   constexpr double kStepShare = 0.01;  // of the picture's width, across it
   const double step = kStepShare * state.camera.width;
-  switch (key.key) {
-    case render::Key::kUp:
-      key.shift ? MoveSideways(state, {0, -step}) : ScaleDistance(state, kFine);
-      return true;
-    case render::Key::kDown:
-      key.shift ? MoveSideways(state, {0, step}) : ScaleDistance(state, 1 / kFine);
-      return true;
-    case render::Key::kRight:
-      key.shift ? MoveSideways(state, {step, 0}) : ScaleRadius(kFine);
-      return true;
-    case render::Key::kLeft:
-      key.shift ? MoveSideways(state, {-step, 0}) : ScaleRadius(1 / kFine);
-      return true;
-    case render::Key::kPageUp:
-      ScaleDistance(state, kCoarse);
-      return true;
-    case render::Key::kPageDown:
-      ScaleDistance(state, 1 / kCoarse);
-      return true;
-    case render::Key::kEnter:
-      if (draft_ && draft_ != of_capture_) pending.Place(*draft_);
-      Close(pending);
-      return true;
-    case render::Key::kEscape:
-      Leave(pending);
-      return true;
-    default:
-      return false;
-  }
+  const auto across = [&](double x, double y) { MoveSideways(state, {x * step, y * step}); };
+  return Act(key.key,
+             {{render::Key::kUp, [&] { key.shift ? across(0, -1) : ScaleDistance(state, kFine); }},
+              {render::Key::kDown, [&] { key.shift ? across(0, 1) : ScaleDistance(state, 1 / kFine); }},
+              {render::Key::kRight, [&] { key.shift ? across(1, 0) : ScaleRadius(kFine); }},
+              {render::Key::kLeft, [&] { key.shift ? across(-1, 0) : ScaleRadius(1 / kFine); }},
+              {render::Key::kPageUp, [&] { ScaleDistance(state, kCoarse); }},
+              {render::Key::kPageDown, [&] { ScaleDistance(state, 1 / kCoarse); }},
+              {render::Key::kEnter, [&] { TakeOver(pending); }},
+              {render::Key::kEscape, [&] { Leave(pending); }}});
 }
 
 bool SubjectTool::Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
                          PendingRequests& pending) {
   if (!open_) return false;
   if (const auto* key = std::get_if<render::KeyPressed>(&event)) return Press(*key, state, pending);
-  if (const auto* typed = std::get_if<render::Typed>(&event)) {
-    switch (typed->character) {
-      case 's':
-        Leave(pending);
-        return true;
-      case 'c':
-        found_anew_ = true;
-        pending.FindSubject();
-        return true;
-      case 'a':
-        aperture_ = !aperture_;
-        return true;
-      default:
-        return false;
-    }
-  }
+  if (const auto* typed = std::get_if<render::Typed>(&event))
+    return Act(typed->character, {{U's', [&] { Leave(pending); }},
+                                  {U'c', [&] { FindAnew(pending); }},
+                                  {U'a', [&] { aperture_ = !aperture_; }}});
   if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     if (wheel->shift)
       ScaleRadius(std::pow(kFine, wheel->steps));

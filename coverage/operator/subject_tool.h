@@ -28,7 +28,9 @@ class SubjectTool {
               PendingRequests& pending);
 
  private:
+  void TakeOver(PendingRequests& pending);
   void Leave(PendingRequests& pending);
+  void FindAnew(PendingRequests& pending);
   bool Press(const render::KeyPressed& key, const CaptureState& state, PendingRequests& pending);
   void ScaleDistance(const CaptureState& state, double factor);
   void ScaleRadius(double factor);

@@ -24,8 +24,7 @@ class CapWatch {
     double least_way = M_PI / 2;
   };
   // `share` of the cap ends the capture.
-  explicit CapWatch(double share) : CapWatch(share, Options{}) {}
-  CapWatch(double share, const Options& options) : share_(share), options_(options) {}
+  explicit CapWatch(double share) : share_(share) {}
   // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
   // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the
   // operator, at most once between two gains.
@@ -34,7 +33,7 @@ class CapWatch {
 
  private:
   const double share_;
-  const Options options_;
+  const Options options_{};
   double most_covered_ = 0;
   std::optional<Eigen::Vector3d> from_;  // where the present step began
   double moved_ = 0;                     // since the last gain, radians

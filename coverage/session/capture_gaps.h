@@ -22,9 +22,7 @@ class CaptureGaps {
     double missed_frames = 10;  // of a camera that continues by itself: fewer are dropped frames, no gap
   };
   CaptureGaps(ViewSpool& spool, std::function<void(const std::string&)> say)
-      : CaptureGaps(spool, std::move(say), Options{}) {}
-  CaptureGaps(ViewSpool& spool, std::function<void(const std::string&)> say, const Options& options)
-      : options_(options), spool_(spool), say_(std::move(say)) {}
+      : spool_(spool), say_(std::move(say)) {}
 
   void Tracking(bool tracked, double now_s);
   // The gap lasts from `since_s`, the last frame before the fault, to the next frame.
@@ -50,7 +48,7 @@ class CaptureGaps {
   void Close(std::optional<Open>& gap, double to_s);
   void EndDisk(double now_s, bool ended);
 
-  const Options options_;
+  const Options options_{};
   ViewSpool& spool_;
   std::function<void(const std::string&)> say_;
   std::optional<Open> tracking_, device_, disk_, by_request_;

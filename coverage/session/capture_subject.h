@@ -55,9 +55,6 @@ class SubjectWatch {
     std::size_t fewest_frames = 3;
     double rest_share = 0.5;  // where less of the other points is found, the tracker itself has a problem
   };
-  SubjectWatch() = default;
-  explicit SubjectWatch(const Options& options) : options_(options) {}
-
   // After every tracked frame.
   bool Moved(double time_s, std::span<const tracking::ExpectedPoint> points, const Subject& subject);
   void Reset();
@@ -71,7 +68,7 @@ class SubjectWatch {
   // On the subject against off it; none where too few points are expected.
   std::optional<double> ShareFound() const;
 
-  Options options_;
+  const Options options_{};
   std::deque<Tally> frames_;
   std::optional<double> gone_since_s_;
   int frames_gone_ = 0;  // since then

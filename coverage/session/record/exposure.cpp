@@ -128,8 +128,7 @@ std::optional<double> ExposureMatch::LogLightRatio(const Rigid3& now_from_world,
   return median;
 }
 
-ExposureMatch::ExposureMatch(const LightField& resumed, const Options& options)
-    : options_(options), resumed_(resumed) {
+ExposureMatch::ExposureMatch(const LightField& resumed) : resumed_(resumed) {
   resumed_.points.clear();
   for (const View& view : resumed_.views)
     if (view.exposure_s <= 0 && view.gain > 0) kept_[view.id] = {std::log(view.gain), {}};

@@ -37,9 +37,6 @@ class ExposureWatch {
     double same_light = 0.08;    // log ratio; a third of what one step of an exposure dial changes
     double same_direction_cosine = 0.9994;  // of two degrees; farther apart other things are seen
   };
-  ExposureWatch() = default;
-  explicit ExposureWatch(const Options& options) : options_(options) {}
-
   // Every frame with a pose that sees the whole subject, in order. `held`: whether the camera's automatic is
   // off, none where it does not tell (Device::Held). True: settled, as far as can be told.
   bool Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
@@ -69,8 +66,7 @@ class ExposureMatch {
               // another lamp
   };
   // `resumed`: its views are compared with, too; their photographs are read when they are needed.
-  explicit ExposureMatch(const LightField& resumed) : ExposureMatch(resumed, Options{}) {}
-  ExposureMatch(const LightField& resumed, const Options& options);
+  explicit ExposureMatch(const LightField& resumed);
   // This picture's light divided by the first view's; 1 for the first. `depth`: of the subject. `views`: the
   // views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves them all when it
   // closes a loop or changes its scale.
