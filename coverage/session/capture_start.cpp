@@ -109,7 +109,7 @@ bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const 
     if (live) return true;
   }
   if (stop()) return false;
-  throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);
+  throw Error("{}: the device gave no complete frame; 'ulf devices' shows what is known about it", uri);
 }
 
 void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,

@@ -63,7 +63,7 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
   if (std::filesystem::exists(file)) {
     const std::string problem = poses.RestoreMap(file, KeyOf(light_field, tracked));
     if (problem.empty()) {
-      spdlog::info("the map of the last session is back in {:.2f} s", SecondsSince(start));
+      spdlog::info("the map of the last session was loaded in {:.2f} s", SecondsSince(start));
       return;
     }
     fmt::print(stderr, "{}: {}; the map is made anew from the recorded views\n", file.string(), problem);

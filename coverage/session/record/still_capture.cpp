@@ -161,7 +161,8 @@ acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& d
         device, {.calibration_path = args.calibration_path, .force = args.force}, 0, 0, "still");
   } catch (const Error& error) {
     throw Error(
-        "{}; the photographs' intrinsics are needed besides live view's: ulf calibrate {} --mode still",
+        "{}; photographs need intrinsics of their own, besides those of live view: ulf calibrate {} --mode "
+        "still",
         error.what(), ShellWord(device.Info().uri));
   }
 }

@@ -408,7 +408,7 @@ LightFieldWriter ViewSpool::Finish() {
         "opened",
         Counted(pictures_not_made_, "photograph"));
   if (!failure_ && !pictures_.empty())
-    spdlog::warn("{} of images/ had no room and will be made from masters/ when there is some",
+    spdlog::warn("{} of images/ did not fit on the disk and will be made from masters/ when there is room",
                  Counted(pictures_.size(), "photograph"));
   return std::move(writer_);
 }
