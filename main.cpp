@@ -11,12 +11,13 @@
 #include "core/base/error.h"
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a camera that hangs up is an error value, not our end
+  std::signal(SIGPIPE,
+              SIG_IGN);  // writing to a camera that is gone must return an error, not end the process
   spdlog::set_default_logger(spdlog::stderr_color_mt("ulf"));
   spdlog::set_pattern("%^%l%$: %v");
 
-  cv::utils::logging::setLogLevel(
-      cv::utils::logging::LOG_LEVEL_ERROR);  // what fails is said by our own errors
+  // Our own errors report what fails.
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_ERROR);
   CLI::App app{
       "ulf: captures, measures and renders unstructured light fields with one camera held in the hand."};
   app.require_subcommand(1);

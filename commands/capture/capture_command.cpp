@@ -13,7 +13,6 @@
 #include "commands/calibration/intrinsics_options.h"
 #include "commands/capture/capture_report.h"
 #include "commands/capture/crash_handler.h"
-#include "commands/capture/pose_errors.h"
 #include "commands/light_field/light_field_report.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/readout_option.h"
@@ -28,10 +27,10 @@
 #include "coverage/operator/coverage_drawing.h"
 #include "coverage/operator/run_with_display.h"
 #include "coverage/operator/scripted_surface.h"
+#include "coverage/session/capture_request.h"
 #include "coverage/session/capture_session.h"
 #include "coverage/session/capture_start.h"
 #include "coverage/session/record/map_cache.h"
-#include "coverage/session/request_lines.h"
 #include "coverage/simulated_operator/simulated_operator.h"
 #include "tracking/sources/marker_spec.h"
 
@@ -44,12 +43,12 @@ void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
                    const coverage::CaptureSummary& summary) {
   if (args.overlay.empty() && args.map.empty()) return;
   if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
-    fmt::print(stderr, "nothing was recorded: no pictures are drawn\n");
+    fmt::print(stderr, "no view was recorded: --overlay and --map write no pictures\n");
     return;
   }
   const Rigid3& cam_from_world = summary.last_recorded->cam_from_world;
   if (!args.overlay.empty()) {
-    // Lines and dots want pixels: small images are drawn on at twice their size.
+    // Small images are drawn at twice their size, so that lines and dots stay clear.
     constexpr int kWideEnough = 1000;
     const int factor = camera.width < kWideEnough ? 2 : 1;
     const CameraModel large = camera.ScaledTo(factor * camera.width, factor * camera.height);
@@ -76,7 +75,7 @@ void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSumma
   std::fflush(stdout);
 }
 
-// The larger share of what the capture may end by; the device's own where nothing was asked for.
+// The largest share of the limits that end the capture; without limits the device's own.
 double ShareDone(const coverage::CaptureArgs& args, const coverage::CaptureOptions& options,
                  const coverage::CaptureState& now, double first_time_s, const acquisition::Device& device) {
   double share = 0;
@@ -101,10 +100,9 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
                      what, way.empty() ? "" : "; next: " + way);
 }
 
-// Before anything else is read or written there.
 void ReportUnwrittenFrames(const coverage::CaptureSummary& summary) {
   if (summary.stopped_because != coverage::StoppedBecause::kDisk) return;
-  fmt::print(stderr, "ulf: {}\nulf: what was written before is whole; go on with --resume\n",
+  fmt::print(stderr, "ulf: {}\nulf: the views written before are complete; go on with --resume\n",
              summary.problem);
   for (const auto& [folder, count] : summary.set_aside)
     fmt::print(stderr, "ulf: {} taken by then: kept in {}\n", Counted(count, "frame"), folder.string());
@@ -134,17 +132,20 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
   if (!args.marker.empty()) tracking::MarkerSpec::Parse(args.marker);
   if (!args.marker.empty() && args.headless)
     throw UsageError(
-        "--marker {}: with it one looks round in the display's review, and --headless is without a display; "
-        "leave out one of the two",
+        "--marker {}: it moves the camera of the display's review, and --headless has no display; leave out "
+        "one "
+        "of the two",
         args.marker);
   if (args.offscreen && (args.headless || args.requests.empty()))
     throw UsageError(
-        "--offscreen: a display without a window, which lines of --requests press keys of and look at; {}",
-        args.headless ? "leave out --headless, which is without a display" : "give --requests, too");
+        "--offscreen: a display without a window, for which lines of --requests press keys and write "
+        "pictures; "
+        "{}",
+        args.headless ? "leave out --headless, which has no display" : "give --requests, too");
   for (const std::string& picture : {args.overlay, args.map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) acquisition::RequireNewRecording(args.keep_frames);
-  std::optional<coverage::RequestLines> request_lines;  // before anything is written
+  std::optional<coverage::RequestLines> request_lines;  // refused before anything is written
   coverage::CaptureRequests requests;
   const auto script = std::make_shared<coverage::DisplayScript>(requests);
   if (!args.requests.empty()) {
@@ -169,7 +170,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
     const CrashHandler guard(args.dir);
     Progress progress("capture");
     const double first_time_s = prepared.first.back().device_time_s;
-    double shown_share = 0;  // a pose that is corrected may open the cap again, but the bar goes one way
+    double shown_share = 0;  // never falls, although corrected poses may reopen the cap
     coverage::CaptureHooks hooks;
     hooks.say = [&](const std::string& line) { progress.Say(line); };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };
@@ -244,72 +245,75 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
 void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<coverage::CaptureArgs>();
   CLI::App* command =
-      app.add_subcommand("capture", "Captures a light field: records every view that is missing");
-  command->add_option("URI", args->uri, "Device (see 'ulf devices'); none: the first real camera");
+      app.add_subcommand("capture", "Capture a light field: records every view that is missing");
+  command->add_option("URI", args->uri, "Device, see 'ulf devices' (default: the first real camera)");
   command->add_option("-o,--output", args->dir, "Folder of the light field")->required();
-  command->add_option("--subject", args->subject, "auto, or x,y,z,radius in world units")
+  command->add_option("--subject", args->subject, "Subject: auto, or x,y,z,radius in world units")
       ->capture_default_str();
-  command->add_option("--subject-size", args->subject_size, "auto: the sphere's share of the image's width")
+  command
+      ->add_option("--subject-size", args->subject_size,
+                   "With --subject auto: width of the sphere's image, share of the image's width")
       ->capture_default_str();
   command->add_flag(
       "--no-subject", args->no_subject,
-      "Posed photographs of a place, whatever is seen: recorded by parallax and overlap, the sharpest of "
+      "Capture posed photographs of a place without a subject: by parallax and overlap, the sharpest of "
       "neighbouring frames (docs/tracking.md)");
   command
-      ->add_option("--parallax-deg", args->parallax_deg,
-                   "With --no-subject: a view more when what is seen has shifted by so many degrees (1)")
+      ->add_option(
+          "--parallax-deg", args->parallax_deg,
+          "With --no-subject: parallax in degrees from which on another view is recorded (default: 1)")
       ->check(Positive());
   command->add_option(
       "--until-covered", args->until_covered,
-      "Stop when this cap is covered, degrees: 60x40, 60x40:95% (98 % if not said). With --resume: as "
-      "before, none: until stopped");
-  command->add_option("--quality", args->quality, "high: 7 px (as without), fast: 12 px")
+      "Stop when this cap is covered, AZIMUTHxELEVATION in degrees such as 60x40 or 60x40:95% (default: 98 % "
+      "of it; with --resume as before); none: until stopped");
+  command->add_option("--quality", args->quality, "Threshold by name: high 7 px, fast 12 px (default: high)")
       ->check(CLI::IsMember({"high", "fast"}));
-  command->add_option("--threshold-px", args->threshold_px, "Reprojection error allowed");
+  command->add_option("--threshold-px", args->threshold_px, "Largest error in pixels");
   command->add_option("--coverage-width", args->coverage_width_px,
-                      "Width of the image that the threshold refers to (640)");
+                      "Width of the image that the threshold refers to (default: 640)");
   AddIntrinsicsOptions(*command, args->intrinsics);
   command->add_option("--poses", args->poses_text, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
   AddTrackingSideOption(*command, args->tracking_side_px);
-  command->add_option("--frames", args->frames, "Stop after so many frames")->check(Positive());
-  command->add_option("--max-seconds", args->max_seconds, "Stop after so long, by the device's clock")
+  command->add_option("--frames", args->frames, "Stop after this number of frames")->check(Positive());
+  command->add_option("--max-seconds", args->max_seconds, "Stop after this time, by the device's clock")
       ->check(Positive());
   command
       ->add_option("--speed", args->speed,
-                   "Of a recording: 1 in time, N faster; none or 0: as fast as it goes")
+                   "Speed of a recording: 1 as recorded, N times as fast, 0 without waiting (default: 0)")
       ->check(NonNegative());
   command->add_option("--keep-frames", args->keep_frames,
-                      "New folder for every frame: the session can be run again, replay:FOLDER");
+                      "Save every frame in this new folder, to run the session again with replay:FOLDER");
   command->add_option(
       "--requests", args->requests,
-      "Lines to be answered while it runs, from this file or fifo (-: standard input): take-back "
+      "Read requests during the capture from this file or fifo (-: standard input): take-back "
       "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], pause, "
       "record, finish");
-  command->add_option(
-      "--operator", args->person,
-      "Of a simulated scene: who holds the camera, in place of a hand that scans by a plan: guided, "
-      "unguided, novice or unguided-novice, with a seed if wanted, novice:7 (docs/guidance.md)");
-  command->add_flag("--headless", args->headless, "Without the operator display");
-  command->add_flag(
-      "--offscreen", args->offscreen,
-      "The operator display without a window: --requests then also takes press KEYS (s,Up,Enter) "
-      "and look FILE.png");
+  command->add_option("--operator", args->person,
+                      "Simulated person who holds a simulated camera: guided, unguided, novice or "
+                      "unguided-novice, with a seed such as novice:7 (default: a hand that scans by a plan; "
+                      "docs/guidance.md)");
+  command->add_flag("--headless", args->headless, "Capture without the operator display");
+  command->add_flag("--offscreen", args->offscreen,
+                    "Run the operator display without a window; --requests then also takes press KEYS "
+                    "(s,Up,Enter) and look FILE.png");
   command->add_option(
       "--marker", args->marker,
-      "Held before the camera to look round in the display's review: marker:80:DICT_4X4_50:0");
+      "Marker that moves the camera of the display's review, such as marker:80:DICT_4X4_50:0");
   command->add_flag("--deterministic", args->deterministic,
-                    "One thread; the same frames give the same bytes");
-  command->add_flag("--resume", args->resume, "Go on with the light field in the folder");
+                    "Use one thread, so that the same frames give the same bytes");
+  command->add_flag("--resume", args->resume, "Continue the light field in the folder");
   command->add_flag("--raw", args->raw,
-                    "A mosaic camera's masters are the mosaics themselves, not their 16-bit colours");
-  command->add_option("--overlay", args->overlay, "Picture: the last recorded frame with the painted sphere");
-  command->add_option("--map", args->map, "Picture: the coverage map");
+                    "Save the mosaics of a mosaic camera as masters (default: their 16-bit colours)");
+  command->add_option("--overlay", args->overlay,
+                      "Write a picture: the last recorded frame with the painted sphere");
+  command->add_option("--map", args->map, "Write a picture: the coverage map");
   command
       ->add_option("--truth", args->truth,
-                   "True poses (TUM, device times), read at the end: prints the tracker's error")
+                   "True poses (TUM, device times): print the tracker's error at the end")
       ->check(CLI::ExistingFile);
-  command->add_flag("--json", args->json, "One JSON object");
+  command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");
   command->callback([args, &chosen] {

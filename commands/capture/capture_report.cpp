@@ -1,68 +1,61 @@
 #include "commands/capture/capture_report.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "commands/camera/device_report.h"
 #include "core/base/counted.h"
+#include "core/base/quantile.h"
 
 namespace ulf::commands {
 namespace {
 
 const char* InWords(coverage::StoppedBecause why) {
-  switch (why) {
-    case coverage::StoppedBecause::kCovered:
-      return "the cap is covered";
-    case coverage::StoppedBecause::kFrames:
-      return "--frames is reached";
-    case coverage::StoppedBecause::kSeconds:
-      return "--max-seconds is reached";
-    case coverage::StoppedBecause::kEnded:
-      return "the device has no more frames";
-    case coverage::StoppedBecause::kSignal:
-      return "asked to";
-    case coverage::StoppedBecause::kDeviceLost:
-      return "the device is lost";
-    case coverage::StoppedBecause::kDisk:
-      return "the disk";
-    case coverage::StoppedBecause::kClosed:
-      return "finished by request";
-  }
-  return "";
+  constexpr std::array kWords{"the cap is covered",
+                              "--frames is reached",
+                              "--max-seconds is reached",
+                              "the device has no more frames",
+                              "asked to",
+                              "the device is lost",
+                              "the disk",
+                              "finished by request"};
+  return kWords[static_cast<std::size_t>(why)];
 }
 
 const char* WayOut(coverage::Reason reason) {
+  using enum coverage::Reason;
   switch (reason) {
-    case coverage::Reason::kTracking:
+    case kTracking:
       return "the pose was too uncertain, or there were too few frames to place the subject; move slowly "
              "sideways, with the subject in view";
-    case coverage::Reason::kCovered:
+    case kCovered:
       return "every frame showed what recorded views show already";
-    case coverage::Reason::kBehind:
+    case kBehind:
       return "the subject lies behind the camera: turn round, or correct --subject (x to the right, y down, "
              "z forward from where the world begins)";
-    case coverage::Reason::kOutsideRectangle:
-    case coverage::Reason::kInsideSphere:
+    case kOutsideRectangle:
+    case kInsideSphere:
       return "the subject was not wholly in view; aim at it, step back, or make its sphere smaller "
              "(--subject-size, or the radius of --subject)";
-    case coverage::Reason::kBlur:
+    case kBlur:
       return "every frame was blurred; move slower, or expose shorter";
-    case coverage::Reason::kExposure:
+    case kExposure:
       return "the subject was clipped or black; set the exposure (ulf features)";
-    case coverage::Reason::kUnsettled:
+    case kUnsettled:
       return "the exposure never came to rest; switch the camera's automatics off (ulf features), or keep "
              "the light steady";
-    case coverage::Reason::kSpeed:
+    case kSpeed:
       return "the camera moved too fast for its exposure time; move slower, or expose shorter";
-    case coverage::Reason::kSpool:
+    case kSpool:
       return "the disk did not keep up; write to a faster one";
-    case coverage::Reason::kDisk:
+    case kDisk:
       return "the disk was full; free some space, or write to another one";
-    case coverage::Reason::kPaused:
-      return "recording was paused by request and never asked for again (record)";
-    case coverage::Reason::kStill:
+    case kPaused:
+      return "recording was paused by request and never resumed (record)";
+    case kStill:
       return "photographs were asked for and none was recorded; see what the camera said above";
-    case coverage::Reason::kRecorded:
+    case kRecorded:
       break;
   }
   return "";
@@ -139,40 +132,37 @@ std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t
 }
 
 std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
-  constexpr double kFew = 0.2, kMost = 0.5;
-  const bool as_wanted =
-      summary.stopped_because == coverage::StoppedBecause::kCovered || summary.recorded == 0;
-  if (as_wanted) return {};
+  using enum coverage::Reason;
+  constexpr double kFew = 0.2, kMost = 0.5;  // shares of the frames; guessed
+  if (summary.stopped_because == coverage::StoppedBecause::kCovered || summary.recorded == 0) return {};
   const auto count = [&](coverage::Reason reason) {
     return summary.reasons[static_cast<std::size_t>(reason)];
   };
-  const auto is_elsewhere = [](coverage::Reason reason) {
-    return reason == coverage::Reason::kOutsideRectangle || reason == coverage::Reason::kInsideSphere ||
-           reason == coverage::Reason::kBehind;
+  const auto aims_elsewhere = [](coverage::Reason reason) {
+    return reason == kOutsideRectangle || reason == kInsideSphere || reason == kBehind;
   };
   std::uint64_t refused = 0, elsewhere = 0;
-  coverage::Reason commonest = coverage::Reason::kRecorded;
+  coverage::Reason commonest = kRecorded;
   std::string words_elsewhere;
   for (const coverage::Reason reason : coverage::kReasons) {
-    const bool stands_in_the_way = reason != coverage::Reason::kRecorded &&
-                                   reason != coverage::Reason::kCovered &&
-                                   reason != coverage::Reason::kStill && reason != coverage::Reason::kPaused;
-    if (!stands_in_the_way || count(reason) == 0) continue;
+    const bool is_refusal =
+        reason != kRecorded && reason != kCovered && reason != kStill && reason != kPaused;
+    if (!is_refusal || count(reason) == 0) continue;
     refused += count(reason);
-    if (is_elsewhere(reason)) {
+    if (aims_elsewhere(reason)) {
       elsewhere += count(reason);
       words_elsewhere += fmt::format("{}'{}'", words_elsewhere.empty() ? "" : " or ", InWords(reason));
-    } else if (commonest == coverage::Reason::kRecorded || count(reason) > count(commonest)) {
+    } else if (commonest == kRecorded || count(reason) > count(commonest)) {
       commonest = reason;
     }
   }
-  const auto not_covered = static_cast<double>(summary.frames - count(coverage::Reason::kCovered));
+  const auto not_covered = static_cast<double>(summary.frames - count(kCovered));
   if (static_cast<double>(summary.recorded) >= kFew * not_covered ||
       static_cast<double>(refused) < kMost * static_cast<double>(summary.frames))
     return {};
   const std::string few =
       fmt::format("only {} of {} recorded: for", summary.recorded, Counted(summary.frames, "frame"));
-  if (elsewhere == 0 || (commonest != coverage::Reason::kRecorded && count(commonest) > elsewhere))
+  if (elsewhere == 0 || (commonest != kRecorded && count(commonest) > elsewhere))
     return fmt::format("{} {} the reason was '{}': {}", few, count(commonest), InWords(commonest),
                        WayOut(commonest));
   return fmt::format(
@@ -181,6 +171,42 @@ std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
       "x,y,z,radius; for posed photographs of a walk give --no-subject",
       few, elsewhere, words_elsewhere,
       summary.subject_was_found ? ", which was placed by itself in the middle of the first pictures" : "");
+}
+
+PoseErrors CompareWithTruth(const std::filesystem::path& truth_file, const std::vector<TimedPose>& live,
+                            const LightField& light_field) {
+  constexpr double kSameFrame_s = 0.002;  // times are the device's own in both
+  const std::vector<TimedPose> truth = ReadTum(truth_file);
+  std::vector<TimedPose> views;
+  std::vector<double> distances;
+  for (const View& view : light_field.views) {
+    views.push_back({view.device_time_s, view.cam_from_world});
+    if (light_field.subject)
+      distances.push_back((view.CenterInWorld() - light_field.subject->center_in_world).norm());
+  }
+  PoseErrors errors{CompareTrajectories(live, truth, kSameFrame_s),
+                    CompareTrajectories(views, truth, kSameFrame_s)};
+  if (errors.views) errors.subject_distance = errors.views->scale * Median(std::move(distances));
+  return errors;
+}
+
+void AddTo(nlohmann::json& json, const PoseErrors& errors) {
+  json["ate_live_rmse"] = nullptr;
+  if (errors.live) json["ate_live_rmse"] = errors.live->ate_rmse;
+  json["ate_views_rmse"] = nullptr;
+  if (errors.views) json["ate_views_rmse"] = errors.views->ate_rmse;
+  json["truth_subject_distance"] = errors.subject_distance;
+}
+
+std::string ToText(const PoseErrors& errors) {
+  if (!errors.live || !errors.views || errors.subject_distance <= 0)
+    return "against truth  too few poses have a true one at their time to compare\n";
+  const double share = 100 / errors.subject_distance;
+  return fmt::format(
+      "against truth  camera centres off by {:.3f} % of the subject distance live ({}), {:.3f} % in the "
+      "light field ({}), RMS\n",
+      share * errors.live->ate_rmse, Counted(errors.live->matched, "frame"), share * errors.views->ate_rmse,
+      Counted(errors.views->matched, "view"));
 }
 
 }  // namespace ulf::commands

@@ -2,9 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "core/geometry/trajectory.h"
+#include "core/light_field/light_field.h"
 #include "coverage/session/capture_session.h"
 
 namespace ulf::commands {
@@ -20,5 +25,18 @@ std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t
 // reason and what to do. Reasons that mean that the camera does not look at the subject count as one. Empty:
 // no such reason. For captures that recorded something.
 std::string FewRecordedReason(const coverage::CaptureSummary& summary);
+
+// `ulf capture --truth`: the errors of a capture's camera centres against true ones after a similarity
+// alignment, for all tracked frames with their live poses and for the recorded views with their final poses.
+struct PoseErrors {
+  std::optional<TrajectoryError> live, views;
+  double subject_distance = 0;  // median of the views, in the truth's unit
+};
+
+// `truth_file` is TUM's format, its times the device's. Throws Error naming file and line.
+PoseErrors CompareWithTruth(const std::filesystem::path& truth_file, const std::vector<TimedPose>& live,
+                            const LightField& light_field);
+void AddTo(nlohmann::json& json, const PoseErrors& errors);  // in the truth's unit
+std::string ToText(const PoseErrors& errors);                // shares of the subject's distance
 
 }  // namespace ulf::commands

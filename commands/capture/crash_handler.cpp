@@ -26,27 +26,27 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kCommand[] = "close-after-death";
-// What a program that breaks gets, from the processor or from itself (GLib's fatal errors: SIGTRAP).
-constexpr std::array kDeadly{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGTRAP};
+// Of crashes, also of GLib's fatal errors (SIGTRAP).
+constexpr std::array kFatalSignals{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT, SIGTRAP};
 
-// Everything that is needed at death lies ready: there is no allocating then.
-std::array<char, 4096> dying_dir;
-std::array<char, 16> dying_signal, dying_thread;
-std::array<struct sigaction, kDeadly.size()> before;
+// Static, because a signal handler must not allocate.
+std::array<char, 4096> light_field_dir;
+std::array<char, 16> signal_number, thread_name;
+std::array<struct sigaction, kFatalSignals.size()> earlier_actions;
 
-void Become(int signal) {
-  dying_signal = {static_cast<char>('0' + signal / 10), static_cast<char>('0' + signal % 10), 0};
-  prctl(PR_GET_NAME, dying_thread.data());
+void ReplaceProcess(int signal) {
+  signal_number = {static_cast<char>('0' + signal / 10), static_cast<char>('0' + signal % 10), 0};
+  prctl(PR_GET_NAME, thread_name.data());
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
-  // The light field's lock goes with its descriptors.
+  // Closing all descriptors releases the light field's lock.
   syscall(SYS_close_range, 3u, ~0u, 0u);
   char program[] = "/proc/self/exe", name[] = "ulf";
   char command[sizeof kCommand];
   std::memcpy(command, kCommand, sizeof kCommand);
-  char* const arguments[] = {name,   command, dying_dir.data(), dying_signal.data(), dying_thread.data(),
-                             nullptr};
+  char* const arguments[] = {
+      name, command, light_field_dir.data(), signal_number.data(), thread_name.data(), nullptr};
   execv(program, arguments);
   ::signal(signal, SIG_DFL);
   raise(signal);
@@ -66,8 +66,9 @@ int CloseAfterDeath(const std::string& dir, int signal, const std::string& threa
     fmt::print(stderr, "{}; {} is closed with {}: go on with 'ulf capture ... -o {} --resume'\n", what, dir,
                Counted(light_field.views.size(), "view"), ShellWord(dir));
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}, and {} could not be closed ({}); what was recorded is there, --resume goes on\n",
-               what, dir, error.what());
+    fmt::print(stderr,
+               "{}, and {} could not be closed ({}); the recorded views are there, --resume goes on\n", what,
+               dir, error.what());
   }
   return kFailed;
 }
@@ -77,14 +78,15 @@ int CloseAfterDeath(const std::string& dir, int signal, const std::string& threa
 CrashHandler::CrashHandler(const fs::path& dir) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   const std::string text = fs::absolute(dir).string();
-  if (text.size() >= dying_dir.size()) throw Error("{}: the path is too long", text);
-  std::copy_n(text.c_str(), text.size() + 1, dying_dir.begin());
+  if (text.size() >= light_field_dir.size()) throw Error("{}: the path is too long", text);
+  std::copy_n(text.c_str(), text.size() + 1, light_field_dir.begin());
   InstallSignalStack();
   struct sigaction action {};
-  action.sa_handler = Become;
+  action.sa_handler = ReplaceProcess;
   action.sa_flags = SA_ONSTACK | static_cast<int>(SA_RESETHAND);
   sigfillset(&action.sa_mask);
-  for (std::size_t i = 0; i < kDeadly.size(); ++i) sigaction(kDeadly[i], &action, &before[i]);
+  for (std::size_t i = 0; i < kFatalSignals.size(); ++i)
+    sigaction(kFatalSignals[i], &action, &earlier_actions[i]);
 #else
   static_cast<void>(dir);
 #endif
@@ -92,7 +94,8 @@ CrashHandler::CrashHandler(const fs::path& dir) {
 
 CrashHandler::~CrashHandler() {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  for (std::size_t i = 0; i < kDeadly.size(); ++i) sigaction(kDeadly[i], &before[i], nullptr);
+  for (std::size_t i = 0; i < kFatalSignals.size(); ++i)
+    sigaction(kFatalSignals[i], &earlier_actions[i], nullptr);
 #endif
 }
 
@@ -102,7 +105,8 @@ void AddCloseAfterCrashCommand(CLI::App& app, ChosenCommand& chosen) {
     int signal = 0;
   };
   const auto args = std::make_shared<Args>();
-  CLI::App* command = app.add_subcommand(kCommand, "What a capture turns into when it dies of a signal");
+  CLI::App* command =
+      app.add_subcommand(kCommand, "Closes the light field of a capture that died of a signal");
   command->group("");
   command->add_option("DIR", args->dir)->required();
   command->add_option("SIGNAL", args->signal)->required();

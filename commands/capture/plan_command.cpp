@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/criterion.h"
@@ -43,7 +44,7 @@ coverage::CriterionSetup SetupFrom(const PlanArgs& args) {
         args.radius, args.distance);
   if (args.angle_deg.has_value() != args.distance_ratio.has_value())
     throw UsageError(
-        "--angle-deg and --distance-ratio go together: where the new view stands against the recorded");
+        "--angle-deg and --distance-ratio go together: they place the new view relative to the recorded one");
   if (args.distance_ratio) require(*args.distance_ratio > 0, "--distance-ratio", *args.distance_ratio);
   if (args.angle_deg && !std::isfinite(*args.angle_deg)) throw UsageError("--angle-deg must be a number");
   return {.focal_px = args.focal_px * args.coverage_width_px / args.width_px,
@@ -75,18 +76,18 @@ int RunPlan(const PlanArgs& args) {
       coverage::Predict(setup, goal.cap, goal.share.value_or(coverage::CaptureOptions{}.until_share));
   if (!prediction)
     throw UsageError(
-        "--threshold-px {}: a view covers not even itself; the bound of a view with itself is 2 px",
+        "--threshold-px {}: a view would not cover even itself; its bound with itself is 2 px, give more",
         args.threshold_px);
   if (const auto doubt = coverage::ThresholdWarning(*prediction, goal.cap))
     fmt::print(stderr, "ulf: {}\n", *doubt);
-  const double disc_radius_deg = prediction->disc_radius * 180 / M_PI;
+  const double disc_radius_deg = Degrees(prediction->disc_radius);
   const auto ratio = [&](const std::optional<double>& distance) {
     return distance ? std::optional(*distance / setup.distance) : std::nullopt;
   };
   const auto near = ratio(prediction->nearest), far = ratio(prediction->farthest);
   std::optional<double> bound_px;
   if (args.angle_deg)
-    bound_px = coverage::AimedBoundPx(setup, *args.angle_deg * M_PI / 180, *args.distance_ratio);
+    bound_px = coverage::AimedBoundPx(setup, Radians(*args.angle_deg), *args.distance_ratio);
 
   if (args.json) {
     const auto or_null = [](const std::optional<double>& value) {
@@ -117,33 +118,36 @@ int RunPlan(const PlanArgs& args) {
 void AddPlanCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<PlanArgs>();
   CLI::App* command =
-      app.add_subcommand("plan", "Before a shoot: how far one view covers, and how many it takes");
+      app.add_subcommand("plan", "Predict a capture: how far one view covers, and how many views it takes");
   command->add_option("--focal-px", args->focal_px, "Focal length in pixels of the camera's images")
       ->required();
   command->add_option("--width", args->width_px, "Width of the camera's images in pixels")->required();
-  command->add_option("--distance", args->distance, "From the camera to the subject's centre")->required();
-  command->add_option("--radius", args->radius, "Of the sphere around the subject, in the same unit")
+  command->add_option("--distance", args->distance, "Distance from the camera to the subject's centre")
+      ->required();
+  command->add_option("--radius", args->radius, "Radius of the sphere around the subject, in the same unit")
       ->required();
   CLI::Option* threshold =
-      command->add_option("--threshold-px", args->threshold_px, "Reprojection error allowed")
+      command->add_option("--threshold-px", args->threshold_px, "Largest error in pixels")
           ->capture_default_str();
   command
       ->add_option_function<std::string>(
           "--quality",
           [args](const std::string& quality) { args->threshold_px = quality == "fast" ? 12 : 7; },
-          "high: 7 px (as without), fast: 12 px")
+          "Threshold by name: high 7 px, fast 12 px (default: high)")
       ->check(CLI::IsMember({"high", "fast"}))
       ->excludes(threshold);
   command
       ->add_option("--coverage-width", args->coverage_width_px,
                    "Width of the image that the threshold refers to")
       ->capture_default_str();
-  command->add_option("--cap", args->cap, "Viewpoints wanted, degrees: 60x40, 60x40:95%")
+  command
+      ->add_option("--cap", args->cap,
+                   "Cap to cover, AZIMUTHxELEVATION in degrees such as 60x40 or 60x40:95%")
       ->capture_default_str();
-  command->add_option("--angle-deg", args->angle_deg, "Tell the bound of a view this far around");
-  command->add_option("--distance-ratio", args->distance_ratio,
-                      "... at this multiple of the recorded distance");
-  command->add_flag("--json", args->json, "One JSON object");
+  command->add_option("--angle-deg", args->angle_deg,
+                      "Print the bound of a view at this angle from the recorded one");
+  command->add_option("--distance-ratio", args->distance_ratio, "... and at this multiple of its distance");
+  command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf plan --focal-px 600 --width 640 --distance 1 --radius 0.15 --cap 60x40");
   command->callback([args, &chosen] { chosen = [args] { return RunPlan(*args); }; });
 }

@@ -32,12 +32,12 @@ struct ExportArgs {
 
 struct Triangulated {
   bool done = false;
-  bool kept_points = false;  // none was found, those that there were stay
+  bool kept_points = false;  // no point was found, the light field's own stay
   double pose_error_px = 0;
   std::size_t unread = 0;
 };
 
-// Poses are those of the light field; only the points are made.
+// Measures the points anew, with the light field's poses.
 Triangulated MakePoints(LightField& light_field, Progress& progress, double share) {
   tracking::TriangulationOptions options;
   options.progress = [&](double done, const std::string& stage) { progress.Show(share * done, stage); };
@@ -60,7 +60,7 @@ std::string Described(const Undistortion& camera, std::size_t number) {
   return fmt::format("camera {}: {}x{} becomes {}x{}; {:.1f} % of the picture is kept{}\n", number,
                      camera.from.width, camera.from.height, camera.to.width, camera.to.height,
                      100 * camera.kept_share,
-                     camera.is_limited ? ", what lies farther than 60 degrees from the axis is not" : "");
+                     camera.is_limited ? ", nothing beyond 60 degrees from the axis" : "");
 }
 
 void PrintText(const ExportArgs& args, const ExportSummary& summary, const Triangulated& triangulated) {
@@ -77,16 +77,14 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Trian
                points.mean_track_length, points.mean_error_px);
   fmt::print("\n");
   if (triangulated.kept_points)
-    fmt::print(
-        "the photographs share nothing that could be measured: the points are those that were there\n");
-  constexpr double kPoorPx = 2;
+    fmt::print("the photographs share nothing that can be measured: the points stay as they were\n");
+  constexpr double kPoorPx = 2;  // guessed
   if (triangulated.pose_error_px > kPoorPx)
     fmt::print(
-        "the poses fit the pictures to {:.1f} px only, which leaves few points: ulf refine makes better "
-        "ones\n",
+        "the poses fit the pictures only to {:.1f} px, which leaves few points: ulf refine improves them\n",
         triangulated.pose_error_px);
   if (triangulated.unread > 0)
-    fmt::print("{} could not be looked at for points\n", Counted(triangulated.unread, "view"));
+    fmt::print("{} could not be read to measure points\n", Counted(triangulated.unread, "view"));
 }
 
 int RunExport(const ExportArgs& args, ExportForm form) {
@@ -98,11 +96,10 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   options.undistort = args.undistort;
   options.stop = [] { return StopOnSignal::Asked(); };
   Triangulated triangulated;
-  // By time, about.
-  const double points_share = args.known_points ? 0 : 0.8;
+  const double points_share = args.known_points ? 0 : 0.8;  // of the time; guessed
   RequireExportable(light_field, args.output, options);
   if (!args.known_points) triangulated = MakePoints(light_field, progress, points_share);
-  const StopOnSignal signals;  // from here on there is something to clear away
+  const StopOnSignal signals;  // from here on a stop removes what was written
   options.progress = [&](double share, const std::string& what) {
     progress.Show(points_share + (1 - points_share) * share, what);
   };

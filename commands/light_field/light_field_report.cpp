@@ -29,8 +29,7 @@ double AngularSpan(std::vector<double> angles) {
 Eigen::Vector2d AngularRange(const std::vector<Vector3d>& directions, const Vector3d& up) {
   const Vector3d& first = directions.front();
   const bool within_hemisphere =
-      std::all_of(directions.begin(), directions.end(),
-                  [&](const Vector3d& direction) { return direction.dot(first) > 0; });
+      std::ranges::all_of(directions, [&](const Vector3d& direction) { return direction.dot(first) > 0; });
   const Vector3d level = first - first.dot(up) * up;
   const coverage::CapFrame frame(within_hemisphere || level.norm() < 1e-6 ? first : level, up);
   std::vector<double> azimuths, elevations;
@@ -85,7 +84,7 @@ std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
                      holes.size(), area, largest, holes.size() > kShown ? "; ..." : "");
 }
 
-// The counts of frames are written when a session is closed.
+// Views of sessions that were not closed: closing writes the counts of frames.
 std::size_t UncountedViews(const LightField& light_field) {
   if (light_field.device_uri.empty() || light_field.device_uri.starts_with("import:")) return 0;
   const auto counted = light_field.reasons.find(Name(coverage::Reason::kRecorded));
@@ -130,7 +129,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   if (!report.subject) {
     if (options.cap)
       throw UsageError(
-          "{}: has no subject, and its views look at no common point: no cap to measure; give --subject "
+          "{}: has no subject, and its views look at no common point: no cap can be measured; give --subject "
           "x,y,z,radius, or leave out --cap",
           light_field.root.string());
     return report;

@@ -33,7 +33,7 @@ struct SheetArgs {
   std::string out = "contact_sheet.png";
 };
 
-// Over the best geometry that it brings itself.
+// With the best proxy that the light field has of its own.
 std::shared_ptr<const render::RenderScene> SceneOf(const LightField& light_field,
                                                    const std::optional<Subject>& subject) {
   const auto scene = render::LoadScene(light_field, {.subject = subject});
@@ -50,28 +50,26 @@ int MiddleView(const render::RenderScene& scene) {
   const auto closeness = [&](const render::SceneView& view) {
     return (view.center_in_world - center).normalized().dot(middle);
   };
-  return static_cast<int>(std::max_element(scene.views.begin(), scene.views.end(),
-                                           [&](const render::SceneView& a, const render::SceneView& b) {
-                                             return closeness(a) < closeness(b);
-                                           }) -
-                          scene.views.begin());
+  return static_cast<int>(std::ranges::max_element(scene.views, {}, closeness) - scene.views.begin());
 }
 
-// The subject and some of what is around it, upright so that two of it fill a panel.
+// The subject with a margin, half as high again as wide so that two of it fill a panel.
 cv::Rect AroundSubject(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject) {
   const Eigen::Vector3d center_in_cam = cam_from_world * subject.center_in_world;
   const auto img = camera.ImgFromCam(center_in_cam);
   if (!img) return {0, 0, camera.width, camera.height};
-  const double half = std::max(1.2 * camera.fx * subject.radius / center_in_cam.norm(), 0.1 * camera.width);
+  constexpr double kMargin = 1.2, kHeight = 1.5, kLeastWidth = 0.1;
+  const double half =
+      std::max(kMargin * camera.fx * subject.radius / center_in_cam.norm(), kLeastWidth * camera.width);
   const cv::Rect around(
-      cv::Point(static_cast<int>(img->x() - half), static_cast<int>(img->y() - 1.5 * half)),
-      cv::Point(static_cast<int>(img->x() + half), static_cast<int>(img->y() + 1.5 * half)));
+      cv::Point(static_cast<int>(img->x() - half), static_cast<int>(img->y() - kHeight * half)),
+      cv::Point(static_cast<int>(img->x() + half), static_cast<int>(img->y() + kHeight * half)));
   return around & cv::Rect(0, 0, camera.width, camera.height);
 }
 
 SheetPanel RenderingBesideTruth(const render::RenderScene& scene) {
   if (scene.views.size() < 2)
-    return {scene.views.front().Srgb8(), "the only view: nothing can be left out and compared"};
+    return {scene.views.front().Srgb8(), "only one view: none can be left out and compared"};
   const int left_out = MiddleView(scene);
   const render::SceneView& view = scene.views[static_cast<std::size_t>(left_out)];
   const CameraModel camera = view.camera.WithoutDistortion();

@@ -1,10 +1,12 @@
 #include "coverage/bound/capture_prediction.h"
-#include "core/base/counted.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "core/base/counted.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::coverage {
 
@@ -22,14 +24,12 @@ ViewsEstimate ViewsEstimate::Of(const Cap& cap, double disc_radius, double share
                     std::min(M_PI, cap.height + 0.5 * disc_radius)};
   const double usual =
       std::max(1.0, share * reached.SolidAngle() / (std::sqrt(3.0) * disc_radius * disc_radius));
-  const double by_chance = std::sqrt(usual);
-  return {.usual = usual,
-          .fewest = std::max(1.0, 0.9 * usual - 0.5 * by_chance),
-          .most = 1.2 * usual + by_chance};
+  const double spread = std::sqrt(usual);
+  return {.usual = usual, .fewest = std::max(1.0, 0.9 * usual - 0.5 * spread), .most = 1.2 * usual + spread};
 }
 
 std::string InWords(const ViewsEstimate& views) {
-  // Two digits are as many as are known.
+  // More than two digits would claim a precision that the estimate does not have.
   const auto rounded = [](double value) {
     const double step = std::pow(10, std::max(0.0, std::floor(std::log10(std::max(1.0, value))) - 1));
     return step * std::round(value / step);
@@ -53,31 +53,31 @@ std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std:
 
 std::optional<std::string> ThresholdWarning(const CapturePrediction& prediction,
                                             const std::optional<Cap>& cap) {
-  constexpr double kMostViews = 100'000;
+  constexpr double kMostViews = 100'000;  // guessed
   constexpr char kWayOut[] = "ask for a smaller cap, a larger threshold, a smaller subject or more distance";
   if (prediction.views && prediction.views->usual > kMostViews)
-    return fmt::format("{} for this cap: nobody takes so many; {}", InWords(*prediction.views), kWayOut);
+    return fmt::format("{} for this cap: more than a person can take; {}", InWords(*prediction.views),
+                       kWayOut);
   const double finest = CoverageMap::FinestDiscRadius(cap.value_or(Cap::WholeSphere()));
   if (prediction.disc_radius < finest)
     return fmt::format(
-        "one view covers {:.2g}°, finer than the coverage map of such a cap can show ({:.2g}°): small gaps "
-        "will "
-        "not be seen; {}",
-        prediction.disc_radius * 180 / M_PI, finest * 180 / M_PI, kWayOut);
+        "one view covers {:.2g}°, less than the coverage map of such a cap can show ({:.2g}°): small gaps "
+        "will not be seen; {}",
+        Degrees(prediction.disc_radius), Degrees(finest), kWayOut);
   return std::nullopt;
 }
 
 std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric) {
   const std::string from = metric ? " m from the subject's centre" : " units from the subject's centre";
-  std::string stay = "any distance will do";
+  std::string stay = "any distance works";
   if (prediction.nearest && prediction.farthest)
     stay = fmt::format("stay {:.2f} to {:.2f}", *prediction.nearest, *prediction.farthest) + from;
   else if (prediction.nearest)
     stay = fmt::format("stay at least {:.2f}", *prediction.nearest) + from;
   else if (prediction.farthest)
     stay = fmt::format("stay at most {:.2f}", *prediction.farthest) + from;
-  const std::string covers = fmt::format("one covers {:.1f}° around it", prediction.disc_radius * 180 / M_PI);
-  return prediction.views ? fmt::format("{} at {:g} px within the cap, more for ways beyond it; {}; {}",
+  const std::string covers = fmt::format("one covers {:.1f}° around it", Degrees(prediction.disc_radius));
+  return prediction.views ? fmt::format("{} at {:g} px within the cap, more if you go beyond it; {}; {}",
                                         InWords(*prediction.views), threshold_px, covers, stay)
                           : fmt::format("views at {:g} px: {}; {}", threshold_px, covers, stay);
 }

@@ -7,16 +7,17 @@
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
 
-// A bound on memory, reached only with thresholds barely above two pixels over the whole sphere.
+// Limits the memory; guessed. Only thresholds barely above two pixels over the whole sphere reach it.
 constexpr double kMostCells = 4e6;
 
-// What one view covers of its own shell, or a stand-in where that is nothing or everything.
+// Of the views at `distance`, within limits that keep the grid usable where they cover nothing or everything.
 double DiscRadiusFor(const CriterionView& camera, const Subject& subject, double distance,
                      double threshold_px) {
   constexpr double kSmallest = 1e-4, kLargest = 0.3;
@@ -58,7 +59,7 @@ CapGoal CapGoal::Parse(const std::string& text) {
 }
 
 Cap Cap::FromDegrees(const Eigen::Vector2d& width_and_height) {
-  return {width_and_height.x() * M_PI / 180, width_and_height.y() * M_PI / 180};
+  return {Radians(width_and_height.x()), Radians(width_and_height.y())};
 }
 
 Eigen::Vector2d Cap::Degrees() const { return Eigen::Vector2d{width, height} * (180 / M_PI); }
@@ -69,7 +70,7 @@ double Cap::SolidAngle() const { return width * 2 * std::sin(height / 2); }
 
 CapFrame::CapFrame(const Vector3d& first_direction, const Vector3d& up_in_world)
     : forward_(first_direction.normalized()) {
-  // Right for who stands at the first view and looks at the subject.
+  // To the right of a person who stands at the first view and looks at the subject.
   right_ = (-forward_).cross(up_in_world);
   if (right_.norm() < 1e-9 * up_in_world.norm()) right_ = forward_.unitOrthogonal();
   right_.normalize();
@@ -162,8 +163,7 @@ double CoverageMap::FinestDiscRadius(const Cap& cap) { return 3 * std::sqrt(cap.
 
 double CoverageMap::CoveredShare() const {
   if (cells_.empty()) return 0;
-  // The sum over cells is off by its rounding.
-  constexpr double kNearlyAll = 1 - 1e-9;
+  constexpr double kNearlyAll = 1 - 1e-9;  // rounding may bring the sum over cells to 1
   return open_cells_ == 0 ? 1 : std::min(kNearlyAll, painted_sr_ / total_sr_);
 }
 
@@ -245,7 +245,7 @@ void CoverageMap::PaintRow(const Row& row, int view_index, double azimuth, doubl
     const int from = std::clamp(static_cast<int>((from_azimuth - left) / cell_width), 0, row.columns - 1);
     const int to = std::clamp(static_cast<int>((to_azimuth - left) / cell_width), 0, row.columns - 1);
     for (int column = from; column <= to; ++column) {
-      Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
+      Cell& cell = cells_[Index(row, column)];
       if (cell.view == view_index) continue;
       const Vector3d cell_direction = frame_->Direction(left + (column + 0.5) * cell_width, row.elevation);
       if (cell_direction.dot(direction) < min_cosine) continue;
@@ -268,14 +268,14 @@ std::optional<CoveringView> CoverageMap::At(const Vector3d& direction) const {
   const int column =
       std::clamp(static_cast<int>((angles.azimuth + extent().width / 2) / extent().width * row.columns), 0,
                  row.columns - 1);
-  const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
+  const Cell& cell = cells_[Index(row, column)];
   return CoveringView{cell.bound_px, cell.view};
 }
 
 void CoverageMap::ForEachCell(const std::function<void(const CellView&)>& look) const {
   for (const Row& row : rows_)
     for (int column = 0; column < row.columns; ++column) {
-      const Cell& cell = cells_[row.first_cell + static_cast<std::size_t>(column)];
+      const Cell& cell = cells_[Index(row, column)];
       look({DirectionOf(row, column), row.cell_sr, {cell.bound_px, cell.view}});
     }
 }
@@ -285,11 +285,11 @@ std::vector<CoverageMap::PaintedRun> CoverageMap::PaintedRuns(double widest) con
   const double left = -extent().width / 2;
   for (const Row& row : rows_) {
     const double cell_width = extent().width / row.columns;
-    int first = 0;  // of the run that is being gathered
+    int first = 0;  // column of the present run
     for (int column = 1; column <= row.columns; ++column) {
-      const int view = cells_[row.first_cell + static_cast<std::size_t>(first)].view;
+      const int view = cells_[Index(row, first)].view;
       const bool goes_on = column < row.columns && (column + 1 - first) * cell_width <= widest &&
-                           cells_[row.first_cell + static_cast<std::size_t>(column)].view == view;
+                           cells_[Index(row, column)].view == view;
       if (goes_on) continue;
       if (view >= 0)
         runs.push_back({left + first * cell_width, left + column * cell_width,
@@ -315,7 +315,7 @@ void CoverageMap::ForEachNeighbour(std::size_t row, int column,
     else if (round)
       look(row, (beside + columns) % columns);
     if (step < 0 ? row == 0 : row + 1 == rows_.size()) continue;
-    // Rows have different numbers of columns: all that reach over this one.
+    // Rows have different numbers of columns: several cells of the next one may touch this cell.
     const std::size_t next = step < 0 ? row - 1 : row + 1;
     const double per_column = static_cast<double>(rows_[next].columns) / columns;
     const int last = rows_[next].columns - 1;
@@ -328,12 +328,12 @@ void CoverageMap::ForEachNeighbour(std::size_t row, int column,
 CoverageHole CoverageMap::GatherHole(std::size_t row, int column, std::vector<bool>& seen) const {
   std::vector<std::pair<std::size_t, int>> open, frontier{{row, column}};
   const auto take = [&](std::size_t r, int c) {
-    const std::size_t cell = rows_[r].first_cell + static_cast<std::size_t>(c);
+    const std::size_t cell = Index(rows_[r], c);
     if (seen[cell] || cells_[cell].view >= 0) return;
     seen[cell] = true;
     frontier.push_back({r, c});
   };
-  seen[rows_[row].first_cell + static_cast<std::size_t>(column)] = true;
+  seen[Index(rows_[row], column)] = true;
   CoverageHole hole{.solid_angle_sr = 0, .direction = DirectionOf(rows_[row], column)};
   Vector3d sum = Vector3d::Zero();
   while (!frontier.empty()) {
@@ -355,12 +355,9 @@ std::vector<CoverageHole> CoverageMap::Holes() const {
   std::vector<bool> seen(cells_.size());
   for (std::size_t row = 0; row < rows_.size(); ++row)
     for (int column = 0; column < rows_[row].columns; ++column)
-      if (const std::size_t cell = rows_[row].first_cell + static_cast<std::size_t>(column);
-          !seen[cell] && cells_[cell].view < 0)
+      if (const std::size_t cell = Index(rows_[row], column); !seen[cell] && cells_[cell].view < 0)
         holes.push_back(GatherHole(row, column, seen));
-  std::stable_sort(holes.begin(), holes.end(), [](const CoverageHole& a, const CoverageHole& b) {
-    return a.solid_angle_sr > b.solid_angle_sr;
-  });
+  std::ranges::stable_sort(holes, std::ranges::greater{}, &CoverageHole::solid_angle_sr);
   return holes;
 }
 

@@ -164,6 +164,9 @@ class CoverageMap {
                         const std::function<void(std::size_t row, int column)>& look) const;
   CoverageHole GatherHole(std::size_t row, int column, std::vector<bool>& seen) const;
   Eigen::Vector3d DirectionOf(const Row& row, int column) const;
+  static std::size_t Index(const Row& row, int column) {
+    return row.first_cell + static_cast<std::size_t>(column);
+  }
   void Rebuild();
   void Paint(int view_index);
   void PaintRow(const Row& row, int view_index, double azimuth, double half_width, double min_cosine);

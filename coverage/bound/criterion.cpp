@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What costs less comes first: the central pixel, then a guess where it holds, else the scan.
+// Tries the cheapest first: the central pixel, then the guess where it is reliable, else the scan.
 double WorstPixelError(const EpipolarPlane& plane, double give_up_px) {
   const double central = plane.ErrorAt(std::clamp(0.0, plane.lowest_pixel(), plane.highest_pixel()));
   if (central >= give_up_px || central == kInfinity) return central;
@@ -59,7 +59,7 @@ double WorstOfOtherPlanes(const CriterionView& recorded, const CriterionView& ca
 }
 
 CriterionView Aimed(const CriterionSetup& setup, double angle, double distance) {
-  // The frame is as large as the sphere's image needs: a plan asks about the subject, not about a sensor.
+  // A frame that holds any image of the sphere: a plan asks about the subject, not about a sensor.
   CriterionView view;
   view.fx = view.fy = setup.focal_px;
   view.width = view.height = 1e9;
@@ -68,8 +68,7 @@ CriterionView Aimed(const CriterionSetup& setup, double angle, double distance) 
                       -Vector3d::UnitY());
 }
 
-// The argument between `inside` (value within the threshold) and `outside` (above it) where the threshold is
-// met.
+// Bisects between `inside`, whose value is within the threshold, and `outside`, whose value is above it.
 template <typename Function>
 double Crossing(const Function& value, double inside, double outside, double threshold) {
   for (int i = 0; i < 60; ++i) {
@@ -139,7 +138,7 @@ double AimedBoundPx(const CriterionSetup& setup, double angle, double distance_r
 std::optional<double> DiscRadius(const CriterionSetup& setup, double distance_ratio) {
   const auto bound = [&](double angle) { return AimedBoundPx(setup, angle, distance_ratio); };
   if (bound(0) > setup.threshold_px) return std::nullopt;
-  // The first crossing: steps that grow from a share of what the parallax alone allows.
+  // Looks for the first crossing in steps that grow from a share of the angle that parallax alone allows.
   double inside = 0;
   double step =
       0.02 * setup.threshold_px * setup.distance * distance_ratio / (2 * setup.focal_px * setup.radius);

@@ -10,6 +10,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kConeRadiusPx = 1;
+constexpr double kParallel = 1e-9;  // sine, or depth of a unit vector: less is rounding
 
 }  // namespace
 
@@ -32,7 +33,7 @@ Vector3d AcrossAxis(const CriterionView& recorded, const CriterionView& candidat
        {toward_n, Vector3d(candidate.cam_from_world.row(2)), Vector3d(recorded.cam_from_world.row(2))}) {
     const Vector3d across = hint - hint.dot(toward_s) * toward_s;
     const double length = across.norm();
-    if (length > 1e-9) return across / length;
+    if (length > kParallel) return across / length;
   }
   return toward_s.unitOrthogonal();
 }
@@ -55,7 +56,7 @@ EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView&
   const Vector3d s_axis = recorded.cam_from_world * -p, s_across = recorded.cam_from_world * q;
   const Vector3d n_axis = candidate.cam_from_world * (-cos_ * p - sin_ * q);
   const Vector3d n_across = candidate.cam_from_world * (-sin_ * p + cos_ * q);
-  if (s_axis.z() <= 1e-9 || n_axis.z() <= 1e-9) return;  // the centre lies behind one of them
+  if (s_axis.z() <= kParallel || n_axis.z() <= kParallel) return;  // the centre lies behind one of them
   s_.emplace(recorded, s_axis, s_across);
   n_.emplace(candidate, n_axis, n_across);
 
@@ -73,15 +74,14 @@ EpipolarPlane::EpipolarPlane(const CriterionView& recorded, const CriterionView&
   usable_ = lowest_ <= highest_;
 }
 
-// Only pixels in s's frame count. Where the frame cuts the sphere's image, the disc around O's image that
-// holds the frame stands for it: the frame's corners may lie farther out than its edge does along the
-// epipolar line.
+// Only pixels in s's frame count. The frame is replaced by the disc around O's image that holds it, because its
+// corners may lie farther out than its edge does along the epipolar line.
 void EpipolarPlane::BoundPixelsByFrame(const CriterionView& recorded, const Vector3d& to_center) {
   const double x = recorded.fx * to_center.x() / to_center.z() + recorded.cx;
   const double y = recorded.fy * to_center.y() / to_center.z() + recorded.cy;
   const double near_x = std::clamp(x, 0.0, recorded.width), near_y = std::clamp(y, 0.0, recorded.height);
   if (near_x != x || near_y != y) {
-    // O itself is out of the frame: does the frame's nearest pixel still see the sphere?
+    // O is out of the frame: the frame's nearest pixel may still see the sphere.
     const Vector3d ray((near_x - recorded.cx) / recorded.fx, (near_y - recorded.cy) / recorded.fy, 1);
     if (recorded_distance_ * ray.cross(to_center).norm() > radius_ * ray.norm()) return;
   }
@@ -106,7 +106,7 @@ void EpipolarPlane::FindSilhouette() {
   }
 }
 
-// The ends of the ray's way through the sphere, as n sees them.
+// Includes the images in n of the two points where the ray enters and leaves the sphere.
 void EpipolarPlane::IncludeRay(double slope, Extent* extent) const {
   slope = std::clamp(slope, -tangent_slope_, tangent_slope_);  // a ray past the sphere becomes the tangent
   const double d = recorded_distance_;
@@ -146,7 +146,7 @@ double EpipolarPlane::ErrorAt(double pixel_px) const {
   return extent.Length();
 }
 
-// The pixel at which the parallax of a single ray is largest, its denominator held (coverage bound, equation
+// The pixel with the largest parallax of a single ray, with a constant denominator (coverage bound, equation
 // 5).
 double EpipolarPlane::FirstGuess() const {
   const double sideways = candidate_distance_ * std::abs(sin_);
@@ -158,11 +158,12 @@ double EpipolarPlane::FirstGuess() const {
   return std::clamp(s_->ImgFromSlope(sine / std::sqrt(1 - sine * sine)), lowest_, highest_);
 }
 
-// Two parabola steps around the guess.
 double EpipolarPlane::Refined(double guess, double error, double give_up_px) const {
+  constexpr int kRounds = 2;
+  constexpr double kFirstStep = 0.12, kNarrowing = 0.35;  // the first one of half the interval
   double best = error;
-  double step = 0.12 * 0.5 * (highest_ - lowest_);
-  for (int round = 0; round < 2 && best < give_up_px; ++round, step *= 0.35) {
+  double step = kFirstStep * 0.5 * (highest_ - lowest_);
+  for (int round = 0; round < kRounds && best < give_up_px; ++round, step *= kNarrowing) {
     const double middle = std::clamp(guess, lowest_ + step, highest_ - step);
     const double before = ErrorAt(middle - step), after = ErrorAt(middle + step);
     const double here = middle == guess ? error : ErrorAt(middle);
@@ -178,12 +179,13 @@ double EpipolarPlane::Refined(double guess, double error, double give_up_px) con
   return best;
 }
 
-// The top of a hill between two pixels: golden section.
+// The largest error between two pixels, by golden section.
 double EpipolarPlane::Top(double low, double high) const {
   constexpr double kGolden = 0.6180339887498949;
+  constexpr int kSections = 18;
   double inner = high - kGolden * (high - low), outer = low + kGolden * (high - low);
   double inner_error = ErrorAt(inner), outer_error = ErrorAt(outer);
-  for (int i = 0; i < 18; ++i) {
+  for (int i = 0; i < kSections; ++i) {
     if (inner_error > outer_error) {
       high = outer, outer = inner, outer_error = inner_error;
       inner = high - kGolden * (high - low), inner_error = ErrorAt(inner);
@@ -210,8 +212,8 @@ double EpipolarPlane::Scanned(double give_up_px) const {
   for (int i = 0; i <= kSteps; ++i)
     if (look_at(lowest_ + i * step)) return best;
   const double at_of_steps = at;
-  // With n close to the sphere there are peaks between those: where a cone ends at n's silhouette, and where
-  // it lies between both sides of it.
+  // With n close to the sphere there are peaks between the steps: where a cone ends at n's silhouette, and
+  // where it lies between both sides of the silhouette.
   const auto& [left, right] = silhouette_;
   for (const double pixel :
        {left.pixel_in_s - kConeRadiusPx, left.pixel_in_s + kConeRadiusPx, right.pixel_in_s - kConeRadiusPx,
@@ -221,8 +223,8 @@ double EpipolarPlane::Scanned(double give_up_px) const {
   return at == at_of_steps ? best : std::max(best, top_within(kConeRadiusPx));
 }
 
-// Near the shell and at angles at which the denominator hardly changes over the sphere; elsewhere the maximum
-// wanders, and inside the sphere there is no guess.
+// At about the same distance and at angles at which the denominator hardly changes over the sphere. Elsewhere
+// the maximum moves away, and inside the sphere there is no guess.
 bool EpipolarPlane::IsGuessReliable() const {
   constexpr double kShell = 0.25, kDenominatorChange = 0.03;
   const double ratio = candidate_distance_ / recorded_distance_;

@@ -20,7 +20,7 @@ double Wrap(double angle) { return std::remainder(angle, 2 * M_PI); }
 Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s) {
   Guidance guidance;
   if (!map || subject_ != map->subject()) {
-    *this = Guide(options_);
+    *this = {};
     if (!map) return guidance;
     subject_ = map->subject();
   }
@@ -42,7 +42,7 @@ Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>
   EstimateRest(*map, time_s, guidance);
   if (!offset || !(offset->norm() > 0)) {
     seen_.clear();
-    if (last_) guidance.toward = open_.frame().Direction(last_->azimuth, last_->elevation);
+    if (last_) guidance.toward = DirectionOf(*last_);
     return guidance;
   }
   UpdateSpeed(offset->normalized(), time_s);
@@ -51,7 +51,7 @@ Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>
   last_ = Next(hand, time_s);
   if (!last_) return guidance;
   UpdateProgress(hand, *last_, time_s);
-  guidance.toward = open_.frame().Direction(last_->azimuth, last_->elevation);
+  guidance.toward = DirectionOf(*last_);
   if (!goal_) {
     guidance.row = Offset(*map, hand, *last_);
     guidance.left_open = LeftOpen(hand);
@@ -69,20 +69,18 @@ void Guide::UpdateSpeed(const Vector3d& direction, double time_s) {
   speed_ = Vector2d(Wrap(to.azimuth - from.azimuth) * std::cos(to.elevation), to.elevation - from.elevation) /
            (time_s - first.time_s);
   if (std::abs(speed_.x()) < std::max(options_.row_speed * open_.disc_radius(), std::abs(speed_.y()))) return;
-  // A row's direction is kept while the hand comes to rest and turns; who goes against it for long means it.
+  // A row keeps its direction while the hand stops and turns; only a longer movement against it turns the row.
   const int moves = speed_.x() > 0 ? 1 : -1;
   if (moves == heading_ || goal_ || !last_ || time_s - with_heading_s_ > options_.heading_s) heading_ = moves;
   if (moves == heading_) with_heading_s_ = time_s;
 }
 
 double Guide::Angle(const Place& a, const Place& b) const {
-  return std::acos(std::clamp(
-      open_.frame().Direction(a.azimuth, a.elevation).dot(open_.frame().Direction(b.azimuth, b.elevation)),
-      -1.0, 1.0));
+  return std::acos(std::clamp(DirectionOf(a).dot(DirectionOf(b)), -1.0, 1.0));
 }
 
-// Where a row at about `level` runs through an open stretch: at its own height while both sides are wide
-// open, else beside the nearer edge; through the middle of what one row fills.
+// The elevation at which a row at about `level` passes an open run: its own level while there is room for
+// another row on both sides, else beside the nearer edge; the middle of a run that one row fills.
 double Guide::Path(const OpenDirections::Run& run, double level) const {
   const double radius = open_.disc_radius();
   if (run.high - run.low <= 2 * options_.path_from_edge * radius) return 0.5 * (run.low + run.high);
@@ -95,14 +93,14 @@ double Guide::Path(const OpenDirections::Run& run, double level) const {
 }
 
 bool Guide::IsSkipped(const Place& place) const {
-  const Vector3d direction = open_.frame().Direction(place.azimuth, place.elevation);
+  const Vector3d direction = DirectionOf(place);
   const double cosine = std::cos(options_.near * open_.disc_radius());
-  return std::any_of(skipped_.begin(), skipped_.end(),
-                     [&](const Skipped& alone) { return alone.direction.dot(direction) > cosine; });
+  return std::ranges::any_of(
+      skipped_, [&](const Skipped& skipped) { return skipped.direction.dot(direction) > cosine; });
 }
 
 std::optional<Guide::Place> Guide::Next(const Place& hand, double time_s) {
-  std::erase_if(skipped_, [&](const Skipped& alone) { return alone.until_s <= time_s; });
+  std::erase_if(skipped_, [&](const Skipped& skipped) { return skipped.until_s <= time_s; });
   if (goal_) {
     const double gain = open_.Gain(goal_->azimuth, goal_->elevation);
     const bool there = Angle(hand, *goal_) < options_.arrived * open_.disc_radius();
@@ -156,7 +154,7 @@ std::optional<Guide::Place> Guide::RowPlace(const Place& hand, int heading) cons
   return ahead;
 }
 
-// The last view of a row may leave less than a disc open before the rim.
+// The rim of the cap, while less than a disc is open between it and the last view of the row.
 std::optional<Guide::Place> Guide::RimPlace(const Place& hand, int heading) const {
   const double radius = open_.disc_radius();
   const double cosine = std::max(kLeastCosine, std::cos(hand.elevation));
@@ -179,14 +177,13 @@ std::optional<Guide::Place> Guide::RimPlace(const Place& hand, int heading) cons
 
 std::optional<Guide::Place> Guide::BestPlace(const Place& hand) const {
   const double radius = open_.disc_radius();
-  const Vector3d here = open_.frame().Direction(hand.azimuth, hand.elevation);
+  const Vector3d here = DirectionOf(hand);
   std::optional<Place> best;
   double least = std::numeric_limits<double>::infinity();
   for (int column = 0; column < open_.columns(); ++column)
     for (const OpenDirections::Run& run : open_.Runs(column)) {
       const Place place{open_.Azimuth(column), Path(run, hand.elevation)};
-      const double way =
-          std::acos(std::clamp(here.dot(open_.frame().Direction(place.azimuth, place.elevation)), -1.0, 1.0));
+      const double way = std::acos(std::clamp(here.dot(DirectionOf(place)), -1.0, 1.0));
       if ((way / radius + options_.turn_cost) >= least) continue;  // no gain is more than one
       const double gain = std::min(1.0, open_.Gain(place.azimuth, place.elevation));
       if (gain < options_.worth_the_way || IsSkipped(place)) continue;
@@ -198,8 +195,7 @@ std::optional<Guide::Place> Guide::BestPlace(const Place& hand) const {
   return best;
 }
 
-// Nothing is asked for ever: a place that the hand does not set out for, or that stays open although the hand
-// is there, is skipped.
+// Skips a place that the hand does not go to, or that stays open although the hand is there.
 void Guide::UpdateProgress(const Place& hand, const Place& place, double time_s) {
   const double radius = open_.disc_radius();
   const double away = Angle(hand, place);
@@ -214,16 +210,16 @@ void Guide::UpdateProgress(const Place& hand, const Place& place, double time_s)
   const double patience_s =
       away < options_.near * radius ? options_.patience_there_s : options_.patience_on_the_way_s;
   if (time_s - progress_s_ < patience_s) return;
-  skipped_.push_back({open_.frame().Direction(place.azimuth, place.elevation), time_s + options_.skip_s});
+  skipped_.push_back({DirectionOf(place), time_s + options_.skip_s});
   goal_.reset();
   progress_s_ = time_s;
 }
 
-// The row beside: recorded views across from the hand, on the side that the path keeps away from.
+// Measured to the nearest recorded views above or below the hand.
 std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const Place& hand,
                                                  const Place& to) const {
   const double radius = open_.disc_radius();
-  const Vector3d here = open_.frame().Direction(hand.azimuth, hand.elevation);
+  const Vector3d here = DirectionOf(hand);
   const double reach = std::cos(options_.beside_most * radius);
   double nearest = std::numeric_limits<double>::infinity(), side = 0;
   for (const CriterionView& view : map.views()) {
@@ -242,8 +238,9 @@ std::optional<Guidance::RowOffset> Guide::Offset(const CoverageMap& map, const P
   return Guidance::RowOffset{nearest, std::max(0.0, nearest + side * (to.elevation - hand.elevation))};
 }
 
-// Strips too narrow for a row of their own, between where this movement goes and what is painted.
+// Strips too narrow for a row of their own, between the path of this movement and the painted cells.
 std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
+  constexpr double kMarkSpacing = 0.25;  // disc radii, along the elevation
   std::vector<Vector3d> left_open;
   const double radius = open_.disc_radius();
   if (speed_.norm() < options_.strip_speed * radius || std::abs(speed_.x()) < std::abs(speed_.y()))
@@ -259,14 +256,14 @@ std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
     const double level = hand.elevation + slope * step * open_.column_width() * cosine;
     const double low = level - options_.strip * radius, high = level + options_.strip * radius;
     for (const OpenDirections::Run& run : open_.Runs(*column)) {
-      if (run.high < low || run.low > high) continue;  // the strip does not touch it
-      const auto leave = [&](double from, double to) {
+      if (run.high < low || run.low > high) continue;
+      const auto mark = [&](double from, double to) {
         if (to - from > options_.narrow_strip * radius) return;
-        for (double at = from + 0.125 * radius; at < to; at += 0.25 * radius)
+        for (double at = from + 0.5 * kMarkSpacing * radius; at < to; at += kMarkSpacing * radius)
           left_open.push_back(open_.frame().Direction(open_.Azimuth(*column), at));
       };
-      leave(run.low, std::min(run.high, low));
-      leave(std::max(run.low, high), run.high);
+      mark(run.low, std::min(run.high, low));
+      mark(std::max(run.low, high), run.high);
     }
   }
   return left_open;
@@ -276,7 +273,7 @@ void Guide::EstimateRest(const CoverageMap& map, double time_s, Guidance& guidan
   painted_.push_back({time_s, open_.CoveredSr(), map.views().size()});
   while (painted_.size() > 2 && painted_.front().time_s < time_s - options_.rate_over_s) painted_.pop_front();
   if (!map.options().cap) return;
-  // What one view has painted so far; at first as a hand is known to do it.
+  // What one view has painted so far, mixed with the usual value while there are few views.
   const double usual =
       map.options().cap->SolidAngle() / ViewsEstimate::Of(*map.options().cap, open_.disc_radius()).usual;
   const double sr_per_view = (open_.CoveredSr() + options_.estimated_views * usual) /
@@ -284,7 +281,7 @@ void Guide::EstimateRest(const CoverageMap& map, double time_s, Guidance& guidan
   guidance.views_left = open_.OpenSr() / sr_per_view;
   const Painted& before = painted_.front();
   const double seconds = time_s - before.time_s, sr = open_.CoveredSr() - before.sr;
-  // A sliver that was painted on the way says nothing of how fast a hand fills a cap.
+  // Less than one view's area says nothing about how fast the hand fills the cap.
   if (seconds > options_.rate_least_s && sr > sr_per_view)
     guidance.seconds_left = open_.OpenSr() * seconds / sr;
 }

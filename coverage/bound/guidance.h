@@ -36,8 +36,8 @@ struct Guidance {
   std::optional<RowOffset> row;
   // Directions that the present movement, if it goes on, leaves uncovered beside its path.
   std::vector<Eigen::Vector3d> left_open;
-  std::optional<double> views_left,
-      seconds_left;  // expected; none without a cap or before any speed is known
+  // Expected; none without a cap or before any speed is known.
+  std::optional<double> views_left, seconds_left;
 };
 
 class Guide {
@@ -84,9 +84,6 @@ class Guide {
     double rate_least_s = 2;           // not from less
     double estimated_views = 20;       // of a view's usual worth, that weigh against what was measured
   };
-  Guide() : Guide(Options{}) {}
-  explicit Guide(const Options& options) : options_(options) {}
-
   // Call after every frame, with the present map (null: no subject yet), the present camera (none: no pose)
   // and the device's time. Deterministic.
   Guidance After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);
@@ -115,6 +112,9 @@ class Guide {
   std::optional<Place> BestPlace(const Place& hand) const;
   void UpdateProgress(const Place& hand, const Place& place, double time_s);
   double Path(const OpenDirections::Run& run, double level) const;
+  Eigen::Vector3d DirectionOf(const Place& place) const {
+    return open_.frame().Direction(place.azimuth, place.elevation);
+  }
   double Angle(const Place& a, const Place& b) const;
   bool IsSkipped(const Place& place) const;
   std::optional<Guidance::RowOffset> Offset(const CoverageMap& map, const Place& hand, const Place& to) const;
@@ -124,14 +124,14 @@ class Guide {
   Options options_;
   std::optional<Subject> subject_;
   OpenDirections open_;
-  std::deque<Seen> seen_;        // of late, for the hand's movement
+  std::deque<Seen> seen_;        // recent directions, for the hand's speed
   Eigen::Vector2d speed_{0, 0};  // along azimuth and elevation, radians per second
   int heading_ = 0;              // along azimuth: the present row's, or the last one's
   std::optional<double> level_;  // of the present row
-  std::optional<Place> goal_;    // gone to until it is reached; none while a row goes on
-  std::optional<Place> last_;    // what was said last
-  double with_heading_s_ = 0;    // when the hand last went that way
-  Place progress_at_;            // where the hand was when something was last painted or it had gone on
+  std::optional<Place> goal_;    // kept until it is reached; none while a row goes on
+  std::optional<Place> last_;    // the place that After() returned last
+  double with_heading_s_ = 0;    // when the hand last moved in the row's direction
+  Place progress_at_;  // where the hand last made progress: painted cells, or moved by a disc radius
   double progress_s_ = 0, progress_sr_ = 0;
   std::vector<Skipped> skipped_;
   std::deque<Painted> painted_;

@@ -38,12 +38,12 @@ void OpenDirections::Follow(const CoverageMap& map) {
   }
 }
 
-// True when the grid has to be laid anew.
+// True when the grid has to be laid anew, except for another cap, which Follow() detects.
 bool OpenDirections::GrowGrid(const CoverageMap& map) {
   if (cap_) {
     left_ = -cap_->width / 2, width_ = cap_->width;
     bottom_ = -cap_->height / 2, height_ = cap_->height;
-    return false;  // Follow() sees a new one
+    return false;
   }
   const double margin = options_.margin * disc_radius_;
   double left = left_, right = left_ + width_, bottom = bottom_, top = bottom_ + height_;

@@ -37,9 +37,6 @@ class OpenDirections {
     double nearly_full = 0.97;         // covered share from which the grid grows
     double nearly_round = 1.7 * M_PI;  // of azimuth, radians, from which it goes all round
   };
-  OpenDirections() : OpenDirections(Options{}) {}
-  explicit OpenDirections(const Options& options) : options_(options) {}
-
   struct Run {
     double low, high;  // elevation
   };

@@ -34,7 +34,7 @@ SafetyRectangle SafetyRectangle::Of(const CameraModel& camera, double share) {
 }
 
 bool SafetyRectangle::Holds(const std::vector<Vector2d>& outline) const {
-  return std::all_of(outline.begin(), outline.end(), [this](const Vector2d& img) {
+  return std::ranges::all_of(outline, [this](const Vector2d& img) {
     return (img.array() >= low.array()).all() && (img.array() <= high.array()).all();
   });
 }

@@ -9,7 +9,7 @@
 namespace ulf::coverage {
 namespace {
 
-// A pixel's brightest channel as it is stored, 0 to 1.
+// Of the brightest channel, as stored, 0 to 1.
 float Brightness(const Image& image, int x, int y) {
   const cv::Mat& pixels = image.pixels;
   const int channels = pixels.channels();
@@ -36,7 +36,7 @@ std::optional<SubjectLight> LightInside(const Image& image, const std::vector<Ei
     low = low.cwiseMin(corner);
     high = high.cwiseMax(corner);
   }
-  constexpr float kClipped = 0.995f;
+  constexpr float kClipped = 0.995f;  // display-encoded
   constexpr int kSamplesAcross = 40;
   const double step = std::max(1.0, (high - low).maxCoeff() / kSamplesAcross);
   const Eigen::Vector2d middle = 0.5 * (low + high), half = 0.5 * (high - low);

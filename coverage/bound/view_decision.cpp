@@ -32,8 +32,8 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"paused", "recording paused"},
 }};
 
-bool IsWellExposed(const SubjectLight& light, const DecisionLimits& limits) {
-  return light.clipped_share <= limits.max_clipped_share && light.brightest_tenth >= limits.min_brightest;
+bool IsTracked(const tracking::Track& track) {
+  return track.state == tracking::TrackState::kTracking && !track.skipped && track.cam_from_world;
 }
 
 double MotionBlurPx(const FrameToDecide& input) {
@@ -42,11 +42,13 @@ double MotionBlurPx(const FrameToDecide& input) {
   return input.track.speed_px * scale * input.frame.exposure_s / input.frame_period_s;
 }
 
-// What is wrong with the picture of a place that is wanted; kRecorded: nothing.
+// What is wrong with the image of an open viewpoint; kRecorded: nothing.
 Reason ImageReason(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline,
                    const DecisionLimits& limits) {
   const auto light = LightInside(input.frame.image, outline);
-  if (light && !IsWellExposed(*light, limits)) return Reason::kExposure;
+  if (light &&
+      (light->clipped_share > limits.max_clipped_share || light->brightest_tenth < limits.min_brightest))
+    return Reason::kExposure;
   if (!input.exposure_settled) return Reason::kUnsettled;
   if (MotionBlurPx(input) > limits.max_motion_blur_px) return Reason::kSpeed;
   if (input.track.sharpness < limits.min_sharpness) return Reason::kBlur;
@@ -59,8 +61,7 @@ const char* Name(Reason reason) { return kTexts[static_cast<std::size_t>(reason)
 const char* InWords(Reason reason) { return kTexts[static_cast<std::size_t>(reason)].words; }
 
 std::string InWords(const std::string& name) {
-  const auto known =
-      std::find_if(kTexts.begin(), kTexts.end(), [&](const auto& text) { return name == text.name; });
+  const auto known = std::ranges::find(kTexts, name, &ReasonTexts::name);
   return known == kTexts.end() ? name : known->words;
 }
 
@@ -70,9 +71,7 @@ double PoseErrorPx(double center_sigma, double focal_px, double distance, double
 
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
   const tracking::Track& track = input.track;
-  const bool tracked =
-      track.state == tracking::TrackState::kTracking && !track.skipped && track.cam_from_world;
-  if (!tracked || !map) return {Reason::kTracking, {}};
+  if (!IsTracked(track) || !map) return {Reason::kTracking, {}};
 
   const Rigid3& cam_from_world = *track.cam_from_world;
   const Subject& subject = map->subject();
@@ -97,7 +96,7 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
 
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, const DecisionLimits& limits) {
   const tracking::Track& track = input.track;
-  if (track.state != tracking::TrackState::kTracking || track.skipped || !track.cam_from_world) return {};
+  if (!IsTracked(track)) return {};
   if (track.center_sigma && track.quality < limits.min_quality) return {};
   if (shown_already) return {Reason::kCovered, {}};
   const double width = input.camera.width, height = input.camera.height;

@@ -66,8 +66,8 @@ struct DecisionLimits {
 
 struct Decision {
   Reason reason = Reason::kTracking;
-  std::optional<double>
-      bound_px;  // from the nearest recorded view; none where it is infinite or was not asked
+  // Of the recorded view that covers best; none where it is infinite or was not computed.
+  std::optional<double> bound_px;
 };
 
 struct FrameToDecide {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/counted.h"
+#include "core/geometry/angles.h"
 #include "coverage/operator/overlay.h"
 #include "coverage/operator/palette.h"
 
@@ -21,6 +22,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 const cv::Scalar kWhite(255, 255, 255), kInk(45, 45, 45), kCamera(40, 30, 235);
+const cv::Vec3f kUncovered(196, 196, 196);
 constexpr int kSubpixelBits = 4;
 
 cv::Point Subpixel(const Vector2d& img) {
@@ -90,7 +92,7 @@ Chart LayOut(const CoverageMap& map, int width) {
       half_height = std::max(half_height, std::abs(angles.elevation));
     }
   }
-  const double margin = std::max(4 * M_PI / 180, 0.12 * half_height);
+  const double margin = std::max(Radians(4), 0.12 * half_height);
   half_width = std::min(M_PI, half_width + margin);
   half_height = std::min(M_PI / 2, std::max(half_height + margin, 0.25 * half_width));
   const double pixels = width - 76;
@@ -99,7 +101,7 @@ Chart LayOut(const CoverageMap& map, int width) {
 }
 
 void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, const DistanceColors& colors) {
-  const cv::Vec3f outside(232, 232, 232), uncovered(196, 196, 196);
+  const cv::Vec3f outside(232, 232, 232);
   constexpr int kSamples = 2;  // a side: smooth edges
   for (int y = 0; y < static_cast<int>(chart.area.height); ++y)
     for (int x = 0; x < static_cast<int>(chart.area.width); ++x) {
@@ -110,7 +112,7 @@ void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, con
         const double elevation = chart.top - v / chart.area.height * (chart.top - chart.bottom);
         const auto paint = map.At(map.frame()->Direction(azimuth, elevation));
         sum += !paint             ? outside
-               : paint->index < 0 ? uncovered
+               : paint->index < 0 ? kUncovered
                                   : Paint(colors.Of(map.views()[static_cast<std::size_t>(paint->index)]));
       }
       canvas.at<cv::Vec3b>(static_cast<int>(chart.area.y) + y, static_cast<int>(chart.area.x) + x) =
@@ -119,9 +121,9 @@ void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, con
 }
 
 void DrawGraticule(cv::Mat& canvas, const Chart& chart) {
-  const double span_deg = (chart.right - chart.left) * 180 / M_PI;
+  const double span_deg = Degrees(chart.right - chart.left);
   const double step_deg = span_deg > 200 ? 45 : span_deg > 90 ? 20 : span_deg > 25 ? 10 : 5;
-  const double step = step_deg * M_PI / 180;
+  const double step = Radians(step_deg);
   const cv::Scalar line(168, 168, 168);
   for (int i = static_cast<int>(std::ceil(chart.left / step)); i * step <= chart.right; ++i) {
     Line(canvas, chart.ImgOf(i * step, chart.bottom), chart.ImgOf(i * step, chart.top), line);
@@ -156,7 +158,7 @@ void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
   patch(Paint(palette.same), "recorded at the same distance");
   patch(Paint(palette.farther), "farther " + against);
   patch(Paint(palette.nearer), "nearer");
-  patch(cv::Vec3f(196, 196, 196), "not covered");
+  patch(kUncovered, "not covered");
   Disc(canvas, {x + 4, y - 4}, 2.5, kInk);
   Text(canvas, "recorded view", {x + 12, y}, 0.42, kInk);
   if (!against_current) return;
@@ -189,7 +191,7 @@ class ShapePainter {
   void operator()(const render::Spot& spot) {
     Disc(Layer(spot.color), spot.img, spot.radius * scale_, Bgr(spot.color));
   }
-  void operator()(const render::Label&) {}  // words are for the display
+  void operator()(const render::Label&) {}  // only the display draws words
 
  private:
   void Fill(const std::vector<Vector2d>& img, const render::Rgba& color, int kind) {

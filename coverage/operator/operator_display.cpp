@@ -11,14 +11,19 @@
 
 #include "core/base/counted.h"
 #include "core/image/image.h"
-#include "coverage/operator/key_help.h"
-#include "coverage/operator/view_mark.h"
+#include "coverage/operator/key_actions.h"
 
 namespace ulf::coverage {
 namespace {
 
 double SteadySeconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+CameraModel NoWiderThan(double width_px, const CameraModel& camera) {
+  const double shrink = std::min(1.0, width_px / camera.width);
+  return camera.ScaledTo(std::max(1, static_cast<int>(shrink * camera.width)),
+                         std::max(1, static_cast<int>(shrink * camera.height)));
 }
 
 void AddKeys(std::span<const render::KeyHelp> keys, std::vector<render::TableRow>& rows) {
@@ -54,25 +59,25 @@ void OperatorDisplay::TakeStates() {
   if (!state_is_new_) return;
   spread_.Offer(*state_);
   subject_tool_.Follow(*state_, pending_);
-  const std::uint64_t unread = std::min<std::uint64_t>(
-      state_->times_said - std::exchange(heard_of_capture_, state_->times_said), state_->said.size());
-  for (auto line = state_->said.end() - static_cast<std::ptrdiff_t>(unread); line != state_->said.end();
+  const std::uint64_t fresh = std::min<std::uint64_t>(
+      state_->times_said - std::exchange(times_said_, state_->times_said), state_->said.size());
+  for (auto line = state_->said.end() - static_cast<std::ptrdiff_t>(fresh); line != state_->said.end();
        ++line)
     Say(*line);
-  // What is not in order is read even where the first view came at once.
+  // Failed checks stay long enough to read, also where the first view came at once.
   if (!std::exchange(preflight_seen_, !state_->preflight.empty() || preflight_seen_) && preflight_seen_ &&
-      std::any_of(state_->preflight.begin(), state_->preflight.end(),
-                  [](const PreflightItem& item) { return item.in_order == false; }))
+      std::ranges::any_of(state_->preflight,
+                          [](const PreflightItem& item) { return item.in_order == false; }))
     preflight_until_s_ = now_s_ + options_.to_read_s;
-  const bool held = IsSubjectInRectangle(*state_).value_or(true);
-  if (was_held_ && !held) {
+  const bool in_rectangle = IsSubjectInRectangle(*state_).value_or(true);
+  if (was_in_rectangle_ && !in_rectangle) {
     flash_until_s_ = now_s_ + options_.flash_s;
     if (sound_) {
       std::fputc('\a', stderr);  // the terminal's bell
       std::fflush(stderr);
     }
   }
-  was_held_ = held;
+  was_in_rectangle_ = in_rectangle;
 }
 
 void OperatorDisplay::Say(const std::string& words) {
@@ -101,7 +106,7 @@ void OperatorDisplay::Finish() {
 }
 
 void OperatorDisplay::Handle(render::InputEvent event) {
-  if (auto* typed = std::get_if<render::Typed>(&event))  // whatever Caps Lock says
+  if (auto* typed = std::get_if<render::Typed>(&event))  // Caps Lock has no effect
     if (typed->character >= U'A' && typed->character <= U'Z') typed->character += U'a' - U'A';
   if (over_) {
     const auto* button = std::get_if<render::MouseButton>(&event);
@@ -116,7 +121,8 @@ void OperatorDisplay::Handle(render::InputEvent event) {
     if (review_.is_open() && HandleTakeBack(event)) return;
     if (review_.Handle(event, *state_)) return;
   }
-  HandleGlobalKey(event);
+  if (const auto* key = std::get_if<render::KeyPressed>(&event)) Press(key->key);
+  if (const auto* typed = std::get_if<render::Typed>(&event)) Type(typed->character);
 }
 
 bool OperatorDisplay::HandleTakeBack(const render::InputEvent& event) {
@@ -124,80 +130,46 @@ bool OperatorDisplay::HandleTakeBack(const render::InputEvent& event) {
   if (!key || (key->key != render::Key::kDelete && key->key != render::Key::kBackspace)) return false;
   if (!marked_view_) return true;
   if (now_s_ - marked_at_s_ < options_.to_see_s) {
-    Say(fmt::format("view {} has only just come under the mark: press again to take it back", *marked_view_));
-  } else {  // what is marked next is seen first
+    Say(fmt::format("view {} was marked only just now: press again to take it back", *marked_view_));
+  } else {
     pending_.TakeBack(*std::exchange(marked_view_, std::nullopt));
   }
   return true;
 }
 
-void OperatorDisplay::HandleGlobalKey(const render::InputEvent& event) {
-  if (const auto* key = std::get_if<render::KeyPressed>(&event)) Press(key->key);
-  if (const auto* typed = std::get_if<render::Typed>(&event)) Type(typed->character);
-}
-
 void OperatorDisplay::Press(render::Key key) {
-  switch (key) {
-    case render::Key::kBackspace:
-      if (state_)
-        if (const auto view = pending_.LastView(*state_)) pending_.TakeBack(*view);
-      return;
-    case render::Key::kF11:
-      return surface_.ToggleFullScreen();
-    case render::Key::kF1:
-      keys_shown_ = !keys_shown_;
-      return;
-    case render::Key::kEscape:
-      keys_shown_ = false;
-      return;
-    default:
-      return;
-  }
+  Act(key, {{render::Key::kBackspace, [&] { TakeBackLast(); }},
+            {render::Key::kF11, [&] { surface_.ToggleFullScreen(); }},
+            {render::Key::kF1, [&] { keys_shown_ = !keys_shown_; }},
+            {render::Key::kEscape, [&] { keys_shown_ = false; }}});
 }
 
 void OperatorDisplay::Type(char32_t character) {
-  switch (character) {
-    case '?':
-      keys_shown_ = !keys_shown_;
-      return;
-    case ' ':
-      if (state_) pending_.Record(!pending_.Records(*state_));
-      return;
-    case 's':
-      if (state_) subject_tool_.Open(*state_, pending_);
-      return;
-    case 'r':
-      if (state_) review_.Open(*state_);
-      return;
-    case 'p':
-      colour_blind_ = !colour_blind_;
-      return;
-    case 'l':
-      legend_shown_ = !legend_shown_;
-      return;
-    case 'z':
-      close_look_shown_ = !close_look_shown_;
-      return;
-    case 'i':
-      preflight_shown_ = !preflight_shown_.value_or(state_ && state_->view_ids.empty());
-      return;
-    case 'm':
-      sound_ = !sound_;
-      return;
-    case 'f':
-      return surface_.ToggleFullScreen();
-    case 'q':
-      return Finish();
-    default:
-      return;
-  }
+  if (state_ && Act(character, {{U' ', [&] { pending_.Record(!pending_.Records(*state_)); }},
+                                {U's', [&] { subject_tool_.Open(*state_, pending_); }},
+                                {U'r', [&] { review_.Open(*state_); }}}))
+    return;
+  const bool before_first_view = state_ && state_->view_ids.empty();
+  Act(character, {{U'?', [&] { keys_shown_ = !keys_shown_; }},
+                  {U'p', [&] { colour_blind_ = !colour_blind_; }},
+                  {U'l', [&] { legend_shown_ = !legend_shown_; }},
+                  {U'z', [&] { close_look_shown_ = !close_look_shown_; }},
+                  {U'i', [&] { preflight_shown_ = !preflight_shown_.value_or(before_first_view); }},
+                  {U'm', [&] { sound_ = !sound_; }},
+                  {U'f', [&] { surface_.ToggleFullScreen(); }},
+                  {U'q', [&] { Finish(); }}});
+}
+
+void OperatorDisplay::TakeBackLast() {
+  const auto view = state_ ? pending_.LastView(*state_) : std::nullopt;
+  if (view) pending_.TakeBack(*view);
 }
 
 // ---- drawing
 
 void OperatorDisplay::DrawFrame() {
   const cv::Size screen = surface_.Size();
-  if (screen.empty()) return;  // a window that is iconified
+  if (screen.empty()) return;  // an iconified window
   const double scale = ScaleOf(surface_);
   surface_.Bind();
   painter_.Begin(screen, scale);
@@ -251,12 +223,9 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
   const auto& draft = subject_tool_.draft();
   if (draft && state.cam_from_world) {
     if (subject_tool_.shows_aperture()) {
-      const double shrink = std::min(1.0, options_.aperture_width_px / state.camera.width);
-      const CameraModel camera =
-          state.camera.ScaledTo(std::max(1, static_cast<int>(shrink * state.camera.width)),
-                                std::max(1, static_cast<int>(shrink * state.camera.height)));
       const unsigned aperture =
-          reprojection_.Draw(camera, *state.cam_from_world, draft->center_in_world, spread_.pictures());
+          reprojection_.Draw(NoWiderThan(options_.aperture_width_px, state.camera), *state.cam_from_world,
+                             draft->center_in_world, spread_.pictures());
       surface_.Bind();
       painter_.Picture(aperture, placement_.Area());
     }
@@ -292,13 +261,9 @@ void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels
   const bool live_turn = compares && review_.compare() == Review::Compare::kBlink &&
                          static_cast<long>(now_s_ / options_.blink_s) % 2 != 0;
   if (virtual_camera && !live_turn) {
-    const double shrink = std::min(1.0, options_.review_width_px / virtual_camera->camera.width);
-    const CameraModel camera = virtual_camera->camera.ScaledTo(
-        std::max(1, static_cast<int>(shrink * virtual_camera->camera.width)),
-        std::max(1, static_cast<int>(shrink * virtual_camera->camera.height)));
-    const unsigned seen =
-        reprojection_.Draw(camera, virtual_camera->cam_from_world, state.subject->center_in_world,
-                           recorded_.Nearest(state, virtual_camera->cam_from_world));
+    const unsigned seen = reprojection_.Draw(NoWiderThan(options_.review_width_px, virtual_camera->camera),
+                                             virtual_camera->cam_from_world, state.subject->center_in_world,
+                                             recorded_.Nearest(state, virtual_camera->cam_from_world));
     surface_.Bind();
     const cv::Rect2d area = placement_.Area();
     if (compares && review_.compare() == Review::Compare::kWipe) {

@@ -29,12 +29,12 @@ namespace ulf::coverage {
 struct DisplayOptions {
   std::string marker;  // held before the camera to look round in review; empty: none
   bool colour_blind = false;
-  // How long a line that the capture said stays on the screen, and what is not in order before the first view
-  // although a view is there; less, and it is not read.
+  // How long a message of the capture stays on the screen, and the failed checks after a first view that came at
+  // once; less is too short to read.
   double to_read_s = 10;
-  std::size_t lines_at_once = 3;  // of what the capture said; older ones go
-  // How long the view under the mark must have been shown before a key takes it back: what has only just come
-  // under it is not what the person meant.
+  std::size_t lines_at_once = 3;  // messages of the capture; older ones disappear
+  // How long a view must have been marked before a key takes it back: a person cannot mean one that was marked
+  // just now.
   double to_see_s = 0.5;
   double flash_s = 0.4;  // of the window's frame, when the subject leaves the safety rectangle
   double blink_s = 0.5;  // review: how long the live picture and the recorded one are shown in turn
@@ -67,9 +67,9 @@ class OperatorDisplay {
  private:
   void Handle(render::InputEvent event);
   bool HandleTakeBack(const render::InputEvent& event);
-  void HandleGlobalKey(const render::InputEvent& event);
   void Press(render::Key key);
   void Type(char32_t character);
+  void TakeBackLast();
   void Finish();
   void TakeStates();
   void Say(const std::string& words);
@@ -98,21 +98,21 @@ class OperatorDisplay {
   double marked_at_s_ = 0;          // when it was first shown
 
   bool done_ = false;
-  bool over_ = false;  // so is the capture
+  bool over_ = false;  // the capture has ended
   bool colour_blind_ = false;
   bool keys_shown_ = false;
   bool legend_shown_ = true;
   bool close_look_shown_ = true;
   std::optional<bool> preflight_shown_;  // none: until the first view
   bool sound_ = false;
-  bool was_held_ = true;
+  bool was_in_rectangle_ = true;
   double now_s_ = 0;  // of this picture
   struct Said {
     std::string words;
     double at_s = 0;
   };
-  std::deque<Said> said_;  // still to be read
-  std::uint64_t heard_of_capture_ = 0;
+  std::deque<Said> said_;         // on the screen
+  std::uint64_t times_said_ = 0;  // by the capture, up to the last state
   bool preflight_seen_ = false;
   std::optional<double> preflight_until_s_, flash_until_s_;
 };

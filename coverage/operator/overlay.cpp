@@ -5,9 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 #include "coverage/bound/sphere_outline.h"
-#include "coverage/operator/shown_sphere.h"
 
 namespace ulf::coverage {
 namespace {
@@ -18,7 +19,7 @@ using Eigen::Vector3d;
 constexpr double kDegree = M_PI / 180;
 const render::Rgba kWhite{255, 255, 255}, kShade{0, 0, 0, 190};
 
-// What is shown of the sphere, and the camera that takes its directions to the picture.
+// The shown sphere with the camera that projects its directions into the picture.
 struct Sphere {
   const ShownSphere& shown;
   const CameraModel& camera;
@@ -26,13 +27,12 @@ struct Sphere {
   std::optional<Vector2d> ImgOf(const Vector3d& direction) const {
     return camera.ImgFromCam(shown.PointInCam(direction));
   }
-  // The near side shows a direction when its surface point faces the camera.
   std::optional<Vector2d> ImgOfFacing(const Vector3d& direction) const {
     return shown.Faces(direction) ? ImgOf(direction) : std::nullopt;
   }
 };
 
-// A curve over the sphere, t from 0 to 1: the parts that face the camera.
+// The parts of a curve over the sphere, t from 0 to 1, that face the camera.
 template <typename DirectionAt>
 void AddCurve(const Sphere& sphere, const DirectionAt& direction_at, int steps, double width,
               const render::Rgba& color, render::Overlay& overlay) {
@@ -115,7 +115,7 @@ void AddCapOutline(const Sphere& sphere, const Cap& cap, render::Overlay& overla
     }
 }
 
-// Small marks on directions, with a dark rim that holds on any colour.
+// Small marks with a rim, which is visible on any colour.
 void AddMarks(const Sphere& sphere, const std::vector<Vector3d>& directions, double radius,
               const render::Rgba& color, render::Overlay& overlay) {
   for (const Vector3d& direction : directions) {
@@ -129,13 +129,10 @@ void AddMarks(const Sphere& sphere, const std::vector<Vector3d>& directions, dou
 void AddArrow(const std::vector<Vector2d>& img, double width, double head, const render::Rgba& color,
               render::Overlay& overlay) {
   const Vector2d tip = img.back();
-  // The head's direction is that of the last stretch as long as the head.
-  Vector2d from = img.front();
-  for (auto point = img.rbegin(); point != img.rend(); ++point)
-    if ((*point - tip).norm() > 0.7 * head) {
-      from = *point;
-      break;
-    }
+  // The head points along the last part of the way, which is about as long as the head.
+  const auto behind_head = std::find_if(img.rbegin(), img.rend(),
+                                        [&](const Vector2d& at) { return (at - tip).norm() > 0.7 * head; });
+  const Vector2d from = behind_head == img.rend() ? img.front() : *behind_head;
   if ((tip - from).norm() < 1e-6) return;
   const Vector2d ahead = (tip - from).normalized(), side(-ahead.y(), ahead.x());
   std::vector<Vector2d> shaft;
@@ -155,7 +152,7 @@ void AddArrow(const std::vector<Vector2d>& img, double width, double head, const
   overlay.push_back(render::Polygon{head_of(0), color});
 }
 
-// From the red dot over the sphere to where the next view belongs.
+// From the red dot over the sphere to the place of the next view.
 void AddGuidance(const Sphere& sphere, const Palette& palette, render::Overlay& overlay) {
   AddMarks(sphere, sphere.shown.left_open, 2.2, palette.guide, overlay);
   if (!sphere.shown.target) return;
@@ -166,7 +163,7 @@ void AddGuidance(const Sphere& sphere, const Palette& palette, render::Overlay& 
   }
   const double away = sphere.shown.AngleFromDot(target.direction);
   if (away < 1.2 * target.ring) return;
-  // Up to the ring, which stays free; a target round the corner is pointed at from the limb.
+  // The arrow ends at the ring, which stays free, or at the limb where the target is hidden.
   const double end = target.hidden ? 0.97 * away : away - 0.9 * target.ring;
   std::vector<Vector2d> way;
   constexpr int kSteps = 24;
@@ -186,7 +183,7 @@ void AddPresentCamera(const Sphere& sphere, const Palette& palette, render::Over
   overlay.push_back(render::Spot{*img, 5, palette.camera});
 }
 
-// Towards a subject that the picture does not show: where it would enter.
+// Towards a subject outside the picture.
 void AddWayToSubject(const Vector2d& toward, const SafetyRectangle& rectangle, const Palette& palette,
                      render::Overlay& overlay) {
   const Vector2d middle = 0.5 * (rectangle.low + rectangle.high),
@@ -224,11 +221,11 @@ void AddOutline(const Sphere& sphere, double width, const render::Rgba& color, c
   overlay.push_back(render::Polyline{*outline, width, color, true});
 }
 
-// All that hangs on the sphere of a subject, from outside it.
+// The sphere and all that is drawn on it, with the camera outside.
 void AddSphere(const ShownSphere& shown, const CameraModel& camera, const Palette& palette,
                render::Overlay& overlay) {
   const Sphere sphere{shown, camera};
-  // Dark where nothing covers: recognisable before any colour is.
+  // Open cells are dark, so that the sphere is visible before anything is painted.
   AddOutline(sphere, 1.5, kWhite.WithOpacity(0.8), {25, 25, 30, 110}, overlay);
   AddPaint(sphere, palette, overlay);
   AddWireframe(sphere, kWhite.WithOpacity(0.4), overlay);
@@ -240,6 +237,26 @@ void AddSphere(const ShownSphere& shown, const CameraModel& camera, const Palett
 }
 
 std::string Percent(double ratio) { return fmt::format("{:.0f} %", 100 * std::abs(ratio - 1)); }
+
+using ReasonWords = std::pair<Reason, const char*>;
+
+// Where no place that the camera sees now can be recorded; these come before a pause by request.
+constexpr ReasonWords kAimWords[]{{Reason::kOutsideRectangle, "bring the sphere back into the rectangle"},
+                                  {Reason::kBehind, "the subject is behind the camera: turn round"},
+                                  {Reason::kInsideSphere, "too near: go back from the subject"}};
+constexpr ReasonWords kRefusalWords[]{
+    {Reason::kSpeed, "too fast: slower"},
+    {Reason::kBlur, "blurred: hold still"},
+    {Reason::kExposure, "the subject is too bright or too dark: set the exposure"},
+    {Reason::kUnsettled, "the exposure is still changing: wait, or lock it"},
+    {Reason::kSpool, "the disk is behind: wait"},
+    {Reason::kDisk, "the disk is full: make room, recording then goes on"},
+    {Reason::kTracking, "tracking is poor: show more of what was seen before"}};
+
+const char* WordsFor(Reason reason, std::span<const ReasonWords> table) {
+  const auto found = std::ranges::find(table, reason, &ReasonWords::first);
+  return found == table.end() ? nullptr : found->second;
+}
 
 Instruction FinalInstruction(StoppedBecause why) {
   switch (why) {
@@ -287,16 +304,15 @@ std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int
   const Vector3d center_in_cam = *state.cam_from_world * state.subject->center_in_world;
   const double to_surface = center_in_cam.norm() - state.subject->radius;
   if (!(to_surface > 0)) return std::nullopt;
-  // So far that one view's disc is well seen and its neighbours are, too.
-  constexpr double kDiscShare = 0.11;  // its radius, of the height
+  constexpr double kDiscShare = 0.11;  // a disc's radius, of the height: its neighbours are shown, too
   const double disc_radius = map.spacing() * map.options().cells_per_disc_radius;
   const double focal_px = kDiscShare * height * to_surface / (state.subject->radius * disc_radius);
   CaptureState close = state;
-  // Turned onto the subject, with the live picture's own roll: what moves left there moves left here.
+  // Aimed at the subject, with the live picture's roll: what moves left there moves left here.
   const auto aimed = Eigen::Quaterniond::FromTwoVectors(center_in_cam, Vector3d::UnitZ());
   close.cam_from_world = Rigid3{aimed, Vector3d::Zero()} * *state.cam_from_world;
   CloseLook look{.size = {width, height}, .shapes = {}};
-  // What lies beyond the picture's corners is left out before it costs anything.
+  // Leaves out what lies beyond the picture's corners.
   const double corner = 0.5 * std::hypot(width, height) / (kDiscShare * height) * disc_radius;
   if (const auto shown = ShownSphere::Of(close, std::min(M_PI, 1.5 * corner + 0.1)))
     AddSphere(*shown, CameraModel::Pinhole(width, height, focal_px), palette, look.shapes);
@@ -320,35 +336,9 @@ Instruction InstructionFor(const CaptureState& state, const InstructionLimits& l
                      "light",
                      true};
   if (state.subject_moved) return {"the subject has moved: put it back, or place it anew (S)", true};
-  switch (state.decision.reason) {
-    case Reason::kOutsideRectangle:
-      return {"bring the sphere back into the rectangle", true};
-    case Reason::kBehind:
-      return {"the subject is behind the camera: turn round", true};
-    case Reason::kInsideSphere:
-      return {"too near: go back from the subject", true};
-    default:
-      break;
-  }
+  if (const char* words = WordsFor(state.decision.reason, kAimWords)) return {words, true};
   if (!state.recording) return {"paused: Space goes on", true};
-  switch (state.decision.reason) {
-    case Reason::kSpeed:
-      return {"too fast: slower", true};
-    case Reason::kBlur:
-      return {"blurred: hold still", true};
-    case Reason::kExposure:
-      return {"the subject is too bright or too dark: set the exposure", true};
-    case Reason::kUnsettled:
-      return {"the exposure is still changing: wait, or lock it", true};
-    case Reason::kSpool:
-      return {"the disk is behind: wait", true};
-    case Reason::kDisk:
-      return {"the disk is full: make room, recording then goes on", true};
-    case Reason::kTracking:
-      return {"tracking is poor: show more of what was seen before", true};
-    default:
-      break;
-  }
+  if (const char* words = WordsFor(state.decision.reason, kRefusalWords)) return {words, true};
   if (!state.subject) return {"walk on", false};
   const double now = (state.cam_from_world->OriginInSource() - state.subject->center_in_world).norm();
   const double wanted = state.guidance.distance;

@@ -40,7 +40,7 @@ struct Instruction {
   std::string words;
   bool urgent = false;  // nothing is recorded until it is done
 };
-// When the line speaks of a distance or of the row beside; ratios to the wanted value. Guessed.
+// From where on the line names a distance or the row beside; ratios to the wanted value. Guessed.
 struct InstructionLimits {
   double distance = 1.05;  // farther or nearer by more than this: "come nearer", "go back"
   double row_far = 1.2;    // wider offsets from the row beside: "too far from the last row"

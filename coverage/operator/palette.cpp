@@ -10,8 +10,8 @@
 namespace ulf::coverage {
 namespace {
 
-// To find it takes a dozen milliseconds; a capture's stays the same until its views' median distance moves
-// on.
+// Remembers the last window: computing it takes a dozen milliseconds, and it changes only with the median
+// distance of the views.
 std::optional<DistanceLimits> RememberedWindow(const CriterionSetup& setup) {
   const auto key = std::tuple(setup.focal_px, setup.distance, setup.radius, setup.threshold_px);
   thread_local std::optional<std::pair<std::remove_const_t<decltype(key)>, std::optional<DistanceLimits>>>
@@ -54,7 +54,7 @@ DistanceColors::DistanceColors(const CoverageMap& map, double present_distance, 
                                         .distance = map.reference_distance(),
                                         .radius = map.subject().radius,
                                         .threshold_px = map.options().threshold_px});
-  // A side without a limit takes the other's.
+  // A side without a limit takes the limit of the other.
   if (window && window->near) nearest_ = *window->near;
   farthest_ = window && window->far ? *window->far : 1 / nearest_;
 }

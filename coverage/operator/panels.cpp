@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/base/counted.h"
-#include "coverage/operator/key_help.h"
 #include "coverage/operator/overlay.h"
 
 namespace ulf::coverage {
@@ -20,12 +20,12 @@ std::string Bytes(std::uint64_t bytes) {
 }
 
 std::string Duration(double seconds) {
-  constexpr double kMinute = 60, kHour = 3600, kNobodyKnows = 10;  // hours
+  constexpr double kMinute = 60, kHour = 3600, kMostHours = 10;
   if (seconds < 1.5 * kMinute)
     return fmt::format("about {:.0f} s left", std::max(5.0, 5 * std::ceil(seconds / 5)));
   if (seconds < 1.5 * kHour) return fmt::format("about {:.0f} min left", std::ceil(seconds / kMinute));
   const double hours = std::ceil(seconds / kHour);
-  return hours > kNobodyKnows ? "more than 10 h left" : fmt::format("about {:.0f} h left", hours);
+  return hours > kMostHours ? "more than 10 h left" : fmt::format("about {:.0f} h left", hours);
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ std::vector<render::StatusItem> StatusLine(const CaptureState& state, std::uint6
                      *state.exposure_locked ? render::ink::kText : render::ink::kCareful});
   if (!state.reopened.empty()) items.push_back({"some reopened", render::ink::kCareful});
   if (!state.recording) items.push_back({"paused", render::ink::kCareful});
-  if (!state.device_problem.empty())  // what is waited for says it once more
+  if (!state.device_problem.empty())  // why_waiting contains it
     items.push_back({state.device_problem, render::ink::kBad});
   else if (!state.why_waiting.empty())
     items.push_back({state.why_waiting, render::ink::kBad});
@@ -66,17 +66,22 @@ std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& pa
 
 std::vector<render::TableRow> KeyRows(const render::Rgba& heading) {
   std::vector<render::TableRow> rows;
-  for (const render::KeyHelp& help : kKeysAlways) rows.push_back({{}, help.keys, help.what});
-  rows.push_back({{}, "", ""});
-  rows.push_back({{}, "placing the subject", "", heading});
-  for (const render::KeyHelp& help : kKeysInSubject) rows.push_back({{}, help.keys, help.what});
-  rows.push_back({{}, "", ""});
-  rows.push_back({{}, "review", "", heading});
-  for (const render::KeyHelp& help : kKeysInReview) rows.push_back({{}, help.keys, help.what});
+  const auto add_keys = [&](std::span<const render::KeyHelp> keys) {
+    for (const render::KeyHelp& help : keys) rows.push_back({{}, help.keys, help.what});
+  };
+  const auto add_heading = [&](const char* mode) {
+    rows.push_back({{}, "", ""});
+    rows.push_back({{}, mode, "", heading});
+  };
+  add_keys(kKeysAlways);
+  add_heading("placing the subject");
+  add_keys(kKeysInSubject);
+  add_heading("review");
+  add_keys(kKeysInReview);
   return rows;
 }
 
-// The one number that is read from an arm's length.
+// Large, to be read from an arm's length.
 void Panels::Share(const CaptureState& state) const {
   if (!state.coverage || state.view_ids.empty()) return;
   const std::string text = state.covered ? fmt::format("{:.0f} %", std::floor(100 * *state.covered))
@@ -101,7 +106,7 @@ void Panels::TrackingHelp(const CaptureState& state) const {
   painter_.Text({middle.x() - 0.5 * extent.x(), middle.y()}, title, render::TextSize::kLarge,
                 lost ? render::ink::kBad : render::ink::kText);
   if (!bar) return;
-  // How much of the parallax that a map takes is there.
+  // The bar shows the share of the parallax that a first map needs.
   const double share = std::clamp(state.start->parallax_deg / state.start->parallax_needed_deg, 0.0, 1.0);
   const cv::Rect2d whole(middle.x() - 0.5 * width + Px(24), middle.y() + extent.y() + Px(14), width - Px(48),
                          Px(14));
@@ -142,7 +147,7 @@ void Panels::Legend(const CaptureState& state) const {
 void Panels::CloseLook(const CaptureState& state) const {
   constexpr double kWidth = 280, kHeight = 210, kLeast = 1000;  // points
   if (screen_.width < Px(kLeast)) return;
-  // In points, so that what is drawn on it keeps its size whatever the screen's density.
+  // In points, so that the drawing keeps its size at any screen density.
   const auto look = MakeCloseLook(state, static_cast<int>(kWidth), static_cast<int>(kHeight), palette_);
   if (!look) return;
   render::Placement placement;

@@ -10,7 +10,7 @@ void PendingRequests::Place(const Subject& subject) {
 
 void PendingRequests::FindSubject() {
   requests_.Ask(ulf::coverage::FindSubject{});
-  subject_ = {};  // nobody knows yet where it will be
+  subject_ = {};  // its place is not known yet
 }
 
 void PendingRequests::TakeBack(int view_id) {

@@ -1,7 +1,6 @@
 #include "coverage/operator/posed_pictures.h"
 
 #include <algorithm>
-#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -23,7 +22,7 @@ PosedPicture PosedPicture::Of(const Image& image, const CameraModel& camera, con
   picture.camera = camera.ScaledTo(size.width, size.height);
   picture.cam_from_world = cam_from_world;
   cv::imencode(".jpg", small, picture.jpeg, {cv::IMWRITE_JPEG_QUALITY, 92});
-  picture.jpeg.shrink_to_fit();  // its size is what is counted
+  picture.jpeg.shrink_to_fit();  // RecordedPictures counts its size
   return picture;
 }
 
@@ -42,31 +41,23 @@ SpreadPictures::Kept SpreadPictures::Keep(const CaptureState& state) {
           view};
 }
 
-void SpreadPictures::DropTakenBack(const std::vector<int>& view_ids) {
-  std::erase_if(kept_, [&](const Kept& kept) {
-    return kept.view && !std::binary_search(view_ids.begin(), view_ids.end(), *kept.view);
-  });
-}
-
 void SpreadPictures::Offer(const CaptureState& state) {
-  DropTakenBack(state.view_ids);
+  std::erase_if(kept_, [&](const Kept& kept) {
+    return kept.view && !std::ranges::binary_search(state.view_ids, *kept.view);
+  });
   if (!state.cam_from_world || state.points.empty()) return;
   const Eigen::Vector3d center = state.cam_from_world->OriginInSource();
-  // What is a step depends on how far away things are.
+  // The step is a share of the median depth.
   if (least_baseline_ == 0) {
     std::vector<double> depths;
     for (const tracking::VisiblePoint& point : state.points) depths.push_back(point.depth);
     least_baseline_ = options_.step * Median(std::move(depths));
   }
-  Kept* nearest = nullptr;
-  double nearest_distance = std::numeric_limits<double>::infinity();
-  for (Kept& kept : kept_) {
-    const double distance = (kept.Center() - center).norm();
-    if (distance < nearest_distance) nearest_distance = distance, nearest = &kept;
-  }
-  if (nearest_distance < least_baseline_) {
-    // Replaced only by one that is as near to the middle of its place: else a slow hand would drag it along.
-    const bool stale = nearest_distance < options_.same_place * least_baseline_ &&
+  const auto distance = [&](const Kept& kept) { return (kept.Center() - center).norm(); };
+  const auto nearest = std::ranges::min_element(kept_, {}, distance);
+  if (nearest != kept_.end() && distance(*nearest) < least_baseline_) {
+    // Only a picture near the middle of the place may replace it: otherwise a slow movement would drag it along.
+    const bool stale = distance(*nearest) < options_.same_place * least_baseline_ &&
                        state.device_time_s > nearest->device_time_s + options_.stale_s;
     const bool recorded = state.recorded_view && !state.takes_stills && !nearest->view;
     if (stale || recorded) *nearest = Keep(state);
@@ -80,9 +71,8 @@ void SpreadPictures::Thin() {
   least_baseline_ *= options_.thinning;
   std::vector<Kept> apart;
   for (Kept& kept : kept_) {
-    const bool crowded = std::any_of(apart.begin(), apart.end(), [&](const Kept& other) {
-      return (other.Center() - kept.Center()).norm() < least_baseline_;
-    });
+    const bool crowded = std::ranges::any_of(
+        apart, [&](const Kept& other) { return (other.Center() - kept.Center()).norm() < least_baseline_; });
     if (!crowded) apart.push_back(std::move(kept));
   }
   kept_ = std::move(apart);

@@ -56,7 +56,6 @@ class SpreadPictures {
     Eigen::Vector3d Center() const { return picture.cam_from_world.OriginInSource(); }
   };
   Kept Keep(const CaptureState& state);
-  void DropTakenBack(const std::vector<int>& view_ids);
   void Thin();
 
   Options options_;

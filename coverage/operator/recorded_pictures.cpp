@@ -1,16 +1,21 @@
 #include "coverage/operator/recorded_pictures.h"
 
+#include <fmt/core.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <utility>
+
+#include "core/light_field/journal.h"
+#include "core/light_field/light_field_io.h"
 
 namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
-
-bool Holds(const std::vector<int>& view_ids, int id) {
-  return std::binary_search(view_ids.begin(), view_ids.end(), id);
-}
 
 struct Candidate {
   double cosine;  // between the directions of the view and of the camera
@@ -27,24 +32,21 @@ void SortFirst(std::vector<Candidate>& candidates, std::size_t count) {
 }  // namespace
 
 void RecordedPictures::Follow(const CaptureState& state) {
-  DropTakenBack(state.view_ids);
-  if (stored_)
-    for (auto& [id, picture] : stored_->Take())
-      if (Holds(state.view_ids, id)) Hold(id, std::move(picture));
-  const auto& newest = state.newest_view;
-  if (!newest || newest->id <= newest_) return;
-  newest_ = newest->id;
-  if (Holds(state.view_ids, newest_))
-    Hold(newest_, PosedPicture::Of(newest->frame.image, newest->camera, newest->cam_from_world,
-                                   static_cast<std::uint64_t>(newest_)));
-}
-
-void RecordedPictures::DropTakenBack(const std::vector<int>& view_ids) {
+  const auto is_there = [&](int id) { return std::ranges::binary_search(state.view_ids, id); };
   std::erase_if(held_, [&](const auto& held) {
-    if (Holds(view_ids, held.first)) return false;
+    if (is_there(held.first)) return false;
     bytes_ -= held.second.picture.jpeg.size();
     return true;
   });
+  if (stored_)
+    for (auto& [id, picture] : stored_->Take())
+      if (is_there(id)) Hold(id, std::move(picture));
+  const auto& newest = state.newest_view;
+  if (!newest || newest->id <= newest_) return;
+  newest_ = newest->id;
+  if (is_there(newest_))
+    Hold(newest_, PosedPicture::Of(newest->frame.image, newest->camera, newest->cam_from_world,
+                                   static_cast<std::uint64_t>(newest_)));
 }
 
 void RecordedPictures::Hold(int id, PosedPicture picture) {
@@ -54,7 +56,7 @@ void RecordedPictures::Hold(int id, PosedPicture picture) {
   MakeRoom();
 }
 
-// Those that were not looked at for longest: whatever was dropped can be read again.
+// Drops the pictures that were drawn least recently; they can be read again.
 void RecordedPictures::MakeRoom() {
   while (bytes_ > options_.most_bytes && held_.size() > 1) {
     const auto oldest = std::min_element(held_.begin(), held_.end(), [](const auto& a, const auto& b) {
@@ -83,7 +85,9 @@ std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state
   std::vector<int> lacking;
   for (const Candidate& candidate : all)
     if (!held_.contains(state.view_ids[candidate.view])) lacking.push_back(state.view_ids[candidate.view]);
-  Fetch(state, std::move(lacking));
+  if (!stored_ && !lacking.empty() && !state.light_field.empty())
+    stored_ = std::make_unique<StoredPictures>(state.light_field);
+  if (stored_) missing_ = stored_->Want(std::move(lacking));
 
   SortFirst(at_hand, options_.most_drawn + 1);
   const auto angle = [&](std::size_t i) { return std::acos(std::clamp(at_hand[i].cosine, -1.0, 1.0)); };
@@ -96,7 +100,7 @@ std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state
     if (i > 0 && share <= options_.least_share) continue;
     Held& drawn = held_.at(state.view_ids[at_hand[i].view]);
     drawn.used = ++clock_;
-    // Poses are corrected while the capture goes on.
+    // The pose may have been corrected since.
     const CriterionView& view = views[at_hand[i].view];
     const Eigen::Quaterniond rotation(view.cam_from_world);
     drawn.picture.cam_from_world = {rotation, -(rotation * view.center_in_world)};
@@ -105,16 +109,121 @@ std::vector<WeightedPicture> RecordedPictures::Nearest(const CaptureState& state
   return nearest;
 }
 
-void RecordedPictures::Fetch(const CaptureState& state, std::vector<int> ids) {
-  if (!stored_) {
-    if (ids.empty() || state.light_field.empty()) return;
-    stored_ = std::make_unique<StoredPictures>(state.light_field);
-  }
-  missing_ = stored_->Want(std::move(ids));
-}
-
 std::optional<std::string> RecordedPictures::TakeProblem() {
   return stored_ ? stored_->TakeProblem() : std::nullopt;
+}
+
+StoredPictures::StoredPictures(const std::filesystem::path& light_field) {
+  on_disk_.root = light_field;
+  thread_ = std::thread([this] { Loop(); });
+}
+
+StoredPictures::~StoredPictures() {
+  {
+    const MutexLock lock(mutex_);
+    over_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+std::size_t StoredPictures::Want(std::vector<int> ids) {
+  const MutexLock lock(mutex_);
+  std::erase_if(ids, [this](int id) ULF_REQUIRES(mutex_) { return unreadable_.contains(id); });
+  const std::size_t to_come = ids.size();
+  std::erase_if(ids, [this](int id) ULF_REQUIRES(mutex_) { return read_.contains(id); });
+  if (ids != wanted_) {
+    wanted_ = std::move(ids);
+    changed_.notify_all();
+  }
+  return to_come;
+}
+
+std::map<int, PosedPicture> StoredPictures::Take() {
+  const MutexLock lock(mutex_);
+  return std::exchange(read_, {});
+}
+
+std::optional<std::string> StoredPictures::TakeProblem() {
+  const MutexLock lock(mutex_);
+  if (problems_.empty()) return std::nullopt;
+  std::string first = std::move(problems_.front());
+  problems_.erase(problems_.begin());
+  return first;
+}
+
+void StoredPictures::Say(const std::string& problem) {
+  const MutexLock lock(mutex_);
+  problems_.push_back(problem);
+}
+
+const View* StoredPictures::Find(int id) const {
+  const auto found = std::lower_bound(on_disk_.views.begin(), on_disk_.views.end(), id,
+                                      [](const View& view, int wanted) { return view.id < wanted; });
+  return found != on_disk_.views.end() && found->id == id ? &*found : nullptr;
+}
+
+// Reads only the journal: opening a light field also completes what a killed writer left unfinished.
+void StoredPictures::ReadJournal() {
+  constexpr std::chrono::milliseconds kSoonest(500);  // guessed, as the next one
+  constexpr int kShareOfTime = 20;  // at most one part in so many of the time goes into reading the journal
+  const auto start = Clock::now();
+  try {
+    on_disk_ = ulf::ReadJournal(on_disk_.root / "journal.jsonl").light_field;
+  } catch (const std::exception& error) {
+    if (!std::exchange(said_journal_, true))
+      Say(fmt::format("{}; the review shows only views recorded after this program started", error.what()));
+  }
+  const auto now = Clock::now();
+  journal_due_ = now + std::max<Clock::duration>(kSoonest, kShareOfTime * (now - start));
+}
+
+void StoredPictures::Read(const View& view) {
+  const int id = view.id;
+  std::string problem;
+  try {
+    PosedPicture picture = PosedPicture::Of(ReadRecordedImage(on_disk_, view), on_disk_.CameraOf(view),
+                                            view.cam_from_world, static_cast<std::uint64_t>(id));
+    const MutexLock lock(mutex_);
+    read_.insert_or_assign(id, std::move(picture));
+    return;
+  } catch (const std::exception& error) {
+    problem = fmt::format("{}; the review leaves out view {}", error.what(), id);
+  }
+  // No problem is reported for a view that has been taken back meanwhile.
+  ReadJournal();
+  const bool is_still_there = Find(id) != nullptr;
+  const MutexLock lock(mutex_);
+  unreadable_.insert(id);
+  if (is_still_there) problems_.push_back(problem);
+}
+
+void StoredPictures::Loop() {
+  constexpr int kNiceness = 10;  // below tracking and the threads that write
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);  // of this thread alone
+  MutexLock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this]() ULF_REQUIRES(mutex_) { return over_ || !wanted_.empty(); });
+    if (over_) return;
+    const std::vector<int> wanted = wanted_;
+    lock.unlock();
+    const View* next = nullptr;
+    for (std::size_t i = 0; i < wanted.size() && !next; ++i) next = Find(wanted[i]);
+    const bool reads_journal = !next && Clock::now() >= journal_due_;
+    if (next) {
+      const int id = next->id;
+      Read(*next);
+      lock.lock();
+      std::erase(wanted_, id);
+    } else if (reads_journal) {
+      ReadJournal();
+      lock.lock();
+    } else {
+      lock.lock();
+      changed_.wait_until(lock, journal_due_,
+                          [&]() ULF_REQUIRES(mutex_) { return over_ || wanted_ != wanted; });
+    }
+  }
 }
 
 }  // namespace ulf::coverage

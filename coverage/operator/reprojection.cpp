@@ -14,7 +14,7 @@ constexpr int kColumns = 24, kRows = 18;  // of the grid
 constexpr std::size_t kNodes = (kColumns + 1) * (kRows + 1);
 
 constexpr const char* kHead = "#version 450 core\n";
-// Several pictures in one pass: adding up in the target costs a software rasteriser more than sampling does.
+// Several pictures in one pass: in a software rasteriser, blending into the target costs more than sampling.
 constexpr int kPicturesAPass = 4, kFloatsAVertex = 2 + 2 * kPicturesAPass;
 constexpr const char* kAddVertex = R"(
 layout(std430, binding = 0) readonly buffer Vertices { float value[]; };
@@ -26,8 +26,8 @@ void main() {
   uv23 = vec4(value[at + 6], value[at + 7], value[at + 8], value[at + 9]);
 }
 )";
-// A picture fades over the last 3 % of its sides, as in the renderers. Light is the square of what is shown:
-// near enough for what is looked at and not kept.
+// A picture fades over the last 3 % of its sides, as in the renderers. Linear light is approximated by the square
+// of the pixel's value, which is good enough for a preview.
 constexpr const char* kAddFragment = R"(
 layout(binding = 0) uniform sampler2D photographs[4];
 uniform vec4 weights;
@@ -157,7 +157,7 @@ unsigned Reprojection::Draw(const CameraModel& camera, const Rigid3& cam_from_wo
     }
     for (int row = 0; row < kRows; ++row)
       for (int column = 0; column < kColumns; ++column) {
-        // A cell that a picture shows only in part is not shown by it at all.
+        // A picture that shows only a part of a cell is not drawn there.
         std::array<bool, kPicturesAPass> whole{};
         for (std::size_t i = 0; i < count; ++i) {
           const auto& nodes = uv[first + i];

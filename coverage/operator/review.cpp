@@ -1,8 +1,11 @@
 #include "coverage/operator/review.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "coverage/operator/key_actions.h"
 #include "tracking/sources/marker_locator.h"
 
 namespace ulf::coverage {
@@ -12,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
 
-// What the marker as a mouse wants to know of a light field: where it was seen from.
+// The viewpoints, as a scene for MarkerMouse.
 render::RenderScene ViewpointsOf(const CaptureState& state) {
   render::RenderScene scene;
   scene.subject = *state.subject;
@@ -81,65 +84,36 @@ void Review::Zoom(double factor) {
   if (orbit_) orbit_->distance *= factor;
 }
 
+void Review::NextControl(const CaptureState& state) {
+  control_ = control_ == Control::kLiveCamera                         ? Control::kMouseAndKeys
+             : control_ == Control::kMouseAndKeys && !marker_.empty() ? Control::kMarker
+                                                                      : Control::kLiveCamera;
+  if (control_ == Control::kMouseAndKeys) StartOrbit(state);
+}
+
+void Review::ToggleCompare(Compare compare) {
+  compare_ = compare_ == compare ? Compare::kNone : compare;
+  control_ = Control::kLiveCamera;
+}
+
 bool Review::Handle(const render::InputEvent& event, const CaptureState& state) {
   constexpr double kStep = 2 * kDegree, kZoom = 1.05, kWipeStep = 0.05;
   if (!open_) return false;
-  if (const auto* key = std::get_if<render::KeyPressed>(&event)) {
-    switch (key->key) {
-      case render::Key::kEscape:
-        open_ = false;
-        return true;
-      case render::Key::kLeft:
-        Turn(-kStep, 0);
-        return true;
-      case render::Key::kRight:
-        Turn(kStep, 0);
-        return true;
-      case render::Key::kUp:
-        Turn(0, kStep);
-        return true;
-      case render::Key::kDown:
-        Turn(0, -kStep);
-        return true;
-      case render::Key::kPageUp:
-        Zoom(1 / kZoom);
-        return true;
-      case render::Key::kPageDown:
-        Zoom(kZoom);
-        return true;
-      default:
-        return false;
-    }
-  }
-  if (const auto* typed = std::get_if<render::Typed>(&event)) {
-    switch (typed->character) {
-      case 'r':
-        open_ = false;
-        return true;
-      case 'c':
-        control_ = control_ == Control::kLiveCamera                         ? Control::kMouseAndKeys
-                   : control_ == Control::kMouseAndKeys && !marker_.empty() ? Control::kMarker
-                                                                            : Control::kLiveCamera;
-        if (control_ == Control::kMouseAndKeys) StartOrbit(state);
-        return true;
-      case 'w':
-        compare_ = compare_ == Compare::kWipe ? Compare::kNone : Compare::kWipe;
-        control_ = Control::kLiveCamera;
-        return true;
-      case 'b':
-        compare_ = compare_ == Compare::kBlink ? Compare::kNone : Compare::kBlink;
-        control_ = Control::kLiveCamera;
-        return true;
-      case ',':
-        wipe_ = std::max(0.0, wipe_ - kWipeStep);
-        return true;
-      case '.':
-        wipe_ = std::min(1.0, wipe_ + kWipeStep);
-        return true;
-      default:
-        return false;
-    }
-  }
+  if (const auto* key = std::get_if<render::KeyPressed>(&event))
+    return Act(key->key, {{render::Key::kEscape, [&] { open_ = false; }},
+                          {render::Key::kLeft, [&] { Turn(-kStep, 0); }},
+                          {render::Key::kRight, [&] { Turn(kStep, 0); }},
+                          {render::Key::kUp, [&] { Turn(0, kStep); }},
+                          {render::Key::kDown, [&] { Turn(0, -kStep); }},
+                          {render::Key::kPageUp, [&] { Zoom(1 / kZoom); }},
+                          {render::Key::kPageDown, [&] { Zoom(kZoom); }}});
+  if (const auto* typed = std::get_if<render::Typed>(&event))
+    return Act(typed->character, {{U'r', [&] { open_ = false; }},
+                                  {U'c', [&] { NextControl(state); }},
+                                  {U'w', [&] { ToggleCompare(Compare::kWipe); }},
+                                  {U'b', [&] { ToggleCompare(Compare::kBlink); }},
+                                  {U',', [&] { wipe_ = std::max(0.0, wipe_ - kWipeStep); }},
+                                  {U'.', [&] { wipe_ = std::min(1.0, wipe_ + kWipeStep); }}});
   if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     Zoom(std::pow(kZoom, -wheel->steps));
     return true;
@@ -150,7 +124,7 @@ bool Review::Handle(const render::InputEvent& event, const CaptureState& state) 
   }
   if (const auto* moved = std::get_if<render::MouseMoved>(&event)) {
     constexpr double kRadiansAPixel = 0.25 * kDegree;
-    // The subject follows the hand: the camera goes the other way.
+    // The subject follows the mouse: the camera moves the other way.
     if (mouse_ && dragging_)
       Turn(-kRadiansAPixel * (moved->at.x() - mouse_->x()), kRadiansAPixel * (moved->at.y() - mouse_->y()));
     mouse_ = moved->at;
@@ -193,6 +167,38 @@ std::optional<Review::VirtualCamera> Review::CameraNow(const CaptureState& state
   }
   if (!pose) return std::nullopt;
   return VirtualCamera{state.camera.WithoutDistortion(), *pose};
+}
+
+std::optional<MarkedView> MarkNearestView(const CaptureState& state, const PendingRequests& pending,
+                                          const CameraModel& camera, const Rigid3& cam_from_world,
+                                          const Palette& palette) {
+  if (!state.subject || !state.coverage) return std::nullopt;
+  const Vector3d& center = state.subject->center_in_world;
+  const Vector3d offset = cam_from_world.OriginInSource() - center;
+  std::optional<std::size_t> nearest;
+  Vector3d nearest_direction = Vector3d::Zero();
+  for (std::size_t i = 0; i < state.view_ids.size(); ++i) {
+    const Vector3d direction = (state.coverage->views()[i].center_in_world - center).normalized();
+    if (pending.IsTakenBack(state.view_ids[i])) continue;
+    if (nearest && direction.dot(offset) <= nearest_direction.dot(offset)) continue;
+    nearest = i;
+    nearest_direction = direction;
+  }
+  if (!nearest) return std::nullopt;
+  MarkedView marked{.id = state.view_ids[*nearest], .shapes = {}};
+  // The camera does not see the sphere's far side.
+  if (nearest_direction.dot(offset) < state.subject->radius) return marked;
+  const auto img =
+      camera.ImgFromCam(cam_from_world * Vector3d(center + state.subject->radius * nearest_direction));
+  if (!img || !camera.Contains(*img)) return marked;
+  marked.shapes = {render::Spot{*img, 8, {0, 0, 0, 120}}, render::Spot{*img, 7, {255, 255, 255}},
+                   render::Spot{*img, 5, palette.guide},
+                   render::Label{.img = *img + Eigen::Vector2d(0, -0.02 * camera.height),
+                                 .text = fmt::format("view {}", marked.id),
+                                 .size = 17,
+                                 .color = {255, 255, 255},
+                                 .anchor = {0.5, 1}}};
+  return marked;
 }
 
 }  // namespace ulf::coverage

@@ -8,6 +8,8 @@
 #include <string>
 
 #include "coverage/operator/marker_mouse.h"
+#include "coverage/operator/overlay.h"
+#include "coverage/operator/pending_requests.h"
 #include "coverage/session/capture_state.h"
 #include "render/display/surface.h"
 
@@ -35,7 +37,7 @@ class Review {
   void Open(const CaptureState& state);
   bool Handle(const render::InputEvent& event, const CaptureState& state);
 
-  // Where it is looked from, and with which camera; none: the chosen control has no pose.
+  // The review's camera and its pose; none: the chosen control has no pose.
   struct VirtualCamera {
     CameraModel camera;
     Rigid3 cam_from_world;
@@ -55,6 +57,8 @@ class Review {
   void FollowSubject(const CaptureState& state);
   void Turn(double azimuth, double elevation);
   void Zoom(double factor);
+  void NextControl(const CaptureState& state);
+  void ToggleCompare(Compare compare);
   std::optional<Rigid3> MarkerPose(const CaptureState& state);
 
   std::string marker_;
@@ -73,5 +77,16 @@ class Review {
   std::optional<Subject> mouse_subject_;  // that the marker moves
   std::optional<MarkerMouse> marker_mouse_;
 };
+
+// The recorded view nearest in direction to the review's camera, as seen from the subject: the one that the
+// Delete key takes back.
+struct MarkedView {
+  int id = 0;
+  render::Overlay shapes;  // in the camera's picture, where the view's direction meets the subject's sphere
+};
+// Among the views that no pending request takes back. None without any.
+std::optional<MarkedView> MarkNearestView(const CaptureState& state, const PendingRequests& pending,
+                                          const CameraModel& camera, const Rigid3& cam_from_world,
+                                          const Palette& palette);
 
 }  // namespace ulf::coverage

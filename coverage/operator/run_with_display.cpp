@@ -33,7 +33,7 @@ bool ShowWhile(const std::function<bool()>& goes_on, double picture_s, OperatorD
 void Show(std::unique_ptr<render::Surface> surface, const DisplayOptions& options, CaptureFeed& feed,
           CaptureRequests& requests, const std::atomic<bool>& over) {
   std::unique_ptr<OperatorDisplay> display;
-  const auto let_go = [&](const char* problem) {
+  const auto continue_without = [&](const char* problem) {
     const bool records = !display || display->Detach();
     fmt::print(stderr, "the operator display is gone ({}); the capture goes on without it{}\n", problem,
                records ? "" : "; recording stays paused, as was asked: Ctrl-C closes the light field");
@@ -49,11 +49,11 @@ void Show(std::unique_ptr<render::Surface> surface, const DisplayOptions& option
     render::Abandon(std::move(display));
     render::Abandon(std::move(surface));
   } catch (const render::SurfaceGone& gone) {
-    let_go(gone.what());
+    continue_without(gone.what());
     render::Abandon(std::move(display));
     render::Abandon(std::move(surface));
   } catch (const std::exception& error) {
-    let_go(error.what());  // the capture is worth more than its picture
+    continue_without(error.what());
   }
 }
 

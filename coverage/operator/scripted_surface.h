@@ -25,8 +25,8 @@ class DisplayScript {
   using Step = std::variant<Keys, Look, CaptureRequest>;
   explicit DisplayScript(CaptureRequests& requests) : requests_(requests) {}
 
-  // "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws UsageError for what is
-  // none. Once there is no display, requests go to the capture at once, and the others are answered in words.
+  // "press s,Up,Enter" (key_names.h), "look FILE.png" or a capture's request. Throws UsageError for any other
+  // line. Once there is no display, requests go to the capture at once; for the others an error is printed.
   void Take(const std::string& line);
   std::optional<Step> Next();
   void Ask(const CaptureRequest& request) { requests_.Ask(request); }
@@ -41,10 +41,9 @@ class DisplayScript {
   bool ended_ ULF_GUARDED_BY(mutex_) = false;
 };
 
-// One line after the other, 0.6 s apart at the display's 30 pictures a second, so that what was asked for is
-// on the screen before it is looked at, and long enough for what a key acts on
-// (DisplayOptions::to_see_s). What is still to be looked at when the display ends gets its last
-// picture.
+// Executes one line after the other, 0.6 s apart at the display's 30 pictures a second, so that the effect of a
+// line is on the screen before a picture is written, and longer than DisplayOptions::to_see_s. Pictures that are
+// still to be written when the display ends show its last one.
 class ScriptedSurface : public render::OffscreenSurface {
  public:
   static constexpr int kFramesBetween = 18;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
 
-// The map's own cells, neighbours of one view in one patch.
+// The map's painted cells; neighbours that one view paints are one patch.
 void AddPaint(const CoverageMap& map, double distance, ShownSphere& sphere) {
   const DistanceColors colors(map, distance, Palette::Standard());
   std::vector<double> nearer;
@@ -25,18 +25,18 @@ void AddPaint(const CoverageMap& map, double distance, ShownSphere& sphere) {
     const CapFrame& frame = sphere.frame;
     const std::array corners{frame.Direction(run.left, run.bottom), frame.Direction(run.right, run.bottom),
                              frame.Direction(run.right, run.top), frame.Direction(run.left, run.top)};
-    if (std::all_of(corners.begin(), corners.end(), [&](const Vector3d& at) { return sphere.Faces(at); }))
+    if (std::ranges::all_of(corners, [&](const Vector3d& at) { return sphere.Faces(at); }))
       sphere.paint.push_back(
           {run.left, run.right, run.bottom, run.top, nearer[static_cast<std::size_t>(run.view)]});
   }
 }
 
-// Each recorded view is a disc of what it covers; its rim is drawn near the present camera, where the rims
-// tell how far to go on. All rims of a full map would hide it.
+// A view's rim encloses what it covers. Rims are shown only near the present camera, where they tell how far to
+// go: all rims of a full map would hide the map.
 void AddViews(const CoverageMap& map, const Eigen::Matrix3d& cam_from_world, ShownSphere& sphere) {
   constexpr double kRimReach = 2.5;  // disc radii
   const double usual_radius = map.spacing() * map.options().cells_per_disc_radius;
-  std::map<long, double> radius_of_distance;  // views lie at much the same distances
+  std::map<long, double> radius_of_distance;  // computed once for distances that differ by less than 1 %
   for (const CriterionView& view : map.views()) {
     const Vector3d offset = cam_from_world * (view.center_in_world - map.subject().center_in_world);
     ShownSphere::View shown{offset.normalized()};
@@ -134,9 +134,9 @@ ShownPicture ShownPicture::Of(const CaptureState& state) {
   const Vector3d center_in_cam = *state.cam_from_world * state.subject->center_in_world;
   const auto img = state.camera.ImgFromCam(center_in_cam);
   const Vector2d &low = shown.rectangle->low, &high = shown.rectangle->high;
-  if (img && (img->array() >= low.array()).all() && (img->array() <= high.array()).all()) return shown;
+  if (img && shown.rectangle->Holds({*img})) return shown;
   const Vector2d toward = img ? Vector2d(*img - 0.5 * (low + high)) : Vector2d(center_in_cam.head<2>());
-  // Straight behind: any way is as good.
+  // A subject straight behind can be reached by turning either way.
   shown.way_to_subject = toward.norm() > 1e-9 ? Vector2d(toward.normalized()) : Vector2d(1, 0);
   return shown;
 }

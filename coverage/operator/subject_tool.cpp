@@ -2,13 +2,15 @@
 
 #include <cmath>
 
+#include "coverage/operator/key_actions.h"
+
 namespace ulf::coverage {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 namespace {
-constexpr double kFine = 1.02, kCoarse = 1.15;
+constexpr double kFine = 1.02, kCoarse = 1.15;  // factors of one step; guessed
 }
 
 void SubjectTool::Open(const CaptureState& state, PendingRequests& pending) {
@@ -30,10 +32,20 @@ void SubjectTool::Close(PendingRequests& pending) {
   paused_.reset();
 }
 
-// The capture has what it was asked to find, or will have it.
+// Restores the subject from before the tool was opened, where the capture was asked to find another.
 void SubjectTool::Leave(PendingRequests& pending) {
   if (found_anew_ && before_) pending.Place(*before_);
   Close(pending);
+}
+
+void SubjectTool::TakeOver(PendingRequests& pending) {
+  if (draft_ && draft_ != of_capture_) pending.Place(*draft_);
+  Close(pending);
+}
+
+void SubjectTool::FindAnew(PendingRequests& pending) {
+  found_anew_ = true;
+  pending.FindSubject();
 }
 
 void SubjectTool::Follow(const CaptureState& state, const PendingRequests& pending) {
@@ -44,7 +56,7 @@ void SubjectTool::Follow(const CaptureState& state, const PendingRequests& pendi
 
 void SubjectTool::ScaleDistance(const CaptureState& state, double factor) {
   if (!draft_ || !state.cam_from_world) return;
-  // Along the line of sight, and growing with the distance: the sphere's image stays as it is.
+  // The radius grows with the distance, so that the sphere's image stays the same.
   const Vector3d camera = state.cam_from_world->OriginInSource();
   draft_->center_in_world = camera + factor * (draft_->center_in_world - camera);
   draft_->radius *= factor;
@@ -65,57 +77,26 @@ void SubjectTool::MoveSideways(const CaptureState& state, const Vector2d& by_img
 bool SubjectTool::Press(const render::KeyPressed& key, const CaptureState& state, PendingRequests& pending) {
   constexpr double kStepShare = 0.01;  // of the picture's width, across it
   const double step = kStepShare * state.camera.width;
-  switch (key.key) {
-    case render::Key::kUp:
-      key.shift ? MoveSideways(state, {0, -step}) : ScaleDistance(state, kFine);
-      return true;
-    case render::Key::kDown:
-      key.shift ? MoveSideways(state, {0, step}) : ScaleDistance(state, 1 / kFine);
-      return true;
-    case render::Key::kRight:
-      key.shift ? MoveSideways(state, {step, 0}) : ScaleRadius(kFine);
-      return true;
-    case render::Key::kLeft:
-      key.shift ? MoveSideways(state, {-step, 0}) : ScaleRadius(1 / kFine);
-      return true;
-    case render::Key::kPageUp:
-      ScaleDistance(state, kCoarse);
-      return true;
-    case render::Key::kPageDown:
-      ScaleDistance(state, 1 / kCoarse);
-      return true;
-    case render::Key::kEnter:
-      if (draft_ && draft_ != of_capture_) pending.Place(*draft_);
-      Close(pending);
-      return true;
-    case render::Key::kEscape:
-      Leave(pending);
-      return true;
-    default:
-      return false;
-  }
+  const auto across = [&](double x, double y) { MoveSideways(state, {x * step, y * step}); };
+  return Act(key.key,
+             {{render::Key::kUp, [&] { key.shift ? across(0, -1) : ScaleDistance(state, kFine); }},
+              {render::Key::kDown, [&] { key.shift ? across(0, 1) : ScaleDistance(state, 1 / kFine); }},
+              {render::Key::kRight, [&] { key.shift ? across(1, 0) : ScaleRadius(kFine); }},
+              {render::Key::kLeft, [&] { key.shift ? across(-1, 0) : ScaleRadius(1 / kFine); }},
+              {render::Key::kPageUp, [&] { ScaleDistance(state, kCoarse); }},
+              {render::Key::kPageDown, [&] { ScaleDistance(state, 1 / kCoarse); }},
+              {render::Key::kEnter, [&] { TakeOver(pending); }},
+              {render::Key::kEscape, [&] { Leave(pending); }}});
 }
 
 bool SubjectTool::Handle(const render::InputEvent& event, const CaptureState& state, double pixels_per_img,
                          PendingRequests& pending) {
   if (!open_) return false;
   if (const auto* key = std::get_if<render::KeyPressed>(&event)) return Press(*key, state, pending);
-  if (const auto* typed = std::get_if<render::Typed>(&event)) {
-    switch (typed->character) {
-      case 's':
-        Leave(pending);
-        return true;
-      case 'c':
-        found_anew_ = true;
-        pending.FindSubject();
-        return true;
-      case 'a':
-        aperture_ = !aperture_;
-        return true;
-      default:
-        return false;
-    }
-  }
+  if (const auto* typed = std::get_if<render::Typed>(&event))
+    return Act(typed->character, {{U's', [&] { Leave(pending); }},
+                                  {U'c', [&] { FindAnew(pending); }},
+                                  {U'a', [&] { aperture_ = !aperture_; }}});
   if (const auto* wheel = std::get_if<render::WheelTurned>(&event)) {
     if (wheel->shift)
       ScaleRadius(std::pow(kFine, wheel->steps));

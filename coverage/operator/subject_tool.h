@@ -28,7 +28,9 @@ class SubjectTool {
               PendingRequests& pending);
 
  private:
+  void TakeOver(PendingRequests& pending);
   void Leave(PendingRequests& pending);
+  void FindAnew(PendingRequests& pending);
   bool Press(const render::KeyPressed& key, const CaptureState& state, PendingRequests& pending);
   void ScaleDistance(const CaptureState& state, double factor);
   void ScaleRadius(double factor);
@@ -36,7 +38,7 @@ class SubjectTool {
 
   bool open_ = false;
   bool aperture_ = true;
-  std::optional<std::uint64_t> paused_;  // the request that paused; it ends with the tool
+  std::optional<std::uint64_t> paused_;  // the request by which the tool paused recording
   std::optional<Subject> draft_;
   std::optional<Subject> of_capture_;
   std::optional<Subject> before_;  // when the tool was opened

@@ -4,19 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
+
+#include "core/base/at.h"
 
 namespace ulf::coverage {
 namespace {
 
-std::string OpenInWords(double share) { return fmt::format("{:.{}f} %", 100 * share, share < 0.1 ? 1 : 0); }
-
-std::string Where(const CoverageMap& map) {
+std::string LargestHoleInWords(const CoverageMap& map) {
   const std::vector<CoverageHole> holes = map.Holes();
   if (holes.empty() || !map.frame()) return "";
   const CapFrame::Angles at = map.frame()->Of(holes[0].direction);
   const auto side = [](double radians, const char* positive, const char* negative) {
-    return fmt::format("{:.0f}° {}", std::abs(radians) * 180 / M_PI, radians < 0 ? negative : positive);
+    return fmt::format("{:.0f}° {}", Degrees(std::abs(radians)), radians < 0 ? negative : positive);
   };
   return fmt::format(", mostly {} and {} of the first view", side(at.azimuth, "right", "left"),
                      side(at.elevation, "up", "down"));
@@ -24,7 +25,7 @@ std::string Where(const CoverageMap& map) {
 
 }  // namespace
 
-// The cells of the map say which sizes are worth painting a map of their own, which decides.
+// Sums over the map's cells choose the sizes for which a map of their own is painted; that map decides.
 std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
   if (!map.frame()) return std::nullopt;
   constexpr int kSizes = 50;
@@ -33,17 +34,15 @@ std::optional<Cap> LargestCovered(const CoverageMap& map, double share) {
     const CapFrame::Angles at = map.frame()->Of(cell.direction);
     const double size = std::max(2 * std::abs(at.azimuth) / map.extent().width,
                                  2 * std::abs(at.elevation) / map.extent().height);
-    const auto index = static_cast<std::size_t>(std::clamp(size * kSizes, 0.0, kSizes - 1.0));
+    const std::size_t index = At(static_cast<int>(std::clamp(size * kSizes, 0.0, kSizes - 1.0)));
     whole[index] += cell.solid_angle_sr;
     if (cell.covering.index >= 0) painted[index] += cell.solid_angle_sr;
   });
-  for (int i = 1; i < kSizes; ++i) {
-    painted[static_cast<std::size_t>(i)] += painted[static_cast<std::size_t>(i) - 1];
-    whole[static_cast<std::size_t>(i)] += whole[static_cast<std::size_t>(i) - 1];
-  }
+  std::partial_sum(painted.begin(), painted.end(), painted.begin());
+  std::partial_sum(whole.begin(), whole.end(), whole.begin());
   const Eigen::Vector2d asked_deg = map.extent().Degrees();
   for (int i = kSizes - 1; i >= 0; --i) {
-    if (painted[static_cast<std::size_t>(i)] < share * whole[static_cast<std::size_t>(i)]) continue;
+    if (painted[At(i)] < share * whole[At(i)]) continue;
     const Eigen::Vector2d degrees = ((i + 1.0) / kSizes * asked_deg).array().floor();
     if (degrees.minCoeff() < 1) return std::nullopt;
     const Cap cap = Cap::FromDegrees(degrees);
@@ -59,13 +58,13 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
   if (!map.options().cap || map.views().empty()) return std::nullopt;
   const Eigen::Vector3d direction = (center_in_world - map.subject().center_in_world).normalized();
   const double covered = map.CoveredShare();
+  // The share falls when views are taken back or the subject is placed anew.
   if (covered >= share_ || covered > most_covered_ + options_.worth_gaining ||
-      covered <
-          most_covered_ - options_.worth_gaining) {  // taken back, or a subject placed anew: begun again
+      covered < most_covered_ - options_.worth_gaining) {
     most_covered_ = covered;
     from_ = direction;
-    way_ = 0;
-    said_ = false;
+    moved_ = 0;
+    reported_ = false;
     return std::nullopt;
   }
   if (!would_record) {
@@ -75,21 +74,22 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
   const double step = from_ ? std::acos(std::clamp(from_->dot(direction), -1.0, 1.0)) : 0;
   if (!from_ || step >= options_.step) {
     from_ = direction;
-    way_ += step;
+    moved_ += step;
   }
   const Cap& cap = *map.options().cap;
-  if (said_ || way_ < std::max(options_.ways_round * (cap.width + cap.height), options_.least_way))
+  if (reported_ || moved_ < std::max(options_.ways_round * (cap.width + cap.height), options_.least_way))
     return std::nullopt;
-  said_ = true;
-  const std::optional<Cap> there = LargestCovered(map, share_);
+  reported_ = true;
   std::string smaller = "ask for a smaller cap";
-  if (there) {
-    const Eigen::Vector2d degrees = there->Degrees();
+  if (const std::optional<Cap> largest = LargestCovered(map, share_)) {
+    const Eigen::Vector2d degrees = largest->Degrees();
     smaller = fmt::format("resume with --until-covered {:.0f}x{:.0f}, which is covered to {:g} %",
                           degrees.x(), degrees.y(), 100 * share_);
   }
-  return fmt::format("no new coverage in the last {:.0f}° of movement; {} still open{}. Finish now, or {}",
-                     way_ * 180 / M_PI, OpenInWords(1 - covered), Where(map), smaller);
+  const double open = 1 - covered;
+  return fmt::format(
+      "no new coverage in the last {:.0f}° of movement; {:.{}f} % still open{}. Finish now, or {}",
+      Degrees(moved_), 100 * open, open < 0.1 ? 1 : 0, LargestHoleInWords(map), smaller);
 }
 
 }  // namespace ulf::coverage

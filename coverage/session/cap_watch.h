@@ -4,10 +4,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <optional>
 #include <string>
 
+#include "core/geometry/angles.h"
 #include "coverage/bound/coverage_map.h"
 
 namespace ulf::coverage {
@@ -16,16 +16,15 @@ class CapWatch {
  public:
   // Guessed.
   struct Options {
-    double step = 2 * M_PI / 180;  // radians round the subject; less is a hand's trembling and no movement
-    double worth_gaining = 0.002;  // of the cap; less is no gain, more begins the count anew
-    // Movement without a gain after which it is said: so often round the cap's width and height, which finds
-    // every hole that can be reached, and at least so many radians. Less speaks too early, more too late.
+    double step = Radians(2);      // round the subject; less is a hand's trembling and no movement
+    double worth_gaining = 0.002;  // of the cap; less is no gain, more starts the count anew
+    // The watch reports after a movement without a gain of so many times the cap's width and height, which finds
+    // every hole that can be reached, and at least so many radians. Less reports too early, more too late.
     double ways_round = 2;
     double least_way = M_PI / 2;
   };
   // `share` of the cap ends the capture.
-  explicit CapWatch(double share) : CapWatch(share, Options{}) {}
-  CapWatch(double share, const Options& options) : share_(share), options_(options) {}
+  explicit CapWatch(double share) : share_(share) {}
   // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
   // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the
   // operator, at most once between two gains.
@@ -34,11 +33,11 @@ class CapWatch {
 
  private:
   const double share_;
-  const Options options_;
+  const Options options_{};
   double most_covered_ = 0;
   std::optional<Eigen::Vector3d> from_;  // where the present step began
-  double way_ = 0;                       // moved since something was gained, radians
-  bool said_ = false;
+  double moved_ = 0;                     // since the last gain, radians
+  bool reported_ = false;
 };
 
 // The largest cap of the same shape and middle, in whole degrees, of which at least `share` is covered; none:

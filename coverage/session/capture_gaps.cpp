@@ -4,15 +4,17 @@
 
 #include <algorithm>
 
+#include "core/base/host_time.h"
 #include "coverage/bound/view_decision.h"
 
 namespace ulf::coverage {
+
 void CaptureGaps::Close(std::optional<Open>& gap, double to_s) {
   if (gap) spool_.NoteGap(gap->from_s, to_s, gap->reason);
   gap.reset();
 }
 
-// Written down so that a review can show it; before the first pose nothing is missing yet.
+// Before the first pose no gap begins.
 void CaptureGaps::Tracking(bool tracked, double now_s) {
   tracked_before_ |= tracked;
   if (!tracked && tracked_before_ && !tracking_) tracking_ = Open{now_s, Name(Reason::kTracking)};
@@ -25,7 +27,7 @@ void CaptureGaps::DeviceFaulted(double since_s, const std::string& reason) {
   if (!device_) device_ = Open{since_s, "device: " + reason};
 }
 
-// A camera may stop for seconds and go on by itself: no fault to its driver, a gap all the same.
+// A camera may stop for seconds and continue by itself: its driver reports no fault, but it is a gap.
 void CaptureGaps::FrameCame(double device_time_s, bool device_is_live, double frame_period_s) {
   if (last_frame_s_ && device_is_live && frame_period_s > 0 &&
       device_time_s - *last_frame_s_ > std::max(options_.shortest_s, options_.missed_frames * frame_period_s))
@@ -57,18 +59,15 @@ void CaptureGaps::EndDisk(double now_s, bool ended) {
 }
 
 void CaptureGaps::Recording(bool on, double now_s) {
-  if (on) return Close(asked_, now_s);
-  if (!asked_) asked_ = Open{now_s, "recording paused: as asked"};
+  if (on) return Close(by_request_, now_s);
+  if (!by_request_) by_request_ = Open{now_s, "recording paused: as asked"};
 }
 
 void CaptureGaps::End(std::optional<double> now_s) {
-  // No frame tells how long the device has been gone: this machine's clock does.
-  if (device_)
-    Close(device_,
-          device_->from_s +
-              std::chrono::duration<double>(std::chrono::steady_clock::now() - device_->began).count());
+  // Without frames only this machine's clock measures how long the device has been gone.
+  if (device_) Close(device_, device_->from_s + SecondsSince(device_->began));
   if (!now_s) return;
-  Close(asked_, *now_s);
+  Close(by_request_, *now_s);
   EndDisk(*now_s, true);
 }
 

@@ -17,14 +17,12 @@ class CaptureGaps {
  public:
   // Guessed.
   struct Options {
-    double shortest_s = 0.5;  // what is over sooner (a slow disk that catches up, a blink of the tracker) is
-                              // neither told nor written down
-    double missed_frames = 10;  // of a camera that goes on by itself: fewer are dropped frames, no gap
+    double shortest_s =
+        0.5;  // shorter ones (the disk catches up, one lost frame) are not reported or journaled
+    double missed_frames = 10;  // of a camera that continues by itself: fewer are dropped frames, no gap
   };
   CaptureGaps(ViewSpool& spool, std::function<void(const std::string&)> say)
-      : CaptureGaps(spool, std::move(say), Options{}) {}
-  CaptureGaps(ViewSpool& spool, std::function<void(const std::string&)> say, const Options& options)
-      : options_(options), spool_(spool), say_(std::move(say)) {}
+      : spool_(spool), say_(std::move(say)) {}
 
   void Tracking(bool tracked, double now_s);
   // The gap lasts from `since_s`, the last frame before the fault, to the next frame.
@@ -32,7 +30,7 @@ class CaptureGaps {
   void FrameCame(double device_time_s, bool device_is_live, double frame_period_s);
   void Disk(const std::optional<SpoolPause>& pause, double now_s);
   void Recording(bool on, double now_s);
-  // Closes what is still open.
+  // Ends the gaps that are still open.
   void End(std::optional<double> now_s);
 
   // Why recording is paused for the disk, in words; empty: it is not.
@@ -50,10 +48,10 @@ class CaptureGaps {
   void Close(std::optional<Open>& gap, double to_s);
   void EndDisk(double now_s, bool ended);
 
-  const Options options_;
+  const Options options_{};
   ViewSpool& spool_;
   std::function<void(const std::string&)> say_;
-  std::optional<Open> tracking_, device_, disk_, asked_;
+  std::optional<Open> tracking_, device_, disk_, by_request_;
   std::optional<double> last_frame_s_;
   bool tracked_before_ = false;
   std::uint64_t pauses_ = 0;

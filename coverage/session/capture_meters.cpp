@@ -1,5 +1,6 @@
 #include "coverage/session/capture_meters.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "core/base/atomic_file.h"
@@ -18,7 +19,12 @@ bool IsDue(std::optional<std::chrono::steady_clock::time_point>& asked) {
 
 void CaptureMeters::FrameAt(double device_time_s) {
   constexpr double kOver_s = 1;
-  if (!times_s_.empty() && device_time_s < times_s_.back()) times_s_.clear();  // a clock that began anew
+  constexpr double kSlower = 1.1;  // how fast the period follows a camera that gets slower, a frame
+  if (!first_time_s_) first_time_s_ = device_time_s;
+  if (const double step_s = device_time_s - last_time_s_.value_or(device_time_s); step_s > 0)
+    frame_period_s_ = frame_period_s_ > 0 ? std::min(step_s, kSlower * frame_period_s_) : step_s;
+  last_time_s_ = device_time_s;
+  if (!times_s_.empty() && device_time_s < times_s_.back()) times_s_.clear();  // the clock was reset
   times_s_.push_back(device_time_s);
   while (times_s_.size() > 2 && device_time_s - times_s_.front() > kOver_s) times_s_.pop_front();
 }

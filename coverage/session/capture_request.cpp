@@ -1,5 +1,13 @@
 #include "coverage/session/capture_request.h"
 
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
 #include <sstream>
 #include <utility>
 
@@ -11,8 +19,7 @@ namespace {
 [[noreturn]] void Refuse(const std::string& line) {
   throw UsageError(
       "'{}' is not a request; there are: take-back [COUNT], take-back views ID..., subject [x,y,z,r], "
-      "subject "
-      "[depth D] [size SHARE], pause, record, finish; with --offscreen also press KEYS, look FILE",
+      "subject [depth D] [size SHARE], pause, record, finish; with --offscreen also press KEYS, look FILE",
       line);
 }
 
@@ -81,6 +88,54 @@ std::uint64_t CaptureRequests::Ask(CaptureRequest request) {
 std::vector<CaptureRequest> CaptureRequests::Take() {
   const MutexLock lock(mutex_);
   return std::exchange(asked_, {});
+}
+
+RequestLines::RequestLines(const std::string& path, std::function<void(const std::string&)> take)
+    : take_(std::move(take)) {
+  // Without O_NONBLOCK, open() waits until another program writes to the fifo.
+  descriptor_ = path == "-" ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  struct stat about {};
+  if (descriptor_ < 0 || fstat(descriptor_, &about) != 0 || S_ISDIR(about.st_mode))
+    throw UsageError("--requests {}: cannot be read: {}; give - for standard input, or a fifo (mkfifo)", path,
+                     descriptor_ < 0 ? std::strerror(errno) : "it is a folder");
+  others_may_write_ = S_ISFIFO(about.st_mode) && path != "-";
+}
+
+RequestLines::~RequestLines() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+// False when there is nothing more at the moment.
+bool RequestLines::ReadMore() {
+  pollfd ready{descriptor_, POLLIN, 0};
+  if (descriptor_ < 0 || poll(&ready, 1, 0) <= 0) return false;
+  std::array<char, 4096> bytes;
+  const ssize_t count = read(descriptor_, bytes.data(), bytes.size());
+  if (count > 0) {
+    text_.append(bytes.data(), static_cast<std::size_t>(count));
+    return true;
+  }
+  const bool none_now = count < 0 && (errno == EAGAIN || errno == EINTR);
+  if (none_now || (count == 0 && others_may_write_)) return false;
+  if (!text_.empty()) text_ += '\n';  // the last line may lack its end
+  close(descriptor_);
+  descriptor_ = -1;
+  return false;
+}
+
+void RequestLines::Take(const std::function<void(const std::string&)>& say) {
+  while (ReadMore()) {
+  }
+  for (std::size_t end; (end = text_.find('\n')) != std::string::npos;) {
+    const std::string line = text_.substr(0, end);
+    text_.erase(0, end + 1);
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    try {
+      take_(line);
+    } catch (const UsageError& error) {
+      say(error.what());
+    }
+  }
 }
 
 }  // namespace ulf::coverage

@@ -1,9 +1,9 @@
-// What a person asks of a running capture, whichever door it comes through: a key of the operator display, a
-// line on standard input, a test. The session takes requests between two frames, in order, and says what
-// became of each.
+// What a person asks of a running capture, by a key of the operator display, a line of text, or a test. The
+// session answers requests between two frames, in order, and reports the result of each.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -44,7 +44,7 @@ using CaptureRequest =
 // "subject depth 0.9 size 0.3", "pause", "record", "finish". Throws UsageError that lists these.
 CaptureRequest ParseCaptureRequest(const std::string& line);
 
-// Between the threads of who asks and of the session.
+// Hands requests from the threads that ask to the session's thread.
 class CaptureRequests {
  public:
   // How many have been asked for with this one: CaptureState::requests_answered gets there.
@@ -55,6 +55,29 @@ class CaptureRequests {
   Mutex mutex_;
   std::vector<CaptureRequest> asked_ ULF_GUARDED_BY(mutex_);
   std::uint64_t count_ ULF_GUARDED_BY(mutex_) = 0;
+};
+
+// Requests as lines of text from standard input or a file, typically a fifo: a script or another program asks
+// by them what a person asks by the display's keys. Never blocks.
+class RequestLines {
+ public:
+  // "-": standard input. Throws UsageError when it cannot be read. `take` gets each line and throws
+  // UsageError, in words, for one that is no request.
+  RequestLines(const std::string& path, std::function<void(const std::string&)> take);
+  ~RequestLines();
+  RequestLines(const RequestLines&) = delete;
+  RequestLines& operator=(const RequestLines&) = delete;
+
+  // Hands over the complete lines that have arrived; reports the error of a refused one to `say`.
+  void Take(const std::function<void(const std::string&)>& say);
+
+ private:
+  bool ReadMore();
+
+  int descriptor_ = -1;
+  bool others_may_write_ = false;  // a fifo: its end is only the end of the last writer
+  std::string text_;
+  std::function<void(const std::string&)> take_;
 };
 
 }  // namespace ulf::coverage

@@ -18,10 +18,10 @@
 #include "coverage/session/cap_watch.h"
 #include "coverage/session/capture_gaps.h"
 #include "coverage/session/capture_meters.h"
-#include "coverage/session/capture_outlook.h"
+#include "coverage/session/capture_subject.h"
+#include "coverage/session/preflight.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/capture_recorder.h"
-#include "coverage/session/subject/capture_subject.h"
 #include "tracking/tracker/track_words.h"
 
 namespace ulf::coverage {
@@ -49,7 +49,6 @@ class Session {
   std::optional<StoppedBecause> StopReason() const;
   std::optional<Frame> NextFrame();
   std::optional<StoppedBecause> TakeFrame();
-  void NoteTime(const Frame& frame);
   std::optional<StoppedBecause> TakeStill(const Frame& still);
   void UpdateCapWatch(const tracking::Track& track, const Decision& decision);
 
@@ -81,6 +80,7 @@ class Session {
   const CaptureHooks& hooks_;
   std::deque<Frame> first_;  // before the device is asked
   const std::filesystem::path root_;
+  const std::function<void(const std::string&)> say_ = [this](const std::string& text) { Say(text); };
   CaptureRecord record_;
   CaptureOutlook outlook_;
   CaptureSubject subject_;
@@ -91,8 +91,6 @@ class Session {
   CapWatch cap_watch_{options_.until_share};
   CaptureSummary summary_;
   std::vector<double> ms_track_;
-  std::optional<double> first_time_s_, last_time_s_;
-  double frame_period_s_ = 0;
   int map_revision_ = 0;  // of the tracker, as last seen
   bool poses_due_ = false;
   std::uint64_t requests_answered_ = 0;
@@ -122,14 +120,14 @@ Session::Session(acquisition::Device& device, const CameraModel& camera, trackin
                .map = {.cap = options.cap, .threshold_px = options.threshold_px},
                .spool_views = options.spool_views,
                .deterministic = options.deterministic},
-              [this](const std::string& text) { Say(text); }),
-      outlook_([this](const std::string& text) { Say(text); }),
+              say_),
+      outlook_(say_),
       subject_(record_, outlook_, poses_, camera_,
                {.size = options.subject_size,
                 .rectangle_share = options.limits.rectangle_share,
                 .stable_frames = options.stable_frames},
-               [this](const std::string& text) { Say(text); }),
-      gaps_(record_.spool(), [this](const std::string& text) { Say(text); }),
+               say_),
+      gaps_(record_.spool(), say_),
       recorder_(device_, poses_, record_, std::move(light),
                 {.camera = camera_,
                  .still_camera = options.still_camera,
@@ -150,8 +148,8 @@ void Session::AnnouncePrediction() {
 
 void Session::UpdatePreflight(const Frame& frame) {
   if (!record_.views().empty() || (outlook_.IsDue() && !options_.without_subject)) return;
-  const double of_the_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
-                              (static_cast<double>(camera_.width) * camera_.height);
+  const double view_per_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
+                                (static_cast<double>(camera_.width) * camera_.height);
   outlook_.Check({.calibrated = options_.calibrated,
                   .calibration_source = options_.calibration_source,
                   .held = device_.Held(),
@@ -159,7 +157,7 @@ void Session::UpdatePreflight(const Frame& frame) {
                   .cap = options_.cap,
                   .without_subject = options_.without_subject.has_value(),
                   .bytes_per_view = static_cast<std::uint64_t>(
-                      of_the_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
+                      view_per_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
                   .has_pose = latest_.track.cam_from_world.has_value(),
                   .pose_error_px = PoseErrorNow(),
@@ -178,9 +176,9 @@ std::optional<double> Session::PoseErrorNow() const {
 void Session::UpdateCapWatch(const tracking::Track& track, const Decision& decision) {
   if (!record_.map() || !track.cam_from_world) return;
   const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
-  const auto hopeless = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
-                                         would_record && recorder_.IsRecording());
-  if (hopeless) Say(*hopeless);
+  const auto report = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
+                                       would_record && recorder_.IsRecording());
+  if (report) Say(*report);
 }
 
 std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
@@ -202,8 +200,8 @@ void Session::TakeEvents() {
   for (const acquisition::DeviceEvent& event : device_.TakeEvents()) {
     ++summary_.events[Name(event.kind)];
     Say(event.text);
-    if (event.kind == acquisition::DeviceEventKind::kFaulted && last_time_s_)
-      gaps_.DeviceFaulted(*last_time_s_, event.text);
+    if (event.kind == acquisition::DeviceEventKind::kFaulted && meters_.last_time_s())
+      gaps_.DeviceFaulted(*meters_.last_time_s(), event.text);
   }
 }
 
@@ -217,11 +215,12 @@ void Session::AnswerRequests() {
 
 void Session::Answer(const TakeBackLast& asked) {
   const std::vector<int> ids = record_.views().Ids();
-  const int there = static_cast<int>(ids.size());
-  if (asked.count > 1 && asked.count > there)
+  const int recorded = static_cast<int>(ids.size());
+  if (asked.count > 1 && asked.count > recorded)
     return Say(fmt::format("nothing was taken back: {} asked for, there are {}; ask for as many or fewer",
-                           Counted(static_cast<std::size_t>(asked.count), "view"), there));
-  summary_.taken_back += record_.TakeBack({ids.rbegin(), ids.rbegin() + std::clamp(asked.count, 0, there)});
+                           Counted(asked.count, "view"), recorded));
+  summary_.taken_back +=
+      record_.TakeBack({ids.rbegin(), ids.rbegin() + std::clamp(asked.count, 0, recorded)});
 }
 
 void Session::Answer(const TakeBackViews& asked) { summary_.taken_back += record_.TakeBack(asked.ids); }
@@ -238,7 +237,7 @@ void Session::Answer(const FindSubject& asked) {
 
 void Session::Answer(const SetRecording& asked) {
   recorder_.SetRecording(asked.on);
-  if (last_time_s_) gaps_.Recording(asked.on, *last_time_s_);
+  if (meters_.last_time_s()) gaps_.Recording(asked.on, *meters_.last_time_s());
   Say(asked.on ? "recording" : "recording paused, tracking goes on");
 }
 
@@ -257,7 +256,7 @@ std::string Session::DeviceProblem() const {
 SharedCaptureState Session::State() {
   auto state = std::make_shared<CaptureState>();
   state->frames = summary_.frames;
-  state->device_time_s = last_time_s_.value_or(0);
+  state->device_time_s = meters_.last_time_s().value_or(0);
   state->frames_per_s = meters_.FramesPerS();
   state->dropped = meters_.Dropped(device_);
   state->disk_left_bytes = meters_.DiskLeftBytes(root_);
@@ -310,7 +309,7 @@ std::optional<StoppedBecause> Session::StopReason() const {
   if (finish_asked_) return StoppedBecause::kClosed;
   if (record_.spool().Failure()) return StoppedBecause::kDisk;
   if (options_.max_frames > 0 && summary_.frames >= options_.max_frames) return StoppedBecause::kFrames;
-  if (options_.max_seconds > 0 && first_time_s_ && *last_time_s_ - *first_time_s_ >= options_.max_seconds)
+  if (options_.max_seconds > 0 && meters_.DeviceSeconds() >= options_.max_seconds)
     return StoppedBecause::kSeconds;
   return std::nullopt;
 }
@@ -320,18 +319,6 @@ std::optional<Frame> Session::NextFrame() {
   std::optional<Frame> frame(std::move(first_.front()));
   first_.pop_front();
   return frame;
-}
-
-void Session::NoteTime(const Frame& frame) {
-  gaps_.FrameCame(frame.device_time_s, device_.IsLive(), frame_period_s_);
-  if (last_time_s_) {
-    // The shortest recent time between frames: a dropped one must not look like a slow camera.
-    const double step_s = frame.device_time_s - *last_time_s_;
-    if (step_s > 0) frame_period_s_ = frame_period_s_ > 0 ? std::min(step_s, 1.1 * frame_period_s_) : step_s;
-  }
-  last_time_s_ = frame.device_time_s;
-  if (!first_time_s_) first_time_s_ = last_time_s_;
-  meters_.FrameAt(frame.device_time_s);
 }
 
 std::optional<StoppedBecause> Session::TakeFrame() {
@@ -347,21 +334,23 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   if (frame->status != FrameStatus::kComplete) return std::nullopt;  // the device counts them
   ++summary_.frames;
   if (hooks_.keep_frame) hooks_.keep_frame(*frame);
-  NoteTime(*frame);
+  const double now_s = frame->device_time_s;
+  gaps_.FrameCame(now_s, device_.IsLive(), meters_.frame_period_s());
+  meters_.FrameAt(now_s);
 
   const auto start = Clock::now();
   const tracking::Track track = poses_.Step(*frame);
   ms_track_.push_back(1000 * SecondsSince(start));
   latest_ = {frame->image, track, {}, {}};
-  gaps_.Tracking(track.state == tracking::TrackState::kTracking, *last_time_s_);
+  gaps_.Tracking(track.state == tracking::TrackState::kTracking, now_s);
   if (!options_.without_subject) subject_.FindFirst(track);
   AnnouncePrediction();
   UpdatePreflight(*frame);
-  subject_.Watch(track, *last_time_s_);
-  latest_.decision = recorder_.Take(*frame, track, frame_period_s_);
+  subject_.Watch(track, now_s);
+  latest_.decision = recorder_.Take(*frame, track, meters_.frame_period_s());
   UpdateCapWatch(track, latest_.decision);
-  gaps_.Disk(record_.spool().Pause(), *last_time_s_);
-  // A closed loop moves views at once by what drift had come to.
+  gaps_.Disk(record_.spool().Pause(), now_s);
+  // A closed loop moves views at once by the whole drift.
   poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||
                 summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0;
   if (poses_due_) poses_due_ = !record_.CorrectPoses(poses_, false);
@@ -369,10 +358,10 @@ std::optional<StoppedBecause> Session::TakeFrame() {
     std::optional<CriterionView> here;
     if (track.cam_from_world)
       here = CriterionView::From(recorded_camera_, *track.cam_from_world, options_.coverage_width_px);
-    latest_.guidance = guide_.After(record_.map().get(), here, *last_time_s_);
+    latest_.guidance = guide_.After(record_.map().get(), here, now_s);
     Show(hooks_.after_frame);
   }
-  // Not only where this frame was recorded: poses are corrected, subjects placed, light fields resumed.
+  // Also after frames that were not recorded: corrected poses, a new subject or a resumed capture may cover it.
   if (record_.IsCapCovered(options_.until_share, poses_)) return StoppedBecause::kCovered;
   return std::nullopt;
 }
@@ -381,23 +370,22 @@ void Session::Close() {
   try {
     poses_.Finish();
   } catch (const std::exception& error) {
-    spdlog::warn("the last adjustment failed ({}); poses stay as they were tracked", error.what());
+    spdlog::warn("the last adjustment of the map failed ({}); poses stay as they were tracked", error.what());
   }
   const tracking::TrackerStatistics known = poses_.Statistics();
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
   record_.CorrectPoses(poses_, true);
-  gaps_.End(last_time_s_);
+  gaps_.End(meters_.last_time_s());
   summary_.pauses = gaps_.pauses();
   summary_.paused_s = gaps_.paused_s();
-  constexpr std::size_t kTakesLong = 10;
-  if (const std::size_t following = record_.spool().PicturesWaiting(); following > kTakesLong)
-    Say(fmt::format("everything recorded is on disk; {} of images/ to be made",
-                    Counted(following, "photograph")));
+  constexpr std::size_t kTakesLong = 10;  // guessed: below this the wait is hardly noticed
+  if (const std::size_t waiting = record_.spool().PicturesWaiting(); waiting > kTakesLong)
+    Say(fmt::format("all views are on disk; {} of images/ still to be made", Counted(waiting, "photograph")));
   std::map<std::string, std::uint64_t> reasons;
   for (const Reason reason : kReasons)
     reasons[Name(reason)] = recorder_.reasons()[static_cast<std::size_t>(reason)];
-  const double device_s = first_time_s_ ? *last_time_s_ - *first_time_s_ : 0;
+  const double device_s = meters_.DeviceSeconds();
   const ClosedRecord closed =
       record_.Close(device_s > 0 ? device_s : ended_after_s_, reasons, poses_.Points());
   summary_.recorded = closed.recorded;
@@ -422,13 +410,13 @@ CaptureSummary Session::Run() {
     }
     Show(hooks_.while_waiting);
   } catch (...) {
-    failure = std::current_exception();  // whatever broke: what was recorded is closed first
+    failure = std::current_exception();  // the light field is closed first
     ended_ = StoppedBecause::kDeviceLost;
   }
   ended_after_s_ = options_.deterministic ? 0 : SecondsSince(started);
   try {
     device_.Stop();
-    // Photographs that were on their way, or came before the end was asked for.
+    // Photographs that are on their way, or came before the end was asked for.
     for (const Frame& frame : std::exchange(first_, {}))
       if (frame.kind == FrameKind::kStill) TakeStill(frame);
     recorder_.RecordHeld();

@@ -62,7 +62,7 @@ struct CaptureOptions {
   double max_seconds = 0;        // of the device's time; 0: no limit
   std::size_t spool_views = 16;  // that may wait for the disk; more and recording pauses
   int frames_between_pose_updates = 60;
-  std::size_t lines_shown = 3;  // of what was said: as many as can be read at once
+  std::size_t lines_shown = 3;  // of the session's messages: as many as a person can read at once
 };
 
 using SharedCaptureState = std::shared_ptr<const CaptureState>;
@@ -98,14 +98,13 @@ struct CaptureSummary {
   // these folders instead of the light field.
   std::uint64_t unwritten = 0;
   std::map<std::filesystem::path, std::size_t> set_aside;
-  std::optional<tracking::CalibrationCheck>
-      calibration;                                   // what the tracker's map says about the focal length
-  std::optional<tracking::Readout> rolling_shutter;  // and about the shutter; none: global as far as is known
+  // What the tracker's map says about the focal length, and about the shutter; none: global as far as is known.
+  std::optional<tracking::CalibrationCheck> calibration;
+  std::optional<tracking::Readout> rolling_shutter;
   std::optional<Subject> subject;
   bool subject_was_found = false;                      // by the capture itself, not given
   std::shared_ptr<const RecordedFrame> last_recorded;  // null: none
-  std::shared_ptr<const CoverageMap>
-      map;  // as it was at the end, with final poses; none when no subject was found
+  std::shared_ptr<const CoverageMap> map;              // with final poses; null without a subject
 };
 
 // Runs until the cap is covered, the device ends, a limit is reached or a stop is requested; then stops the

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <map>
 
-#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/counted.h"
@@ -16,6 +15,84 @@
 
 namespace ulf::coverage {
 namespace fs = std::filesystem;
+namespace {
+
+// "60x40", "60x40:0.95", "60x40:95%" or "none".
+void ParseUntilCovered(const std::string& text, CaptureOptions* options) {
+  if (text.empty() || text == "none") return;
+  const CapGoal goal = CapGoal::Parse(text);
+  options->cap = goal.cap;
+  if (goal.share) options->until_share = *goal.share;
+}
+
+// Refuses options that need the subject's sphere.
+PhotographSpacing SpacingWithoutSubject(const CaptureArgs& args) {
+  const CaptureArgs usual;
+  const auto refuse = [](bool given, const char* option) {
+    if (given)
+      throw UsageError("--no-subject and {}: {} needs a subject to go round; leave out one of the two",
+                       option, option);
+  };
+  refuse(!args.until_covered.empty() && args.until_covered != "none", "--until-covered");
+  refuse(args.subject != usual.subject, "--subject");
+  refuse(args.subject_size != usual.subject_size, "--subject-size");
+  refuse(!args.quality.empty(), "--quality");
+  refuse(args.threshold_px.has_value(), "--threshold-px");
+  refuse(args.coverage_width_px.has_value(), "--coverage-width");
+  refuse(!args.person.empty(), "--operator");
+  refuse(!args.overlay.empty(), "--overlay");
+  refuse(!args.map.empty(), "--map");
+  if (!args.poses.UseFeatures())
+    throw UsageError(
+        "--no-subject and --poses {}: without a subject, tracked points tell how much a view adds, and these "
+        "poses have none; leave out --poses, or give --subject x,y,z,radius in place of --no-subject",
+        args.poses.Text());
+  PhotographSpacing spacing;
+  if (args.parallax_deg) spacing.parallax_deg = *args.parallax_deg;
+  return spacing;
+}
+
+}  // namespace
+
+CaptureOptions OptionsFrom(const CaptureArgs& args) {
+  CaptureOptions options;
+  if (args.parallax_deg && !args.no_subject)
+    throw UsageError(
+        "--parallax-deg {:g}: is the spacing of photographs without a subject; give --no-subject, too, or "
+        "--quality or --threshold-px in its place",
+        *args.parallax_deg);
+  if (args.no_subject) options.without_subject = SpacingWithoutSubject(args);
+  ParseUntilCovered(args.until_covered, &options);
+  if (!args.quality.empty() && args.threshold_px)
+    throw UsageError("--quality {} and --threshold-px {} say the same thing twice; give one", args.quality,
+                     *args.threshold_px);
+  if (args.quality == "fast") options.threshold_px = 12;
+  if (args.threshold_px) options.threshold_px = *args.threshold_px;
+  if (!(options.threshold_px > 2))
+    throw UsageError("--threshold-px {}: the bound of a view with itself is 2 px; give more",
+                     options.threshold_px);
+  if (args.coverage_width_px) options.coverage_width_px = *args.coverage_width_px;
+  if (options.coverage_width_px < 16)
+    throw UsageError("--coverage-width {} is not the width of an image", options.coverage_width_px);
+  if (!(args.subject_size > 0 && args.subject_size <= 0.8))
+    throw UsageError(
+        "--subject-size {}: the sphere's share of the image's width, above 0 and at most 0.8 (the "
+        "safety rectangle)",
+        args.subject_size);
+  options.subject_size = args.subject_size;
+  options.deterministic = args.deterministic;
+  options.max_frames = args.frames;
+  options.max_seconds = args.max_seconds;
+  if (args.subject != "auto") {
+    if (!args.poses.HaveAWorld() && !args.resume)
+      throw UsageError(
+          "--subject {}: the tracker has no world before it starts; use --subject auto, go on with a light "
+          "field (--resume), or take poses whose world is known (--poses known, markers:, tum:, tcp:)",
+          args.subject);
+    options.subject = ParseSubject(args.subject);
+  }
+  return options;
+}
 
 bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
                      std::vector<Frame>& taken) {
@@ -32,7 +109,7 @@ bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const 
     if (live) return true;
   }
   if (stop()) return false;
-  throw Error("{}: no complete frame came; see 'ulf devices' for what is known about it", uri);
+  throw Error("{}: the device gave no complete frame; 'ulf devices' shows what is known about it", uri);
 }
 
 void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& taken, LightFieldWriter* writer,
@@ -43,7 +120,7 @@ void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& take
   try {
     device.Stop();
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}\n", error.what());  // what is in hand is kept all the same
+    fmt::print(stderr, "{}\n", error.what());  // the photographs that came are kept all the same
   }
   try {
     while (auto frame = device.TakesStills() ? device.Next(std::chrono::milliseconds(0)) : std::nullopt)
@@ -51,7 +128,7 @@ void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& take
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}\n", error.what());
   }
-  if (photographs.empty() || !device.IsLive()) return;  // a recording still has its own
+  if (photographs.empty() || !device.IsLive()) return;  // a recording still has its photographs
   std::map<fs::path, std::size_t> kept_in;
   std::size_t lost = 0;
   std::string problem;
@@ -60,14 +137,16 @@ void KeepPhotographs(acquisition::Device& device, const std::vector<Frame>& take
     ++(folder ? kept_in[*folder] : lost);
   }
   for (const auto& [folder, count] : kept_in)
-    fmt::print(stderr, "{} had come already: kept in {}\n", Counted(count, "photograph"), folder.string());
+    fmt::print(stderr, "{} taken before the capture began: kept in {}\n", Counted(count, "photograph"),
+               folder.string());
   if (lost > 0)
-    fmt::print(stderr, "{} had come already and cannot be kept: {}\n", Counted(lost, "photograph"), problem);
+    fmt::print(stderr, "{} taken before the capture began: lost, nothing can be written: {}\n",
+               Counted(lost, "photograph"), problem);
 }
 
 namespace {
 
-// With known poses there are no tracked points to find the subject by: a replayed light field has one.
+// Known poses come without tracked points, by which a capture finds its subject; a replayed light field has one.
 std::optional<Subject> SubjectOfReplay(const std::string& uri) {
   const DeviceUri parsed = DeviceUri::Parse(uri);
   const fs::path dir = parsed.path;
@@ -92,7 +171,7 @@ std::optional<FlatField> FlatFieldOfResumed(const LightField& light_field) {
   return found == light_field.flat_fields.end() ? std::nullopt : std::optional(found->second);
 }
 
-void TakeOver(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
+void ResumeOptions(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
   if (args.no_subject) {
     if (light_field.subject)
       throw UsageError("{}: was captured round a subject; leave out --no-subject, or begin a new folder",
@@ -132,13 +211,13 @@ void RequireSameCamera(const std::string& dir, const LightField& recorded,
       info.model, info.serial);
 }
 
-// False when a signal came before the first frame: then nothing has been written.
 bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& prepared) {
   if (args.resume) {
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Resume(args.dir));
-    TakeOver(args, prepared.writer->Contents(), options);
+    ResumeOptions(args, prepared.writer->Contents(), options);
     if (!options->subject) options->subject = prepared.writer->Contents().subject;
   }
+  const LightField* resumed = args.resume ? &prepared.writer->Contents() : nullptr;
   if (args.poses.AreGiven() && !options->subject) {
     if (args.poses.ComeWithFrames()) options->subject = SubjectOfReplay(args.uri);
     if (!options->subject)
@@ -147,16 +226,16 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
           args.poses.Text());
   }
   const bool own_world = args.poses.HaveAWorld() && !args.poses.ComeWithFrames();
-  if (args.resume && own_world && prepared.writer->Contents().units != "metres")
+  if (resumed && own_world && resumed->units != "metres")
     throw UsageError(
         "{}: its unit is arbitrary, the world of --poses {} is in metres; begin a new light field", args.dir,
         args.poses.Text());
-  if (args.resume && args.poses.ChoosesWorldAnew())
+  if (resumed && args.poses.ChoosesWorldAnew())
     throw UsageError(
-        "{}: the first of several markers that is seen defines the world, and it could be another one now; "
-        "go on "
-        "with --poses features, or name the marker that was the first (the end of that session said which): "
-        "--poses {}:NUMBER",
+        "{}: the first of several markers that is seen defines the world, and that may be another one now; "
+        "go "
+        "on with --poses features, or name the marker of the session before (its end says which): --poses "
+        "{}:NUMBER",
         args.dir, args.poses.Text());
   if (args.person.empty()) {
     prepared.device = acquisition::OpenDevice(acquisition::WithReplaySpeed(args.uri, args.speed));
@@ -179,27 +258,25 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   };
   acquisition::RecordingHeader& recording = prepared.recording =
       acquisition::RecordingHeader::Of(*prepared.device);
-  if (args.resume) {
-    RequireSameCamera(args.dir, prepared.writer->Contents(), prepared.device->Info());
-    header.flat_field = FlatFieldOfResumed(prepared.writer->Contents());
+  if (resumed) {
+    RequireSameCamera(args.dir, *resumed, prepared.device->Info());
+    header.flat_field = FlatFieldOfResumed(*resumed);
   }
-  if (args.resume && !stills)
-    prepared.camera = CameraOfResumed(prepared.writer->Contents(), first);
+  if (resumed && !stills)
+    prepared.camera = CameraOfResumed(*resumed, first);
   else
     prepared.camera = use(acquisition::ResolveCalibration(*prepared.device, args.intrinsics,
                                                           first.image.width(), first.image.height()));
-  options->calibration_source =
-      args.resume && !stills ? prepared.writer->Contents().calibration_source : header.calibration_source;
+  options->calibration_source = resumed && !stills ? resumed->calibration_source : header.calibration_source;
   if (!options->calibration_source.empty())
     options->calibrated = options->calibration_source != acquisition::kFocalLengthGiven;
   recording.camera = prepared.camera;
   recording.flat_field = header.flat_field;
   if (stills) {
-    options->still_camera = args.resume ? prepared.writer->Contents().cameras.at(0)
-                                        : use(ResolveStillCamera(*prepared.device, args.intrinsics));
+    options->still_camera =
+        resumed ? resumed->cameras.at(0) : use(ResolveStillCamera(*prepared.device, args.intrinsics));
     recording.still_camera = options->still_camera;
-    recording.still_flat_field =
-        args.resume ? FlatFieldOfResumed(prepared.writer->Contents()) : header.flat_field;
+    recording.still_flat_field = resumed ? FlatFieldOfResumed(*resumed) : header.flat_field;
   }
   const acquisition::DeviceInfo info = prepared.device->Info();
   if (args.no_subject && stills)
@@ -218,8 +295,8 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
                                         .subject = options->subject,
                                         .metric = info.bus == "simulated",
                                         .stop = StopOnSignal::Asked});
-  if (args.poses.UseFeatures() && args.resume && !prepared.writer->Contents().views.empty())
-    RestoreOrSeedMap(prepared.writer->Contents(), prepared.camera, *prepared.poses);
+  if (args.poses.UseFeatures() && resumed && !resumed->views.empty())
+    RestoreOrSeedMap(*resumed, prepared.camera, *prepared.poses);
   if (!prepared.writer) {
     header.camera = options->still_camera.value_or(prepared.camera);
     header.device_uri = info.uri;

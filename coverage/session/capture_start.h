@@ -1,26 +1,67 @@
-// From what was asked for to a capture that can run: device, intrinsics, poses and folder that fit together,
-// or a refusal that has written nothing; and what becomes of what a camera gives before there is a light
-// field to put it in.
+// From the command line to a capture that can run: device, intrinsics, poses and folder that fit together, or a
+// refusal that has written nothing. Keeps photographs that a camera takes before there is a light field.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
 #include "core/light_field/light_field_io.h"
-#include "coverage/session/capture_arguments.h"
+#include "coverage/session/capture_session.h"
 #include "coverage/simulated_operator/simulated_operator.h"
 #include "tracking/sources/pose_source.h"
+#include "tracking/tracker/tracker_options.h"
 
 namespace ulf::coverage {
 
-// Takes from a started device what comes up to its first complete live frame, which is the last of `taken`;
+// As on the command line.
+struct CaptureArgs {
+  std::string uri;
+  std::string dir;
+  std::string subject = "auto";
+  double subject_size = 0.28;
+  bool no_subject = false;
+  std::optional<double> parallax_deg;
+  std::string until_covered;
+  std::string quality;
+  std::optional<double> threshold_px;
+  std::optional<int> coverage_width_px;
+  acquisition::IntrinsicsArgs intrinsics;
+  std::string poses_text = "features";
+  tracking::ReadoutArgs readout;
+  int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
+  tracking::PosesSpec poses;
+  std::uint64_t frames = 0;
+  double max_seconds = 0;
+  std::optional<double> speed;
+  std::string keep_frames;
+  std::string person;
+  std::string requests;
+  bool headless = false;
+  bool offscreen = false;
+  std::string marker;
+  bool deterministic = false;
+  bool resume = false;
+  bool raw = false;
+  bool json = false;
+  std::string overlay;
+  std::string map;
+  std::string truth;
+};
+
+// The options that do not depend on the device. Throws UsageError.
+CaptureOptions OptionsFrom(const CaptureArgs& args);
+
+// Takes frames from a started device up to its first complete live frame, which is the last of `taken`;
 // photographs that are released on the body meanwhile come before it. False when a stop was asked for first.
-// Throws Error when no live frame comes; `taken` holds what came all the same.
+// Throws Error when no live frame comes; `taken` then holds the photographs.
 bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const std::function<bool()>& stop,
                      std::vector<Frame>& taken);
 

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "core/geometry/angles.h"
+
 namespace ulf::coverage {
 namespace {
 
@@ -28,7 +30,7 @@ std::string WayInWords(const CaptureState& state) {
   const Eigen::Vector3d here = offset / distance, there = *state.guidance.toward;
   const Eigen::Vector3d along = there - here * here.dot(there);
   if (!(along.norm() > 0)) return {};
-  const double degrees = std::atan2(along.norm(), here.dot(there)) * 180 / M_PI;
+  const double degrees = Degrees(std::atan2(along.norm(), here.dot(there)));
   const Eigen::Vector3d in_cam = degrees * (state.cam_from_world->rotation * along.normalized());
   const double wanted = state.guidance.distance;
   const double farther = wanted > 0 ? 100 * (wanted / distance - 1) : 0;

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/counted.h"
+#include "coverage/session/capture_state.h"
 
 namespace ulf::coverage {
 namespace {
@@ -39,10 +41,9 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
     items.push_back({"calibration", {}, "not known"});
   else
     items.push_back({"calibration", input.calibrated,
-                     *input.calibrated
-                         ? input.calibration_source
-                         : "a focal length alone, the lens's distortion is not known: calibrate "
-                           "the camera (ulf board, ulf calibrate)"});
+                     *input.calibrated ? input.calibration_source
+                                       : "only a focal length, the lens's distortion is not known: calibrate "
+                                         "the camera (ulf board, ulf calibrate)"});
   items.push_back(Automatic("exposure", input.held.exposure));
   items.push_back(Automatic("white balance", input.held.white_balance));
   items.push_back(Automatic("focus", input.held.focus));
@@ -65,6 +66,32 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
                                *input.pose_error_px, input.most_pose_error_px,
                                healthy ? "" : ": move slowly, sideways, with more texture in view")});
   return items;
+}
+
+void CaptureOutlook::Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share,
+                            bool metric) {
+  prediction_ = Predict(setup, cap, until_share);
+  until_share_ = until_share;
+  if (prediction_) say_(InWords(*prediction_, setup.threshold_px, metric));
+}
+
+void CaptureOutlook::Check(PreflightInput input) {
+  const bool first = preflight_.empty();
+  input.prediction = prediction_;
+  preflight_ = Preflight(input);
+  if (!first) return;
+  for (const PreflightItem& item : preflight_)
+    if (item.in_order == false) say_(fmt::format("before the first view: {}: {}", item.name, item.words));
+}
+
+void CaptureOutlook::Describe(CaptureState& state) const {
+  state.prediction = prediction_;
+  state.preflight = preflight_;
+  // The recorded views, and those that the open part of the cap will take.
+  if (prediction_ && prediction_->views && state.coverage)
+    state.views_expected =
+        static_cast<double>(state.view_ids.size()) +
+        std::max(0.0, 1 - state.coverage->CoveredShare() / until_share_) * prediction_->views->usual;
 }
 
 }  // namespace ulf::coverage

@@ -1,7 +1,8 @@
-// The checks before the first view: what each found and, where it failed, what to do.
+// Before the first view: what to expect, and the checks with what each found and, where it failed, what to do.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,5 +34,29 @@ struct PreflightInput {
 };
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input);
+
+struct CaptureState;
+
+// What a capture reports before its first view, once each: how many views to expect, and which checks fail.
+class CaptureOutlook {
+ public:
+  explicit CaptureOutlook(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
+
+  // For another subject: the prediction is due again.
+  void Reset() { prediction_.reset(); }
+  // True until Expect(), which needs the subject and its distance.
+  bool IsDue() const { return !prediction_; }
+  void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric);
+  // While no view is recorded. `input` without its prediction. Reports failed checks the first time.
+  void Check(PreflightInput input);
+  // Fills in prediction and preflight; `state` has its views and its coverage map already.
+  void Describe(CaptureState& state) const;
+
+ private:
+  const std::function<void(const std::string&)> say_;
+  std::optional<CapturePrediction> prediction_;
+  double until_share_ = 1;
+  std::vector<PreflightItem> preflight_;
+};
 
 }  // namespace ulf::coverage

@@ -6,14 +6,15 @@
 #include <limits>
 #include <map>
 
+#include "core/geometry/angles.h"
+
 namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
 
-// Who wants a cap but was told none has this in mind.
-const Cap kUsualCap{60 * M_PI / 180, 40 * M_PI / 180};
-constexpr double kUsualSpacing = 1.5;  // what an experienced person aims at, in disc radii
+const Cap kUsualCap{Radians(60), Radians(40)};  // that a person fills where none is shown
+constexpr double kUsualSpacing = 1.5;           // of an experienced person's rows, disc radii
 constexpr double kVisibleHole = 0.5, kHoleSeenFromNear = 0.25;
 constexpr double kGivesUpS = 5, kTriesAgainS = 20;
 
@@ -81,7 +82,7 @@ std::optional<CapFrame::Angles> RowsByEye::Toward(const ShownSphere& sphere, dou
   if (!rows_done_) {
     const double ahead = 4 * radius / std::cos(at.elevation);
     const double to = heading_ * (cap.width / 2 + 0.5 * radius);
-    // Up or down at the rim first, as one does.
+    // At the rim a person first moves up or down.
     const bool turning = std::abs(at.elevation - level_) > radius;
     const double azimuth =
         turning ? std::clamp(at.azimuth, -cap.width / 2, cap.width / 2)
@@ -106,7 +107,7 @@ std::optional<CapFrame::Angles> RowsByEye::Toward(const ShownSphere& sphere, dou
   return std::nullopt;
 }
 
-// The nearest one on the side that faces the camera, as far as one can judge it.
+// The nearest one on the side that faces the camera, by distances that are judged with an error.
 std::optional<CapFrame::Angles> RowsByEye::FindHole(const ShownSphere& sphere, const SeenPaint& paint,
                                                     double size) {
   const Cap cap = sphere.cap.value_or(kUsualCap);
@@ -126,7 +127,7 @@ std::optional<CapFrame::Angles> RowsByEye::FindHole(const ShownSphere& sphere, c
       const int sides = is_open(azimuth - across / 2, elevation) + is_open(azimuth + across / 2, elevation) +
                         is_open(azimuth, elevation - step / 2) + is_open(azimuth, elevation + step / 2);
       if (sides < 2) continue;
-      const bool given_up = std::any_of(given_up_.begin(), given_up_.end(), [&](const Hole& hole) {
+      const bool given_up = std::ranges::any_of(given_up_, [&](const Hole& hole) {
         return sphere.frame.Direction(hole.at.azimuth, hole.at.elevation).dot(direction) >
                std::cos(0.5 * radius_);
       });

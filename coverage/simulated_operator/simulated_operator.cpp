@@ -24,10 +24,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180;
-constexpr double kStepS = 1.0 / 120;
-constexpr double kRememberedS = 3;
+constexpr double kStepS = 1.0 / 120;  // of the hand's movement
+constexpr double kRememberedS = 3;    // of the hand's places
 
-// What distinguishes people.
 struct Habits {
   double delay_s;                 // from eye to hand
   double speed;                   // of the dot on the sphere, radians per second, when nothing is in the way
@@ -71,7 +70,7 @@ constexpr Habits kNovice{.delay_s = 0.35,
 constexpr double kGlanceS = 1.5, kRushS = 1.2, kRushFactor = 2.5;
 constexpr double kHardestPush = 2.5;  // metres per second squared
 
-// Now and then, for so long.
+// A glance away, or a rush.
 struct Moment {
   double start_s, length_s;
   double yaw = 0, pitch = 0;
@@ -90,13 +89,13 @@ struct Intention {
   Vector3d turn = Vector3d::Zero();  // besides what keeps a subject at arm's length in view
 };
 
-// What somebody who looks at the display knows at a moment.
+// What a person who looks at the display knows at a moment.
 struct Perception {
   double time_s = 0;
   ShownPicture picture;
   std::string line;
 
-  // The sphere, when the dot on it is in the picture.
+  // Null unless the dot on the sphere is in the picture.
   const ShownSphere* Sphere() const {
     if (!picture.sphere) return nullptr;
     const auto dot = picture.camera.ImgFromCam(picture.sphere->PointInCam(picture.sphere->toward_camera));
@@ -224,10 +223,10 @@ struct SimulatedOperator::Person {
   std::deque<Body> past;  // every kStepS
   long first_step = 0, steps = 0;
 
-  std::deque<Perception> seen;  // the first one is acted on, once it is old enough
+  std::deque<Perception> seen;  // the person acts on the first one once it is old enough
   bool acted = false;
   bool has_tracked = false;
-  std::optional<Body> good;  // where the hand was when tracking last was well
+  std::optional<Body> last_tracked;  // where the hand was then
   double slowed_until_s = 0;
   RowsByEye rows;
   std::optional<CapFrame::Angles> by_eye;
@@ -239,7 +238,7 @@ struct SimulatedOperator::Person {
   std::vector<Moment> glances, rushes;
 };
 
-// Sideways first, to and fro, farther each time: translation, which looking around alone would not give.
+// Sideways, to and fro, farther each time: a map needs translation, and turning the camera gives none.
 Vector3d SimulatedOperator::Person::Starting(double now_s) const {
   constexpr double kPeriodS = 3.2;
   const double wider = std::min(2.0, 1 + now_s / 20);
@@ -247,20 +246,21 @@ Vector3d SimulatedOperator::Person::Starting(double now_s) const {
   return reach * habits.speed * 0.6 * wider * Vector3d(std::cos(phase), 0.25 * std::cos(0.5 * phase), 0);
 }
 
-// To where it last was well, as people are told to do.
+// To the place where tracking last worked, as the display asks.
 Intention SimulatedOperator::Person::GoingBack(double now_s) const {
   Intention back;
-  if (!good || Glances(now_s) > 0) return back;
-  const Vector3d way = body.cam_from_world * (good->center - body.center);
+  if (!last_tracked || Glances(now_s) > 0) return back;
+  const Vector3d way = body.cam_from_world * (last_tracked->center - body.center);
   back.velocity = 1.5 * way;
   const double fastest = 0.7 * reach * habits.speed;
   if (back.velocity.norm() > fastest) back.velocity *= fastest / back.velocity.norm();
-  const Eigen::AngleAxisd turn(body.cam_from_world * good->cam_from_world.conjugate());
+  const Eigen::AngleAxisd turn(body.cam_from_world * last_tracked->cam_from_world.conjugate());
   back.turn = 1.5 * std::remainder(turn.angle(), 2 * M_PI) * turn.axis();
   return back;
 }
 
-// The subject to the middle of the view; an arrow to one that is out of it says the way, not how far.
+// Turns the subject to the middle of the view. The arrow to a subject outside it gives the direction, not the
+// angle.
 Vector3d SimulatedOperator::Person::Aiming(const Perception& seen) const {
   constexpr double kBlindTurn = 0.35;
   if (const auto& way = seen.picture.way_to_subject)
@@ -279,7 +279,7 @@ double SimulatedOperator::Person::Pace(const Perception& seen, double now_s) {
   return pace;
 }
 
-// The middle of the ring, as far as one can tell.
+// The middle of the ring, read with an error.
 Vector3d SimulatedOperator::Person::Goal(const ShownSphere& sphere, double now_s) const {
   const Vector3d& at = sphere.target->direction;
   const Vector3d x = at.unitOrthogonal(), y = at.cross(x);
@@ -287,8 +287,8 @@ Vector3d SimulatedOperator::Person::Goal(const ShownSphere& sphere, double now_s
       .normalized();
 }
 
-// How much nearer to go, a share of the distance. The line says it where it is much; else the colours about
-// the dot do, of which the legend does not say what they stand for: by and by they become green.
+// How much nearer to go, a share of the distance. The line names large shares. Small ones are read from the
+// colours about the dot, which have no scale: the person moves until they are green.
 double SimulatedOperator::Person::Nearer(const Perception& seen, const ShownSphere& sphere,
                                          double now_s) const {
   if (const auto said = seen.NearerSaid(); said && options.follows_guidance) return *said;
@@ -340,13 +340,13 @@ Intention SimulatedOperator::Person::Following(const Perception& seen, double no
   return wanted;
 }
 
-// The sphere and the rectangle are there while the camera's position is known, and the line says what to do
-// while it is not.
+// The display shows the sphere and the rectangle while the pose is known; while it is not, the line says what to
+// do.
 void SimulatedOperator::Person::Decide(const Perception& now, double now_s) {
   const bool tracked = now.picture.rectangle.has_value();
   if (tracked) {
     has_tracked = true;
-    good = At(now.time_s);
+    last_tracked = At(now.time_s);
   }
   const bool is_lost = now.Says("lost") || now.Says("go back");
   if (tracked && now.picture.sphere)
@@ -375,7 +375,7 @@ void SimulatedOperator::Person::Step() {
     is += kStepS * pushed;
   };
   follow(intention.velocity, velocity, push, kHardestPush);
-  // Who walks round something turns with it; and keeps the camera level.
+  // A person who walks round the subject turns with the movement, and keeps the camera level.
   const Vector3d up_in_cam = body.cam_from_world * up;
   const Vector3d turn =
       intention.turn + Vector3d(velocity.y() / reach, -velocity.x() / reach, 2 * up_in_cam.x());
@@ -429,7 +429,7 @@ Rigid3 SimulatedOperator::CamFromWorld(double time_s) const {
 std::shared_ptr<SimulatedOperator> OperatorBefore(const DeviceUri& uri, const std::string& text) {
   const OperatorOptions options = OperatorOptions::Parse(text);
   const std::vector<std::string> scenes = acquisition::Scene::Names();
-  if (uri.scheme != "sim" || std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
+  if (uri.scheme != "sim" || std::ranges::find(scenes, uri.path) == scenes.end())
     throw UsageError("--operator {}: {} is not a simulated scene; a simulated person can hold nothing else",
                      text, uri.Text());
   const auto scene = acquisition::Scene::Named(uri.path);

@@ -7,7 +7,7 @@
 
 #include "coverage/bound/guidance.h"
 #include "coverage/operator/operator_display.h"
-#include "coverage/session/capture_outlook.h"
+#include "coverage/session/preflight.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 #include "tracking/tracker/track_words.h"

@@ -82,7 +82,7 @@ TEST(PlanCommand, MoreThanAnybodyTakesIsSaid) {
   const CommandResult usual = RunUlf(plan + "7"), fine = RunUlf(plan + "2.0001");
   EXPECT_EQ(usual.errors, "");
   EXPECT_EQ(fine.exit_code, 0);
-  EXPECT_THAT(fine.errors, AllOf(HasSubstr("nobody takes so many"), HasSubstr("larger threshold")));
+  EXPECT_THAT(fine.errors, AllOf(HasSubstr("more than a person can take"), HasSubstr("larger threshold")));
 }
 
 TEST(Commands, AnOptionThatIsGivenTwiceIsNamed) {

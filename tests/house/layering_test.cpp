@@ -433,7 +433,7 @@ TEST(Layering, FindsALibraryOutsideItsRoom) {
                 "core/fiducials/board.cpp"},
            Case{"yaml-cpp/yaml.h", "acquisition/calibration/intrinsics.cpp",
                 "acquisition/calibration/calibration_formats.cpp"},
-           Case{"CLI/CLI.hpp", "coverage/session/capture_arguments.h", "commands/number_checks.h"},
+           Case{"CLI/CLI.hpp", "coverage/session/capture_start.h", "commands/number_checks.h"},
        }) {
     const ScratchFolder scratch;
     Plant(scratch.path(), c.outside, "#include <" + c.header + ">\n");

@@ -24,25 +24,22 @@ std::string ViewsInWords(const std::vector<int>& ids) {
   return fmt::format("{} ({})", Counted(ids.size(), "view"), text);
 }
 
-// What `ulf info` will measure the light field by.
+// Coverage is measured as `ulf info` measures it: with the light field's own up.
 CaptureRecord::Options WithUpOf(const LightField& light_field, CaptureRecord::Options options) {
   options.map.up_in_world = light_field.up_in_world;
   return options;
 }
 
-// A map that was made anew from recorded views does not know what those showed of it: the earlier session's
-// points stay then, all of them, and of the map's own those that this session's views show. A map that was
-// kept knows both.
+// A map that was made anew from the recorded views lacks their observations: then all points of the earlier
+// session stay, with the map's points that views of this session show. A restored map has both.
 std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std::vector<ScenePoint> now,
                                     int first_new_id) {
   const auto is_tracked = [](const ScenePoint& point) { return point.track.size() > 1; };
   const auto shown_earlier = [&](const ScenePoint& point) {
-    return std::any_of(point.track.begin(), point.track.end(),
-                       [&](const ViewObservation& seen) { return seen.view_id < first_new_id; });
+    return std::ranges::any_of(point.track,
+                               [&](const ViewObservation& seen) { return seen.view_id < first_new_id; });
   };
-  if (std::none_of(earlier.begin(), earlier.end(), is_tracked) ||
-      std::any_of(now.begin(), now.end(), shown_earlier))
-    return now;
+  if (std::ranges::none_of(earlier, is_tracked) || std::ranges::any_of(now, shown_earlier)) return now;
   std::erase_if(now, [&](const ScenePoint& point) { return !is_tracked(point); });
   now.insert(now.end(), earlier.begin(), earlier.end());
   return now;
@@ -84,7 +81,7 @@ double CaptureRecord::Repaint() {
   before->ForEachCell([&](const CoverageMap::CellView& cell) {
     if (cell.covering.index < 0) return;
     covered_sr += cell.solid_angle_sr;
-    // Where the cap itself moved with its first view, what it leaves behind is not missing.
+    // The cap lies around its first view and moves with it: directions that it leaves are not missing.
     const auto at = map_->views().empty() ? CoveringView{} : map_->At(cell.direction);
     if (!at || at->index >= 0) return;
     open_sr += cell.solid_angle_sr;
@@ -92,6 +89,11 @@ double CaptureRecord::Repaint() {
   });
   const double whole_sr = before->options().cap ? before->extent().SolidAngle() : covered_sr;
   return whole_sr > 0 ? open_sr / whole_sr : 0;
+}
+
+std::string CaptureRecord::ReopenedInWords(double share) const {
+  return fmt::format("reopened {:.1f} % {}", 100 * share,
+                     options_.map.cap ? "of the cap" : "of what was covered");
 }
 
 void CaptureRecord::DropCoveredAgain() {
@@ -129,7 +131,7 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
     if (views_.Remove(id)) {
       spool_.RemoveView(id);
       taken.push_back(id);
-    } else if (std::find(taken.begin(), taken.end(), id) == taken.end()) {
+    } else if (std::ranges::find(taken, id) == taken.end()) {
       say_(fmt::format("there is no view {} to take back", id));
     }
   }
@@ -137,10 +139,10 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
     if (ids.empty()) say_("there is no view to take back");
     return 0;
   }
-  std::sort(taken.begin(), taken.end());
-  const double fell_open = Repaint();
+  std::ranges::sort(taken);
+  const double reopened = Repaint();
   say_(fmt::format("taken back, kept in unposed/: {}{}", ViewsInWords(taken),
-                   map_ ? fmt::format("; this reopened {:.1f} % {}", 100 * fell_open, OfWhat()) : ""));
+                   map_ ? "; this " + ReopenedInWords(reopened) : ""));
   return taken.size();
 }
 
@@ -151,9 +153,8 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
   if (largest_move <= 0 || (!last && largest_move < options_.worth_painting_anew)) return true;
   if (!last && !spool_.TryUpdatePoses(now)) return false;
   views_.MoveTo(now);
-  const double fell_open = Repaint();
-  if (fell_open >= options_.worth_telling)
-    say_(fmt::format("pose correction reopened {:.1f} % {}", 100 * fell_open, OfWhat()));
+  const double reopened = Repaint();
+  if (reopened >= options_.worth_telling) say_("pose correction " + ReopenedInWords(reopened));
   return true;
 }
 

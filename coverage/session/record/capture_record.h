@@ -46,7 +46,7 @@ class CaptureRecord {
     // painting the map and writing the journal for; it is about a tenth of a pixel of the coverage image.
     // Guessed.
     double worth_painting_anew = 2e-4;
-    // A share of the cap that a correction reopens is told from here on; a smaller one the next view fills.
+    // A correction that reopens at least this share of the cap is reported; the next view fills a smaller one.
     // Guessed.
     double worth_telling = 0.005;
   };
@@ -84,10 +84,11 @@ class CaptureRecord {
 
  private:
   void PaintAnew();
-  // Paints anew; the share of the cap (without one, of what was covered) that fell open.
+  // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of what
+  // was covered).
   double Repaint();
   void DropCoveredAgain();
-  std::string OfWhat() const { return options_.map.cap ? "of the cap" : "of what was covered"; }
+  std::string ReopenedInWords(double share) const;
 
   const Options options_;
   const std::function<void(const std::string&)> say_;

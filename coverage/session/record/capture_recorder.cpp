@@ -6,6 +6,7 @@
 #include "core/base/host_time.h"
 
 namespace ulf::coverage {
+
 CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses,
                                  CaptureRecord& record, ExposureMatch light, const Options& options)
     : device_(device),
@@ -31,7 +32,7 @@ double CaptureRecorder::DistanceToSubject(const tracking::Track& track) const {
 
 bool CaptureRecorder::Record(const Frame& frame, const tracking::Track& track, const Decision& decision,
                              double distance) {
-  Frame kept = frame;  // its pixels are shared: no device writes into them again
+  Frame kept = frame;  // shares the pixels: no device writes into them again
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
   const bool light_is_matched = kept.exposure_s <= 0 && device_.Held().exposure != true;
   if (light_is_matched)
@@ -63,14 +64,14 @@ void CaptureRecorder::SetRecording(bool on) {
   recording_ = on;
 }
 
-// A frame that is held is counted when it is known what becomes of it.
+// A held frame is counted when it is recorded or dropped.
 Decision CaptureRecorder::DecideOnWalk(const Frame& frame, const tracking::Track& track,
                                        double frame_period_s) {
   const auto start = std::chrono::steady_clock::now();
   tracked_in_a_row_ = track.state == tracking::TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
   PosedPhotographs::Step step;
-  if (record_.views().empty() &&
-      tracked_in_a_row_ < options_.stable_frames) {  // the map may yet be thrown away
+  if (record_.views().empty() && tracked_in_a_row_ < options_.stable_frames) {
+    // The tracker may still discard its first map.
     if (walk_->TakeHeld()) Count(Reason::kTracking);
   } else {
     const FrameToDecide input{.frame = frame,

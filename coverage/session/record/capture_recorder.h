@@ -59,7 +59,7 @@ class CaptureRecorder {
  private:
   Decision DecideOnSubject(const Frame& frame, const tracking::Track& track, double frame_period_s);
   Decision DecideOnWalk(const Frame& frame, const tracking::Track& track, double frame_period_s);
-  // `distance`: of what is looked at.
+  // `distance`: to the subject, or the median depth of the tracked points.
   bool Record(const Frame& frame, const tracking::Track& track, const Decision& decision, double distance);
   void RecordAndCount(const HeldFrame& held);
   bool ExposureIsSettled(const Frame& frame, const tracking::Track& track);

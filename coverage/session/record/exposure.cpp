@@ -18,10 +18,9 @@ namespace {
 
 constexpr int kSmallWidth = 48;
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+constexpr int kBlack = 10, kClipped = 247;  // of 255, display-encoded; guessed
 
-constexpr int kBlack = 10, kClipped = 247;  // of 255, display-encoded
-
-// Linear light of few pixels, NaN where it is clipped or nearly black.
+// Linear light, NaN where it is clipped or nearly black.
 cv::Mat KnownLight(const cv::Mat& pixels, Transfer transfer) {
   cv::Mat linear;
   if (transfer == Transfer::kLinear) {
@@ -42,7 +41,7 @@ cv::Mat KnownLight(const cv::Mat& pixels, Transfer transfer) {
   return linear;
 }
 
-// Between pixel centres; NaN beside what is not known.
+// Interpolated between pixel centres; NaN beside a pixel that is NaN.
 float Between(const cv::Mat& light, const Eigen::Vector2d& img) {
   const double u = std::clamp(img.x() - 0.5, 0.0, light.cols - 1.0),
                v = std::clamp(img.y() - 0.5, 0.0, light.rows - 1.0);
@@ -54,10 +53,10 @@ float Between(const cv::Mat& light, const Eigen::Vector2d& img) {
          down * ((1 - right) * light.at<float>(y + 1, x) + right * light.at<float>(y + 1, x + 1));
 }
 
-// Linear light, few pixels of it; NaN where it is clipped or nearly black.
+// KnownLight() at few pixels.
 cv::Mat SmallLight(const Image& image) {
-  // Clipped pixels are found at a size at which they are still seen.
-  constexpr int kFiner = 4;
+  constexpr int kFiner =
+      4;  // clipped pixels are looked for at so many times the size, before averaging hides them
   const int width = std::min(kSmallWidth, image.width());
   const int height = std::max(1, width * image.height() / image.width());
   cv::Mat reduced;
@@ -67,7 +66,7 @@ cv::Mat SmallLight(const Image& image) {
   cv::Mat light(height, width, CV_32F);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      float sum = 0;  // unknown where one of them is
+      float sum = 0;  // NaN where one of them is
       for (int v = 0; v < kFiner; ++v) {
         const float* value = known.ptr<float>(kFiner * y + v) + kFiner * x * channels;
         for (int i = 0; i < kFiner * channels; ++i) sum += value[i];
@@ -83,18 +82,16 @@ bool Differ(double a, double b, double share) { return a > 0 && b > 0 && std::ab
 
 bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
                             const Subject& subject, std::optional<bool> held) {
-  const bool told = frame.exposure_s > 0;
-  if (!held || !(*held || told)) return true;
+  if (!held || !(*held || frame.exposure_s > 0)) return true;
   Seen now{.time_s = frame.device_time_s, .setting = frame.exposure_s * frame.gain};
   now.direction = (cam_from_world.OriginInSource() - subject.center_in_world).normalized();
   const auto outline = SphereOutline(camera, cam_from_world, subject);
-  if (outline &&
-      std::all_of(outline->begin(), outline->end(), [&](const auto& img) { return camera.Contains(img); }))
+  if (outline && std::ranges::all_of(*outline, [&](const auto& img) { return camera.Contains(img); }))
     if (const auto light = LightInside(frame.image, *outline)) now.light = light->mean_linear;
   std::erase_if(recent_, [&](const Seen& seen) {
     return seen.time_s > now.time_s || now.time_s - seen.time_s > options_.window_s;
   });
-  const bool settled = std::none_of(recent_.begin(), recent_.end(), [&](const Seen& seen) {
+  const bool settled = std::ranges::none_of(recent_, [&](const Seen& seen) {
     return Differ(seen.setting, now.setting, options_.same_setting) ||
            (seen.direction.dot(now.direction) > options_.same_direction_cosine &&
             Differ(seen.light, now.light, options_.same_light));
@@ -103,8 +100,8 @@ bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const
   return settled;
 }
 
-// The logarithm of this picture's light over `before`'s where both see the plane at `depth` before it; none
-// where they share too little of it, or their parts do not agree.
+// The logarithm of the ratio of this picture's light to `before`'s, on the plane at `depth` before this camera;
+// none where they share too little of the plane, or the ratios of its parts do not agree.
 std::optional<double> ExposureMatch::LogLightRatio(const Rigid3& now_from_world, const cv::Mat& before,
                                                    const Rigid3& before_from_world, const CameraModel& camera,
                                                    double depth) const {
@@ -131,8 +128,7 @@ std::optional<double> ExposureMatch::LogLightRatio(const Rigid3& now_from_world,
   return median;
 }
 
-ExposureMatch::ExposureMatch(const LightField& resumed, const Options& options)
-    : options_(options), resumed_(resumed) {
+ExposureMatch::ExposureMatch(const LightField& resumed) : resumed_(resumed) {
   resumed_.points.clear();
   for (const View& view : resumed_.views)
     if (view.exposure_s <= 0 && view.gain > 0) kept_[view.id] = {std::log(view.gain), {}};
@@ -158,10 +154,9 @@ double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, cons
     if (kept.light.empty()) {
       if (++read > options_.most_read) continue;
       try {
-        const auto recorded = std::find_if(resumed_.views.begin(), resumed_.views.end(),
-                                           [id = view->id](const View& other) { return other.id == id; });
+        const auto recorded = std::ranges::find(resumed_.views, view->id, &View::id);
         kept.light = SmallLight(ReadRecordedImage(resumed_, *recorded));
-      } catch (const std::exception&) {  // whoever reads the light field says what is wrong with it
+      } catch (const std::exception&) {  // programs that read the light field report the damage
         continue;
       }
     }

@@ -1,16 +1,16 @@
-// What a capture has to know of exposure: a light field's pictures must differ by viewpoint alone.
+// The exposure of a capture's pictures, which must differ by viewpoint alone.
 //
-// A camera that can be told to hold its exposure, and of which it is known that it does, or what it does: the
-// capture waits until the exposure, or the light on the subject, has come to rest. A moving camera changes
-// what it sees, too; so brightness is compared only between frames from nearly the same direction, a fraction
-// of a second apart. A video, or a webcam that exposes by itself and does not say how, would be waited for in
-// vain: its frames are recorded as they are, and their light is matched.
+// Where a camera reports that it holds its exposure, or which exposure it takes, the capture waits until the
+// exposure and the light on the subject no longer change. A moving camera changes what it sees, too; so
+// brightness is compared only between frames from nearly the same direction, a fraction of a second apart. For a
+// video, or a webcam that exposes by itself and does not report it, waiting would be useless: its frames are
+// recorded as they are, and their light is matched.
 //
-// Matched: how bright a photograph is against those recorded before it, from what neighbouring views both
-// show. A renderer brings all photographs to one light by it (render/scene/scene), as it does by exposure
-// times where these are told. Pictures of 48 pixels across, in linear light, are laid over each other by the
-// plane at the depth of what is looked at; the median of their logarithmic ratio is what exposure does, since
-// parallax moves edges both ways. Six neighbours, not one, so that errors do not add up along the way.
+// Matching measures how bright a photograph is against those recorded before it, from what neighbouring views
+// both show. A renderer brings all photographs to one light by this ratio (render/scene/scene), as it does by
+// exposure times where they are known. Pictures of 48 pixels across, in linear light, are laid over each other
+// by the plane at the subject's depth; the median of their logarithmic ratio is the exposure's part, since
+// parallax moves edges both ways. Six neighbours, not one, so that errors do not add up from view to view.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@
 
 namespace ulf::coverage {
 
-// Whether it has come to rest.
+// Whether exposure and light no longer change.
 class ExposureWatch {
  public:
   // Guessed.
@@ -37,9 +37,6 @@ class ExposureWatch {
     double same_light = 0.08;    // log ratio; a third of what one step of an exposure dial changes
     double same_direction_cosine = 0.9994;  // of two degrees; farther apart other things are seen
   };
-  ExposureWatch() = default;
-  explicit ExposureWatch(const Options& options) : options_(options) {}
-
   // Every frame with a pose that sees the whole subject, in order. `held`: whether the camera's automatic is
   // off, none where it does not tell (Device::Held). True: settled, as far as can be told.
   bool Settled(const Frame& frame, const CameraModel& camera, const Rigid3& cam_from_world,
@@ -56,26 +53,26 @@ class ExposureWatch {
   std::deque<Seen> recent_;
 };
 
-// Where nobody tells it.
+// The relative light of views whose exposure is not known.
 class ExposureMatch {
  public:
   // Guessed.
   struct Options {
-    std::size_t neighbours = 6;   // that a picture is compared with
-    std::size_t most_read = 2;    // of them from disk, for one picture: that holds up tracking
-    double least_shared = 0.2;    // of the picture; less overlap tells nothing
-    double most_deviation = 0.3;  // median, of the logarithm; above it a hand was before the lens, or a lamp
-                                  // was switched on: no exposure does that
+    std::size_t neighbours = 6;  // that a picture is compared with
+    std::size_t most_read = 2;   // of them from disk, for one picture: that holds up tracking
+    double least_shared = 0.2;   // of the picture; less overlap says nothing
+    double most_deviation =
+        0.3;  // median, of the logarithm; more is no exposure, but a hand before the lens or
+              // another lamp
   };
   // `resumed`: its views are compared with, too; their photographs are read when they are needed.
-  explicit ExposureMatch(const LightField& resumed) : ExposureMatch(resumed, Options{}) {}
-  ExposureMatch(const LightField& resumed, const Options& options);
-  // What to multiply the first view's light by to come to this picture's; 1 for the first. `depth`: of what
-  // is looked at. `views`: where those that it is compared with stand, in the world that `cam_from_world` and
-  // `depth` are of. A map moves them all when it closes a loop or changes its scale.
+  explicit ExposureMatch(const LightField& resumed);
+  // This picture's light divided by the first view's; 1 for the first. `depth`: of the subject. `views`: the
+  // views to compare with, in the same world as `cam_from_world` and `depth`: the tracker moves them all when it
+  // closes a loop or changes its scale.
   double GainOf(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world, double depth,
                 const RecordedViews& views);
-  // The picture that was asked about last has become this view.
+  // The picture of the last GainOf() has become this view.
   void Keep(int id);
 
  private:
@@ -90,7 +87,7 @@ class ExposureMatch {
   Options options_;
   LightField resumed_;
   std::map<int, Kept> kept_;
-  cv::Mat light_;  // of the picture that was asked about last
+  cv::Mat light_;  // of the last GainOf()
   double log_gain_ = 0;
 };
 

@@ -20,7 +20,7 @@ fs::path FolderBeside(const fs::path& light_field) {
   return named.string() + ".photographs";
 }
 
-// The camera's own files, or the pixels where it gave none, under the next free number: nothing is replaced.
+// The camera's own files, or the pixels where it gave none, under the next free number.
 void KeepBeside(const fs::path& folder, const Frame& frame) {
   std::vector<ViewFile> files;
   for (const auto* file : {&frame.encoded, &frame.raw})
@@ -35,8 +35,7 @@ void KeepBeside(const fs::path& folder, const Frame& frame) {
   const auto path_of = [&](const ViewFile& file) { return folder / (stem + file.extension); };
   for (int number = 1; stem.empty(); ++number) {
     stem = fmt::format("{:06}", number);
-    if (std::any_of(files.begin(), files.end(),
-                    [&](const ViewFile& file) { return fs::exists(path_of(file)); }))
+    if (std::ranges::any_of(files, [&](const ViewFile& file) { return fs::exists(path_of(file)); }))
       stem.clear();
   }
   std::vector<std::pair<fs::path, FileContent>> together;

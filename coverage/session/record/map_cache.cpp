@@ -9,6 +9,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/record/still_capture.h"
@@ -27,9 +28,10 @@ std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
   return digest.Value();
 }
 
-// Evenly spread over the capture: what more views would add, the first frames do.
+// From views spread evenly over the capture.
 void SeedFrom(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses) {
-  constexpr std::size_t kMostViews = 80;
+  constexpr std::size_t kMostViews =
+      80;  // guessed; the tracker adds the rest of the map from its first frames
   const std::size_t count = light_field.views.size();
   const std::size_t used = std::min(count, kMostViews);
   std::vector<tracking::SeedView> seeds;
@@ -43,7 +45,7 @@ void SeedFrom(const LightField& light_field, const CameraModel& tracked, trackin
   if (!poses.SeedMap(seeds))
     throw Error(
         "{}: its {} views show too little in common to find the camera's position among them; begin a new "
-        "one",
+        "light field",
         light_field.root.string(), count);
 }
 
@@ -56,22 +58,19 @@ std::filesystem::path MapCacheOf(const LightField& light_field) {
 void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
                       tracking::PoseSource& poses) {
   const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
   const std::filesystem::path file = MapCacheOf(light_field);
   std::string why = "the last session left none";
   if (std::filesystem::exists(file)) {
     const std::string problem = poses.RestoreMap(file, KeyOf(light_field, tracked));
     if (problem.empty()) {
-      spdlog::info("the map of the last session is back in {:.2f} s", seconds());
+      spdlog::info("the map of the last session was loaded in {:.2f} s", SecondsSince(start));
       return;
     }
     fmt::print(stderr, "{}: {}; the map is made anew from the recorded views\n", file.string(), problem);
     why = problem;
   }
   SeedFrom(light_field, tracked, poses);
-  spdlog::info("the map is made anew from the recorded views in {:.2f} s ({})", seconds(), why);
+  spdlog::info("the map is made anew from the recorded views in {:.2f} s ({})", SecondsSince(start), why);
 }
 
 void SaveMapCache(const LightField& light_field, const CameraModel& tracked,
@@ -81,7 +80,7 @@ void SaveMapCache(const LightField& light_field, const CameraModel& tracked,
     MakeFolder(file.parent_path());
     poses.SaveMap(file, KeyOf(light_field, tracked));
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}; going on with this light field will take longer, nothing else\n", error.what());
+    fmt::print(stderr, "{}; --resume will take longer to start, nothing else changes\n", error.what());
   }
 }
 

@@ -14,7 +14,7 @@ std::filesystem::path MapCacheOf(const LightField& light_field);
 // fit.
 void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses);
 
-// Leaves the map for the next session; says on stderr when the disk refuses.
+// Saves the map for the next session; says on stderr when it cannot be written.
 void SaveMapCache(const LightField& light_field, const CameraModel& tracked,
                   const tracking::PoseSource& poses);
 

@@ -6,12 +6,13 @@
 #include <utility>
 
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::coverage {
 namespace {
 
-// Enough of them to tell, in no order, so that the first few tell about all.
-std::vector<tracking::VisiblePoint> Some(std::vector<tracking::VisiblePoint> points, std::size_t most) {
+// In random order, so that the first few stand for all.
+std::vector<tracking::VisiblePoint> Sample(std::vector<tracking::VisiblePoint> points, std::size_t most) {
   std::mt19937 draw(1);
   std::shuffle(points.begin(), points.end(), draw);
   if (points.size() > most) points.resize(most);
@@ -34,20 +35,20 @@ bool PosedPhotographs::IsLocated(const FrameToDecide& input,
 
 bool ShowsSameView(const Rigid3& before_from_world, const Rigid3& cam_from_world, const CameraModel& camera,
                    const std::vector<tracking::VisiblePoint>& points, const PhotographSpacing& spacing) {
-  constexpr std::size_t kFirst = 20;  // a view elsewhere has hardly any of them
   const Eigen::Vector3d here = cam_from_world.OriginInSource(), there = before_from_world.OriginInSource();
   std::vector<double> parallax;
   std::size_t shared = 0;
   for (const tracking::VisiblePoint& point : points) {
-    if (parallax.size() == kFirst && static_cast<double>(shared) < 0.3 * spacing.least_overlap * kFirst)
+    if (parallax.size() == spacing.first_points &&
+        static_cast<double>(shared) <
+            spacing.first_overlap * spacing.least_overlap * static_cast<double>(spacing.first_points))
       return false;
-    const Eigen::Vector3d a = point.position_in_world - here, b = point.position_in_world - there;
-    parallax.push_back(std::atan2(a.cross(b).norm(), a.dot(b)));
+    parallax.push_back(AngleBetween(point.position_in_world - here, point.position_in_world - there));
     const auto img = camera.ImgFromCam(before_from_world * point.position_in_world);
     shared += img && camera.Contains(*img);
   }
   return static_cast<double>(shared) >= spacing.least_overlap * static_cast<double>(points.size()) &&
-         Median(std::move(parallax)) * 180 / M_PI <= spacing.parallax_deg;
+         Degrees(Median(std::move(parallax))) <= spacing.parallax_deg;
 }
 
 bool PosedPhotographs::IsNeighbour(const FrameToDecide& input,
@@ -60,30 +61,30 @@ bool PosedPhotographs::IsNeighbour(const FrameToDecide& input,
 }
 
 Decision PosedPhotographs::Judge(const FrameToDecide& input,
-                                 const std::vector<tracking::VisiblePoint>& some_points,
-                                 const RecordedViews& views, const HeldFrame* besides,
+                                 const std::vector<tracking::VisiblePoint>& sample,
+                                 const RecordedViews& views, const HeldFrame* about_to_be_recorded,
                                  const DecisionLimits& limits) const {
-  if (!IsLocated(input, some_points)) return {};
-  const auto stands = [&](const Rigid3& before_from_world) {
-    return ShowsSameView(before_from_world, *input.track.cam_from_world, camera_, some_points, spacing_);
+  if (!IsLocated(input, sample)) return {};
+  const auto shows_same = [&](const Rigid3& before_from_world) {
+    return ShowsSameView(before_from_world, *input.track.cam_from_world, camera_, sample, spacing_);
   };
   const bool shown =
-      (besides && stands(*besides->track.cam_from_world)) ||
+      (about_to_be_recorded && shows_same(*about_to_be_recorded->track.cam_from_world)) ||
       std::any_of(views.views().begin(), views.views().end(),
-                  [&](const RecordedViews::Entry& view) { return stands(view.cam_from_world); });
+                  [&](const RecordedViews::Entry& view) { return shows_same(view.cam_from_world); });
   return DecideWithoutSubject(input, shown, limits);
 }
 
 Decision PosedPhotographs::Judge(const FrameToDecide& input,
                                  const std::vector<tracking::VisiblePoint>& points,
                                  const RecordedViews& views, const DecisionLimits& limits) const {
-  return Judge(input, Some(points, spacing_.most_points), views, nullptr, limits);
+  return Judge(input, Sample(points, spacing_.most_points), views, nullptr, limits);
 }
 
 PosedPhotographs::Step PosedPhotographs::After(const FrameToDecide& input,
                                                const std::vector<tracking::VisiblePoint>& all_points,
                                                const RecordedViews& views, const DecisionLimits& limits) {
-  const std::vector<tracking::VisiblePoint> points = Some(all_points, spacing_.most_points);
+  const std::vector<tracking::VisiblePoint> points = Sample(all_points, spacing_.most_points);
   const bool located = IsLocated(input, points);
   Step step;
   if (held_ && !(located && IsNeighbour(input, points))) step.record = TakeHeld();

@@ -21,12 +21,15 @@ namespace ulf::coverage {
 struct PhotographSpacing {
   double parallax_deg = 1;     // median over the points; more is another view
   double least_overlap = 0.6;  // share of the points that the recorded view has in its picture; less is
-  // Neighbours, of which the sharpest is recorded: frames within this share of the spacing of the first of
-  // them, and no more than so many, for a hand goes on. Guessed.
+  // Of neighbouring frames the sharpest is recorded: those within this share of the spacing from their first one,
+  // and at most so many. Guessed.
   double neighbour_share = 0.4;
   int most_neighbours = 6;
-  // Points of a frame: fewer tell nothing, more than the second are not looked at. Guessed.
+  // Points of a frame: fewer say nothing, of more a sample is taken. Guessed.
   std::size_t fewest_points = 12, most_points = 150;
+  // After so many points a view is dismissed that contains less than this share of `least_overlap`. Guessed.
+  std::size_t first_points = 20;
+  double first_overlap = 0.3;
 };
 
 // Whether a view at `before_from_world` shows the same as the frame that shows `points` from `cam_from_world`.
@@ -59,8 +62,10 @@ class PosedPhotographs {
   std::optional<HeldFrame> TakeHeld();
 
  private:
-  Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& some_points,
-                 const RecordedViews& views, const HeldFrame* besides, const DecisionLimits& limits) const;
+  // `about_to_be_recorded`: besides `views`; null: none.
+  Decision Judge(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& sample,
+                 const RecordedViews& views, const HeldFrame* about_to_be_recorded,
+                 const DecisionLimits& limits) const;
   bool IsLocated(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
   bool IsNeighbour(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
 

@@ -1,7 +1,6 @@
-// The one home of what a running capture knows of its recorded views: the id that each has on disk, the
-// keyframe of the tracker's map that it hangs on, and the pose that follows from it, as of the last
-// correction. Whoever else needs a view's pose is given it from here: the coverage map what it paints, the
-// journal what it is to say.
+// Owns what a running capture knows of its recorded views: the id that each has on disk, the keyframe of the
+// tracker's map that it is anchored to, and the pose that follows from it, as of the last correction. The
+// coverage map and the journal get the poses from here.
 #pragma once
 
 #include <map>

@@ -16,8 +16,8 @@ namespace ulf::coverage {
 
 namespace {
 
-// How far apart two poses are for somebody who looks at a subject `distance` away: an angle.
-double AngleBetween(const Rigid3& a, const Rigid3& b, double distance) {
+// How far apart two poses are, as an angle at a subject `distance` away.
+double PoseAngle(const Rigid3& a, const Rigid3& b, double distance) {
   return std::hypot(RotationAngle(a.rotation * b.rotation.conjugate()),
                     (a.OriginInSource() - b.OriginInSource()).norm() / distance);
 }
@@ -43,12 +43,11 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
       const double share = static_cast<double>(k) / steps;
       samples.push_back(
           {a.time_s + share * (b.time_s - a.time_s),
-           AngleBetween(Between(a.cam_from_world, b.cam_from_world, share), cam_from_world, distance)});
+           PoseAngle(Between(a.cam_from_world, b.cam_from_world, share), cam_from_world, distance)});
     }
   }
   if (samples.empty()) return std::nullopt;
-  const auto nearest = std::min_element(samples.begin(), samples.end(),
-                                        [](const Sample& a, const Sample& b) { return a.angle < b.angle; });
+  const auto nearest = std::ranges::min_element(samples, {}, &Sample::angle);
   if (nearest == samples.begin() || nearest + 1 == samples.end()) return std::nullopt;
   for (const Sample& sample : samples)
     if (std::abs(sample.time_s - nearest->time_s) > search.tells_apart_s &&
@@ -74,7 +73,7 @@ void StillCapture::Follow(const Frame& live, const tracking::Track& track) {
   MeasureLags();
 }
 
-// Live view stops for a photograph: what it saw after it has to be waited for.
+// Live view stops during a photograph: a lag is measured when live view has gone on for a while.
 void StillCapture::MeasureLags() {
   while (!unmeasured_.empty() &&
          live_.back().time_s > unmeasured_.front().judged_s + options_.live_view_goes_on_s) {
@@ -93,10 +92,10 @@ void StillCapture::MeasureLags() {
   }
 }
 
-// Where the device was told a lag, its time has it already.
+// Where the device was given a lag, its time contains it.
 double StillCapture::ExpectedTime(const Frame& still) const {
-  const bool told = !still.requested_s || still.device_time_s != *still.requested_s;
-  return told ? still.device_time_s : *still.requested_s + counts_.lag_s.value_or(0);
+  const bool contains_lag = !still.requested_s || still.device_time_s != *still.requested_s;
+  return contains_lag ? still.device_time_s : *still.requested_s + counts_.lag_s.value_or(0);
 }
 
 void StillCapture::Ask() {
@@ -104,10 +103,9 @@ void StillCapture::Ask() {
 }
 
 std::optional<Rigid3> StillCapture::LivePoseAt(double time_s) const {
-  const LivePose* nearest = nullptr;
-  for (const LivePose& pose : live_)
-    if (!nearest || std::abs(pose.time_s - time_s) < std::abs(nearest->time_s - time_s)) nearest = &pose;
-  return nearest ? std::optional(nearest->cam_from_world) : std::nullopt;
+  const auto nearest = std::ranges::min_element(
+      live_, {}, [&](const LivePose& pose) { return std::abs(pose.time_s - time_s); });
+  return nearest == live_.end() ? std::nullopt : std::optional(nearest->cam_from_world);
 }
 
 double StillCapture::SpeedPxPerS() const {
@@ -143,7 +141,7 @@ StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
     unmeasured_.push_back({*still.requested_s, std::max(live_.back().time_s, *still.requested_s),
                            *verdict.track->cam_from_world,
                            (*verdict.track->cam_from_world * map->subject().center_in_world).norm()});
-  // It was exposed while the live image moved at this speed.
+  // The live image moved at this speed during the exposure.
   verdict.track->speed_px = SpeedPxPerS();
   verdict.decision = Decide({.frame = still,
                              .track = *verdict.track,
@@ -158,18 +156,19 @@ StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
 acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& device,
                                                     const acquisition::IntrinsicsArgs& args) {
   try {
-    // Live view's focal length in pixels says nothing of the photographs.
+    // A focal length in pixels of live view does not apply to photographs.
     return acquisition::ResolveCalibration(
         device, {.calibration_path = args.calibration_path, .force = args.force}, 0, 0, "still");
   } catch (const Error& error) {
     throw Error(
-        "{}; the photographs' intrinsics are needed besides live view's: ulf calibrate {} --mode still",
+        "{}; photographs need intrinsics of their own, besides those of live view: ulf calibrate {} --mode "
+        "still",
         error.what(), ShellWord(device.Info().uri));
   }
 }
 
 Image AsSeenBy(const CameraModel& camera, const Image& photograph, const CameraModel& photograph_camera) {
-  // Reduced first, so that the resampling below skips no pixels.
+  // Reduces first, so that the resampling below skips no pixels.
   const double share = std::min(1.0, camera.MeanFocalPx() / photograph_camera.MeanFocalPx());
   const CameraModel reduced =
       photograph_camera.ScaledTo(static_cast<int>(std::lround(share * photograph_camera.width)),

@@ -65,10 +65,11 @@ class StillCapture {
   // Guessed.
   struct Options {
     double remembered_s = 20;          // of live poses: photographs may be long in coming
-    double live_view_goes_on_s = 0.5;  // after a photograph: its lag is measured then
+    double live_view_goes_on_s = 0.5;  // so long after a photograph its lag is measured
     double longest_lag_s = 5;          // no shutter takes longer
-    std::size_t speed_frames = 8;  // over which the hand's speed is measured: live view's times are those of
-                                   // its arrival, which comes in fits
+    std::size_t speed_frames =
+        8;  // over which the hand's speed is measured: single arrival times of live view
+            // are irregular
   };
   // `camera`: of photographs.
   StillCapture(acquisition::Device& device, const CameraModel& camera, const tracking::PoseSource& poses,
@@ -84,7 +85,7 @@ class StillCapture {
   StillVerdict Judge(const Frame& still, const CoverageMap* map);
 
  private:
-  // A photograph whose lag is measured when live view has gone on.
+  // A photograph whose lag is measured later.
   struct Unmeasured {
     double requested_s = 0, judged_s = 0;
     Rigid3 cam_from_world;

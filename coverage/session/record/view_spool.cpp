@@ -21,20 +21,20 @@ namespace {
 constexpr std::uint64_t kClosingBytes = 256 << 10;
 constexpr std::uint64_t kClosingBytesPerView = 2 << 10;
 constexpr std::uint64_t kClosingBytesPerSeenPoint = 64;  // of a view, in points.ulf and COLMAP's text
-// That go to the disk together, so that its waits, a few milliseconds each, are shared.
+// Views that are written together share the disk's waits, a few milliseconds each.
 constexpr std::size_t kViewsTogether = 8;
 constexpr int kPictureNiceness = 10;
-// Nothing tells when room appears on a disk: it is asked for.
+// No event reports room on a disk, so the spool tries again.
 constexpr std::chrono::milliseconds kRetryAfter(300);
 
-// What moves a pixel of the subject by less than a hundredth need not be written down.
+// Less moves the subject's image by less than a hundredth of a pixel and need not be journaled.
 bool Differ(const Rigid3& a, const Rigid3& b) {
   const Rigid3 b_from_a = b * a.Inverse();
   return RotationAngle(b_from_a.rotation) > 1e-5 ||
          b_from_a.translation.norm() > 1e-5 * (1 + a.translation.norm());
 }
 
-// At most: the photograph as it is in memory, and the master.
+// Upper bounds: of the photograph, and of the photograph with its master.
 std::uint64_t PictureBytes(const Frame& frame) { return 3 * frame.image.pixels.total(); }
 std::uint64_t BytesInMemory(const Frame& frame) {
   return PictureBytes(frame) + frame.image.pixels.elemSize() * frame.image.pixels.total() +
@@ -51,14 +51,16 @@ ViewSpool::ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threade
     : writer_(std::move(writer)), root_(writer_.Contents().root), capacity_(capacity), threaded_(threaded) {
   views_on_disk_ = writer_.Contents().views.size();
   if (!threaded_) return;
-  threads_.emplace_back([this] { Loop(); });
+  threads_.emplace_back([this] { WriteLoop(); });
   for (std::size_t i = 0; i < Processors(); ++i) {
     threads_.emplace_back([this] { EncodeLoop(); });
     threads_.emplace_back([this] { PictureLoop(); });
   }
 }
 
-ViewSpool::~ViewSpool() {
+ViewSpool::~ViewSpool() { StopThreads(); }
+
+void ViewSpool::StopThreads() {
   {
     const MutexLock lock(mutex_);
     finishing_ = true;
@@ -83,7 +85,8 @@ ViewSpool::Outcome ViewSpool::Try(const std::function<void()>& write, std::strin
   }
 }
 
-// One line, one frame for unposed/, or views. Several views that fail together may do so for one of them.
+// One line, one frame for unposed/, or views. Where several views fail together, one of them may be the cause:
+// that is no failure yet.
 ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
   const Task& first = tasks.front();
   std::string problem;
@@ -129,8 +132,7 @@ bool ViewSpool::Rescue(const Task& task) {
   return true;
 }
 
-// With the first task.
-void ViewSpool::Done(bool written) {
+void ViewSpool::RemoveFirst(bool written) {
   if (tasks_.front().IsFrame()) {
     --views_waiting_;
     if (!written) ++unwritten_;
@@ -138,7 +140,7 @@ void ViewSpool::Done(bool written) {
   tasks_.pop_front();
 }
 
-// Tasks at the front that can be written in one go; 0: the first is still being encoded.
+// The number of first tasks that can be written together; 0: the first is still being encoded.
 std::size_t ViewSpool::BatchSize(std::size_t most_views) const {
   if (!tasks_.empty() && !tasks_.front().view) return 1;
   std::size_t count = 0;
@@ -148,7 +150,7 @@ std::size_t ViewSpool::BatchSize(std::size_t most_views) const {
   return count;
 }
 
-void ViewSpool::Loop() {
+void ViewSpool::WriteLoop() {
   InstallSignalStack();
   MutexLock lock(mutex_);
   for (std::size_t most = kViewsTogether;;) {
@@ -162,12 +164,12 @@ void ViewSpool::Loop() {
       const Outcome outcome = Write(tasks);
       lock.lock();
       if (outcome != Outcome::kWritten && count > 1) {
-        most = 1;  // there may be room for one; and one may be all that is amiss
+        most = 1;  // there may be room for one, or only one of them may fail
         continue;
       }
       if (outcome == Outcome::kNoRoom && !finishing_) {
         changed_.wait_for(lock, kRetryAfter, [this]() ULF_REQUIRES(mutex_) { return finishing_; });
-        continue;  // the same again
+        continue;
       }
       if (outcome == Outcome::kNoRoom) failure_ = no_room_;
       if (outcome == Outcome::kWritten) most = kViewsTogether;
@@ -180,7 +182,7 @@ void ViewSpool::Loop() {
       written = Rescue(task);
       lock.lock();
     }
-    for (std::size_t i = 0; i < count; ++i) Done(written);
+    for (std::size_t i = 0; i < count; ++i) RemoveFirst(written);
     if (tasks_.size() <= capacity_ / 2) behind_ = false;
     changed_.notify_all();
   }
@@ -188,16 +190,15 @@ void ViewSpool::Loop() {
   changed_.notify_all();
 }
 
-// Whatever the disk says, for as long as there are views that wait for it.
+// Encodes the waiting views, also while the disk is full.
 void ViewSpool::EncodeLoop() {
   InstallSignalStack();
   MutexLock lock(mutex_);
   for (;;) {
     std::shared_ptr<PendingView> next;
     const auto find = [&]() ULF_REQUIRES(mutex_) {
-      const auto found = std::find_if(tasks_.begin(), tasks_.end(), [](const Task& task) {
-        return task.view && task.view->state == PendingView::kWaiting;
-      });
+      const auto found = std::ranges::find_if(
+          tasks_, [](const Task& task) { return task.view && task.view->state == PendingView::kWaiting; });
       if (found != tasks_.end()) next = found->view;
       return next != nullptr;
     };
@@ -256,7 +257,7 @@ std::size_t ViewSpool::PicturesWaiting() const {
   return pictures_.size() + pictures_being_made_.size();
 }
 
-// What did not fit before comes first. False: the last task had no room and was not taken.
+// Writes all tasks, in order. False: the last one had no room and was not accepted.
 bool ViewSpool::WriteInCaller(bool only_if_room) {
   MutexLock lock(mutex_);
   while (!tasks_.empty()) {
@@ -268,7 +269,7 @@ bool ViewSpool::WriteInCaller(bool only_if_room) {
       lock.lock();
     }
     if (outcome == Outcome::kNoRoom && !finishing_) {
-      if (!only_if_room) return true;  // kept
+      if (!only_if_room) return true;  // it waits
       views_waiting_ -= tasks_.back().IsFrame();
       tasks_.pop_back();
       return false;
@@ -280,7 +281,7 @@ bool ViewSpool::WriteInCaller(bool only_if_room) {
       written = Rescue(task);
       lock.lock();
     }
-    Done(written);
+    RemoveFirst(written);
   }
   return true;
 }
@@ -290,7 +291,7 @@ bool ViewSpool::Submit(Task task, bool only_if_room) {
     const MutexLock lock(mutex_);
     if (threaded_ && tasks_.size() >= capacity_) {
       behind_ = true;
-      if (only_if_room) return false;  // else it is a line, which may wait beyond the capacity
+      if (only_if_room) return false;
     }
     if (task.view) task.view->view.view.id = writer_.ReserveViewId();
     views_waiting_ += task.IsFrame();
@@ -346,13 +347,12 @@ void ViewSpool::RemoveView(int id) {
   Submit({[this, id](LightFieldWriter&) { Remove(id); }, nullptr, {}}, false);
 }
 
-// Its photograph may just be being made from its master: nobody else may have the files in hand.
+// Waits while a thread makes the photograph from its master, because that thread writes the view's files.
 void ViewSpool::Remove(int id) {
   {
     MutexLock lock(mutex_);
     changed_.wait(lock, [&]() ULF_REQUIRES(mutex_) {
-      return std::find(pictures_being_made_.begin(), pictures_being_made_.end(), id) ==
-             pictures_being_made_.end();
+      return std::ranges::find(pictures_being_made_, id) == pictures_being_made_.end();
     });
     std::erase_if(pictures_, [id](const View& view) { return view.id == id; });
   }
@@ -399,13 +399,7 @@ std::map<std::filesystem::path, std::size_t> ViewSpool::SetAside() const {
 }
 
 LightFieldWriter ViewSpool::Finish() {
-  {
-    const MutexLock lock(mutex_);
-    finishing_ = true;
-  }
-  changed_.notify_all();
-  for (std::thread& thread : threads_)
-    if (thread.joinable()) thread.join();
+  StopThreads();
   if (!threaded_) WriteInCaller(false);
   const MutexLock lock(mutex_);
   if (pictures_not_made_ > 0)
@@ -414,7 +408,7 @@ LightFieldWriter ViewSpool::Finish() {
         "opened",
         Counted(pictures_not_made_, "photograph"));
   if (!failure_ && !pictures_.empty())
-    spdlog::warn("{} of images/ had no room and will be made from masters/ when there is some",
+    spdlog::warn("{} of images/ did not fit on the disk and will be made from masters/ when there is room",
                  Counted(pictures_.size(), "photograph"));
   return std::move(writer_);
 }

@@ -111,8 +111,9 @@ class ViewSpool {
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world);
   void Remove(int id);
   bool Rescue(const Task& task);
-  void Done(bool written) ULF_REQUIRES(mutex_);
-  void Loop();
+  void RemoveFirst(bool written) ULF_REQUIRES(mutex_);
+  void StopThreads();
+  void WriteLoop();
   void EncodeLoop();
   void PictureLoop();
   std::size_t BatchSize(std::size_t most_views) const ULF_REQUIRES(mutex_);
@@ -134,7 +135,7 @@ class ViewSpool {
   bool finishing_ ULF_GUARDED_BY(mutex_) = false;
   bool all_written_ ULF_GUARDED_BY(mutex_) = false;  // no more pictures will come
   bool behind_ ULF_GUARDED_BY(mutex_) = false;       // since the spool was full, until half of it is written
-  std::optional<std::string> no_room_ ULF_GUARDED_BY(mutex_);  // what the disk said when it was full
+  std::optional<std::string> no_room_ ULF_GUARDED_BY(mutex_);  // the error of the full disk
   std::optional<std::string> failure_ ULF_GUARDED_BY(mutex_);
   std::size_t pictures_not_made_ ULF_GUARDED_BY(mutex_) = 0;
   std::size_t unwritten_ ULF_GUARDED_BY(mutex_) = 0;

@@ -1,4 +1,4 @@
-// Tests: commands/capture/pose_errors.
+// Tests: commands/capture/capture_report.
 //
 // What `ulf capture --truth` says of the tracker: true poses give a small error, wrong ones the error they
 // have.

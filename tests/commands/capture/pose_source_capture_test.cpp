@@ -117,7 +117,7 @@ TEST(PoseSourceCapture, GoesOnInTheBoardsFrame) {
   // The map that this session leaves behind is in the board's frame, too; and a board alone goes on as well.
   const auto third = capture(poses, 3, "--resume");
   ASSERT_EQ(third.exit_code, 0) << third.errors;
-  EXPECT_THAT(third.errors, HasSubstr("the map of the last session is back"));
+  EXPECT_THAT(third.errors, HasSubstr("the map of the last session was loaded"));
   const auto alone = capture(fmt::format("markers:{}", kBoardOfEasel), 3, "--resume");
   EXPECT_EQ(alone.exit_code, 0) << alone.errors;
   const auto several = capture("markers:marker:45:DICT_4X4_50", 3, "--resume");

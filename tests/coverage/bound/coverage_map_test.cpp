@@ -80,7 +80,7 @@ TEST(CapturePrediction, SaysWhereToStayAndWhatItsRangeIsOf) {
   prediction.views = ViewsEstimate{7, 5, 12};
   EXPECT_THAT(
       InWords(prediction, 12, true),
-      ::testing::HasSubstr("about 7 views (5 to 12) at 12 px within the cap, more for ways beyond it"));
+      ::testing::HasSubstr("about 7 views (5 to 12) at 12 px within the cap, more if you go beyond it"));
   EXPECT_EQ(InWords(ViewsEstimate{1, 1, 2}), "about 1 view (1 to 2)");
 }
 

@@ -1,11 +1,10 @@
-// Tests: coverage/operator/panels, coverage/operator/key_help.
+// Tests: coverage/operator/panels.
 //
 // What the panels around the live picture say, from staged states.
 #include "coverage/operator/panels.h"
 
 #include <gmock/gmock.h>
 
-#include "coverage/operator/key_help.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 

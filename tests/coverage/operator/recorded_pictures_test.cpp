@@ -1,4 +1,4 @@
-// Tests: coverage/operator/recorded_pictures, coverage/operator/stored_pictures.
+// Tests: coverage/operator/recorded_pictures.
 //
 // The pictures that review draws from: at hand, read from the light field, bounded, and never of a view that
 // is no more.

@@ -1,4 +1,4 @@
-// Tests: coverage/operator/review, coverage/operator/view_mark.
+// Tests: coverage/operator/review, coverage/operator/key_actions.
 //
 // Looking at what is recorded while the capture goes on, in the display and apart from it.
 #include "coverage/operator/review.h"

@@ -1,5 +1,5 @@
 // Tests: coverage/session/preflight, coverage/session/record/exposure,
-// coverage/session/subject/subject_watch, coverage/session/subject/capture_subject,
+// coverage/session/capture_subject,
 // coverage/bound/view_decision, coverage/session/record/capture_record.
 //
 // What a capture watches beside coverage: what is not in order before the first view, an exposure that still
@@ -10,10 +10,9 @@
 #include <cmath>
 
 #include "coverage/session/capture_session.h"
+#include "coverage/session/capture_subject.h"
 #include "coverage/session/preflight.h"
 #include "coverage/session/record/exposure.h"
-#include "coverage/session/subject/capture_subject.h"
-#include "coverage/session/subject/subject_watch.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

@@ -1,5 +1,5 @@
-// Tests: coverage/session/capture_state, coverage/session/capture_outlook,
-// coverage/session/record/capture_record, coverage/session/subject/capture_subject.
+// Tests: coverage/session/capture_state, coverage/session/preflight,
+// coverage/session/record/capture_record, coverage/session/capture_subject.
 //
 // What is asked of a running capture, and what whoever looks at it sees.
 #include <fmt/format.h>

@@ -1,7 +1,6 @@
-// Tests: coverage/session/request_lines, coverage/session/capture_request.
+// Tests: coverage/session/capture_request.
 //
 // Requests as a person or a script writes them.
-#include "coverage/session/request_lines.h"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -10,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "coverage/session/capture_request.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

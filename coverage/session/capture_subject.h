@@ -2,21 +2,23 @@
 // moved. `say` gets a line for everything that a person should know.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/geometry/camera_model.h"
-#include "coverage/session/capture_outlook.h"
 #include "coverage/session/capture_request.h"
+#include "coverage/session/preflight.h"
 #include "coverage/session/record/capture_record.h"
-#include "coverage/session/subject/subject_watch.h"
 #include "tracking/sources/pose_source.h"
+#include "tracking/tracker/tracker.h"
 
 namespace ulf::coverage {
 
-// Where the subject is, when nobody says it: the mean depth of the tracked points within `reach` (a share of
+// The subject's distance where none is given: the mean depth of the tracked points within `reach` (a share of
 // the image's height) of the picture's middle. (Thesis, section 3.1: "the system initializes its distance with
 // the average depth of feature points".) The nearest and farthest quarter of the points may belong to what
 // stands before or behind the subject and do not count. None with fewer than `fewest` points.
@@ -27,8 +29,50 @@ struct MiddleDepthOptions {
 std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
                                       const CameraModel& camera, const MiddleDepthOptions& options = {});
 
-// What is wrong with a subject for a camera that stands there, with the way out; empty: nothing.
+// What is wrong with a subject for a camera at this pose, and the way out; empty: nothing.
 std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
+
+// Detects that the subject itself was moved: the map points on it are no longer found where the camera's pose,
+// which rests on the other points, predicts them. An object in front of the subject looks the same until the
+// points are found again.
+//
+// Each point is weighted by its find rate, so that points which were always hard to find do not count as
+// missing. Points inside the subject's sphere are compared with all others.
+class SubjectWatch {
+ public:
+  // Tried with a simulated subject that is moved and with hands before one that is not
+  // (tests/coverage/session/capture_checks_test); otherwise guessed.
+  struct Options {
+    double over_s = 0.3;  // frames that are taken together
+    // Share of the expected points that are found, of the subject's against the others: below the first the
+    // subject's are gone, above the second they are there again.
+    double gone_share = 0.45, there_share = 0.8;
+    double stays_gone_s = 0.5;  // so long they have to be gone: a hand passes before the subject
+    // Frames for which a point must have been known before the subject's points were gone: a subject that has
+    // moved soon gets new points of its own, which would be found.
+    int known_for_frames = 20;
+    double fewest_per_frame = 8;  // points that should have been found; fewer say nothing
+    std::size_t fewest_frames = 3;
+    double rest_share = 0.5;  // where less of the other points is found, the tracker itself has a problem
+  };
+  // After every tracked frame.
+  bool Moved(double time_s, std::span<const tracking::ExpectedPoint> points, const Subject& subject);
+  void Reset();
+
+ private:
+  struct Tally {
+    double time_s = 0;
+    double expected_on = 0, found_on = 0;  // on the subject
+    double expected_off = 0, found_off = 0;
+  };
+  // On the subject against off it; none where too few points are expected.
+  std::optional<double> ShareFound() const;
+
+  const Options options_{};
+  std::deque<Tally> frames_;
+  std::optional<double> gone_since_s_;
+  int frames_gone_ = 0;  // since then
+};
 
 class CaptureSubject {
  public:

@@ -1,0 +1,25 @@
+// What the keys of a mode do, one line a key.
+#pragma once
+
+#include <functional>
+#include <initializer_list>
+#include <type_traits>
+#include <utility>
+
+namespace ulf::coverage {
+
+template <typename Key>
+using KeyActions = std::initializer_list<std::pair<Key, std::function<void()>>>;
+
+// False when `key` has no action.
+template <typename Key>
+bool Act(const Key& key, const std::type_identity_t<KeyActions<Key>>& actions) {
+  for (const auto& [each, act] : actions) {
+    if (each != key) continue;
+    act();
+    return true;
+  }
+  return false;
+}
+
+}  // namespace ulf::coverage
