@@ -1,5 +1,6 @@
 #include "core/fiducials/board.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/aruco/charuco.hpp>
@@ -68,7 +69,7 @@ void ParseCounts(const std::string& word, const std::string& text, Board& board)
 
 bool IsDarkSquare(int column, int row) { return (column + row) % 2 == 0; }
 
-// The dark cells of one marker, as runs along its rows: its border is dark, too.
+// The dark cells of one marker with its dark border, as runs along its rows.
 void AddMarker(const cv::aruco::Dictionary& dictionary, int id, double x_mm, double y_mm, double side_mm,
                std::vector<RectangleMm>& dark) {
   const int bits = dictionary.markerSize, cells = bits + 2;
@@ -92,12 +93,12 @@ void AddMarker(const cv::aruco::Dictionary& dictionary, int id, double x_mm, dou
 }  // namespace
 
 int DictionaryNumber(const std::string& name) {
-  std::string known;
+  std::vector<std::string_view> known;
   for (const DictionaryName& entry : kDictionaries) {
     if (entry.name == name) return entry.number;
-    known += (known.empty() ? "" : ", ") + std::string(entry.name);
+    known.emplace_back(entry.name);
   }
-  throw UsageError("there is no marker dictionary '{}'; there are {}", name, known);
+  throw UsageError("there is no marker dictionary '{}'; there are {}", name, fmt::join(known, ", "));
 }
 
 Board Board::Parse(const std::string& text) {

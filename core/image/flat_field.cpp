@@ -139,7 +139,7 @@ Fit Solve(const Eigen::MatrixXd& design, const Eigen::MatrixXd& logs, const In& 
   return fit;
 }
 
-// Marks cells much darker than the richest model as unused; returns how many spots they form.
+// Marks cells that are much darker than the richest model as unused; returns how many spots they form.
 int RemoveDust(const FlatFieldOptions& options, Cells& cells) {
   constexpr double kNormalQuartile = 0.6745;  // median of |x| for a Gaussian of sigma 1
   const Eigen::MatrixXd logs = Logs(cells);
@@ -180,9 +180,11 @@ Scored Score(const Cells& cells, const Model& model) {
     }
   scored.bic =
       count * std::log(squares / count + 1e-18) + 3 * static_cast<double>(design.cols()) * std::log(count);
-  // Whole patches of 6 x 6 cells: neighbouring cells would tell each other too much.
+  // Neighbouring cells are not independent, so a fold leaves out whole patches of cells.
+  constexpr int kPatch = 6;
   const auto fold_of = [](std::size_t i) {
-    const auto column = static_cast<int>(i) % kCellColumns / 6, row = static_cast<int>(i) / kCellColumns / 6;
+    const auto column = static_cast<int>(i) % kCellColumns / kPatch,
+               row = static_cast<int>(i) / kCellColumns / kPatch;
     return (column + 3 * row) % kFolds;
   };
   for (int fold = 0; fold < kFolds; ++fold) {
@@ -354,9 +356,8 @@ FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_
         "{:.0f} % of the card is darker in spots: shadows, dirt or print on the card", 100 * left_out);
   else if (result.residual > options.most_residual)
     result.refusal = fmt::format(
-        "the card is uneven: {:.1f} % remain that no smooth darkening explains; take a plain matt card, out "
-        "of focus "
-        "and evenly lit",
+        "the card is uneven: no smooth darkening explains {:.1f} % of the light; take a plain matt card, out "
+        "of focus and evenly lit",
         100 * result.residual);
   else if (result.gradient > options.most_gradient)
     result.refusal =

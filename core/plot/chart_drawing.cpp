@@ -16,7 +16,7 @@ constexpr std::array kColors{"#1f63b4", "#d95f02", "#4d8c15", "#7a5195", "#c2185
                              "#00838f", "#8d6e1a", "#5c6670", "#e08a8a", "#3aa7a0"};
 constexpr const char* kColor(std::size_t series) { return kColors[series % kColors.size()]; }
 
-// As the page writes it, without what only a page shows.
+// Without the marks that only a page shows.
 std::string Plain(std::string text) {
   std::erase(text, '`');
   return text;
@@ -53,7 +53,7 @@ std::vector<LegendEntry> LegendOf(const Chart& chart, const std::vector<std::str
 
 double LegendWidth(const LegendEntry& entry) { return 44 + 7.1 * static_cast<double>(entry.text.size()); }
 
-// By lines of the picture's width.
+// Breaks the legend into lines of the picture's width.
 std::vector<std::vector<LegendEntry>> Broken(const std::vector<LegendEntry>& legend, double width) {
   std::vector<std::vector<LegendEntry>> lines(1);
   double used = 0;
@@ -68,7 +68,7 @@ std::vector<std::vector<LegendEntry>> Broken(const std::vector<LegendEntry>& leg
   return lines;
 }
 
-// What is drawn in pixels of the whole picture.
+// Collects gnuplot's commands; coordinates are pixels of the whole picture.
 class ChartScript {
  public:
   ChartScript(const Chart& chart, const ChartLayout& layout) : chart_(chart), layout_(layout) {}

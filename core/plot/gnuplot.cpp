@@ -110,7 +110,7 @@ void DrawChart(const std::string& path, int width, int height, const std::string
     WriteFileAtomically(path, finished.output);
     return;
   }
-  // The first line that says something; gnuplot repeats the offending command with a caret before it.
+  // The last line with a line number, else the first one: gnuplot repeats the command with a caret before it.
   std::istringstream lines(finished.errors);
   std::string line, said;
   while (std::getline(lines, line))

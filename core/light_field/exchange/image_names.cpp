@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A file system takes 255 bytes; what is made beside an image adds an ending or a number to its name.
+// A file system takes 255 bytes; the rest is for endings and numbers of files made from the image.
 constexpr std::size_t kMostBytes = 200;
 
 bool IsWhiteSpace(std::uint32_t point) {

@@ -61,7 +61,7 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
   if (ChecksumOf(bytes) != checksum) return {"it is damaged", {}, {}};
   bytes.remove_prefix(sizeof kPointsMagic);
 
-  const StoredPoints inconsistent{"it contradicts itself", {}, {}};
+  const StoredPoints inconsistent{"its content is inconsistent", {}, {}};
   StoredPoints stored;
   ByteReader in(bytes);
   std::map<int, const View*> views;
