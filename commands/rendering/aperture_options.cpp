@@ -44,11 +44,10 @@ void AddApertureOptions(CLI::App& sub, ApertureArgs& args) {
   sub.add_option("--sensor-width-mm", args.sensor_width_mm,
                  "Width of the sensor for --f-number (36: full frame)")
       ->check(Positive());
-  auto* distance =
-      sub.add_option("--focus", args.focus_distance,
-                     "Distance of the focal plane along the optical axis, in the light field's units (the "
-                     "subject's centre is in focus)")
-          ->check(Positive());
+  auto* distance = sub.add_option("--focus", args.focus_distance,
+                                  "Distance of the focal plane along the optical axis, in the light field's "
+                                  "units (the subject's centre is in focus)")
+                       ->check(Positive());
   sub.add_option("--focus-at", args.focus_at,
                  "Pixel X,Y of the path's first picture: the proxy's point there stays in focus")
       ->excludes(distance);
@@ -63,8 +62,7 @@ void CheckApertureOptions(const ApertureArgs& args, const std::filesystem::path&
   if (units != "metres")
     throw UsageError(
         "--f-number: {} has {} units, in which the size of a lens is unknown; give --aperture (radius in "
-        "these units), or "
-        "poses in metres (ulf capture --poses with a marker)",
+        "these units), or poses in metres (ulf capture --poses with a marker)",
         light_field.string(), units);
 }
 
@@ -101,7 +99,7 @@ void RequireRings(const render::FieldOptions& field, const render::ViewpointMesh
 void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::RenderScene& scene) {
   const double apart = scene.mesh.mean_edge_rad * scene.mesh.median_distance;
   const std::vector<Eigen::Vector3d> centers = scene.Centers();
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  Vector3d middle = Vector3d::Zero();
   for (const Eigen::Vector3d& center : centers) middle += center / static_cast<double>(centers.size());
   double reach = 0;
   for (const Eigen::Vector3d& center : centers) reach = std::max(reach, (center - middle).norm());
@@ -117,8 +115,7 @@ void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::R
   if (widest->radius > apart) return;
   spdlog::warn(
       "an aperture of {:.3g} (radius) is no wider than the viewpoints are apart ({:.3g}): pictures are "
-      "hardly more "
-      "blurred than without one; give a wider one, or record views closer together",
+      "hardly more blurred than without one; give a wider one, or record views closer together",
       widest->radius, apart);
 }
 

@@ -130,8 +130,7 @@ int RunProxy(const ProxyArgs& args) {
   if (proxy.summary.pixel_depth_radii > render::kRoughPixelRadii)
     spdlog::warn(
         "the views stand close together: a pixel between them is worth {:.1f} of the subject's radius in "
-        "depth, and the "
-        "mesh is rough; views from farther apart make it better",
+        "depth, and the mesh is rough; views from farther apart make it better",
         proxy.summary.pixel_depth_radii);
   Print(args, proxy, out, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   if (args.explain) Explain(args, light_field, out);

@@ -43,7 +43,7 @@ struct ViewArgs : SceneArgs {
   bool json = false;
 };
 
-// Without comparing them: that takes longer than looking at each.
+// The field without a comparison, which takes longer than looking at each.
 render::FieldOptions FieldOf(const ViewArgs& args) {
   render::FieldOptions field = FieldDetails(args.field_details);
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
@@ -76,7 +76,7 @@ void Open(const ApertureArgs& args, const cv::Size& screen, render::Viewer& view
   viewer.Open(AperturesAlong(args, here, viewer.renderer().scene()).front());
 }
 
-// Opens something of OpenGL. Its error names the command that does not need OpenGL.
+// Calls opens(); its error names the command that does not need OpenGL.
 template <typename Opens>
 auto OpenGlOrHint(Opens&& opens) {
   try {
@@ -101,8 +101,8 @@ std::unique_ptr<render::Surface> OpenSurface(const ViewArgs& args) {
     OpenGlOrHint(
         [] { return std::make_unique<render::GlContext>(); });  // without OpenGL --screenshot fails, too
     throw Error(
-        "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without "
-        "a window",
+        "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without a "
+        "window",
         error.what());
   }
 }
@@ -223,10 +223,9 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
       "--field", args->field,
       "Blending field at the start: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, nearest");
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option(
-      "--proxy", args->proxy,
-      "Geometry at the start: auto (the light field's mesh, else its tracked points, else the plane), mesh "
-      "(DIR/proxy.ply), points, plane, plane:x,y,z,d, or a PLY or OBJ file");
+  sub->add_option("--proxy", args->proxy,
+                  "Geometry at the start: auto (the light field's mesh, else its tracked points, else the "
+                  "plane), mesh (DIR/proxy.ply), points, plane, plane:x,y,z,d, or a PLY or OBJ file");
   AddApertureOptions(*sub, args->aperture);
   sub->add_option("--width", args->width, "Width of the window (1280)")->check(CLI::Range(64, 16384));
   sub->add_option("--height", args->height, "Height of the window (720)")->check(CLI::Range(64, 16384));

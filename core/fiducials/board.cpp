@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/aruco/charuco.hpp>
 
@@ -10,31 +11,15 @@
 namespace ulf {
 namespace {
 
-struct DictionaryName {
-  const char* name;
-  int number;
-};
-constexpr DictionaryName kDictionaries[] = {{"DICT_4X4_50", cv::aruco::DICT_4X4_50},
-                                            {"DICT_4X4_100", cv::aruco::DICT_4X4_100},
-                                            {"DICT_4X4_250", cv::aruco::DICT_4X4_250},
-                                            {"DICT_4X4_1000", cv::aruco::DICT_4X4_1000},
-                                            {"DICT_5X5_50", cv::aruco::DICT_5X5_50},
-                                            {"DICT_5X5_100", cv::aruco::DICT_5X5_100},
-                                            {"DICT_5X5_250", cv::aruco::DICT_5X5_250},
-                                            {"DICT_5X5_1000", cv::aruco::DICT_5X5_1000},
-                                            {"DICT_6X6_50", cv::aruco::DICT_6X6_50},
-                                            {"DICT_6X6_100", cv::aruco::DICT_6X6_100},
-                                            {"DICT_6X6_250", cv::aruco::DICT_6X6_250},
-                                            {"DICT_6X6_1000", cv::aruco::DICT_6X6_1000},
-                                            {"DICT_7X7_50", cv::aruco::DICT_7X7_50},
-                                            {"DICT_7X7_100", cv::aruco::DICT_7X7_100},
-                                            {"DICT_7X7_250", cv::aruco::DICT_7X7_250},
-                                            {"DICT_7X7_1000", cv::aruco::DICT_7X7_1000},
-                                            {"DICT_ARUCO_ORIGINAL", cv::aruco::DICT_ARUCO_ORIGINAL},
-                                            {"DICT_APRILTAG_16h5", cv::aruco::DICT_APRILTAG_16h5},
-                                            {"DICT_APRILTAG_25h9", cv::aruco::DICT_APRILTAG_25h9},
-                                            {"DICT_APRILTAG_36h10", cv::aruco::DICT_APRILTAG_36h10},
-                                            {"DICT_APRILTAG_36h11", cv::aruco::DICT_APRILTAG_36h11}};
+// By OpenCV's number.
+constexpr std::array<std::string_view, 21> kDictionaries = {
+    "DICT_4X4_50",         "DICT_4X4_100",       "DICT_4X4_250",       "DICT_4X4_1000",
+    "DICT_5X5_50",         "DICT_5X5_100",       "DICT_5X5_250",       "DICT_5X5_1000",
+    "DICT_6X6_50",         "DICT_6X6_100",       "DICT_6X6_250",       "DICT_6X6_1000",
+    "DICT_7X7_50",         "DICT_7X7_100",       "DICT_7X7_250",       "DICT_7X7_1000",
+    "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10",
+    "DICT_APRILTAG_36h11"};
+static_assert(cv::aruco::DICT_4X4_50 == 0 && cv::aruco::DICT_APRILTAG_36h11 == kDictionaries.size() - 1);
 
 std::vector<std::string> SplitAtColons(const std::string& text) {
   std::vector<std::string> parts(1);
@@ -93,12 +78,11 @@ void AddMarker(const cv::aruco::Dictionary& dictionary, int id, double x_mm, dou
 }  // namespace
 
 int DictionaryNumber(const std::string& name) {
-  std::vector<std::string_view> known;
-  for (const DictionaryName& entry : kDictionaries) {
-    if (entry.name == name) return entry.number;
-    known.emplace_back(entry.name);
-  }
-  throw UsageError("there is no marker dictionary '{}'; there are {}", name, fmt::join(known, ", "));
+  const auto found = std::find(kDictionaries.begin(), kDictionaries.end(), name);
+  if (found == kDictionaries.end())
+    throw UsageError("there is no marker dictionary '{}'; there are {}", name,
+                     fmt::join(kDictionaries, ", "));
+  return static_cast<int>(found - kDictionaries.begin());
 }
 
 Board Board::Parse(const std::string& text) {

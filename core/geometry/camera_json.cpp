@@ -46,6 +46,13 @@ CameraModel CameraFromJson(const JsonPlace& place) {
   return camera;
 }
 
+nlohmann::json Vector3ToJson(const Eigen::Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
+
+Eigen::Vector3d Vector3FromJson(const JsonPlace& place, const char* key) {
+  const std::vector<double> numbers = place.Numbers(key, 3);
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
 nlohmann::json WindowToJson(const SensorWindow& window) {
   return {{"sensor_width", window.sensor_width},
           {"sensor_height", window.sensor_height},

@@ -219,8 +219,8 @@ std::string ExposureProblem(const std::vector<cv::Mat>& lights, const FlatFieldO
         static_cast<double>(cv::countNonZero(values > options.clipped)) / static_cast<double>(values.total());
     if (clipped > options.most_clipped)
       return fmt::format(
-          "frame {}: {:.1f} % of the values are clipped; expose less, so that the card is at half of "
-          "full scale",
+          "frame {}: {:.1f} % of the values are clipped; expose less, so that the card is at half of full "
+          "scale",
           f + 1, 100 * clipped);
     const cv::Scalar mean = cv::mean(lights[f]);
     for (int c = 0; c < 3; ++c)

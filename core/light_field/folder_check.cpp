@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <fstream>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <set>
 #include <thread>
@@ -80,12 +81,23 @@ bool CamerasDiffer(const LightField& journal, const LightField& other) {
   });
 }
 
-Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
-                        std::optional<LightField>& said) {
+// What `check` finds in a file that exists; unreadable where it throws.
+Derived CheckFile(const fs::path& file, const std::function<void(Derived&)>& check) {
   Derived derived;
-  const fs::path file = dir / kTransformsFile;
   if (!fs::is_regular_file(file)) return derived;
   try {
+    check(derived);
+  } catch (const std::exception& error) {
+    derived.lineage = Lineage::kUnreadable;
+    derived.problem = error.what();
+  }
+  return derived;
+}
+
+Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
+                        std::optional<LightField>& content) {
+  const fs::path file = dir / kTransformsFile;
+  return CheckFile(file, [&](Derived& derived) {
     TransformsText text = ReadTransformsText(file);
     derived.lineage = LineageOf(text.made_from, dir / kJournalFile, journal);
     if (text.made_from) derived.made_from_bytes = text.made_from->bytes;
@@ -97,12 +109,8 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
         for (const int id : line.poses)
           if (const auto pose = derived.other_poses.find(id); pose != derived.other_poses.end())
             derived.lost_poses.insert(*pose);
-    said = std::move(text.light_field);
-  } catch (const std::exception& error) {
-    derived.lineage = Lineage::kUnreadable;
-    derived.problem = error.what();
-  }
-  return derived;
+    content = std::move(text.light_field);
+  });
 }
 
 // False for most truncated text files.
@@ -113,10 +121,8 @@ bool EndsWithNewline(const fs::path& file) {
 }
 
 Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
-  Derived derived;
   const fs::path file = dir / "sparse/0/images.txt";
-  if (!fs::is_regular_file(file)) return derived;
-  try {
+  return CheckFile(file, [&](Derived& derived) {
     const ColmapPoses poses = ReadColmapPoses(file);
     derived.lineage = LineageOf(poses.made_from, dir / kJournalFile, journal);
     if (poses.made_from) derived.made_from_bytes = poses.made_from->bytes;
@@ -135,11 +141,7 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
     // Without a stamp only a file with equal content is ulf's.
     if (!poses.made_from && !(derived.unknown.empty() && derived.other_poses.empty()))
       derived.lineage = Lineage::kForeign;
-  } catch (const std::exception& error) {
-    derived.lineage = Lineage::kUnreadable;
-    derived.problem = error.what();
-  }
-  return derived;
+  });
 }
 
 // The number before the first dot or hyphen: 000012.png, 000012.master.tif, 000012-2.png.
@@ -192,23 +194,21 @@ void AddMessage(const fs::path& dir, const char* name, const Derived& derived, F
                                         Counted(derived.unknown.size(), "view"), ViewNumbers(derived.unknown),
                                         repair));
     else if (derived.lost_poses.empty() && derived.other_poses.empty())
-      check.words.push_back(fmt::format(
-          "the journal was longer when {} was made from it: its last lines are lost (subject, goal, "
-          "counts of frames; all poses are there); {}",
-          file, repair));
+      check.words.push_back(
+          fmt::format("the journal was longer when {} was made from it: its last lines are lost (subject, "
+                      "goal, counts of frames; all poses are there); {}",
+                      file, repair));
     else
       check.words.push_back(fmt::format(
-          "the journal was longer when {} was made from it: corrections of poses may be lost "
-          "({} differ); {}",
+          "the journal was longer when {} was made from it: corrections of poses may be lost ({} differ); {}",
           file,
           Counted(derived.lost_poses.empty() ? derived.other_poses.size() : derived.lost_poses.size(),
                   "pose"),
           repair));
   } else if (derived.is_cut) {
     check.words.push_back(
-        fmt::format("{} is cut short; it is derived from the journal, 'ulf repair {}' makes "
-                    "it again",
-                    file, ShellWord(dir.string())));
+        fmt::format("{} is cut short; it is derived from the journal, 'ulf repair {}' makes it again", file,
+                    ShellWord(dir.string())));
   } else if (derived.lineage == Lineage::kForeign) {
     check.words.push_back(fmt::format("{} is by another program: the journal is used", file));
   } else if (derived.WasChanged()) {

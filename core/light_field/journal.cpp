@@ -46,13 +46,6 @@ Rigid3 PoseFromJson(const JsonPlace& place, const char* key) {
   return {rotation, {n[4], n[5], n[6]}};
 }
 
-json Vector3ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-Eigen::Vector3d Vector3FromJson(const JsonPlace& place, const char* key) {
-  const std::vector<double> n = place.Numbers(key, 3);
-  return {n[0], n[1], n[2]};
-}
-
 void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   const int version = event.Integer("version");
   if (version > kVersion)

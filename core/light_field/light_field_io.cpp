@@ -207,7 +207,7 @@ struct LightFieldWriter::State {
   LightField light_field;
   std::atomic<int> next_view_id = 1;
   int next_unposed = 1;
-  // Of views that the journal no longer names, by id: files that are still to be moved, and whereto.
+  // Of views that the journal no longer names, by id: files that are still to be moved, and their targets.
   std::map<int, std::map<std::string, fs::path>> to_unposed;
   bool keep_mosaics = false;
   std::set<int> moved_since_points;  // views

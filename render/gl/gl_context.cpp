@@ -58,7 +58,7 @@ GlContext::Current::Current(const GlContext& context)
       previous_context_(eglGetCurrentContext()),
       previous_draw_(eglGetCurrentSurface(EGL_DRAW)),
       previous_read_(eglGetCurrentSurface(EGL_READ)) {
-  if (!display_) return;  // the caller's is current already
+  if (!display_) return;  // the caller's context is current already
   if (previous_context_ != context.context_ &&
       !eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_))
     throw Error("OpenGL: the context cannot be made current (EGL error {:#x})", eglGetError());
@@ -87,9 +87,8 @@ GlContext::GlContext(GlContextKind kind) {
     return;
   }
   throw Error(
-      "EGL gives no OpenGL 4.5 without a window (neither a GPU nor Mesa's software rasteriser answered); "
-      "install "
-      "libegl-mesa0 libgl1-mesa-dri");
+      "EGL offers no OpenGL 4.5 without a window (neither on a GPU nor on Mesa's software rasteriser); "
+      "install libegl-mesa0 libgl1-mesa-dri");
 }
 
 bool GlContext::IsSoftware() const {

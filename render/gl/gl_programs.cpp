@@ -12,8 +12,7 @@
 namespace ulf::render {
 namespace {
 
-// In a triangle that was subdivided once, one view more has weight than has edges at a vertex: enough for
-// eight edges.
+// In a triangle that was subdivided once, one more view has weight than a vertex has edges: enough for eight.
 constexpr int kMostViewsOfFanBatch = 9;
 
 int MostVaryingVectors() {
@@ -50,8 +49,8 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
                             });
   if (one_camera_) defines_ += "#define ONE_CAMERA\n";
   if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
-  // Vectors that the vertex shader passes to the fragments: some for each view, one for each four views, one
-  // for all.
+  // Vectors that the vertex shader passes to the fragments: `vectors` for each view, one for each four views,
+  // and one for all.
   int vectors = 3;
   if (!one_camera_) vectors += 5;
   if (!one_exposure) ++vectors;

@@ -49,8 +49,7 @@ void GlShadowMaps::Grow(int least) {
   if (layers < least)
     throw Error(
         "OpenGL: this driver has room for the shadow maps of {} views, not for more; use --proxy plane, or "
-        "ulf render "
-        "--renderer reference",
+        "ulf render --renderer reference",
         most_layers);
   unsigned larger = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &larger);

@@ -77,7 +77,7 @@ FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
     }
     made.one_each = made.one_each && made.batches.size() <= before + 1;
   }
-  if (!made.one_each)  // batches are added up, so that their order is free
+  if (!made.one_each)  // batches are added up: their order does not matter
     std::stable_sort(made.batches.begin(), made.batches.end(),
                      [](const GpuFanBatch& a, const GpuFanBatch& b) {
                        return std::pair(a.array, a.count) < std::pair(b.array, b.count);

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <regex>
 #include <vector>
 
@@ -21,13 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSettingsFile = "render.json";
-
-std::string PngBytes(const cv::Mat& pixels) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", pixels, bytes))
-    throw Error("a picture of {}x{} cannot be encoded as PNG", pixels.cols, pixels.rows);
-  return {bytes.begin(), bytes.end()};
-}
 
 cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
   const auto gain = static_cast<float>(std::exp2(exposure_stops));
@@ -62,7 +54,7 @@ std::map<std::string, std::string> ReadSettings(const fs::path& file) {
   try {
     return nlohmann::json::parse(ReadWholeFile(file)).get<std::map<std::string, std::string>>();
   } catch (const nlohmann::json::exception&) {
-    return {};  // of another version of the program: treated as other settings
+    return {};  // written by another version of the program: the settings count as different
   }
 }
 
@@ -94,16 +86,16 @@ void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
                Counted(pictures.size(), "picture"), difference);
 }
 
-// Removes the temporary files of a process that was killed while it wrote this picture. Younger ones may
-// belong to a process that is writing it now.
+// Removes the temporary files of a process that was killed while it wrote this picture.
 void RemoveLeftovers(const fs::path& picture) {
-  constexpr auto kSurelyOver = std::chrono::minutes(5);
+  constexpr auto kLeastAge =
+      std::chrono::minutes(5);  // another process may still write younger ones. Guessed.
   const std::string begins = picture.filename().string() + ".";
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(picture.parent_path(), ignored)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with(begins) && name.ends_with(kTemporaryEnding) &&
-        entry.last_write_time(ignored) < fs::file_time_type::clock::now() - kSurelyOver)
+        entry.last_write_time(ignored) < fs::file_time_type::clock::now() - kLeastAge)
       fs::remove(entry.path(), ignored);
   }
 }

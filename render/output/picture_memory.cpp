@@ -31,8 +31,8 @@ void RequireMemory(int width, int height, const PictureEncoding& encoding, std::
   const std::uint64_t needed = MemoryForPicture(width, height, encoding);
   if (needed > available)
     throw Error(
-        "a picture of {}x{} takes about {:.1f} GB of memory and {:.1f} GB are free; give a smaller "
-        "--width or --height",
+        "a picture of {}x{} takes about {:.1f} GB of memory and {:.1f} GB are free; give a smaller --width "
+        "or --height",
         width, height, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(available));
 }
 

@@ -14,8 +14,7 @@ StereoView HalfSize(const StereoView& view) {
   return half;
 }
 
-// The way in pixels that the middle of the view's image moves in a neighbour's image while its depth goes
-// through the range.
+// How many pixels the middle of the view's image moves in a neighbour's image over the range of depths.
 double PathLengthPx(const StereoView& view, const StereoView& neighbour, double nearest, double farthest) {
   const Eigen::Vector3d ray = view.RayInWorld(view.camera.width / 2, view.camera.height / 2);
   const auto at = [&](double depth) {

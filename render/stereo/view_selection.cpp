@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/at.h"
+
 namespace ulf::render {
 namespace {
 
@@ -23,13 +25,13 @@ double SharedImage(const StereoView& view, const StereoView& other, double depth
   return static_cast<double>(seen) / (kSamples * kSamples);
 }
 
-// The point at which a view looks: on its axis, at the subject's depth, or its distance where the view looks
-// elsewhere.
+// The point at which a view looks: on its axis, at the subject's depth; at the subject's distance where the
+// view looks elsewhere.
 Vector3d Target(const StereoView& view, const Subject& subject) {
   const Vector3d axis = view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
   const Vector3d to_subject = subject.center_in_world - view.center_in_world;
   const double depth = axis.dot(to_subject);
-  constexpr double kLeastCosine = 0.1;
+  constexpr double kLeastCosine = 0.1;  // between the axis and the subject. Guessed.
   return view.center_in_world + (depth > kLeastCosine * to_subject.norm() ? depth : to_subject.norm()) * axis;
 }
 
@@ -44,7 +46,7 @@ double Apart(const Place& a, const Place& b) {
 
 std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, const Subject& subject,
                               const NeighbourOptions& options) {
-  const StereoView& own = views[static_cast<std::size_t>(view)];
+  const StereoView& own = views[At(view)];
   const Vector3d target = Target(own, subject);
   const Vector3d own_sight = own.center_in_world - target;
   struct Candidate {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "render/viewer/viewer_camera.h"
 #include "render/viewpoints/subject_center.h"
@@ -91,7 +92,7 @@ Overlay ViewpointGizmo::Draw(const Vector3d& eye, double size) const {
     std::array<Vector2d, 3> img;
     int in_front = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto& vertex = mesh_.vertices[static_cast<std::size_t>(t[k])];
+      const auto& vertex = mesh_.vertices[At(t[k])];
       const Place place = Of(vertex.position_in_world - subject_.center_in_world, size);
       img[k] = place.img;
       in_front += place.front;

@@ -20,6 +20,19 @@ namespace {
 
 using Eigen::Vector3d;
 
+std::vector<Vector3d> Directions(const ViewpointMesh& mesh) {
+  std::vector<Vector3d> directions;
+  for (const auto& vertex : mesh.vertices)
+    directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
+  return directions;
+}
+
+Vector3d Sum(const std::vector<Vector3d>& vectors) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& vector : vectors) sum += vector;
+  return sum;
+}
+
 // For each direction the angle to its n-th nearest: about the length of an edge of a triangulation there,
 // even where there are duplicates.
 std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions, int neighbour) {
@@ -39,8 +52,7 @@ std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions, int ne
 
 // The angle between neighbours if as many directions were spread evenly over the cap that contains them.
 double EvenSpacing(const std::vector<Vector3d>& directions) {
-  Vector3d middle = Vector3d::Zero();
-  for (const Vector3d& direction : directions) middle += direction;
+  const Vector3d middle = Sum(directions);
   double half_angle = 0;
   for (const Vector3d& direction : directions)
     half_angle = std::max(half_angle, AngleBetween(middle, direction));
@@ -52,7 +64,7 @@ std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& dir
                                                 const ViewpointMeshOptions& options) {
   constexpr double kSameRad = 1e-6;  // CGAL merges directions that are closer
   const std::vector<double> spacing = LocalSpacing(directions, options.spacing_neighbour);
-  // The even spacing counts as well: where all cameras stood still, the median is only their tremor.
+  // Where all cameras stood still the median is only their tremor; the even spacing is then larger.
   const double floor = options.least_spacing_share * std::max(Median(spacing), EvenSpacing(directions));
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -206,12 +218,9 @@ void SmoothWhileFolding(ViewpointMesh& mesh, const TriangleTopology& topology, d
 }
 
 // Outward tangents point away from the middle of the cap, so that the strips between them do not cross. Where
-// that would lead back over the mesh, because of how the boundary runs, the boundary's normal is used.
+// that direction leads back over the mesh, the tangent is the boundary's normal.
 void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const ViewpointMeshOptions& options) {
-  Vector3d middle = Vector3d::Zero();
-  for (const auto& vertex : mesh.vertices)
-    middle += (vertex.position_in_world - mesh.center_in_world).normalized();
-  middle.normalize();
+  const Vector3d middle = Sum(Directions(mesh)).normalized();
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const auto [before, behind] = topology.boundary_neighbours[i];
     if (before < 0 || behind < 0) continue;
@@ -228,10 +237,9 @@ void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const Vi
   }
 }
 
-// Azimuth counts from the middle of the viewpoints, so that the seam lies where most likely nobody stood.
+// Azimuth counts from the middle of the viewpoints, so that the seam lies opposite of them.
 std::vector<Triangle> AzimuthElevationDelaunay(const std::vector<Vector3d>& directions, const Vector3d& up) {
-  Vector3d middle = Vector3d::Zero();
-  for (const Vector3d& direction : directions) middle += direction;
+  const Vector3d middle = Sum(directions);
   Vector3d front = middle - middle.dot(up) * up;
   if (front.norm() < 1e-6) front = up.unitOrthogonal();
   front.normalize();
@@ -247,12 +255,10 @@ std::vector<Triangle> AzimuthElevationDelaunay(const std::vector<Vector3d>& dire
   return triangles;
 }
 
-// Makes the triangles, trimmed and manifold, and their confidence. Where two parts of the mesh hang together
-// at one point only, its vertex is repeated.
+// Makes the triangles, trimmed and manifold, and their confidence. A vertex where two parts of the mesh only
+// touch is repeated.
 void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
-  std::vector<Vector3d> directions;
-  for (const auto& vertex : mesh.vertices)
-    directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
+  const std::vector<Vector3d> directions = Directions(mesh);
   mesh.triangles = options.in_plane ? AzimuthElevationDelaunay(directions, options.up_in_world.normalized())
                                     : SphericalDelaunay(directions);
   const std::vector<double> spacing = SpacingOfTriangles(directions, mesh.triangles);
@@ -271,11 +277,9 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
     mesh.confidence.push_back(std::min(1.0, options.wide_triangle / ratio));
 }
 
-// The number of groups, when directions farther apart than the widest opening are not joined.
-int GroupsFarApart(const ViewpointMesh& mesh) {
-  std::vector<Vector3d> directions;
-  for (const auto& vertex : mesh.vertices)
-    directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
+// The number of groups that stand at least the widest opening apart.
+int CountGroups(const ViewpointMesh& mesh) {
+  const std::vector<Vector3d> directions = Directions(mesh);
   const double least_cosine = std::cos(mesh.opening_rad);
   std::vector<bool> reached(directions.size(), false);
   int groups = 0;
@@ -299,8 +303,7 @@ int GroupsFarApart(const ViewpointMesh& mesh) {
 std::string GroupsText(const ViewpointMesh& mesh) {
   if (mesh.groups < 2) return {};
   return fmt::format(
-      "; they stand in {} groups, {:.0f} deg or more apart: what a picture from between them shows is a "
-      "guess",
+      "; they stand in {} groups, {:.0f} deg or more apart: pictures from between them are a guess",
       mesh.groups, Degrees(mesh.opening_rad));
 }
 
@@ -376,7 +379,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance, options))
     mesh.vertices.push_back({.position_in_world = centers_in_world[At(group.front())], .views = group});
   if (extent <= kSamePlaceShare * mesh.median_distance) return mesh;
-  mesh.groups = GroupsFarApart(mesh);
+  mesh.groups = CountGroups(mesh);
 
   mesh.span = Span::kLine;
   const std::size_t viewpoints = mesh.vertices.size();

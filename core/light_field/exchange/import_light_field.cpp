@@ -82,8 +82,7 @@ void RequirePosedSet(const fs::path& source) {
     if (Lowercase(source.extension().string()) == ".json") return;
     throw Error(
         "{}: is no transforms.json; a video is posed and recorded by 'ulf capture replay:{} -o DIR "
-        "--focal-px "
-        "F --no-subject'",
+        "--focal-px F --no-subject'",
         path, word);
   }
   if (fs::exists(source / kTransformsFile, unknown) || fs::exists(source / kJournalFile, unknown)) return;
@@ -92,8 +91,7 @@ void RequirePosedSet(const fs::path& source) {
       if (fs::exists(source / model / images, unknown))
         throw Error(
             "{}: a COLMAP model ({}), which ulf does not import; instant-ngp's colmap2nerf.py or "
-            "nerfstudio's "
-            "ns-process-data makes a transforms.json of it",
+            "nerfstudio's ns-process-data makes a transforms.json of it",
             path, (fs::path(model) / images).lexically_normal().string());
   if (fs::is_directory(source, unknown) && HoldsPhotographs(source))
     throw Error(

@@ -73,11 +73,6 @@ std::string MaskPath(const fs::path& root, const JsonPlace& frame) {
   return inside;
 }
 
-Eigen::Vector3d Vector3(const JsonPlace& place, const char* key) {
-  const std::vector<double> numbers = place.Numbers(key, 3);
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
 void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   const int version = ours.Integer("format_version", kFormatVersion);
   if (version > kFormatVersion)
@@ -85,9 +80,9 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
                 kFormatVersion);
   if (ours.Has("subject")) {
     const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
-    light_field.subject = Subject{Vector3(subject, "center"), subject.Positive("radius")};
+    light_field.subject = Subject{Vector3FromJson(subject, "center"), subject.Positive("radius")};
   }
-  if (ours.Has("up")) light_field.up_in_world = Vector3(ours, "up").normalized();
+  if (ours.Has("up")) light_field.up_in_world = Vector3FromJson(ours, "up").normalized();
   if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
   ReadCaptureJson(ours, light_field);
   light_field.capture_s = ours.Number("capture_s", 0);
@@ -283,13 +278,10 @@ json OurKeys(const LightField& light_field) {
                {"units", light_field.units},
                {"coverage_width_px", light_field.coverage_width_px},
                {"capture_s", light_field.capture_s}};
-  const Eigen::Vector3d up = light_field.UpInWorld();
-  ours["up"] = {up.x(), up.y(), up.z()};
-  if (light_field.subject) {
-    const Eigen::Vector3d& center = light_field.subject->center_in_world;
-    ours["subject"] = {{"center", {center.x(), center.y(), center.z()}},
+  ours["up"] = Vector3ToJson(light_field.UpInWorld());
+  if (light_field.subject)
+    ours["subject"] = {{"center", Vector3ToJson(light_field.subject->center_in_world)},
                        {"radius", light_field.subject->radius}};
-  }
   if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
   if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
   if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
@@ -313,8 +305,8 @@ void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, co
           kMaxNonOrthogonality ||
       rotation.determinant() < 0)
     throw Error(
-        "{}: the upper left of '{}' is not a rotation (orthonormal, determinant 1); "
-        "export the set again without scale or mirroring",
+        "{}: the upper left of '{}' is not a rotation (orthonormal, determinant 1); export the set again "
+        "without scale or mirroring",
         where, key);
 }
 

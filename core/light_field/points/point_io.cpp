@@ -46,10 +46,9 @@ void ReadPoints(LightField& light_field) {
   }
   StoredPoints stored = StoredIn(file, light_field);
   if (!stored.problem.empty()) {
-    light_field.doubts.push_back(
-        fmt::format("{}: {}; points.ply is read instead, which has no observations (ulf refine measures new "
-                    "ones)",
-                    file.string(), stored.problem));
+    light_field.doubts.push_back(fmt::format(
+        "{}: {}; points.ply is read instead, which has no observations (ulf refine measures new ones)",
+        file.string(), stored.problem));
     ReadPointPositions(ply, light_field);
     return;
   }
