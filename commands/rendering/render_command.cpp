@@ -25,7 +25,6 @@
 #include "render/output/camera_path.h"
 #include "render/output/frame_range.h"
 #include "render/output/picture_files.h"
-#include "render/output/picture_memory.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
 #include "render/proxy/proxy_choice.h"

@@ -1,6 +1,5 @@
 #include "core/image/undistortion.h"
 
-#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 

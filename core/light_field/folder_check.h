@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/light_field/journal.h"
 
 namespace ulf {
@@ -60,6 +61,12 @@ struct FolderCheck {
 
 // Only reads. While a writer is active (`being_written`), it checks only what the writer does not change.
 FolderCheck CheckFolder(const std::filesystem::path& dir, const JournalContents& journal, bool being_written);
+
+// Whether derived files with a journal's stamp exist but the journal does not; `ulf repair` restores it.
+bool IsJournalMissing(const std::filesystem::path& dir);
+// An Error for a writer about a folder without a journal: a light field that has lost it, a data set of
+// another program, or neither; with the remedy.
+Error MissingJournalError(const std::filesystem::path& dir);
 
 // Problems with pictures, as ids of views.
 struct PictureCheck {

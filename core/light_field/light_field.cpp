@@ -1,7 +1,6 @@
 #include "core/light_field/light_field.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 

@@ -20,7 +20,6 @@
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
-#include "core/light_field/missing_journal.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/points/point_tracks.h"
 #include "core/light_field/view_files.h"

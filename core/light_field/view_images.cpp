@@ -1,7 +1,6 @@
 // A view's pixels, from whichever of its files holds them (declared in light_field_io.h).
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"

@@ -2,8 +2,6 @@
 
 #include <epoxy/gl.h>
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "core/base/error.h"

@@ -10,7 +10,6 @@
 #include <cstring>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/base/atomic_file.h"
 #include "core/geometry/digest.h"

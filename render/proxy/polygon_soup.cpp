@@ -1,8 +1,6 @@
 #include "render/proxy/polygon_soup.h"
 
 #include <Eigen/Geometry>
-#include <charconv>
-#include <cmath>
 
 namespace ulf::render {
 namespace {

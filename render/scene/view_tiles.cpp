@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "core/base/at.h"
 #include "render/proxy/depth_raster.h"

@@ -7,7 +7,6 @@
 
 #include "core/base/at.h"
 #include "render/gl/embedded_shaders.h"
-#include "render/stereo/plane_carrier.h"
 
 namespace ulf::render {
 namespace {

@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "core/geometry/pinhole.h"
-#include "render/stereo/plane_carrier.h"
 
 namespace ulf::render {
 namespace {

@@ -17,7 +17,6 @@
 #include "core/base/json_fields.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
-#include "core/image/image.h"
 #include "core/image/image_header.h"
 #include "core/light_field/exchange/transforms_camera.h"
 #include "core/light_field/points/point_io.h"

@@ -1,5 +1,5 @@
 // Tests: core/light_field/folder_check, core/light_field/folder_repair, core/light_field/repair_plan,
-// core/light_field/derived_files, core/light_field/missing_journal, commands/light_field/repair_command.
+// core/light_field/derived_files, commands/light_field/repair_command.
 //
 // Each pair of files that tell one fact, made to disagree: who wins, what is said, what is kept. The table of
 // docs/light_field.md names a test for every row.
