@@ -145,7 +145,7 @@ std::string SizesOf(const render::CameraPath& path) {
   const auto same = [&](const CameraModel& camera) {
     return camera.width == path.cameras.front().width && camera.height == path.cameras.front().height;
   };
-  if (!std::all_of(path.cameras.begin(), path.cameras.end(), same)) return "several sizes";
+  if (!std::ranges::all_of(path.cameras, same)) return "several sizes";
   return fmt::format("{}x{}", path.cameras.front().width, path.cameras.front().height);
 }
 

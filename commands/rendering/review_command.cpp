@@ -139,7 +139,7 @@ int RunReview(const ReviewArgs& args) {
   Picture picture(args.out, args.fps);
   const ReviewRun run = Review(args, *scene, *device, picture);
   picture.Close();
-  const auto views = std::count(run.shown.begin(), run.shown.end(), true);
+  const auto views = std::ranges::count(run.shown, true);
   if (args.json) {
     const nlohmann::ordered_json report{{"frames", run.frames},
                                         {"with_marker", run.with_marker},

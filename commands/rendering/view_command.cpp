@@ -15,6 +15,7 @@
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
 #include "core/image/image.h"
 #include "render/display/key_names.h"
@@ -61,7 +62,7 @@ std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject&
   std::vector<render::OfferedProxy> proxies;
   for (const std::string& name : names) {
     const auto same = [&](const render::OfferedProxy& proxy) { return proxy.name == name; };
-    if (std::none_of(proxies.begin(), proxies.end(), same))
+    if (std::ranges::none_of(proxies, same))
       proxies.push_back(
           {name, [name, subject, dir = args.dir] { return render::ProxyFromName(name, subject, dir); }});
   }
@@ -162,12 +163,11 @@ void TakePicture(const ViewArgs& args, render::Surface& surface, render::Viewer&
 // Runs until the user leaves.
 FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, render::Surface& surface,
                   render::Viewer& viewer) {
-  const auto seconds = [&] { return std::chrono::duration<double>(SteadyClock::now() - start).count(); };
   FirstPicture first;
   bool goes_on = viewer.Step(0);
-  first.seconds = seconds();
+  first.seconds = SecondsSince(start);
   while (goes_on && viewer.loading()) goes_on = viewer.Step(kPatienceSeconds);
-  first.complete_seconds = seconds();
+  first.complete_seconds = SecondsSince(start);
   if (!args.screenshot.empty())
     TakePicture(args, surface, viewer);
   else
@@ -179,7 +179,7 @@ int RunView(const ViewArgs& args) {
   const auto start = SteadyClock::now();
   const render::FieldOptions field = FieldOf(args);
   CheckApertureOptions(args.aperture, args.dir);
-  render::KeysFromNames(args.keys);  // so that a wrong name is an error before anything is opened
+  render::KeysFromNames(args.keys);  // throws for a wrong name before anything is opened
   const std::filesystem::path screenshot(args.screenshot);
   if (!args.screenshot.empty() && screenshot.extension() != ".png" && screenshot.extension() != ".jpg")
     throw UsageError("--screenshot {}: give a name ending in .png or .jpg", args.screenshot);

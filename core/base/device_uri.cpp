@@ -70,7 +70,7 @@ void DeviceUri::Set(const std::string& key, const std::string& value) {
 
 void DeviceUri::AllowOnly(const std::vector<std::string>& known) const {
   for (const auto& [name, value] : options)
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
+    if (std::ranges::find(known, name) == known.end()) {
       const bool reconnects = scheme == "aravis" || scheme == "gphoto2";
       throw UsageError("'{}' has no option '{}'; known are: {}{}", Text(), name, fmt::join(known, ", "),
                        reconnects ? ", reconnect_s" : "");

@@ -40,7 +40,7 @@ struct JsonPlace {
   void RequireOnly(std::initializer_list<const char*> keys) const {
     if (!object.is_object()) throw Error("{}: expected an object", where);
     for (const auto& item : object.items()) {
-      if (std::find(keys.begin(), keys.end(), item.key()) == keys.end())
+      if (std::ranges::find(keys, item.key()) == keys.end())
         throw Error("{}: there is no key '{}'; there are {}", where, item.key(), fmt::join(keys, ", "));
     }
   }

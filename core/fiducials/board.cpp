@@ -77,7 +77,7 @@ void AddMarker(const cv::aruco::Dictionary& dictionary, int id, double x_mm, dou
 }  // namespace
 
 int DictionaryNumber(const std::string& name) {
-  const auto found = std::find(kDictionaries.begin(), kDictionaries.end(), name);
+  const auto found = std::ranges::find(kDictionaries, name);
   if (found == kDictionaries.end())
     throw UsageError("there is no marker dictionary '{}'; there are {}", name,
                      fmt::join(kDictionaries, ", "));

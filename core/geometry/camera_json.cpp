@@ -28,7 +28,7 @@ CameraModel CameraFromJson(const JsonPlace& place) {
   camera.cx = place.Number("cx");
   camera.cy = place.Number("cy");
   const std::string name = place.Text("distortion", "none");
-  const auto known = std::find(kDistortionNames.begin(), kDistortionNames.end(), name);
+  const auto known = std::ranges::find(kDistortionNames, name);
   if (known == kDistortionNames.end())
     throw Error("{}: unknown distortion '{}'; known are none, radial-tangential, fisheye", place.where, name);
   camera.distortion = static_cast<Distortion>(known - kDistortionNames.begin());
@@ -36,7 +36,7 @@ CameraModel CameraFromJson(const JsonPlace& place) {
     const nlohmann::json& list = place.Raw("coefficients");
     const std::size_t count = std::min<std::size_t>(list.is_array() ? list.size() : 0, 5);
     const std::vector<double> values = place.Numbers("coefficients", count);
-    std::copy(values.begin(), values.end(), camera.coefficients.begin());
+    std::ranges::copy(values, camera.coefficients.begin());
   }
   if (place.Text("pixel_centers", "half") == "integer") {
     camera.cx += 0.5;

@@ -69,8 +69,7 @@ struct Pair {
 std::vector<Pair> PairByTime(std::span<const TimedPose> estimated, std::span<const TimedPose> truth,
                              double tolerance_s) {
   std::vector<TimedPose> sorted(truth.begin(), truth.end());
-  std::sort(sorted.begin(), sorted.end(),
-            [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
+  std::ranges::sort(sorted, [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
   std::vector<Pair> pairs;
   for (const TimedPose& pose : estimated) {
     auto after = std::lower_bound(sorted.begin(), sorted.end(), pose.time_s,
@@ -110,7 +109,7 @@ std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> es
   }
   error.ate_rmse = RootMeanSquare(distances);
   error.ate_median = Median(distances);
-  error.ate_max = *std::max_element(distances.begin(), distances.end());
+  error.ate_max = *std::ranges::max_element(distances);
   error.rotation_rmse_deg = Degrees(RootMeanSquare(angles));
 
   // The truth may be sparse: take the step nearest to rpe_step_s and scale its error to that length.

@@ -391,7 +391,7 @@ FlatField FlatFieldFromJson(const nlohmann::json& json, const std::string& where
     if (term.x < 0 || term.y < 0 || term.x + term.y > 12)
       throw Error("{}: x^{} y^{} is not among the powers used here", place.where, term.x, term.y);
     const std::vector<double> bgr = power.Numbers("bgr", 3);
-    std::copy(bgr.begin(), bgr.end(), term.bgr.begin());
+    std::ranges::copy(bgr, term.bgr.begin());
     flat_field.powers.push_back(term);
   }
   const std::vector<double> offset = place.Numbers("offset", 2), scale = place.Numbers("scale", 2);

@@ -75,7 +75,7 @@ bool CamerasDiffer(const LightField& journal, const LightField& other) {
   };
   std::map<int, const View*> known;
   for (const View& view : journal.views) known[view.id] = &view;
-  return std::any_of(other.views.begin(), other.views.end(), [&](const View& view) {
+  return std::ranges::any_of(other.views, [&](const View& view) {
     const auto found = known.find(view.id);
     return found != known.end() && !(plain(journal.CameraOf(*found->second)) == plain(other.CameraOf(view)));
   });
@@ -169,7 +169,7 @@ void CollectFiles(const fs::path& dir, const JournalContents& journal, FolderChe
         continue;
       check.unnamed.push_back(path);
     }
-  std::sort(check.unnamed.begin(), check.unnamed.end());
+  std::ranges::sort(check.unnamed);
   for (const auto& derived : {check.transforms, check.model})
     if (!derived.unknown.empty())
       check.highest_number = std::max(check.highest_number, derived.unknown.rbegin()->first);

@@ -159,10 +159,9 @@ bool HasNoWholeLine(std::string_view bytes) {
 DamagedLine Damaged(int number, std::string reason, std::string_view line, const JournalContents& contents) {
   DamagedLine damaged{number, std::move(reason), {}, {}};
   const bool is_view = line.find("\"event\":\"view\"") != std::string_view::npos;
-  const bool is_other =
-      std::any_of(std::begin(kEventsWithoutViews), std::end(kEventsWithoutViews), [&](const char* kind) {
-        return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
-      });
+  const bool is_other = std::ranges::any_of(kEventsWithoutViews, [&](const char* kind) {
+    return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
+  });
   if (!is_view && !is_other)
     for (const View& view : contents.light_field.views) damaged.poses.insert(view.id);
   return damaged;

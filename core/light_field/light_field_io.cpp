@@ -41,8 +41,7 @@ bool IsBeingWritten(const fs::path& journal) {
 void RequireImages(const LightField& light_field, const FolderCheck& check) {
   if (check.missing_images.empty()) return;
   const int id = *check.missing_images.begin();
-  const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
-                                 [id](const View& each) { return each.id == id; });
+  const auto view = std::ranges::find_if(light_field.views, [id](const View& each) { return each.id == id; });
   throw Error(
       "{0}: the image '{1}' of view {2} is missing{3}; restore it, or take such views out: ulf repair {4}",
       light_field.root.string(), view->image_path, id,
@@ -100,10 +99,10 @@ void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journ
 // Logged once per process, because some commands read a light field several times.
 void WarnOnce(const std::vector<std::string>& words) {
   static Mutex mutex;
-  static std::set<std::string> said ULF_GUARDED_BY(mutex);
+  static std::set<std::string> logged ULF_GUARDED_BY(mutex);
   const MutexLock lock(mutex);
   for (const std::string& each : words)
-    if (said.insert(each).second) spdlog::warn("{}", each);
+    if (logged.insert(each).second) spdlog::warn("{}", each);
 }
 
 // Refuses a folder whose other files contain more than its journal, before anything is written.
@@ -399,8 +398,8 @@ void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& re
 // Does nothing the second time: the caller repeats only the moving of files.
 void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
   if (to_unposed.contains(view_id)) return;
-  const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
-                                 [view_id](const View& candidate) { return candidate.id == view_id; });
+  const auto view = std::ranges::find_if(
+      light_field.views, [view_id](const View& candidate) { return candidate.id == view_id; });
   if (view == light_field.views.end())
     throw Error("{}: there is no view {} to remove", light_field.root.string(), view_id);
   bool has_picture = true;

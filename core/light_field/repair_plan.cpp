@@ -108,13 +108,11 @@ std::map<int, int> MatchCameras(const LightField& journal, const LightField& oth
       ++votes[view.camera][found->second];
   std::map<int, int> matched;
   for (int camera = 0; camera < static_cast<int>(other.cameras.size()); ++camera) {
-    const auto same = std::find(journal.cameras.begin(), journal.cameras.end(),
-                                other.cameras[static_cast<std::size_t>(camera)]);
+    const auto same = std::ranges::find(journal.cameras, other.cameras[static_cast<std::size_t>(camera)]);
     if (const auto found = votes.find(camera); found != votes.end())
-      matched[camera] =
-          std::max_element(found->second.begin(), found->second.end(), [](const auto& a, const auto& b) {
-            return a.second < b.second;
-          })->first;
+      matched[camera] = std::ranges::max_element(found->second, [](const auto& a, const auto& b) {
+                          return a.second < b.second;
+                        })->first;
     else if (same != journal.cameras.end())
       matched[camera] = static_cast<int>(same - journal.cameras.begin());
     else if (journal.cameras.size() == 1 && other.cameras.size() == 1)
@@ -277,7 +275,7 @@ void CompareDerived(const fs::path& dir, const LightField& journal, const Folder
   const auto text = [&](const char* name) {
     return fs::is_regular_file(dir / name) ? ReadWholeFile(dir / name) : std::string();
   };
-  const auto lines = [](const std::string& of) { return std::count(of.begin(), of.end(), '\n'); };
+  const auto lines = [](const std::string& of) { return std::ranges::count(of, '\n'); };
   const std::string images = text("sparse/0/images.txt"), points = text("sparse/0/points3D.txt");
   compare("sparse/0/cameras.txt", text("sparse/0/cameras.txt") == colmap.cameras);
   compare("sparse/0/images.txt", images.ends_with('\n') && lines(images) == lines(colmap.images));

@@ -38,8 +38,7 @@ std::vector<std::string> SeriesOf(const Chart& chart) {
   std::vector<std::string> series;
   for (const ChartPanel& panel : chart.panels)
     for (const ChartRow& point : panel.points)
-      if (std::find(series.begin(), series.end(), point.series) == series.end())
-        series.push_back(point.series);
+      if (std::ranges::find(series, point.series) == series.end()) series.push_back(point.series);
   return series;
 }
 
@@ -201,7 +200,7 @@ void ChartScript::Panel(std::size_t index, const std::vector<std::string>& serie
 ChartSpread ChartSpread::Of(const std::vector<double>& values) {
   if (values.empty()) return Exactly(std::numeric_limits<double>::quiet_NaN());
   std::vector<double> sorted = values;
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   return {sorted[sorted.size() / 2], sorted.front(), sorted.back()};
 }
 
@@ -214,7 +213,7 @@ std::vector<std::size_t> ParetoFront(const ChartPanel& panel) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < panel.points.size(); ++i)
     if (IsDrawn(panel.points[i])) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
     const double cost_a = panel.points[a].cost.median, cost_b = panel.points[b].cost.median;
     return cost_a != cost_b ? cost_a < cost_b : error(a) < error(b);
   });

@@ -74,12 +74,11 @@ std::vector<NamedPlace> PlacesOf(const ChartPanel& panel, const ChartScale& cost
 // The default first, then the front, then the rest.
 std::vector<std::size_t> NamingOrder(const ChartPanel& panel, const std::vector<std::size_t>& front) {
   const auto rank = [&](std::size_t i) {
-    return panel.points[i].is_default ? 0 : std::find(front.begin(), front.end(), i) != front.end() ? 1 : 2;
+    return panel.points[i].is_default ? 0 : std::ranges::find(front, i) != front.end() ? 1 : 2;
   };
   std::vector<std::size_t> order(panel.points.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
   return order;
 }
 
@@ -140,7 +139,7 @@ void PushInside(const ChartBox& inside, ChartBox& box) {
 }
 
 bool Free(const ChartBox& box, const std::vector<ChartBox>& taken) {
-  return std::none_of(taken.begin(), taken.end(), [&](const ChartBox& other) { return box.Overlaps(other); });
+  return std::ranges::none_of(taken, [&](const ChartBox& other) { return box.Overlaps(other); });
 }
 
 // The nearest free place in rings about the point.
@@ -208,8 +207,8 @@ std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& co
     std::ptrdiff_t fewest = 0;  // lines under it; of equal ones the first
     for (const ChartBox& candidate : around) {
       if (!Holds(inside, candidate) || !Free(candidate, taken)) continue;
-      const auto crossed = std::count_if(line.begin(), line.end(),
-                                         [&](const ChartBox& other) { return candidate.Overlaps(other); });
+      const auto crossed =
+          std::ranges::count_if(line, [&](const ChartBox& other) { return candidate.Overlaps(other); });
       if (!box || crossed < fewest) box = &candidate, fewest = crossed;
     }
     const bool beside = box != nullptr;

@@ -111,11 +111,11 @@ void DrawChart(const std::string& path, int width, int height, const std::string
   }
   // The last line with a line number, else the first one: gnuplot repeats the command with a caret before it.
   std::istringstream lines(finished.errors);
-  std::string line, said;
+  std::string line, message;
   while (std::getline(lines, line))
-    if (line.find("line ") != std::string::npos || said.empty()) said = line;
+    if (line.find("line ") != std::string::npos || message.empty()) message = line;
   throw Error("{}: gnuplot could not draw it: {}", path,
-              said.empty() ? fmt::format("it ended with status {}", finished.exit_code) : said);
+              message.empty() ? fmt::format("it ended with status {}", finished.exit_code) : message);
 }
 
 }  // namespace ulf

@@ -27,7 +27,7 @@ ImDrawList& Canvas() { return *ImGui::GetBackgroundDrawList(); }
 ImFont* Font(TextSize size) { return ImGui::GetIO().Fonts->Fonts[static_cast<int>(size)]; }
 TextSize Nearest(double points) {
   const auto nearer = [points](double a, double b) { return std::abs(a - points) < std::abs(b - points); };
-  return static_cast<TextSize>(std::min_element(kPoints.begin(), kPoints.end(), nearer) - kPoints.begin());
+  return static_cast<TextSize>(std::ranges::min_element(kPoints, nearer) - kPoints.begin());
 }
 
 // Draws shapes of an overlay into a draw list.
@@ -51,7 +51,7 @@ class ShapeDrawer {
       twice_area += a.x() * b.y() - a.y() * b.x();
     }
     for (const Eigen::Vector2d& img : polygon.img) points_.push_back(On(img));
-    if (twice_area < 0) std::reverse(points_.begin(), points_.end());
+    if (twice_area < 0) std::ranges::reverse(points_);
     list_.AddConvexPolyFilled(points_.data(), static_cast<int>(points_.size()), Packed(polygon.color));
   }
   void operator()(const Patch& patch) {

@@ -99,7 +99,7 @@ std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtu
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     distances.emplace_back((scene.views[i].center_in_world - virtual_center).squaredNorm(),
                            static_cast<int>(i));
-  std::sort(distances.begin(), distances.end());
+  std::ranges::sort(distances);
   std::vector<int> order;
   for (const auto& [distance, view] : distances) order.push_back(view);
   return order;

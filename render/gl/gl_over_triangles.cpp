@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 }  // namespace
 
 int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
-  return *std::min_element(of_views.begin(), of_views.end(), [&](int a, int b) {
+  return *std::ranges::min_element(of_views, [&](int a, int b) {
     return (scene->views[At(a)].center_in_world - virtual_center).squaredNorm() <
            (scene->views[At(b)].center_in_world - virtual_center).squaredNorm();
   });
@@ -31,13 +31,13 @@ std::size_t GlRenderer::State::MakeResident(std::span<const int> of_views) {
   if (options.show_field || of_views.empty()) return of_views.size();
   const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(of_views);
   if (options.complete) {
-    const std::size_t there = photographs.Require(level_requests);
-    if (there < level_requests.size() && !std::exchange(warned_of_passes, true))
+    const std::size_t resident = photographs.Require(level_requests);
+    if (resident < level_requests.size() && !std::exchange(warned_of_passes, true))
       spdlog::info(
           "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: "
           "drawing it in several passes takes longer",
           photographs.limit_bytes() / 1000000);
-    return there;
+    return resident;
   }
   std::vector<std::optional<int>> drawn_levels;  // in the passes before
   for (const GlPhotographs::LevelRequest& level_request : offered)
@@ -45,7 +45,7 @@ std::size_t GlRenderer::State::MakeResident(std::span<const int> of_views) {
   offered.insert(offered.end(), level_requests.begin(), level_requests.end());
   lacks = !photographs.Offer(offered);
   const bool nothing_serves =
-      std::none_of(offered.begin(), offered.end(), [&](const GlPhotographs::LevelRequest& level_request) {
+      std::ranges::none_of(offered, [&](const GlPhotographs::LevelRequest& level_request) {
         return photographs.PlaceOf(level_request.view).has_value();
       });
   if (lacks && nothing_serves) {  // wait for one photograph, so that the picture shows something

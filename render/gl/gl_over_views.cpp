@@ -29,8 +29,7 @@ std::vector<int> Among(const std::vector<int>& in_order, const std::vector<std::
   std::vector<bool> is_listed(view_count, false);
   for (const std::int32_t view : listed) is_listed[At(view)] = true;
   std::vector<int> among;
-  std::copy_if(in_order.begin(), in_order.end(), std::back_inserter(among),
-               [&](int view) { return is_listed[At(view)]; });
+  std::ranges::copy_if(in_order, std::back_inserter(among), [&](int view) { return is_listed[At(view)]; });
   return among;
 }
 
@@ -54,14 +53,14 @@ void GlRenderer::State::ForResidentViews(const std::vector<int>& of_views, const
   std::vector<unsigned> arrays;
   std::size_t done = 0;
   do {
-    const std::size_t there = done + MakeResident(std::span(of_views).subspan(done));
+    const std::size_t resident = done + MakeResident(std::span(of_views).subspan(done));
     do {
       const std::size_t end =
-          done + views.SetPlaces(std::span(of_views).subspan(done, there - done), photographs, arrays);
+          done + views.SetPlaces(std::span(of_views).subspan(done, resident - done), photographs, arrays);
       for (std::size_t n = 0; n < arrays.size(); ++n) glBindTextureUnit(static_cast<GLuint>(n), arrays[n]);
       draw(done, end, std::max(1, static_cast<int>(arrays.size())));
       done = end;
-    } while (done < there);
+    } while (done < resident);
   } while (done < of_views.size());
 }
 
@@ -83,8 +82,8 @@ std::vector<int> GlRenderer::State::MarkedViews(const GlProgram& mark, const std
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   const std::vector<std::int32_t> marks = needed.Read(scene->views.size());
   std::vector<int> marked;
-  std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(marked),
-               [&](int view) { return marks[At(view)] != 0; });
+  std::ranges::copy_if(candidates, std::back_inserter(marked),
+                       [&](int view) { return marks[At(view)] != 0; });
   return marked;
 }
 
@@ -128,8 +127,8 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
 // Searches the photographs of these views for pixels without light; returns whether it found new ones.
 bool GlRenderer::State::FindGaps(const std::vector<int>& of_views) {
   std::vector<int> unknown;
-  std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(unknown),
-               [&](int view) { return !gaps_known[At(view)]; });
+  std::ranges::copy_if(of_views, std::back_inserter(unknown),
+                       [&](int view) { return !gaps_known[At(view)]; });
   const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(unknown);
   std::vector<char> has_gaps(unknown.size(), 0);
   ParallelFor(unknown.size(), [&](std::size_t i) {

@@ -205,11 +205,11 @@ void GlPhotographs::Ask(std::span<const LevelRequest> missing, bool glance_first
   loader_->Ask(std::move(requests));
 }
 
-std::size_t GlPhotographs::Require(std::span<const LevelRequest> asked_for) {
+std::size_t GlPhotographs::Require(std::span<const LevelRequest> requests) {
   ++clock_;
   serving_.clear();
   std::vector<LevelRequest> level_requests, missing;
-  for (const LevelRequest& level_request : asked_for) {
+  for (const LevelRequest& level_request : requests) {
     level_requests.push_back(WithinLimit(level_request));
     if (level_requests.back().level != level_request.level && !std::exchange(warned_too_large_, true))
       spdlog::warn(
@@ -244,7 +244,7 @@ std::size_t GlPhotographs::Require(std::span<const LevelRequest> asked_for) {
 }
 
 bool GlPhotographs::HasAll(std::span<const LevelRequest> level_requests) const {
-  return std::all_of(level_requests.begin(), level_requests.end(), [&](const LevelRequest& level_request) {
+  return std::ranges::all_of(level_requests, [&](const LevelRequest& level_request) {
     return where_.contains(KeyOf(WithinLimit(level_request)));
   });
 }
@@ -269,13 +269,13 @@ std::optional<GlPhotographs::Key> GlPhotographs::ClosestTo(const Key& key) const
 
 // The requests, made coarser by the same number of levels until they fit at the same time.
 std::vector<GlPhotographs::LevelRequest> GlPhotographs::CoarsenedToFit(
-    std::span<const LevelRequest> asked_for) {
+    std::span<const LevelRequest> requests) {
   std::vector<LevelRequest> level_requests;
   for (int coarser = 0;; ++coarser) {
     level_requests.clear();
     std::size_t bytes = 0;
     bool any_finer = false;
-    for (const LevelRequest& level_request : asked_for) {
+    for (const LevelRequest& level_request : requests) {
       const Photograph& photograph = PhotographOf(level_request.view);
       level_requests.push_back(
           {level_request.view, std::min(level_request.level + coarser, photograph.LevelCount() - 1)});
@@ -313,12 +313,12 @@ bool GlPhotographs::TakeFromLoader(const LevelRequest& level_request, std::size_
   return false;
 }
 
-bool GlPhotographs::Offer(std::span<const LevelRequest> asked_for) {
+bool GlPhotographs::Offer(std::span<const LevelRequest> requests) {
   ++clock_;
   serving_.clear();
   std::vector<LevelRequest> missing;
   missing_.clear();
-  for (const LevelRequest& level_request : CoarsenedToFit(asked_for)) {
+  for (const LevelRequest& level_request : CoarsenedToFit(requests)) {
     if (unreadable_[At(level_request.view)]) continue;
     const auto serves = ClosestTo(KeyOf(level_request));
     if (serves) Use(*serves);

@@ -104,7 +104,7 @@ class GlPhotographs {
   void Upload(const Found& where, const Key& key, const cv::Mat& pixels);
   std::optional<Key> ClosestTo(const Key& key) const;
   void Use(const Key& key);
-  std::vector<LevelRequest> CoarsenedToFit(std::span<const LevelRequest> asked_for);
+  std::vector<LevelRequest> CoarsenedToFit(std::span<const LevelRequest> requests);
   bool TakeFromLoader(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted);
   void Ask(std::span<const LevelRequest> missing, bool glance_first);
 

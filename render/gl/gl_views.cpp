@@ -98,7 +98,7 @@ std::size_t GlViews::SetPlaces(std::span<const int> views, const GlPhotographs& 
   for (; done < views.size(); ++done) {
     const auto place = photographs.PlaceOf(views[done]);
     if (!place) continue;
-    const auto array = std::find(arrays.begin(), arrays.end(), place->texture);
+    const auto array = std::ranges::find(arrays, place->texture);
     const auto number = static_cast<std::int32_t>(array - arrays.begin());
     if (array == arrays.end()) {
       if (number == kMostArrays) break;

@@ -42,7 +42,7 @@ struct Sphere {
 };
 
 double LargestGap(std::vector<double> azimuths) {
-  std::sort(azimuths.begin(), azimuths.end());
+  std::ranges::sort(azimuths);
   double gap = 2 * M_PI - (azimuths.back() - azimuths.front());
   for (std::size_t i = 1; i < azimuths.size(); ++i) gap = std::max(gap, azimuths[i] - azimuths[i - 1]);
   return gap;
@@ -133,7 +133,7 @@ std::vector<Vector3d> InsideHullOrSmaller(const RenderScene& scene, Directions&&
   for (double share = kWidest; share > 0; share -= kShareStep) {
     tried = directions(share);
     if (scene.mesh.span != Span::kSurface ||
-        std::all_of(tried.begin(), tried.end(), [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
+        std::ranges::all_of(tried, [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
       break;
   }
   return tried;

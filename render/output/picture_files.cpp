@@ -59,11 +59,11 @@ std::map<std::string, std::string> ReadSettings(const fs::path& file) {
   }
 }
 
-std::string FirstDifference(const std::map<std::string, std::string>& there,
+std::string FirstDifference(const std::map<std::string, std::string>& stored,
                             const std::map<std::string, std::string>& asked) {
   for (const auto& [key, value] : asked) {
-    const auto found = there.find(key);
-    const std::string was = found == there.end() ? "unknown" : found->second;
+    const auto found = stored.find(key);
+    const std::string was = found == stored.end() ? "unknown" : found->second;
     if (was != value) return fmt::format("{} was {}, now {}", key, was, value);
   }
   return {};
@@ -89,8 +89,7 @@ void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
 
 // Removes the temporary files of a process that was killed while it wrote this picture.
 void RemoveLeftovers(const fs::path& picture) {
-  constexpr auto kLeastAge =
-      std::chrono::minutes(5);  // another process may still write younger ones. Guessed.
+  constexpr std::chrono::minutes kLeastAge{5};  // another process may still write younger ones. Guessed.
   const std::string begins = picture.filename().string() + ".";
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(picture.parent_path(), ignored)) {

@@ -77,8 +77,8 @@ Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rig
       Place(tile.drawn, at, size, whole.drawn);
       Place(tile.depth, at, size, whole.depth);
       for (const ViewWeights& view : tile.weights) {
-        auto found = std::find_if(whole.weights.begin(), whole.weights.end(),
-                                  [&](const ViewWeights& w) { return w.view_id == view.view_id; });
+        auto found = std::ranges::find_if(whole.weights,
+                                          [&](const ViewWeights& w) { return w.view_id == view.view_id; });
         if (found == whole.weights.end()) found = whole.weights.insert(found, {view.view_id, {}});
         Place(view.weight, at, size, found->weight);
       }

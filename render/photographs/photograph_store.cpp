@@ -66,7 +66,7 @@ std::uint64_t FileStamp(const fs::path& path) {
 // Removes temporary files of killed programs.
 void RemoveOldTemporaries(const fs::path& folder) {
   std::error_code refused;
-  constexpr auto kLeastAge = std::chrono::hours(1);  // another program may still write younger ones. Guessed.
+  constexpr std::chrono::hours kLeastAge{1};  // another program may still write younger ones. Guessed.
   const auto old = fs::file_time_type::clock::now() - kLeastAge;
   for (fs::directory_iterator entry(folder, refused), end; !refused && entry != end;
        entry.increment(refused)) {

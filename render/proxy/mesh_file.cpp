@@ -65,7 +65,7 @@ MeshReading ReadMeshFile(const std::filesystem::path& file) {
     }
     first += size;
     while (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
-    if (std::count(polygon.begin(), polygon.end(), kDropped) > 0) {
+    if (std::ranges::count(polygon, kDropped) > 0) {
       ++reading.faces_at_them;
       continue;
     }

@@ -85,7 +85,7 @@ void CorrectWrongPoints(const std::vector<Triangle>& triangles, double wrong_by,
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double own = points[i].inverse_depth;
     const auto differs = [&](double other) { return std::abs(own / other - 1) > wrong_by; };
-    if (around[i].size() > 2 && std::all_of(around[i].begin(), around[i].end(), differs))
+    if (around[i].size() > 2 && std::ranges::all_of(around[i], differs))
       points[i].inverse_depth = Median(around[i]);
   }
 }

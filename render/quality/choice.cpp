@@ -40,7 +40,7 @@ std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldO
     const FieldScore& result = summary.results[i];
     const std::shared_ptr<const Proxy>& proxy = proxies[i / fields.size()];
     // Where the viewpoints span no surface, several fields become the same one.
-    const bool again = std::any_of(candidates.begin(), candidates.end(), [&](const ScoredChoice& other) {
+    const bool again = std::ranges::any_of(candidates, [&](const ScoredChoice& other) {
       return other.proxy == proxy && FieldText(other.field) == FieldText(result.used);
     });
     if (!again) candidates.push_back({result.used, proxy, result.Main().psnr_db});
@@ -77,9 +77,8 @@ ModelChoice Untried(const std::string& question, const std::string& model, const
 
 // The field for few views, or for views on a line.
 std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fields) {
-  const auto found = std::find_if(fields.begin(), fields.end(), [](const FieldOptions& field) {
-    return field.kind == FieldKind::kLumigraph;
-  });
+  const auto found = std::ranges::find_if(
+      fields, [](const FieldOptions& field) { return field.kind == FieldKind::kLumigraph; });
   return found == fields.end() ? std::nullopt : std::optional(*found);
 }
 
@@ -103,9 +102,9 @@ void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKin
 }  // namespace
 
 const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates, double within_db) {
-  const auto best = std::max_element(candidates.begin(), candidates.end(),
-                                     [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
-  return *std::find_if(candidates.begin(), candidates.end(), [&](const ScoredChoice& candidate) {
+  const auto best = std::ranges::max_element(
+      candidates, [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+  return *std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
     return candidate.psnr_db >= best->psnr_db - within_db;
   });
 }

@@ -21,14 +21,14 @@ namespace {
 // exposure time.
 std::vector<float> ExposureScales(const LightField& light_field) {
   std::vector<double> exposures;
-  const bool has_times = std::any_of(light_field.views.begin(), light_field.views.end(),
-                                     [](const View& view) { return view.exposure_s > 0; });
+  const bool has_times =
+      std::ranges::any_of(light_field.views, [](const View& view) { return view.exposure_s > 0; });
   for (const View& view : light_field.views) {
     const double aperture = view.f_number ? 1 / (*view.f_number * *view.f_number) : 1.0;
     exposures.push_back(has_times ? view.exposure_s * view.gain * aperture : view.gain);
   }
   std::vector<float> scales(exposures.size(), 1.0f);
-  if (exposures.empty() || *std::min_element(exposures.begin(), exposures.end()) <= 0) return scales;
+  if (exposures.empty() || *std::ranges::min_element(exposures) <= 0) return scales;
   const double median = Median(exposures);
   for (std::size_t i = 0; i < scales.size(); ++i) scales[i] = static_cast<float>(median / exposures[i]);
   return scales;
@@ -40,16 +40,16 @@ std::vector<float> ExposureScales(const LightField& light_field) {
 bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales,
                  const SceneOptions& options) {
   if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;
-  const auto [least, most] = std::minmax_element(scales.begin(), scales.end());
+  const auto [least, most] = std::ranges::minmax_element(scales);
   return *most > options.most_exposure_ratio * *least || !light_field.flat_fields.empty() ||
-         std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
+         std::ranges::any_of(light_field.views, [&](const View& view) {
            return HasMoreThanEightBits(light_field, view) || HasMask(light_field, view);
          });
 }
 
 // Poses of another convention render as empty pictures.
 void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) {
-  if (std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
+  if (std::ranges::any_of(light_field.views, [&](const View& view) {
         return (view.cam_from_world * subject.center_in_world).z() > -subject.radius;
       }))
     return;
@@ -120,7 +120,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
                                           .size_limit_px = options.size_limit_px,
                                           .memory_limit_mb = options.memory_limit_mb});
   for (std::size_t i = 0; i < light_field.views.size(); ++i) {
-    if (std::count(options.leave_out.begin(), options.leave_out.end(), static_cast<int>(i)) > 0) continue;
+    if (std::ranges::count(options.leave_out, static_cast<int>(i)) > 0) continue;
     const View& view = light_field.views[i];
     SceneView& out = scene->views.emplace_back();
     out.id = view.id;
@@ -154,8 +154,7 @@ std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::
   rest->up_in_world = scene.up_in_world;
   rest->store = scene.store;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
-    if (std::count(left_out.begin(), left_out.end(), static_cast<int>(i)) == 0)
-      rest->views.push_back(scene.views[i]);
+    if (std::ranges::count(left_out, static_cast<int>(i)) == 0) rest->views.push_back(scene.views[i]);
   rest->proxy = scene.proxy;
   rest->mesh_in_plane = scene.mesh_in_plane;
   rest->MakeMesh();

@@ -49,10 +49,10 @@ cv::Mat Agreed(const std::vector<ViewDepth>& views, std::size_t index, const std
         const auto reading = ReadMap(view, point);
         if (!reading || !(reading->map_depth > 0)) continue;
         if (Agree(view, reading->point_depth, reading->map_depth, options.tolerance_planes)) {
-          const Vector3d there =
+          const Vector3d other_point =
               view.view.center_in_world + reading->map_depth * view.view.RayInWorld(reading->x, reading->y);
           // The depth along the own axis: the other map's pixel is not exactly the same place.
-          const double own_depth = axis.dot(there - own.view.center_in_world);
+          const double own_depth = axis.dot(other_point - own.view.center_in_world);
           if (own_depth <= 0) continue;
           sum += 1 / own_depth;
           ++agreeing;

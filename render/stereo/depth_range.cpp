@@ -61,7 +61,7 @@ InverseDepthRange FindRange(const StereoView& view, const std::vector<const Ster
     for (int x = 0; x < map.depth.cols; ++x)
       if (map.agreement.at<float>(y, x) > options.sure) inverse.push_back(1 / map.depth.at<float>(y, x));
   if (inverse.size() < options.fewest) return PixelSpacedRange(view, neighbours, nearest, farthest);
-  std::sort(inverse.begin(), inverse.end());
+  std::ranges::sort(inverse);
   const std::size_t left_out =
       static_cast<std::size_t>(options.left_out * static_cast<double>(inverse.size()));
   const double least = inverse[left_out], most = inverse[inverse.size() - 1 - left_out];

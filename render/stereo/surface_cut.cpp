@@ -57,7 +57,7 @@ class CellsAtPoints {
 };
 
 int IndexOf(const std::array<std::uint32_t, 4>& of, std::uint32_t value) {
-  return static_cast<int>(std::find(of.begin(), of.end(), value) - of.begin());
+  return static_cast<int>(std::ranges::find(of, value) - of.begin());
 }
 
 // Walks through the cells from a vertex along `way`. Calls crossed(cell, k, share) for every face k through
@@ -224,10 +224,10 @@ bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face
   if (longest > options.longest_edge_px) return false;
   const Vector3d corner = space.points[face[0]];
   const Vector3d outward = (space.points[face[1]] - corner).cross(space.points[face[2]] - corner);
-  return std::any_of(face.begin(), face.end(), [&](std::uint32_t of) {
+  return std::ranges::any_of(face, [&](std::uint32_t of) {
     const std::vector<std::uint16_t>& views = points[point_of[of]].seen_by;
-    return std::any_of(views.begin(), views.end(),
-                       [&](std::uint16_t view) { return outward.dot(centers[view] - corner) > 0; });
+    return std::ranges::any_of(views,
+                               [&](std::uint16_t view) { return outward.dot(centers[view] - corner) > 0; });
   });
 }
 

@@ -23,7 +23,7 @@ using Delaunay =
 
 bool Tetrahedra::Outer(std::uint32_t cell) const {
   const auto& of = corners[cell];
-  return std::find(of.begin(), of.end(), kAtInfinity) != of.end();
+  return std::ranges::find(of, kAtInfinity) != of.end();
 }
 
 Tetrahedra DelaunayTetrahedra(const std::vector<Eigen::Vector3d>& points,

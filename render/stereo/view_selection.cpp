@@ -70,9 +70,8 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
   }
   std::vector<int> chosen;
   while (static_cast<int>(chosen.size()) < options.count && !candidates.empty()) {
-    const auto best =
-        std::max_element(candidates.begin(), candidates.end(),
-                         [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+    const auto best = std::ranges::max_element(
+        candidates, [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
     const Candidate taken = *best;
     candidates.erase(best);
     chosen.push_back(taken.view);
@@ -110,9 +109,9 @@ std::vector<int> SpreadViews(const std::vector<StereoView>& views, const Subject
     chosen.push_back(static_cast<int>(next));
     for (std::size_t i = 0; i < views.size(); ++i)
       distance[i] = std::min(distance[i], Apart(places[i], places[next]));
-    next = static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
+    next = static_cast<std::size_t>(std::ranges::max_element(distance) - distance.begin());
   }
-  std::sort(chosen.begin(), chosen.end());
+  std::ranges::sort(chosen);
   chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
   return chosen;
 }

@@ -115,7 +115,7 @@ void Viewer::SelectProxy(std::size_t index) {
   try {
     if (!proxy) proxy = options_.proxies[index].make();
   } catch (const Error& error) {
-    const auto used = std::find(proxies_.begin(), proxies_.end(), renderer_->scene().proxy);
+    const auto used = std::ranges::find(proxies_, renderer_->scene().proxy);
     input_.SelectProxy(static_cast<int>(used - proxies_.begin()));
     return ShowNotice(error.what());
   }

@@ -11,7 +11,7 @@ namespace {
 
 // Skips lumigraph weights per pixel: they have their own key, and a software rasteriser needs seconds for them.
 FieldKind NextField(FieldKind kind) {
-  const auto at = std::find(std::begin(kViewerFields), std::end(kViewerFields), kind);
+  const auto at = std::ranges::find(kViewerFields, kind);
   const auto next = std::next(at) == std::end(kViewerFields) ? std::begin(kViewerFields) : std::next(at);
   return *next == FieldKind::kLumigraphPerPixel ? *std::next(next) : *next;
 }

@@ -68,7 +68,7 @@ std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& dir
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const double merge_rad = std::max(kSameRad, options.duplicate_share * std::max(spacing[i], floor));
-    const auto home = std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::size_t>& group) {
+    const auto home = std::ranges::find_if(groups, [&](const std::vector<std::size_t>& group) {
       return AngleBetween(directions[group.front()], directions[i]) < merge_rad;
     });
     if (home == groups.end())
@@ -102,9 +102,8 @@ std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
   std::vector<std::vector<int>> result;
   for (std::vector<std::size_t>& group : groups) {
     const auto off_median = [&](std::size_t i) { return std::abs(distances[i] - median_distance); };
-    const auto best = std::min_element(group.begin(), group.end(), [&](std::size_t a, std::size_t b) {
-      return off_median(a) < off_median(b);
-    });
+    const auto best = std::ranges::min_element(
+        group, [&](std::size_t a, std::size_t b) { return off_median(a) < off_median(b); });
     std::rotate(group.begin(), best, best + 1);
     auto& out = result.emplace_back();
     for (const std::size_t i : group) out.push_back(views[i]);
@@ -167,7 +166,7 @@ void PeelRim(int vertex_count, double wide_triangle, std::vector<Triangle>& tria
       rim.push_back(&edge);
     }
     const auto ratio = [&](const MeshEdge* edge) { return cap_ratio[At(edge->triangle[0])]; };
-    std::stable_sort(rim.begin(), rim.end(), [&](auto* a, auto* b) { return ratio(a) > ratio(b); });
+    std::ranges::stable_sort(rim, [&](auto* a, auto* b) { return ratio(a) > ratio(b); });
     for (const MeshEdge* edge : rim) {
       if (ratio(edge) <= wide_triangle) break;
       if (on_rim[At(edge->opposite[0])]) continue;
@@ -180,7 +179,7 @@ void PeelRim(int vertex_count, double wide_triangle, std::vector<Triangle>& tria
 }
 
 bool Folds(const ViewpointMesh& mesh, double subject_radius) {
-  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+  return std::ranges::any_of(mesh.triangles, [&](const Triangle& t) {
     const Vector3d& a = mesh.vertices[At(t[0])].position_in_world;
     const Vector3d& b = mesh.vertices[At(t[1])].position_in_world;
     const Vector3d& c = mesh.vertices[At(t[2])].position_in_world;
@@ -313,8 +312,7 @@ int ViewpointMesh::ViewAt(int vertex, double distance, const std::vector<Vector3
   const auto off = [&](int view) {
     return std::abs((centers_in_world[At(view)] - center_in_world).norm() - distance);
   };
-  return *std::min_element(candidates.begin(), candidates.end(),
-                           [&](int a, int b) { return off(a) < off(b); });
+  return *std::ranges::min_element(candidates, [&](int a, int b) { return off(a) < off(b); });
 }
 
 bool ViewpointMesh::OnBoundary(int vertex) const { return !vertices[At(vertex)].outward_in_world.isZero(0); }
@@ -341,7 +339,7 @@ std::string ViewpointMesh::Description() const {
 }
 
 bool InsideHull(const ViewpointMesh& mesh, const Vector3d& direction) {
-  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+  return std::ranges::any_of(mesh.triangles, [&](const Triangle& t) {
     std::array<Vector3d, 3> arm;
     for (std::size_t k = 0; k < 3; ++k)
       arm[k] = mesh.vertices[At(t[k])].position_in_world - mesh.center_in_world;

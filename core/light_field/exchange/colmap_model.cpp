@@ -109,8 +109,8 @@ ColmapReconstruction ToColmap(const LightField& light_field) {
                             SafeName(NameInImagesFolder(view.image_path)),
                             {}});
   }
-  const bool some_are_tracked = std::any_of(light_field.points.begin(), light_field.points.end(),
-                                            [](const ScenePoint& point) { return !point.track.empty(); });
+  const bool some_are_tracked =
+      std::ranges::any_of(light_field.points, [](const ScenePoint& point) { return !point.track.empty(); });
   for (const ScenePoint& from : light_field.points) {
     if (some_are_tracked && from.track.empty()) continue;
     ColmapReconstruction::Point& point = model.points.emplace_back();

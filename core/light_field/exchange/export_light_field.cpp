@@ -29,8 +29,8 @@ namespace fs = std::filesystem;
 // All photographs of an export are in one folder.
 std::string NameInExport(const std::string& image_path, std::set<std::string>& taken) {
   std::string name = SafeName(NameInImagesFolder(image_path));
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return c == '/' || c == '\\'; }, '_');
+  std::ranges::replace_if(
+      name, [](char c) { return c == '/' || c == '\\'; }, '_');
   return UniqueName(name, taken);
 }
 
@@ -176,9 +176,9 @@ void WriteModel(const LightField& exported, ExportForm form, const fs::path& fol
 
 // nerfstudio has one kind of lens for all of a set.
 void RequireOneKind(const LightField& light_field) {
-  const auto fisheyes =
-      std::count_if(light_field.cameras.begin(), light_field.cameras.end(),
-                    [](const CameraModel& camera) { return camera.distortion == Distortion::kFisheye; });
+  const auto fisheyes = std::ranges::count_if(light_field.cameras, [](const CameraModel& camera) {
+    return camera.distortion == Distortion::kFisheye;
+  });
   if (fisheyes > 0 && fisheyes < static_cast<std::ptrdiff_t>(light_field.cameras.size()))
     throw UsageError(
         "{}: some of its lenses are fisheyes and some are not, but nerfstudio reads one kind of lens per "
@@ -194,8 +194,8 @@ LightField AsExported(const LightField& light_field, bool undistort, std::vector
   if (undistort) cameras = UndistortAll(light_field);
   for (std::size_t i = 0; i < cameras.size(); ++i) exported.cameras[i] = cameras[i].to;
   exported.flat_fields.clear();
-  const bool masks = std::any_of(light_field.views.begin(), light_field.views.end(),
-                                 [&](const View& view) { return HasMask(light_field, view); });
+  const bool masks =
+      std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
   std::set<std::string> taken;
   for (View& view : exported.views) {
     const bool is_there = fs::is_regular_file(light_field.root / view.image_path);

@@ -91,7 +91,7 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
 
 template <std::size_t N>
 bool Among(const std::string_view (&keys)[N], const std::string& key) {
-  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
+  return std::ranges::find(keys, key) != std::end(keys);
 }
 
 // Keys that are read here, and keys that only trainers need; all others are reported as not used.
@@ -237,8 +237,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
   document.ForEachFrame(add);
   if (light_field.views.empty())
     throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
-  std::stable_sort(light_field.views.begin(), light_field.views.end(),
-                   [](const View& a, const View& b) { return a.id < b.id; });
+  std::ranges::stable_sort(light_field.views, [](const View& a, const View& b) { return a.id < b.id; });
   for (std::size_t i = 1; i < light_field.views.size(); ++i)
     if (light_field.views[i].id == light_field.views[i - 1].id)
       throw Error("{}: two frames have the id {} under 'ulf'; ids are given once", file.string(),
@@ -354,8 +353,8 @@ std::string TransformsJsonText(const LightField& light_field, const std::optiona
   if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};
   if (!one_camera) WriteCameraKind(light_field.cameras, document);
   // nerfstudio takes masks of all frames or of none.
-  const bool all_masked = std::none_of(light_field.views.begin(), light_field.views.end(),
-                                       [](const View& view) { return view.mask_path.empty(); });
+  const bool all_masked =
+      std::ranges::none_of(light_field.views, [](const View& view) { return view.mask_path.empty(); });
   json& frames = document["frames"] = json::array();
   for (const View& view : light_field.views) {
     const Eigen::Matrix4d world_from_cam = view.cam_from_world.Inverse().Matrix() * OpenGlFromOurs();
