@@ -195,8 +195,7 @@ TEST_F(Folder, AnEditedTransformsJsonDoesNotCountAndIsKept) {
   document["frames"][1]["transform_matrix"][0][3] = 77.0;
   std::ofstream(dir() / "transforms.json") << document.dump();
   const std::string edited = ReadWholeFile(dir() / "transforms.json");
-  ExpectSame(whole,
-             ReadSaying({"transforms.json differs from the journal (view 2): the journal is used"}));
+  ExpectSame(whole, ReadSaying({"transforms.json differs from the journal (view 2): the journal is used"}));
   LightFieldWriter::Resume(dir());
   EXPECT_EQ(ReadWholeFile(dir() / "kept/transforms.json"), edited);
   EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
@@ -739,7 +738,8 @@ TEST_F(Folder, ALostGoalComesBackAndIsNamed) {
           [](std::string& bytes) { bytes.resize(bytes.rfind('\n', bytes.find("\"event\":\"close\"")) + 1); });
   ReadSaying({"its last lines are lost", "all poses are there"});
   EXPECT_THAT(Repair(dir()).steps,
-              Contains(HasSubstr("put back the subject, up, goal and counts of the session that transforms.json holds")));
+              Contains(HasSubstr(
+                  "put back the subject, up, goal and counts of the session that transforms.json holds")));
   EXPECT_EQ(ReadSaying({}).capture_s, 12.5);
 }
 
