@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
 #include "commands/number_checks.h"
@@ -44,11 +43,10 @@ void AddApertureOptions(CLI::App& sub, ApertureArgs& args) {
   sub.add_option("--sensor-width-mm", args.sensor_width_mm,
                  "Width of the sensor for --f-number (36: full frame)")
       ->check(Positive());
-  auto* distance =
-      sub.add_option("--focus", args.focus_distance,
-                     "Distance of the focal plane along the optical axis, in the light field's units (the "
-                     "subject's centre is in focus)")
-          ->check(Positive());
+  auto* distance = sub.add_option("--focus", args.focus_distance,
+                                  "Distance of the focal plane along the optical axis, in the light field's "
+                                  "units (the subject's centre is in focus)")
+                       ->check(Positive());
   sub.add_option("--focus-at", args.focus_at,
                  "Pixel X,Y of the path's first picture: the proxy's point there stays in focus")
       ->excludes(distance);
@@ -63,8 +61,7 @@ void CheckApertureOptions(const ApertureArgs& args, const std::filesystem::path&
   if (units != "metres")
     throw UsageError(
         "--f-number: {} has {} units, in which the size of a lens is unknown; give --aperture (radius in "
-        "these units), or "
-        "poses in metres (ulf capture --poses with a marker)",
+        "these units), or poses in metres (ulf capture --poses with a marker)",
         light_field.string(), units);
 }
 
@@ -101,13 +98,12 @@ void RequireRings(const render::FieldOptions& field, const render::ViewpointMesh
 void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::RenderScene& scene) {
   const double apart = scene.mesh.mean_edge_rad * scene.mesh.median_distance;
   const std::vector<Eigen::Vector3d> centers = scene.Centers();
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  Vector3d middle = Vector3d::Zero();
   for (const Eigen::Vector3d& center : centers) middle += center / static_cast<double>(centers.size());
   double reach = 0;
   for (const Eigen::Vector3d& center : centers) reach = std::max(reach, (center - middle).norm());
-  const auto widest = std::max_element(
-      apertures.begin(), apertures.end(),
-      [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
+  const auto widest = std::ranges::max_element(
+      apertures, [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
   if (widest == apertures.end()) return;
   if (widest->radius > reach)
     spdlog::warn(
@@ -117,16 +113,14 @@ void WarnOfWidth(const std::vector<render::Aperture>& apertures, const render::R
   if (widest->radius > apart) return;
   spdlog::warn(
       "an aperture of {:.3g} (radius) is no wider than the viewpoints are apart ({:.3g}): pictures are "
-      "hardly more "
-      "blurred than without one; give a wider one, or record views closer together",
+      "hardly more blurred than without one; give a wider one, or record views closer together",
       widest->radius, apart);
 }
 
 std::string ApertureText(const std::vector<render::Aperture>& apertures) {
   if (apertures.empty()) return "none";
-  const auto [least, most] = std::minmax_element(
-      apertures.begin(), apertures.end(),
-      [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
+  const auto [least, most] = std::ranges::minmax_element(
+      apertures, [](const render::Aperture& a, const render::Aperture& b) { return a.radius < b.radius; });
   return least->radius == most->radius ? fmt::format("radius {}", least->radius)
                                        : fmt::format("radius {} to {}", least->radius, most->radius);
 }

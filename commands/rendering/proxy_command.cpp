@@ -11,10 +11,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "commands/number_checks.h"
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
@@ -82,8 +82,8 @@ render::ProxyMesh Imported(const std::string& file) {
 }
 
 render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
-  const bool masked = std::any_of(light_field.views.begin(), light_field.views.end(),
-                                  [&](const View& view) { return HasMask(light_field, view); });
+  const bool masked =
+      std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
   render::SceneOptions scene_options{
       .size_limit_px = args.options.size_px,
       .form = masked ? render::PhotographForm::kLinear : render::PhotographForm::kEightBits};
@@ -130,10 +130,9 @@ int RunProxy(const ProxyArgs& args) {
   if (proxy.summary.pixel_depth_radii > render::kRoughPixelRadii)
     spdlog::warn(
         "the views stand close together: a pixel between them is worth {:.1f} of the subject's radius in "
-        "depth, and the "
-        "mesh is rough; views from farther apart make it better",
+        "depth, and the mesh is rough; views from farther apart make it better",
         proxy.summary.pixel_depth_radii);
-  Print(args, proxy, out, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  Print(args, proxy, out, SecondsSince(start));
   if (args.explain) Explain(args, light_field, out);
   return kOk;
 }

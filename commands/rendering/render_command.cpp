@@ -18,13 +18,13 @@
 #include "core/base/error.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/light_field_io.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/output/frame_range.h"
 #include "render/output/picture_files.h"
-#include "render/output/picture_memory.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
 #include "render/proxy/proxy_choice.h"
@@ -79,7 +79,7 @@ CameraModel Sized(CameraModel camera, const RenderArgs& args) {
 // The camera with the requested lens.
 CameraModel WithLens(CameraModel camera, const RenderArgs& args) {
   const double focal_px =
-      args.fov_deg > 0 ? 0.5 * camera.width / std::tan(0.5 * args.fov_deg * M_PI / 180) : args.focal_px;
+      args.fov_deg > 0 ? 0.5 * camera.width / std::tan(Radians(0.5 * args.fov_deg)) : args.focal_px;
   if (focal_px > 0) camera.fx = camera.fy = focal_px;
   return camera;
 }
@@ -145,7 +145,7 @@ std::string SizesOf(const render::CameraPath& path) {
   const auto same = [&](const CameraModel& camera) {
     return camera.width == path.cameras.front().width && camera.height == path.cameras.front().height;
   };
-  if (!std::all_of(path.cameras.begin(), path.cameras.end(), same)) return "several sizes";
+  if (!std::ranges::all_of(path.cameras, same)) return "several sizes";
   return fmt::format("{}x{}", path.cameras.front().width, path.cameras.front().height);
 }
 
@@ -189,7 +189,7 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const rend
           {"weights", args.weights ? "written" : "not written"}};
 }
 
-// The figures of a render.
+// What a run of ulf render counts.
 struct RenderReport {
   int rendered = 0, kept = 0;
   int blank = 0;  // pictures that show nothing
@@ -214,8 +214,7 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
   if (report.blank > 0)
     spdlog::warn(
         "pictures that show nothing: {} of {}; no view sees what the camera looks at there: is the path in "
-        "this light "
-        "field's world, and the subject where the views look (--subject x,y,z,radius)?",
+        "this light field's world, and the subject where the views look (--subject x,y,z,radius)?",
         report.blank, report.rendered);
   constexpr double kFar = 0.25;  // share of the pixels. Guessed.
   if (const double unseen = report.Share(report.filled + report.empty);
@@ -239,11 +238,11 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
     return;
   }
   if (report.rendered == 0 && report.kept > 0) {
-    fmt::print("{}: {}, all there already\n", args.out, Counted(report.kept, "picture"));
+    fmt::print("{}: {}, all existed already\n", args.out, Counted(report.kept, "picture"));
     return;
   }
   const std::string kept =
-      report.kept > 0 ? fmt::format("{} there already, ", Counted(report.kept, "picture")) : "";
+      report.kept > 0 ? fmt::format("{} existed already, ", Counted(report.kept, "picture")) : "";
   fmt::print("{}: {}{}, {} weights, {:.1f} ms each on {}; filled {:.2f} %, empty {:.2f} % of the pixels\n",
              args.out, kept, Counted(report.rendered, "picture"), render::FieldName(renderer.field().kind),
              report.MsPerFrame(), renderer.Name(), 100 * report.Share(report.filled),
@@ -262,7 +261,7 @@ render::PictureEncoding EncodingOf(const RenderArgs& args) {
 
 std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
                                                    const render::PictureEncoding& encoding) {
-  FieldDetails(args.field_details);  // so that an error in them comes before anything is loaded
+  FieldDetails(args.field_details);  // throws before anything is loaded
   if (args.field != render::kAuto) render::FieldFromName(args.field);
   SceneArgs scene_args = args;
   if (encoding.format != render::PictureFormat::kPng) scene_args.form = render::PhotographForm::kLinear;
@@ -298,14 +297,13 @@ std::unique_ptr<render::Renderer> RendererOf(const RenderArgs& args, const rende
       !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
     spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
   const auto scene = render::WithProxy(*plain, choice.proxy);
-  auto renderer = render::MakeRenderer(scene, {.field = choice.field,
-                                               .renderer = RendererFromName(args.renderer),
-                                               .fill = !args.no_fill,
-                                               .show_field = args.show_field,
-                                               .depth = encoding.format == render::PictureFormat::kExr,
-                                               .weights = args.weights,
-                                               .gpu_memory_mb = args.gpu_memory_mb});
-  return renderer;
+  return render::MakeRenderer(scene, {.field = choice.field,
+                                      .renderer = RendererFromName(args.renderer),
+                                      .fill = !args.no_fill,
+                                      .show_field = args.show_field,
+                                      .depth = encoding.format == render::PictureFormat::kExr,
+                                      .weights = args.weights,
+                                      .gpu_memory_mb = args.gpu_memory_mb});
 }
 
 int RunRender(const RenderArgs& args) {
@@ -372,39 +370,33 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<RenderArgs>();
   CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
   AddSceneOptions(*sub, *args);
-  sub->add_option(
-      "--path", args->path,
-      "Camera path (orbit): orbit, dolly (towards the subject), vertigo (a dolly that zooms out), spiral, a "
-      "file of TUM "
-      "poses, another light field (its poses), or a JSON file of keyframes or of nerfstudio's viewer");
+  sub->add_option("--path", args->path,
+                  "Camera path (orbit): orbit, dolly (towards the subject), vertigo (a dolly that zooms "
+                  "out), spiral, a file of TUM poses, another light field (its poses), or a JSON file of "
+                  "keyframes or of nerfstudio's viewer");
   sub->add_option("--field", args->field,
                   "Blending field (auto: the best on left-out views): auto, subdivision, linear, lumigraph, "
-                  "lumigraph-per-pixel, "
-                  "nearest");
+                  "lumigraph-per-pixel, nearest");
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option("--proxy", args->proxy,
-                  "Geometry for the photographs (auto: the best on left-out views): auto, plane (through the "
-                  "subject, facing the "
-                  "camera), plane:x,y,z,d (normal . point = d), points (the tracked points, triangulated in "
-                  "each picture), mesh "
-                  "(DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
   sub->add_option(
-      "--frames", args->frames,
-      "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by their times); "
-      "other paths "
-      "have a picture for each pose. A:B: only the pictures A to B - 1; A:B/N: those of a path of N");
+      "--proxy", args->proxy,
+      "Geometry for the photographs (auto: the best on left-out views): auto, plane (through the subject, "
+      "facing the camera), plane:x,y,z,d (normal . point = d), points (the tracked points, triangulated in "
+      "each picture), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
+  sub->add_option("--frames", args->frames,
+                  "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by "
+                  "their times); other paths have a picture for each pose. A:B: only the pictures A to B - "
+                  "1; A:B/N: those of a path of N");
   sub->add_option("--width", args->width,
                   "Width of the pictures in pixels (the photographs'); alone it keeps their shape")
       ->check(CLI::Range(1, kLargestPicture));
   sub->add_option("--height", args->height,
                   "Height of the pictures in pixels (the photographs'); alone it keeps their shape")
       ->check(CLI::Range(1, kLargestPicture));
-  auto* focal =
-      sub->add_option(
-             "--focal-px", args->focal_px,
-             "Focal length in pixels of the pictures (the photographs' or the path's); of a vertigo's "
-             "first picture")
-          ->check(Positive());
+  auto* focal = sub->add_option("--focal-px", args->focal_px,
+                                "Focal length in pixels of the pictures (the photographs' or the path's); of "
+                                "a vertigo's first picture")
+                    ->check(Positive());
   sub->add_option("--fov-deg", args->fov_deg, "The same as a horizontal field of view in degrees")
       ->check(CLI::Range(0.01, 179.0))
       ->excludes(focal);
@@ -416,8 +408,7 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--fps", args->fps, "Frame rate of a video (30)")->check(Positive());
   sub->add_option("-o,--output", args->out,
                   "OUT.mp4, OUT.png or OUT.exr (one picture), or a folder for numbered pictures; a render "
-                  "that was stopped keeps the "
-                  "pictures in the folder and continues")
+                  "that was stopped keeps the pictures in the folder and continues")
       ->required();
   sub->add_option("--format", args->format,
                   "Format of pictures: png, png16 (16 bits), exr (linear light, depth, confidence) (png)")

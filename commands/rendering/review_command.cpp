@@ -119,8 +119,7 @@ ReviewRun Review(const ReviewArgs& args, const render::RenderScene& scene, acqui
     ++run.frames;
     progress.Show(
         args.frames > 0 ? static_cast<double>(run.frames) / args.frames : device.ShareDone().value_or(0),
-        pose ? fmt::format("frame {}", run.frames)
-             : fmt::format("frame {}: no marker to be seen", run.frames));
+        pose ? fmt::format("frame {}", run.frames) : fmt::format("frame {}: no marker visible", run.frames));
     // Without the marker the last picture is shown again.
     if (!picture.Show(drawn) || (args.frames > 0 && run.frames >= args.frames)) break;
   }
@@ -140,7 +139,7 @@ int RunReview(const ReviewArgs& args) {
   Picture picture(args.out, args.fps);
   const ReviewRun run = Review(args, *scene, *device, picture);
   picture.Close();
-  const auto views = std::count(run.shown.begin(), run.shown.end(), true);
+  const auto views = std::ranges::count(run.shown, true);
   if (args.json) {
     const nlohmann::ordered_json report{{"frames", run.frames},
                                         {"with_marker", run.with_marker},

@@ -15,7 +15,7 @@ namespace ulf::commands {
 
 namespace {
 
-// Empty where there is an OpenGL, else the reason why there is none.
+// Why there is no OpenGL; empty where there is one.
 const std::string& MissingOpenGl() {
   static const std::string reason = [] {
     try {
@@ -84,13 +84,11 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
       ->check(Positive());
   sub.add_option("--gpu-memory", args.gpu_memory_mb,
                  "MB of photographs in graphics memory (three quarters of what the driver says is free, or "
-                 "2048); a picture that "
-                 "needs more is drawn in several passes")
+                 "2048); a picture that needs more is drawn in several passes")
       ->check(CLI::Range(1.0, 1e6));
   sub.add_option("--viewpoint-mesh", args.viewpoint_mesh,
                  "Triangulate viewpoints on the sphere, or in the plane of azimuth and elevation as in the "
-                 "thesis, for comparison "
-                 "(sphere)")
+                 "thesis, for comparison (sphere)")
       ->check(CLI::IsMember({"sphere", "plane"}));
   sub.add_option("--renderer", args.renderer,
                  "gl (OpenGL without a window), reference (slow) or auto (gl, or reference without OpenGL)")

@@ -23,7 +23,7 @@ class SimulatedTruth : public render::TruthSource {
   }
   bool TakesAnyCamera() const override { return true; }
 
-  // In the right world photographs differ from the truth only by noise and motion.
+  // In the same world photographs differ from the truth only by noise and motion.
   void RequireSameWorld(const render::RenderScene& scene) override {
     constexpr double kLeastPsnrDb = 20;  // below it the photograph shows something else. Guessed.
     const render::SceneView& view = scene.views[scene.views.size() / 2];
@@ -33,8 +33,8 @@ class SimulatedTruth : public render::TruthSource {
     if (psnr_db < kLeastPsnrDb)
       throw Error(
           "--truth {}: view {} does not look like this scene from its pose ({:.1f} dB); its poses may be "
-          "tracked ones, in "
-          "another world; give the URI that was captured, and poses in its world (ulf capture --poses known)",
+          "tracked ones, in another world; give the URI that was captured, and poses in its world (ulf "
+          "capture --poses known)",
           name_, view.id, psnr_db);
   }
 

@@ -15,6 +15,7 @@
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/quantile.h"
 #include "core/image/image.h"
 #include "render/display/key_names.h"
@@ -43,7 +44,7 @@ struct ViewArgs : SceneArgs {
   bool json = false;
 };
 
-// Without comparing them: that takes longer than looking at each.
+// The field without a comparison, which takes longer than looking at each.
 render::FieldOptions FieldOf(const ViewArgs& args) {
   render::FieldOptions field = FieldDetails(args.field_details);
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
@@ -61,7 +62,7 @@ std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject&
   std::vector<render::OfferedProxy> proxies;
   for (const std::string& name : names) {
     const auto same = [&](const render::OfferedProxy& proxy) { return proxy.name == name; };
-    if (std::none_of(proxies.begin(), proxies.end(), same))
+    if (std::ranges::none_of(proxies, same))
       proxies.push_back(
           {name, [name, subject, dir = args.dir] { return render::ProxyFromName(name, subject, dir); }});
   }
@@ -76,7 +77,7 @@ void Open(const ApertureArgs& args, const cv::Size& screen, render::Viewer& view
   viewer.Open(AperturesAlong(args, here, viewer.renderer().scene()).front());
 }
 
-// Opens something of OpenGL. Its error names the command that does not need OpenGL.
+// Calls opens(); its error names the command that does not need OpenGL.
 template <typename Opens>
 auto OpenGlOrHint(Opens&& opens) {
   try {
@@ -101,8 +102,8 @@ std::unique_ptr<render::Surface> OpenSurface(const ViewArgs& args) {
     OpenGlOrHint(
         [] { return std::make_unique<render::GlContext>(); });  // without OpenGL --screenshot fails, too
     throw Error(
-        "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without "
-        "a window",
+        "{}; ulf view needs a desktop session with OpenGL, or --screenshot FILE.png for a picture without a "
+        "window",
         error.what());
   }
 }
@@ -162,12 +163,11 @@ void TakePicture(const ViewArgs& args, render::Surface& surface, render::Viewer&
 // Runs until the user leaves.
 FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, render::Surface& surface,
                   render::Viewer& viewer) {
-  const auto seconds = [&] { return std::chrono::duration<double>(SteadyClock::now() - start).count(); };
   FirstPicture first;
   bool goes_on = viewer.Step(0);
-  first.seconds = seconds();
+  first.seconds = SecondsSince(start);
   while (goes_on && viewer.loading()) goes_on = viewer.Step(kPatienceSeconds);
-  first.complete_seconds = seconds();
+  first.complete_seconds = SecondsSince(start);
   if (!args.screenshot.empty())
     TakePicture(args, surface, viewer);
   else
@@ -179,7 +179,7 @@ int RunView(const ViewArgs& args) {
   const auto start = SteadyClock::now();
   const render::FieldOptions field = FieldOf(args);
   CheckApertureOptions(args.aperture, args.dir);
-  render::KeysFromNames(args.keys);  // so that a wrong name is an error before anything is opened
+  render::KeysFromNames(args.keys);  // throws for a wrong name before anything is opened
   const std::filesystem::path screenshot(args.screenshot);
   if (!args.screenshot.empty() && screenshot.extension() != ".png" && screenshot.extension() != ".jpg")
     throw UsageError("--screenshot {}: give a name ending in .png or .jpg", args.screenshot);
@@ -223,10 +223,9 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
       "--field", args->field,
       "Blending field at the start: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, nearest");
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option(
-      "--proxy", args->proxy,
-      "Geometry at the start: auto (the light field's mesh, else its tracked points, else the plane), mesh "
-      "(DIR/proxy.ply), points, plane, plane:x,y,z,d, or a PLY or OBJ file");
+  sub->add_option("--proxy", args->proxy,
+                  "Geometry at the start: auto (the light field's mesh, else its tracked points, else the "
+                  "plane), mesh (DIR/proxy.ply), points, plane, plane:x,y,z,d, or a PLY or OBJ file");
   AddApertureOptions(*sub, args->aperture);
   sub->add_option("--width", args->width, "Width of the window (1280)")->check(CLI::Range(64, 16384));
   sub->add_option("--height", args->height, "Height of the window (720)")->check(CLI::Range(64, 16384));

@@ -40,10 +40,6 @@ std::span<char> Staging() {
   return {memory.get(), kStaged};
 }
 
-fs::path FolderOf(const fs::path& path) {
-  return path.parent_path().empty() ? fs::path(".") : path.parent_path();
-}
-
 struct Temporary {
   fs::path path;
   int descriptor = -1;  // -1: the disk refused, errno says why
@@ -92,7 +88,7 @@ class FoldersToSync {
 bool RenameToFree(const fs::path& from, const fs::path& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
   if (errno != EINVAL && errno != ENOSYS) return false;
-  // A file system that knows no such rename.
+  // This file system does not support RENAME_NOREPLACE.
   std::error_code unknown;
   if (fs::exists(fs::symlink_status(to, unknown))) {
     errno = EEXIST;
@@ -136,6 +132,10 @@ bool WriteContent(int descriptor, const FileContent& content, bool direct) {
 
 }  // namespace
 
+fs::path FolderOf(const fs::path& path) {
+  return path.parent_path().empty() ? fs::path(".") : path.parent_path();
+}
+
 void SyncFolder(const fs::path& folder) {
   FoldersToSync folders;
   folders.Add(folder);
@@ -162,56 +162,47 @@ FileBatch::~FileBatch() {
   if (!committed_) TakeBack();
 }
 
-void FileBatch::TakeBack() { TakeBackFrom(0); }
-
-void FileBatch::TakeBackFrom(std::size_t first) {
+void FileBatch::TakeBack(std::size_t first) {
   for (; files_.size() > first; files_.pop_back()) {
     const File& file = files_.back();
     if (file.descriptor >= 0) close(file.descriptor);
-    // A file that replaced an older one cannot be taken back.
     if (!file.renamed) unlink(file.temporary.c_str());
     if (file.renamed && !file.replaced) unlink(file.path.c_str());
   }
 }
 
 void FileBatch::Write(std::span<const std::pair<fs::path, FileContent>> files) {
-  if (std::exchange(committed_, false)) files_.clear();
+  BeginAfterCommit();
   const std::size_t before = files_.size();
   try {
     for (const auto& [path, content] : files) Write(path, content);
   } catch (...) {
-    TakeBackFrom(before);
+    TakeBack(before);
     throw;
   }
 }
 
 void FileBatch::Write(const fs::path& path, const FileContent& content) {
-  if (std::exchange(committed_, false)) files_.clear();
+  BeginAfterCommit();
   const bool direct = content.size >= kDirectFrom;
   const auto [temporary, descriptor] = OpenTemporary(path, direct);
   if (descriptor < 0) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
-  const auto take_back = [&temporary = temporary, descriptor = descriptor] {
-    close(descriptor);
-    unlink(temporary.c_str());
-  };
-  bool written = false;
+  files_.push_back({path, temporary, descriptor});
   try {
-    written = WriteContent(descriptor, content, direct);
+    if (!WriteContent(descriptor, content, direct))
+      ThrowDiskError(errno, fmt::format("{}: writing failed", path.string()));
   } catch (...) {
-    take_back();
+    TakeBack(files_.size() - 1);
     throw;
   }
-  if (!written) {
-    const int reason = errno;
-    take_back();
-    ThrowDiskError(reason, fmt::format("{}: writing failed", path.string()));
-  }
-  files_.push_back({path, temporary, descriptor});
+}
+
+void FileBatch::BeginAfterCommit() {
+  if (std::exchange(committed_, false)) files_.clear();
 }
 
 void FileBatch::Commit() {
-  if (std::exchange(committed_, false))
-    files_.clear();  // nothing was written since; they belong to others now
+  BeginAfterCommit();
   const auto fail = [&](const File& file, const char* what) {
     const int reason = errno;
     const std::string path = file.path.string();

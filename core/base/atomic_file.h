@@ -47,7 +47,7 @@ class FileBatch {
   void Commit();
   // Removes the files, committed or not: for a caller that could not write the index that names them. Leaves
   // files that have replaced older ones: removing them would lose both.
-  void TakeBack();
+  void TakeBack() { TakeBack(0); }
 
  private:
   struct File {
@@ -55,11 +55,16 @@ class FileBatch {
     int descriptor = -1;
     bool replaced = false, renamed = false;
   };
-  void TakeBackFrom(std::size_t first);
+  void TakeBack(std::size_t first);
+  // The files of a committed batch are the caller's: TakeBack() no longer removes them.
+  void BeginAfterCommit();
   Existing existing_;
   std::vector<File> files_;
   bool committed_ = false;
 };
+
+// The folder that holds `path`; "." where it names none.
+std::filesystem::path FolderOf(const std::filesystem::path& path);
 
 void SyncFolder(const std::filesystem::path& folder);
 

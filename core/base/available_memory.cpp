@@ -14,13 +14,13 @@ namespace {
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
-std::optional<std::uint64_t> NumberIn(const char* path) {
+std::optional<std::uint64_t> ReadNumber(const char* path) {
   std::ifstream file(path);
   std::uint64_t value = 0;
   return file >> value ? std::optional(value) : std::nullopt;
 }
 
-std::uint64_t OfTheMachine() {
+std::uint64_t LeftOnMachine() {
   std::ifstream file("/proc/meminfo");
   std::string key;
   std::uint64_t kilobytes = 0;
@@ -29,22 +29,23 @@ std::uint64_t OfTheMachine() {
   return kNoLimit;
 }
 
-std::uint64_t OfTheControlGroup() {
-  const auto most = NumberIn("/sys/fs/cgroup/memory.max"), used = NumberIn("/sys/fs/cgroup/memory.current");
+std::uint64_t LeftInControlGroup() {
+  const auto most = ReadNumber("/sys/fs/cgroup/memory.max"),
+             used = ReadNumber("/sys/fs/cgroup/memory.current");
   if (!most || !used) return kNoLimit;
   return *most > *used ? *most - *used : 0;
 }
 
-std::uint64_t OfTheProcess() {
+std::uint64_t LeftToProcess() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kNoLimit;
   const std::uint64_t used =
-      NumberIn("/proc/self/statm").value_or(0) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+      ReadNumber("/proc/self/statm").value_or(0) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   return limit.rlim_cur > used ? limit.rlim_cur - used : 0;
 }
 
 }  // namespace
 
-std::uint64_t AvailableMemory() { return std::min({OfTheMachine(), OfTheControlGroup(), OfTheProcess()}); }
+std::uint64_t AvailableMemory() { return std::min({LeftOnMachine(), LeftInControlGroup(), LeftToProcess()}); }
 
 }  // namespace ulf

@@ -1,5 +1,6 @@
 #include "core/base/device_uri.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -69,11 +70,10 @@ void DeviceUri::Set(const std::string& key, const std::string& value) {
 
 void DeviceUri::AllowOnly(const std::vector<std::string>& known) const {
   for (const auto& [name, value] : options)
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
-      std::string list;
-      for (const std::string& key : known) list += (list.empty() ? "" : ", ") + key;
-      if (scheme == "aravis" || scheme == "gphoto2") list += ", reconnect_s";
-      throw UsageError("'{}' has no option '{}'; known are: {}", Text(), name, list);
+    if (std::ranges::find(known, name) == known.end()) {
+      const bool reconnects = scheme == "aravis" || scheme == "gphoto2";
+      throw UsageError("'{}' has no option '{}'; known are: {}{}", Text(), name, fmt::join(known, ", "),
+                       reconnects ? ", reconnect_s" : "");
     }
 }
 

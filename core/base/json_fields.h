@@ -2,6 +2,7 @@
 // names the file, the place in it and the key.
 #pragma once
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -39,11 +40,8 @@ struct JsonPlace {
   void RequireOnly(std::initializer_list<const char*> keys) const {
     if (!object.is_object()) throw Error("{}: expected an object", where);
     for (const auto& item : object.items()) {
-      const std::string& key = item.key();
-      std::string known;
-      for (const char* each : keys) known += (known.empty() ? "" : ", ") + std::string(each);
-      if (std::none_of(keys.begin(), keys.end(), [&](const char* each) { return key == each; }))
-        throw Error("{}: there is no key '{}'; there are {}", where, key, known);
+      if (std::ranges::find(keys, item.key()) == keys.end())
+        throw Error("{}: there is no key '{}'; there are {}", where, item.key(), fmt::join(keys, ", "));
     }
   }
 

@@ -2,10 +2,10 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 
@@ -13,8 +13,7 @@ namespace ulf {
 namespace fs = std::filesystem;
 
 void RequireWritable(const std::string& path) {
-  const fs::path parent = fs::path(path).parent_path();
-  const fs::path folder = parent.empty() ? fs::path(".") : parent;
+  const fs::path folder = FolderOf(path);
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) throw UsageError("{}: is a folder; give a file's name", path);
   if (!fs::is_directory(folder, ignored))

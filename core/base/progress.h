@@ -21,8 +21,8 @@ class Progress {
   std::string what_;
   bool quiet_;
   bool terminal_;
-  double started_s_;
-  double last_shown_s_ = -1;
+  std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  double last_shown_s_ = -1;  // since `started_`
   double last_share_ = -1;
 };
 

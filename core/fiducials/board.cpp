@@ -1,7 +1,8 @@
 #include "core/fiducials/board.h"
 
+#include <fmt/format.h>
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <opencv2/aruco/charuco.hpp>
 
 #include "core/base/error.h"
@@ -9,31 +10,15 @@
 namespace ulf {
 namespace {
 
-struct DictionaryName {
-  const char* name;
-  int number;
-};
-constexpr DictionaryName kDictionaries[] = {{"DICT_4X4_50", cv::aruco::DICT_4X4_50},
-                                            {"DICT_4X4_100", cv::aruco::DICT_4X4_100},
-                                            {"DICT_4X4_250", cv::aruco::DICT_4X4_250},
-                                            {"DICT_4X4_1000", cv::aruco::DICT_4X4_1000},
-                                            {"DICT_5X5_50", cv::aruco::DICT_5X5_50},
-                                            {"DICT_5X5_100", cv::aruco::DICT_5X5_100},
-                                            {"DICT_5X5_250", cv::aruco::DICT_5X5_250},
-                                            {"DICT_5X5_1000", cv::aruco::DICT_5X5_1000},
-                                            {"DICT_6X6_50", cv::aruco::DICT_6X6_50},
-                                            {"DICT_6X6_100", cv::aruco::DICT_6X6_100},
-                                            {"DICT_6X6_250", cv::aruco::DICT_6X6_250},
-                                            {"DICT_6X6_1000", cv::aruco::DICT_6X6_1000},
-                                            {"DICT_7X7_50", cv::aruco::DICT_7X7_50},
-                                            {"DICT_7X7_100", cv::aruco::DICT_7X7_100},
-                                            {"DICT_7X7_250", cv::aruco::DICT_7X7_250},
-                                            {"DICT_7X7_1000", cv::aruco::DICT_7X7_1000},
-                                            {"DICT_ARUCO_ORIGINAL", cv::aruco::DICT_ARUCO_ORIGINAL},
-                                            {"DICT_APRILTAG_16h5", cv::aruco::DICT_APRILTAG_16h5},
-                                            {"DICT_APRILTAG_25h9", cv::aruco::DICT_APRILTAG_25h9},
-                                            {"DICT_APRILTAG_36h10", cv::aruco::DICT_APRILTAG_36h10},
-                                            {"DICT_APRILTAG_36h11", cv::aruco::DICT_APRILTAG_36h11}};
+// By OpenCV's number.
+constexpr std::array<std::string_view, 21> kDictionaries = {
+    "DICT_4X4_50",         "DICT_4X4_100",       "DICT_4X4_250",       "DICT_4X4_1000",
+    "DICT_5X5_50",         "DICT_5X5_100",       "DICT_5X5_250",       "DICT_5X5_1000",
+    "DICT_6X6_50",         "DICT_6X6_100",       "DICT_6X6_250",       "DICT_6X6_1000",
+    "DICT_7X7_50",         "DICT_7X7_100",       "DICT_7X7_250",       "DICT_7X7_1000",
+    "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10",
+    "DICT_APRILTAG_36h11"};
+static_assert(cv::aruco::DICT_4X4_50 == 0 && cv::aruco::DICT_APRILTAG_36h11 == kDictionaries.size() - 1);
 
 std::vector<std::string> SplitAtColons(const std::string& text) {
   std::vector<std::string> parts(1);
@@ -68,7 +53,7 @@ void ParseCounts(const std::string& word, const std::string& text, Board& board)
 
 bool IsDarkSquare(int column, int row) { return (column + row) % 2 == 0; }
 
-// The dark cells of one marker, as runs along its rows: its border is dark, too.
+// The dark cells of one marker with its dark border, as runs along its rows.
 void AddMarker(const cv::aruco::Dictionary& dictionary, int id, double x_mm, double y_mm, double side_mm,
                std::vector<RectangleMm>& dark) {
   const int bits = dictionary.markerSize, cells = bits + 2;
@@ -92,12 +77,11 @@ void AddMarker(const cv::aruco::Dictionary& dictionary, int id, double x_mm, dou
 }  // namespace
 
 int DictionaryNumber(const std::string& name) {
-  std::string known;
-  for (const DictionaryName& entry : kDictionaries) {
-    if (entry.name == name) return entry.number;
-    known += (known.empty() ? "" : ", ") + std::string(entry.name);
-  }
-  throw UsageError("there is no marker dictionary '{}'; there are {}", name, known);
+  const auto found = std::ranges::find(kDictionaries, name);
+  if (found == kDictionaries.end())
+    throw UsageError("there is no marker dictionary '{}'; there are {}", name,
+                     fmt::join(kDictionaries, ", "));
+  return static_cast<int>(found - kDictionaries.begin());
 }
 
 Board Board::Parse(const std::string& text) {

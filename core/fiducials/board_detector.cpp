@@ -11,6 +11,15 @@ namespace {
 
 using Corners = std::vector<cv::Point2f>;
 
+// Half the window in which a corner is refined, px. Smaller: noise decides; larger: other edges get in. Guessed.
+constexpr int kLeastHalfWindowPx = 2, kMostHalfWindowPx = 8;
+
+void RefineCorners(const cv::Mat& gray, double half_window_px, Corners& corners) {
+  const int half = std::clamp(static_cast<int>(half_window_px), kLeastHalfWindowPx, kMostHalfWindowPx);
+  cv::cornerSubPix(gray, corners, {half, half}, {-1, -1},
+                   {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 1e-3});
+}
+
 void Add(int id, const cv::Point2f& corner, BoardView& view) {
   view.ids.push_back(id);
   view.img.emplace_back(corner.x + 0.5, corner.y + 0.5);
@@ -43,19 +52,17 @@ BoardView DetectChessboard(const Board& board, const cv::Mat& gray) {
   double step = 1e9;
   for (std::size_t i = 1; i < corners.size(); ++i)
     step = std::min(step, cv::norm(corners[i] - corners[i - 1]));
-  const int half = std::clamp(static_cast<int>(step / 3), 2, 8);
-  cv::cornerSubPix(gray, corners, {half, half}, {-1, -1},
-                   {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 1e-3});
+  RefineCorners(gray, step / 3, corners);
   for (std::size_t i = 0; i < corners.size(); ++i) Add(static_cast<int>(i), corners[i], view);
   return view;
 }
 
-// The largest window about a square's corner that keeps clear of the markers beside it.
-int HalfWindowPx(const cv::Point2f& corner, const Markers& markers) {
+// The largest window about a square's corner that does not reach the markers beside it.
+double HalfWindowPx(const cv::Point2f& corner, const Markers& markers) {
   double nearest = 1e9;
   for (const Corners& marker : markers.corners)
     for (const cv::Point2f& other : marker) nearest = std::min(nearest, cv::norm(other - corner));
-  return std::clamp(static_cast<int>(nearest / std::sqrt(2.0)) - 1, 2, 8);
+  return nearest / std::sqrt(2.0) - 1;
 }
 
 BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
@@ -69,12 +76,10 @@ BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
   Corners corners;
   std::vector<int> ids;
   cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, gray, charuco, corners, ids);
-  // What OpenCV 4.6 returns is half a pixel off in both axes; refined once more it is where it says.
+  // OpenCV 4.6 returns corners half a pixel off in both axes: correct them and refine once more.
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const int half = HalfWindowPx(corners[i], markers);
     Corners one = {corners[i] - cv::Point2f(0.5f, 0.5f)};
-    cv::cornerSubPix(gray, one, {half, half}, {-1, -1},
-                     {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 1e-3});
+    RefineCorners(gray, HalfWindowPx(corners[i], markers), one);
     Add(ids[i], one[0], view);
   }
   return view;
@@ -103,7 +108,8 @@ bool SpreadsOverThePlane(const Board& board, const BoardView& view) {
     const Eigen::Vector2d d = points[static_cast<std::size_t>(id)].head<2>() - mean;
     scatter += d * d.transpose();
   }
-  return scatter.determinant() > 1e-3 * std::pow(scatter.trace(), 2);
+  constexpr double kLeastRoundness = 1e-3;  // 1/4: as far in all directions; 0: on a line; guessed
+  return scatter.determinant() > kLeastRoundness * std::pow(scatter.trace(), 2);
 }
 
 }  // namespace
@@ -130,7 +136,10 @@ double EdgeBlurPx(const BoardView& view, const cv::Mat& gray) {
   for (const Eigen::Vector2d& img : view.img)
     outline.emplace_back(static_cast<float>(img.x()), static_cast<float>(img.y()));
   const cv::Rect box = cv::boundingRect(outline) & cv::Rect(0, 0, gray.cols, gray.rows);
-  if (box.width < 8 || box.height < 8) return std::numeric_limits<double>::infinity();
+  // Smaller boards and fainter edges (grey levels) give no measurement. Guessed.
+  constexpr int kLeastSidePx = 8;
+  constexpr double kLeastContrast = 8;
+  if (box.width < kLeastSidePx || box.height < kLeastSidePx) return std::numeric_limits<double>::infinity();
   cv::Mat region, dx, dy, steepness;
   gray(box).convertTo(region, CV_32F);
   cv::Sobel(region, dx, CV_32F, 1, 0, 3, 1.0 / 8);  // grey levels per pixel
@@ -145,7 +154,7 @@ double EdgeBlurPx(const BoardView& view, const cv::Mat& gray) {
   };
   const double contrast = share_of(region, 0.95) - share_of(region, 0.05);
   const double steepest = share_of(steepness, 0.98);
-  if (contrast < 8 || steepest <= 0) return std::numeric_limits<double>::infinity();
+  if (contrast < kLeastContrast || steepest <= 0) return std::numeric_limits<double>::infinity();
   // A step blurred by a Gaussian of spread s rises by contrast / (s sqrt(2 pi)) per pixel.
   return contrast / (steepest * std::sqrt(2 * M_PI));
 }

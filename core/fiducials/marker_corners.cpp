@@ -13,18 +13,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Blur mixes light, not display values: in those an edge would lie towards its dark side, and every marker
-// would be a tenth of a pixel too small.
-const std::array<float, 256>& Light() {
-  static const std::array<float, 256> light = [] {
-    std::array<float, 256> made{};
-    for (std::size_t i = 0; i < made.size(); ++i) made[i] = LinearFromSrgb(static_cast<float>(i) / 255);
-    return made;
-  }();
-  return light;
-}
-
-// Linear light between pixel centres; none outside.
+// Linear light between pixel centres; none outside. Blur mixes light: display values would move every edge
+// towards its dark side and make markers a tenth of a pixel too small.
 std::optional<double> Level(const cv::Mat& gray, const Vector2d& img) {
   const double x = img.x() - 0.5, y = img.y() - 0.5;
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
@@ -32,7 +22,7 @@ std::optional<double> Level(const cv::Mat& gray, const Vector2d& img) {
   const double ax = x - x0, ay = y - y0;
   const unsigned char* row0 = gray.ptr(y0) + x0;
   const unsigned char* row1 = gray.ptr(y0 + 1) + x0;
-  const std::array<float, 256>& light = Light();
+  const std::array<float, 256>& light = LinearFromSrgb8();
   return (1 - ay) * ((1 - ax) * light[row0[0]] + ax * light[row0[1]]) +
          ay * ((1 - ax) * light[row1[0]] + ax * light[row1[1]]);
 }
@@ -67,8 +57,8 @@ std::optional<double> Rise(const cv::Mat& gray, const Vector2d& from, const Vect
 // The side from `corner` towards `other`, as a line; `out` is where it is bright.
 std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const Vector2d& other,
                             const Vector2d& inside, double reach) {
-  // Pixels: the corner is rounded up to kClear; a side is straight up to kLongest under any lens; shorter
-  // sides than kShortest have too few steps. Guessed, as the share of the side that is used.
+  // Pixels: blur rounds the corner up to kClear; a side is straight up to kLongest under any lens; sides
+  // shorter than kShortest have too few steps. These and the share of the side that is used are guessed.
   constexpr double kClear = 1.5, kLongest = 24, kShortest = 6, kUsedShare = 0.6;
   const double length = (other - corner).norm();
   if (length < kShortest) return std::nullopt;
@@ -107,7 +97,8 @@ std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const V
 std::optional<Vector2d> Meet(const Line& a, const Line& b) {
   Eigen::Matrix2d m;
   m << a.along, -b.along;
-  if (std::abs(m.determinant()) < 0.1) return std::nullopt;
+  constexpr double kLeastSine = 0.1;  // of the angle between the sides; guessed
+  if (std::abs(m.determinant()) < kLeastSine) return std::nullopt;
   const Vector2d shares = m.inverse() * (b.point - a.point);
   return a.point + shares[0] * a.along;
 }

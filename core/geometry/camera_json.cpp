@@ -6,24 +6,16 @@
 namespace ulf {
 namespace {
 
-struct DistortionName {
-  Distortion distortion;
-  const char* name;
-};
-constexpr DistortionName kDistortionNames[] = {{Distortion::kNone, "none"},
-                                               {Distortion::kRadialTangential, "radial-tangential"},
-                                               {Distortion::kFisheye, "fisheye"}};
+constexpr std::array<std::string_view, 3> kDistortionNames{"none", "radial-tangential", "fisheye"};
 
 }  // namespace
 
 nlohmann::json CameraToJson(const CameraModel& camera) {
-  const auto name =
-      std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
-                   [&](const DistortionName& entry) { return entry.distortion == camera.distortion; });
-  return {{"width", camera.width},    {"height", camera.height},
-          {"fx", camera.fx},          {"fy", camera.fy},
-          {"cx", camera.cx},          {"cy", camera.cy},
-          {"distortion", name->name}, {"coefficients", camera.coefficients},
+  const auto name = kDistortionNames[static_cast<std::size_t>(camera.distortion)];
+  return {{"width", camera.width},  {"height", camera.height},
+          {"fx", camera.fx},        {"fy", camera.fy},
+          {"cx", camera.cx},        {"cy", camera.cy},
+          {"distortion", name},     {"coefficients", camera.coefficients},
           {"pixel_centers", "half"}};
 }
 
@@ -36,16 +28,15 @@ CameraModel CameraFromJson(const JsonPlace& place) {
   camera.cx = place.Number("cx");
   camera.cy = place.Number("cy");
   const std::string name = place.Text("distortion", "none");
-  const auto known = std::find_if(std::begin(kDistortionNames), std::end(kDistortionNames),
-                                  [&](const DistortionName& entry) { return entry.name == name; });
-  if (known == std::end(kDistortionNames))
+  const auto known = std::ranges::find(kDistortionNames, name);
+  if (known == kDistortionNames.end())
     throw Error("{}: unknown distortion '{}'; known are none, radial-tangential, fisheye", place.where, name);
-  camera.distortion = known->distortion;
+  camera.distortion = static_cast<Distortion>(known - kDistortionNames.begin());
   if (place.Has("coefficients")) {
     const nlohmann::json& list = place.Raw("coefficients");
     const std::size_t count = std::min<std::size_t>(list.is_array() ? list.size() : 0, 5);
     const std::vector<double> values = place.Numbers("coefficients", count);
-    std::copy(values.begin(), values.end(), camera.coefficients.begin());
+    std::ranges::copy(values, camera.coefficients.begin());
   }
   if (place.Text("pixel_centers", "half") == "integer") {
     camera.cx += 0.5;
@@ -53,6 +44,13 @@ CameraModel CameraFromJson(const JsonPlace& place) {
   }
   camera.Validate(place.where);
   return camera;
+}
+
+nlohmann::json Vector3ToJson(const Eigen::Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
+
+Eigen::Vector3d Vector3FromJson(const JsonPlace& place, const char* key) {
+  const std::vector<double> numbers = place.Numbers(key, 3);
+  return {numbers[0], numbers[1], numbers[2]};
 }
 
 nlohmann::json WindowToJson(const SensorWindow& window) {

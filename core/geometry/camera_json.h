@@ -1,5 +1,5 @@
-// A camera model and a sensor window as JSON, the same in the journal, in calibration files and in
-// recordings.
+// A camera model, a sensor window and a vector as JSON, the same in the journal, in calibration files, in
+// recordings and in camera paths.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -15,6 +15,9 @@ namespace ulf {
 nlohmann::json CameraToJson(const CameraModel& camera);
 // Also reads "pixel_centers":"integer", whose principal point is moved by half a pixel. Throws Error.
 CameraModel CameraFromJson(const JsonPlace& place);
+
+nlohmann::json Vector3ToJson(const Eigen::Vector3d& vector);  // [x, y, z]
+Eigen::Vector3d Vector3FromJson(const JsonPlace& place, const char* key);
 
 nlohmann::json WindowToJson(const SensorWindow& window);
 SensorWindow WindowFromJson(const JsonPlace& place);

@@ -66,12 +66,12 @@ Eigen::Matrix<double, 2, 5> FisheyeByCoefficients(const Vector3d& p) {
 
 // A polynomial distortion is trusted out to where its radius stops growing.
 bool GrowsUpTo(const std::array<double, 5>& c, double r2) {
-  // Usually the coefficients are too small to turn it round by then, whatever their signs.
+  // Small coefficients, the usual case, cannot bring the slope to zero whatever their signs.
   if (r2 * (3 * std::abs(c[0]) + r2 * (5 * std::abs(c[1]) + r2 * 7 * std::abs(c[4]))) < 1) return true;
   // d(r·radial)/dr = 1 + 3 k1 r² + 5 k2 r⁴ + 7 k3 r⁶ must stay positive on [0, r].
   const auto slope = [&](double s) { return 1 + s * (3 * c[0] + s * (5 * c[1] + s * 7 * c[4])); };
   if (slope(r2) <= 0) return false;
-  // The cubic in s can dip below zero in between: look at its stationary points.
+  // The cubic in s can fall below zero in between: look at its stationary points.
   const double a = 21 * c[4], b = 10 * c[1], d = 3 * c[0];
   const auto dips = [&](double s) { return s > 0 && s < r2 && slope(s) <= 0; };
   if (a == 0) return b == 0 || !dips(-d / b);
@@ -131,7 +131,7 @@ std::optional<Vector2d> CameraModel::ImgFromCam(const Vector3d& point_in_cam,
     const double theta = std::atan2(rho, z);
     if (!(rho + std::abs(z) > 0) || !FisheyeGrowsUpTo(coefficients, theta)) return std::nullopt;
     const auto [radius, slope] = FisheyeRadius(coefficients, theta);
-    // On the axis the direction is undefined and the mapping is the plain pinhole.
+    // On the axis the direction is undefined and the projection is that of a pinhole.
     const Vector2d unit = rho > 1e-12 ? Vector2d(x / rho, y / rho) : Vector2d(1, 0);
     const double radius_over_rho = rho > 1e-12 ? radius / rho : 1 / z;
     if (rho <= 1e-12 && z <= 0) return std::nullopt;
@@ -216,7 +216,7 @@ std::optional<Vector3d> CameraModel::RayFromImg(const Vector2d& img) const {
     const Distorted d = DistortRadialTangential(coefficients, plane);
     Vector2d step = d.by_undistorted.partialPivLu().solve(d.point - distorted);
     if (!step.allFinite()) return std::nullopt;
-    // A full Newton step may leap past the fold of a strong distortion.
+    // A full Newton step may go past the fold of a strong distortion.
     const double limit = 0.5 + 0.5 * plane.norm();
     if (step.norm() > limit) step *= limit / step.norm();
     plane -= step;

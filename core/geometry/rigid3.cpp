@@ -1,6 +1,5 @@
 #include "core/geometry/rigid3.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace ulf {

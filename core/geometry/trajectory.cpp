@@ -69,8 +69,7 @@ struct Pair {
 std::vector<Pair> PairByTime(std::span<const TimedPose> estimated, std::span<const TimedPose> truth,
                              double tolerance_s) {
   std::vector<TimedPose> sorted(truth.begin(), truth.end());
-  std::sort(sorted.begin(), sorted.end(),
-            [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
+  std::ranges::sort(sorted, [](const TimedPose& a, const TimedPose& b) { return a.time_s < b.time_s; });
   std::vector<Pair> pairs;
   for (const TimedPose& pose : estimated) {
     auto after = std::lower_bound(sorted.begin(), sorted.end(), pose.time_s,
@@ -110,13 +109,14 @@ std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> es
   }
   error.ate_rmse = RootMeanSquare(distances);
   error.ate_median = Median(distances);
-  error.ate_max = *std::max_element(distances.begin(), distances.end());
+  error.ate_max = *std::ranges::max_element(distances);
   error.rotation_rmse_deg = Degrees(RootMeanSquare(angles));
 
-  // The truth may be sparse: the step that comes nearest, told as if it had been exact.
+  // The truth may be sparse: take the step nearest to rpe_step_s and scale its error to that length.
   std::vector<double> spacing_s, step_errors, step_angles, step_drifts;
   for (std::size_t i = 1; i < pairs.size(); ++i) spacing_s.push_back(pairs[i].time_s - pairs[i - 1].time_s);
-  const double step_tolerance_s = std::max(tolerance_s, 0.51 * Median(spacing_s));
+  constexpr double kHalfSpacing = 0.51;  // half a spacing, with room for rounding
+  const double step_tolerance_s = std::max(tolerance_s, kHalfSpacing * Median(spacing_s));
   const auto off_s = [&](std::size_t i, std::size_t j) {
     return std::abs(pairs[j].time_s - pairs[i].time_s - rpe_step_s);
   };
@@ -128,12 +128,12 @@ std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> es
     const double share = rpe_step_s / (pairs[j].time_s - pairs[i].time_s);
     // Motion of j in i's camera frame, estimated (in truth units) against true.
     const Vector3d moved = similarity->scale * (pairs[i].estimated.rotation * (source[j] - source[i]));
-    const Vector3d truly = pairs[i].truth.rotation * (target[j] - target[i]);
-    step_errors.push_back(share * (moved - truly).norm());
-    if (truly.norm() > 0) step_drifts.push_back((moved - truly).norm() / truly.norm());
+    const Vector3d true_move = pairs[i].truth.rotation * (target[j] - target[i]);
+    step_errors.push_back(share * (moved - true_move).norm());
+    if (true_move.norm() > 0) step_drifts.push_back((moved - true_move).norm() / true_move.norm());
     const Eigen::Quaterniond turned = pairs[j].estimated.rotation * pairs[i].estimated.rotation.conjugate();
-    const Eigen::Quaterniond truly_turned = pairs[j].truth.rotation * pairs[i].truth.rotation.conjugate();
-    step_angles.push_back(share * RotationAngle(turned * truly_turned.conjugate()));
+    const Eigen::Quaterniond true_turn = pairs[j].truth.rotation * pairs[i].truth.rotation.conjugate();
+    step_angles.push_back(share * RotationAngle(turned * true_turn.conjugate()));
   }
   error.steps = static_cast<int>(step_errors.size());
   error.rpe_rmse = RootMeanSquare(step_errors);

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 
 #include "core/base/error.h"
 
@@ -123,7 +122,7 @@ cv::Mat ReadExr(const std::string& path) {
     return ReadColours(file, path);
   } catch (const Iex::BaseExc& error) {
     throw Error(
-        "{}: the image is truncated or damaged ({}); copy it again from where it came (of a light field: ulf "
+        "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
         "repair DIR)",
         path, error.what());
   }

@@ -139,7 +139,7 @@ Fit Solve(const Eigen::MatrixXd& design, const Eigen::MatrixXd& logs, const In& 
   return fit;
 }
 
-// Marks cells much darker than the richest model as unused; returns how many spots they form.
+// Marks cells that are much darker than the richest model as unused; returns how many spots they form.
 int RemoveDust(const FlatFieldOptions& options, Cells& cells) {
   constexpr double kNormalQuartile = 0.6745;  // median of |x| for a Gaussian of sigma 1
   const Eigen::MatrixXd logs = Logs(cells);
@@ -180,9 +180,11 @@ Scored Score(const Cells& cells, const Model& model) {
     }
   scored.bic =
       count * std::log(squares / count + 1e-18) + 3 * static_cast<double>(design.cols()) * std::log(count);
-  // Whole patches of 6 x 6 cells: neighbouring cells would tell each other too much.
+  // Neighbouring cells are not independent, so a fold leaves out whole patches of cells.
+  constexpr int kPatch = 6;
   const auto fold_of = [](std::size_t i) {
-    const auto column = static_cast<int>(i) % kCellColumns / 6, row = static_cast<int>(i) / kCellColumns / 6;
+    const auto column = static_cast<int>(i) % kCellColumns / kPatch,
+               row = static_cast<int>(i) / kCellColumns / kPatch;
     return (column + 3 * row) % kFolds;
   };
   for (int fold = 0; fold < kFolds; ++fold) {
@@ -217,8 +219,8 @@ std::string ExposureProblem(const std::vector<cv::Mat>& lights, const FlatFieldO
         static_cast<double>(cv::countNonZero(values > options.clipped)) / static_cast<double>(values.total());
     if (clipped > options.most_clipped)
       return fmt::format(
-          "frame {}: {:.1f} % of the values are clipped; expose less, so that the card is at half of "
-          "full scale",
+          "frame {}: {:.1f} % of the values are clipped; expose less, so that the card is at half of full "
+          "scale",
           f + 1, 100 * clipped);
     const cv::Scalar mean = cv::mean(lights[f]);
     for (int c = 0; c < 3; ++c)
@@ -354,9 +356,8 @@ FlatFieldResult EstimateFlatField(const std::vector<Image>& cards, double black_
         "{:.0f} % of the card is darker in spots: shadows, dirt or print on the card", 100 * left_out);
   else if (result.residual > options.most_residual)
     result.refusal = fmt::format(
-        "the card is uneven: {:.1f} % remain that no smooth darkening explains; take a plain matt card, out "
-        "of focus "
-        "and evenly lit",
+        "the card is uneven: no smooth darkening explains {:.1f} % of the light; take a plain matt card, out "
+        "of focus and evenly lit",
         100 * result.residual);
   else if (result.gradient > options.most_gradient)
     result.refusal =
@@ -390,7 +391,7 @@ FlatField FlatFieldFromJson(const nlohmann::json& json, const std::string& where
     if (term.x < 0 || term.y < 0 || term.x + term.y > 12)
       throw Error("{}: x^{} y^{} is not among the powers used here", place.where, term.x, term.y);
     const std::vector<double> bgr = power.Numbers("bgr", 3);
-    std::copy(bgr.begin(), bgr.end(), term.bgr.begin());
+    std::ranges::copy(bgr, term.bgr.begin());
     flat_field.powers.push_back(term);
   }
   const std::vector<double> offset = place.Numbers("offset", 2), scale = place.Numbers("scale", 2);

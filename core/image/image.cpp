@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -111,6 +110,15 @@ float LinearFromSrgb(float srgb) {
   return std::pow((srgb + 0.055f) / 1.055f, 2.4f);
 }
 
+const std::array<float, 256>& LinearFromSrgb8() {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> values{};
+    for (std::size_t i = 0; i < 256; ++i) values[i] = LinearFromSrgb(static_cast<float>(i) / 255.0f);
+    return values;
+  }();
+  return table;
+}
+
 Image Demosaiced(const Image& image) {
   if (image.mosaic == Mosaic::kNone) return image;
   cv::Mat mosaic = image.pixels;
@@ -153,11 +161,7 @@ cv::Mat LinearFloat(const Image& image) {
   }
   cv::Mat result(pixels.size(), CV_32FC3);
   if (image.transfer == Transfer::kSrgb && pixels.depth() == CV_8U) {
-    static const std::array<float, 256> table = [] {
-      std::array<float, 256> values{};
-      for (std::size_t i = 0; i < 256; ++i) values[i] = LinearFromSrgb(static_cast<float>(i) / 255.0f);
-      return values;
-    }();
+    const std::array<float, 256>& table = LinearFromSrgb8();
     for (int y = 0; y < pixels.rows; ++y) {
       const std::uint8_t* in = pixels.ptr<std::uint8_t>(y);
       float* out = result.ptr<float>(y);
@@ -226,8 +230,7 @@ void RequireWholeFile(const std::string& path) {
                 path);
   if (!ImageFileIsWhole(path))
     throw Error(
-        "{}: the image is truncated; copy it again from where it came (of a light field: ulf repair DIR)",
-        path);
+        "{}: the image is truncated; copy it again from its source (of a light field: ulf repair DIR)", path);
 }
 
 cv::Mat Decoded(const std::string& path) {
@@ -238,8 +241,7 @@ cv::Mat Decoded(const std::string& path) {
   }
   if (pixels.empty())
     throw Error(
-        "{}: cannot be decoded as an image; copy it again from where it came (of a light field: ulf repair "
-        "DIR)",
+        "{}: cannot be decoded as an image; copy it again from its source (of a light field: ulf repair DIR)",
         path);
   return pixels;
 }

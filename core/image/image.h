@@ -1,6 +1,7 @@
 // Pixels with their meaning: transfer function and mosaic. Colour images are B, G, R in memory, as in OpenCV.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -50,6 +51,7 @@ cv::Mat Srgb8FromLinear(const cv::Mat& linear);
 
 float SrgbFromLinear(float linear);
 float LinearFromSrgb(float srgb);
+const std::array<float, 256>& LinearFromSrgb8();  // for every 8-bit value
 
 // Reads an image file without conversion (8 or 16 bits or float, colour or grey; alpha is dropped, Exif
 // orientation ignored). Throws Error naming the file when it is missing, truncated or not an image.

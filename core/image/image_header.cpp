@@ -24,8 +24,7 @@ std::int64_t BigEndian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
-// The chunk tRNS, which stands before the pixels; none where it is not there. Each chunk: length, name,
-// content, checksum.
+// The chunk tRNS, which comes before the pixels; none without it. Each chunk: length, name, content, checksum.
 std::optional<std::vector<std::uint8_t>> TransparentColors(std::ifstream& file) {
   constexpr std::int64_t kMost = 256;
   file.seekg(8);

@@ -13,9 +13,9 @@ extern "C" {
 namespace ulf {
 namespace {
 
-constexpr int kMostFilling = 16;  // bytes before a marker; up to nine are known of webcams
+constexpr int kMostFillBytes = 16;  // before a marker; webcams are known to send up to nine
 
-// The library knows its first member only.
+// libjpeg has a pointer to `manager` only, which must therefore be the first member.
 struct Report {
   jpeg_error_mgr manager{};
   std::jmp_buf on_error{};
@@ -26,15 +26,15 @@ Report& ReportOf(j_common_ptr decoder) { return *reinterpret_cast<Report*>(decod
 
 bool IsDamage(const jpeg_error_mgr& manager) {
   switch (manager.msg_code) {
-    case JWRN_HIT_MARKER:  // the data of a segment end before what it shows
+    case JWRN_HIT_MARKER:  // the data of a segment end too early
     case JWRN_HUFF_BAD_CODE:
     case JWRN_MUST_RESYNC:
     case JWRN_JPEG_EOF:
       return true;
     case JWRN_EXTRANEOUS_DATA:
-      return manager.msg_parm.i[0] > kMostFilling;
+      return manager.msg_parm.i[0] > kMostFillBytes;
     default:
-      return false;  // headers of which the library does not think much
+      return false;  // oddities of the headers, which cost no pixels
   }
 }
 
@@ -51,7 +51,7 @@ void OnError(j_common_ptr decoder) {
   std::longjmp(report.on_error, 1);
 }
 
-// The library leaves by a jump where it gives up: nothing here has a destructor.
+// libjpeg reports an error by a longjmp out of this function: nothing here may have a destructor.
 void Decode(jpeg_decompress_struct& decoder, Report& report, std::span<const std::uint8_t> bytes,
             const cv::Size& expected, DecodedJpeg& decoded) {
   if (setjmp(report.on_error)) return;

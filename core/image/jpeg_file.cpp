@@ -35,7 +35,7 @@ std::optional<double> Positive(std::optional<double> number) {
 
 cv::Mat DecodeJpeg(const std::string& bytes) {
   if (bytes.size() < 4 || bytes.compare(0, 2, "\xFF\xD8") != 0) return {};
-  constexpr std::size_t kTrailer = 65536;  // makers append their own behind the end marker
+  constexpr std::size_t kTrailer = 65536;  // bytes that some cameras append after the end marker
   const std::size_t end = bytes.rfind("\xFF\xD9");
   if (end == std::string::npos || end + kTrailer < bytes.size()) return {};
   try {

@@ -1,5 +1,6 @@
 #include "core/image/pixel_format.h"
 
+#include <fmt/format.h>
 #include <array>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
@@ -172,7 +173,7 @@ cv::Mat BgrFromJpeg(int width, int height, const std::uint8_t* bytes, std::size_
   return decoded.bgr;
 }
 
-// 8 bits that need no unpacking; the rest through `unpack.h`. Rows may be padded.
+// Copies values of 8 bits and unpacks others (unpack.h). Rows may be padded.
 void FillPixels(const PixelFormat& format, const std::uint8_t* bytes, std::size_t stride, cv::Mat& pixels) {
   const bool rows_follow =
       stride == 0 || (format.packing == kWholeBytes && stride == RowBytes(format, pixels.cols));
@@ -221,7 +222,7 @@ std::optional<PixelFormat> PixelFormatByCode(std::uint32_t code) {
 }
 
 std::optional<PixelFormat> PixelFormatByName(std::string_view name) {
-  // Names from before the naming convention that cameras still carry.
+  // Older names that some cameras still use.
   if (name == "RGB8Packed") name = "RGB8";
   if (name == "BGR8Packed") name = "BGR8";
   for (const PixelFormat& format : kFormats)
@@ -230,9 +231,9 @@ std::optional<PixelFormat> PixelFormatByName(std::string_view name) {
 }
 
 std::string SupportedPixelFormats() {
-  std::string list;
-  for (const PixelFormat& format : kFormats) list += (list.empty() ? "" : ", ") + std::string(format.name);
-  return list;
+  std::vector<std::string_view> names;
+  for (const PixelFormat& format : kFormats) names.push_back(format.name);
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 std::size_t ImageBytes(const PixelFormat& format, int width, int height) {
@@ -244,7 +245,7 @@ std::size_t ImageBytes(const PixelFormat& format, int width, int height) {
     case kNv12:
       return RowBytes(format, width) * rows * 3 / 2;
     case kJpeg:
-      return 4;  // its two markers; the picture says the rest
+      return 4;  // its two markers; the length depends on the picture
     default:
       return RowBytes(format, width) * rows;
   }

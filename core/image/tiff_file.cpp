@@ -126,7 +126,8 @@ FileContent TiffContent(const cv::Mat& pixels) {
   if (pixels.empty() || (depth != CV_8U && depth != CV_16U && depth != CV_32F) ||
       (pixels.channels() != 1 && pixels.channels() != 3))
     throw Error(
-        "a picture of {} channels of OpenCV's depth {} cannot be kept as TIFF; 8, 16 or float, 1 or 3",
+        "a picture of {} channels of OpenCV's depth {} cannot be kept as TIFF; convert it to 1 or 3 channels "
+        "of 8 bits, 16 bits or float",
         pixels.channels(), depth);
   const std::size_t row_bytes = static_cast<std::size_t>(pixels.cols) * pixels.elemSize(),
                     pixel_bytes = row_bytes * static_cast<std::size_t>(pixels.rows);

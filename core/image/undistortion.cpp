@@ -1,6 +1,5 @@
 #include "core/image/undistortion.h"
 
-#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -67,7 +66,7 @@ Vector2d LargestWindow(const CameraModel& camera) {
   return best;
 }
 
-bool AllPixelsHold(const Undistortion& undistortion) {
+bool CoversAllPixels(const Undistortion& undistortion) {
   const CameraModel& to = undistortion.to;
   const Vector2d half((0.5 * to.width - 0.5) / to.fx, (0.5 * to.height - 0.5) / to.fy);
   return HoldsWindow(undistortion.from, half);
@@ -78,8 +77,8 @@ bool IsCentredPinhole(const CameraModel& camera) {
          camera.cy == 0.5 * camera.height;
 }
 
-// Of the source's area, between the middles of the outermost pixels.
-double ShareOf(const CameraModel& from, const CameraModel& to) {
+// The share of the source's area that the result shows, between the centres of the outermost pixels.
+double KeptShare(const CameraModel& from, const CameraModel& to) {
   double area = 0;
   constexpr int kSteps = 200;
   Vector2d before = Vector2d::Zero(), first = Vector2d::Zero();
@@ -116,19 +115,18 @@ Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner)
   constexpr int kLeast = 16;
   if (half.x() <= 0 || result.to.width < kLeast || result.to.height < kLeast)
     throw Error(
-        "{}: what lies around its axis is not in its picture (principal point {:.1f} {:.1f} of {}x{}); "
-        "correct "
-        "the intrinsics, or export without --undistort",
+        "{}: its optical axis is outside its picture (principal point {:.1f} {:.1f} of {}x{}); correct the "
+        "intrinsics, or export without --undistort",
         owner, camera.cx, camera.cy, camera.width, camera.height);
   // Rounding may have put the last pixel outside.
-  while (!AllPixelsHold(result)) {
+  while (!CoversAllPixels(result)) {
     --result.to.width;
     --result.to.height;
     result.to.cx = 0.5 * result.to.width;
     result.to.cy = 0.5 * result.to.height;
   }
   result.is_limited = half.norm() > 0.999 * std::tan(kMostAngle);
-  result.kept_share = ShareOf(camera, result.to);
+  result.kept_share = KeptShare(camera, result.to);
   return result;
 }
 
@@ -147,7 +145,7 @@ UndistortionMap MapOf(const Undistortion& undistortion) {
 
 cv::Mat Undistorted(const UndistortionMap& map, const cv::Mat& pixels) {
   cv::Mat result;
-  // OpenCV's cubic moves even a straight ramp, by up to a sixteenth of a pixel.
+  // OpenCV's cubic interpolation moves edges by up to a sixteenth of a pixel.
   cv::remap(pixels, result, map.x, map.y, cv::INTER_LANCZOS4, cv::BORDER_REPLICATE);
   return result;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <fstream>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <set>
 #include <thread>
@@ -32,8 +33,7 @@ bool IsSamePose(const Rigid3& a, const Rigid3& b) {
   return (a.Matrix() - b.Matrix()).cwiseAbs().maxCoeff() <= kSamePose * scale;
 }
 
-// The journal ends where it can be read no further: a power cut may leave the file's length, and nothing in
-// it.
+// Counts the journal up to its last whole line: a power cut may leave a longer file without content.
 Lineage LineageOf(const std::optional<JournalStamp>& made_from, const fs::path& file,
                   const JournalContents& journal) {
   if (!made_from) return Lineage::kUnknown;
@@ -66,7 +66,7 @@ void Compare(const std::vector<View>& views, const JournalContents& journal, Der
   }
 }
 
-// Of the views that both have; coefficients of nothing are no lens.
+// Whether views of both have different cameras. A lens whose coefficients are all 0 is none.
 bool CamerasDiffer(const LightField& journal, const LightField& other) {
   const auto plain = [](CameraModel camera) {
     if (camera.distortion == Distortion::kRadialTangential && camera.coefficients == std::array<double, 5>{})
@@ -75,18 +75,29 @@ bool CamerasDiffer(const LightField& journal, const LightField& other) {
   };
   std::map<int, const View*> known;
   for (const View& view : journal.views) known[view.id] = &view;
-  return std::any_of(other.views.begin(), other.views.end(), [&](const View& view) {
+  return std::ranges::any_of(other.views, [&](const View& view) {
     const auto found = known.find(view.id);
     return found != known.end() && !(plain(journal.CameraOf(*found->second)) == plain(other.CameraOf(view)));
   });
 }
 
-Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
-                        std::optional<LightField>& said) {
+// What `check` finds in a file that exists; unreadable where it throws.
+Derived CheckFile(const fs::path& file, const std::function<void(Derived&)>& check) {
   Derived derived;
-  const fs::path file = dir / kTransformsFile;
   if (!fs::is_regular_file(file)) return derived;
   try {
+    check(derived);
+  } catch (const std::exception& error) {
+    derived.lineage = Lineage::kUnreadable;
+    derived.problem = error.what();
+  }
+  return derived;
+}
+
+Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
+                        std::optional<LightField>& content) {
+  const fs::path file = dir / kTransformsFile;
+  return CheckFile(file, [&](Derived& derived) {
     TransformsText text = ReadTransformsText(file);
     derived.lineage = LineageOf(text.made_from, dir / kJournalFile, journal);
     if (text.made_from) derived.made_from_bytes = text.made_from->bytes;
@@ -98,26 +109,20 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
         for (const int id : line.poses)
           if (const auto pose = derived.other_poses.find(id); pose != derived.other_poses.end())
             derived.lost_poses.insert(*pose);
-    said = std::move(text.light_field);
-  } catch (const std::exception& error) {
-    derived.lineage = Lineage::kUnreadable;
-    derived.problem = error.what();
-  }
-  return derived;
+    content = std::move(text.light_field);
+  });
 }
 
-// A truncated text file rarely ends at the end of a line.
-bool EndsWithItsLine(const fs::path& file) {
+// False for most truncated text files.
+bool EndsWithNewline(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   stream.seekg(-1, std::ios::end);
   return stream.get() == '\n';
 }
 
 Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
-  Derived derived;
   const fs::path file = dir / "sparse/0/images.txt";
-  if (!fs::is_regular_file(file)) return derived;
-  try {
+  return CheckFile(file, [&](Derived& derived) {
     const ColmapPoses poses = ReadColmapPoses(file);
     derived.lineage = LineageOf(poses.made_from, dir / kJournalFile, journal);
     if (poses.made_from) derived.made_from_bytes = poses.made_from->bytes;
@@ -131,16 +136,12 @@ Derived CheckModel(const fs::path& dir, const JournalContents& journal) {
       views.push_back(std::move(view));
     }
     Compare(views, journal, derived);
-    derived.is_cut = !EndsWithItsLine(file) || (derived.lineage == Lineage::kCurrent &&
+    derived.is_cut = !EndsWithNewline(file) || (derived.lineage == Lineage::kCurrent &&
                                                 views.size() < journal.light_field.views.size());
     // Without a stamp only a file with equal content is ulf's.
     if (!poses.made_from && !(derived.unknown.empty() && derived.other_poses.empty()))
       derived.lineage = Lineage::kForeign;
-  } catch (const std::exception& error) {
-    derived.lineage = Lineage::kUnreadable;
-    derived.problem = error.what();
-  }
-  return derived;
+  });
 }
 
 // The number before the first dot or hyphen: 000012.png, 000012.master.tif, 000012-2.png.
@@ -168,20 +169,19 @@ void CollectFiles(const fs::path& dir, const JournalContents& journal, FolderChe
         continue;
       check.unnamed.push_back(path);
     }
-  std::sort(check.unnamed.begin(), check.unnamed.end());
+  std::ranges::sort(check.unnamed);
   for (const auto& derived : {check.transforms, check.model})
     if (!derived.unknown.empty())
       check.highest_number = std::max(check.highest_number, derived.unknown.rbegin()->first);
   for (const View& view : journal.light_field.views) {
     const bool has_master = !view.master_path.empty() && fs::is_regular_file(dir / view.master_path);
     const bool has_image = fs::is_regular_file(dir / view.image_path);
-    if (!view.master_path.empty() && !has_master) check.missing_masters.push_back(view.id);
-    if (!has_image && !(has_master && PictureFollowsFromMaster(view)))
-      check.missing_images.push_back(view.id);
+    if (!view.master_path.empty() && !has_master) check.missing_masters.insert(view.id);
+    if (!has_image && !(has_master && PictureFollowsFromMaster(view))) check.missing_images.insert(view.id);
   }
 }
 
-void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCheck& check) {
+void AddMessage(const fs::path& dir, const char* name, const Derived& derived, FolderCheck& check) {
   const std::string file = (dir / name).string();
   const std::string repair =
       fmt::format("'ulf repair {}' shows what can be put back", ShellWord(dir.string()));
@@ -191,32 +191,30 @@ void Say(const fs::path& dir, const char* name, const Derived& derived, FolderCh
   } else if (derived.KnowsMoreThanJournal()) {
     if (!derived.unknown.empty())
       check.words.push_back(fmt::format("{} holds {} that the journal has lost ({}); {}", file,
-                                        Counted(derived.unknown.size(), "view"),
-                                        ViewNumbers(Ids(derived.unknown)), repair));
+                                        Counted(derived.unknown.size(), "view"), ViewNumbers(derived.unknown),
+                                        repair));
     else if (derived.lost_poses.empty() && derived.other_poses.empty())
-      check.words.push_back(fmt::format(
-          "the journal was longer when {} was made from it: its last lines are lost (subject, goal, "
-          "counts of frames; all poses are there); {}",
-          file, repair));
+      check.words.push_back(
+          fmt::format("the journal was longer when {} was made from it: its last lines are lost (subject, "
+                      "goal, counts of frames; all poses are there); {}",
+                      file, repair));
     else
       check.words.push_back(fmt::format(
-          "the journal was longer when {} was made from it: corrections of poses may be lost "
-          "({} differ); {}",
+          "the journal was longer when {} was made from it: corrections of poses may be lost ({} differ); {}",
           file,
           Counted(derived.lost_poses.empty() ? derived.other_poses.size() : derived.lost_poses.size(),
                   "pose"),
           repair));
   } else if (derived.is_cut) {
     check.words.push_back(
-        fmt::format("{} is cut short; it is derived from the journal, 'ulf repair {}' makes "
-                    "it again",
-                    file, ShellWord(dir.string())));
+        fmt::format("{} is cut short; it is derived from the journal, 'ulf repair {}' makes it again", file,
+                    ShellWord(dir.string())));
   } else if (derived.lineage == Lineage::kForeign) {
-    check.words.push_back(fmt::format("{} is by another program: the journal counts", file));
+    check.words.push_back(fmt::format("{} is by another program: the journal is used", file));
   } else if (derived.WasChanged()) {
     std::set<int> ids = Ids(derived.unknown);
     ids.merge(Ids(derived.other_poses));
-    check.words.push_back(fmt::format("{} says otherwise than the journal ({}): the journal counts", file,
+    check.words.push_back(fmt::format("{} differs from the journal ({}): the journal is used", file,
                                       ids.empty() ? "its cameras" : ViewNumbers(ids)));
   }
 }
@@ -240,25 +238,25 @@ void CheckPicture(const LightField& light_field, const View& view, PictureCheck&
   const CameraModel& camera = light_field.CameraOf(view);
   if (const auto header = ReadImageHeader(path.string());
       header && (header->width != camera.width || header->height != camera.height)) {
-    check.others.push_back(view.id);
+    check.others.insert(view.id);
     return;
   }
   if (!PictureFollowsFromMaster(view) || !fs::exists(light_field.root / view.master_path)) {
     if (!ImageFileIsWhole(path.string()) ||
         PixelsOrNone([&] { return ReadImageFile(path.string()); }).empty())
-      check.damaged.push_back(view.id);
+      check.damaged.insert(view.id);
     return;
   }
   const cv::Mat made = PixelsOrNone([&] { return PictureFromMaster(light_field.root, view).pixels; });
   const cv::Mat stored = PixelsOrNone(
       [&] { return Srgb8({.pixels = ReadImageFile(path.string()), .transfer = Transfer::kSrgb}); });
-  if (made.empty()) check.damaged_masters.push_back(view.id);
-  if (made.empty() && stored.empty()) check.damaged.push_back(view.id);
+  if (made.empty()) check.damaged_masters.insert(view.id);
+  if (made.empty() && stored.empty()) check.damaged.insert(view.id);
   if (made.empty()) return;
   const bool same =
       made.size() == stored.size() && cv::norm(made, stored, cv::NORM_L1) <=
                                           kSameLevels * static_cast<double>(made.total()) * made.channels();
-  if (!same) check.others.push_back(view.id);
+  if (!same) check.others.insert(view.id);
 }
 
 }  // namespace
@@ -303,11 +301,11 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
       return derived.lineage == Lineage::kMissing || derived.lineage == Lineage::kOlder;
     };
     check.not_closed = behind(check.transforms) || behind(check.model);
-    Say(dir, kTransformsFile, check.transforms, check);
+    AddMessage(dir, kTransformsFile, check.transforms, check);
     // Names only one of two files that contain the same views.
     if (!(check.transforms.KnowsMoreThanJournal() &&
           Ids(check.transforms.unknown) == Ids(check.model.unknown)))
-      Say(dir, "sparse/0/images.txt", check.model, check);
+      AddMessage(dir, "sparse/0/images.txt", check.model, check);
     if (fs::exists(dir / "sparse/0/images.bin"))
       check.words.push_back(
           fmt::format("{}: COLMAP reads the binary model that lies there, not the text model of this light "
@@ -324,7 +322,7 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
   if (!check.missing_masters.empty())
     check.words.push_back(
         fmt::format("{}: the masters of {} are missing: their photographs of 8 bits are used", dir.string(),
-                    ViewNumbers({check.missing_masters.begin(), check.missing_masters.end()})));
+                    ViewNumbers(check.missing_masters)));
   return check;
 }
 
@@ -333,26 +331,51 @@ PictureCheck CheckPictures(const LightField& light_field) {
     Mutex mutex;
     PictureCheck found ULF_GUARDED_BY(mutex);
   } shared;
-  constexpr std::array kLists = {&PictureCheck::others, &PictureCheck::damaged,
-                                 &PictureCheck::damaged_masters};
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i; (i = next++) < light_field.views.size();) {
       PictureCheck one;
       CheckPicture(light_field, light_field.views[i], one);
       const MutexLock lock(shared.mutex);
-      PictureCheck& found = shared.found;
-      for (const auto list : kLists)
-        (found.*list).insert((found.*list).end(), (one.*list).begin(), (one.*list).end());
+      shared.found.others.merge(one.others);
+      shared.found.damaged.merge(one.damaged);
+      shared.found.damaged_masters.merge(one.damaged_masters);
     }
   };
   std::vector<std::jthread> threads;
   for (unsigned n = 0; n < std::max(1u, std::thread::hardware_concurrency()); ++n) threads.emplace_back(work);
   threads.clear();
   const MutexLock lock(shared.mutex);
-  PictureCheck& found = shared.found;
-  for (const auto list : kLists) std::sort((found.*list).begin(), (found.*list).end());
-  return found;
+  return shared.found;
+}
+
+bool IsJournalMissing(const fs::path& dir) {
+  if (fs::exists(dir / kJournalFile)) return false;
+  const auto stamped = [&](const char* name, const auto& read) {
+    if (!fs::is_regular_file(dir / name)) return false;
+    try {
+      return read(dir / name).made_from.has_value();
+    } catch (const Error&) {
+      return false;
+    }
+  };
+  return stamped(kTransformsFile, ReadTransformsText) || stamped("sparse/0/images.txt", ReadColmapPoses);
+}
+
+Error MissingJournalError(const fs::path& dir) {
+  const std::string folder = dir.string(), word = ShellWord(folder);
+  if (!fs::is_directory(dir))
+    return Error("{}: there is no such folder; give the folder of a light field", folder);
+  if (IsJournalMissing(dir))
+    return Error("{}: the journal is missing; 'ulf repair {}' shows how to restore it", folder, word);
+  if (fs::is_regular_file(dir / kTransformsFile))
+    return Error(
+        "{}: a set by another program, which is never written to; 'ulf import {} -o NEW' makes a light field "
+        "of it",
+        folder, word);
+  return Error(
+      "{}: holds no light field (no journal.jsonl); check the path, or record one with 'ulf capture -o {}'",
+      folder, word);
 }
 
 }  // namespace ulf

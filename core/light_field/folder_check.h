@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/light_field/journal.h"
 
 namespace ulf {
@@ -48,8 +49,8 @@ struct FolderCheck {
   Derived transforms, model;
   std::optional<LightField> from_transforms;  // its content; none: unreadable
   std::vector<std::string> unnamed;  // numbered photographs and masters that the journal does not name
-  std::vector<int> missing_masters;  // views whose master is missing
-  std::vector<int> missing_images;   // views whose photograph and master are missing
+  std::set<int> missing_masters;     // views whose master is missing
+  std::set<int> missing_images;      // views whose photograph and master are missing
   int highest_number = 0;            // the highest view number in a file name of the folder
   bool not_closed = false;           // derived files are missing or older
   std::vector<std::string> words;    // messages; empty: no problem
@@ -61,12 +62,18 @@ struct FolderCheck {
 // Only reads. While a writer is active (`being_written`), it checks only what the writer does not change.
 FolderCheck CheckFolder(const std::filesystem::path& dir, const JournalContents& journal, bool being_written);
 
-// Problems with pictures, as lists of view ids.
+// Whether derived files with a journal's stamp exist but the journal does not; `ulf repair` restores it.
+bool IsJournalMissing(const std::filesystem::path& dir);
+// An Error for a writer about a folder without a journal: a light field that has lost it, a data set of
+// another program, or neither; with the remedy.
+Error MissingJournalError(const std::filesystem::path& dir);
+
+// Problems with pictures, as ids of views.
 struct PictureCheck {
-  std::vector<int> others;   // the photograph differs from its master, is unreadable although its master is
-                             // readable, or has another size than its camera
-  std::vector<int> damaged;  // the photograph is unreadable and cannot be made from a master
-  std::vector<int> damaged_masters;  // the master is unreadable
+  std::set<int> others;   // the photograph differs from its master, is unreadable although its master is
+                          // readable, or has another size than its camera
+  std::set<int> damaged;  // the photograph is unreadable and cannot be made from a master
+  std::set<int> damaged_masters;  // the master is unreadable
 };
 
 // Decodes and compares all photographs and masters, in several threads.

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <limits>
 
@@ -23,10 +22,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kNewJournal = "journal.jsonl.new";
 
-std::vector<View> ViewsOf(const LightField& light_field, const std::vector<int>& ids) {
+std::vector<View> ViewsOf(const LightField& light_field, const std::set<int>& ids) {
   std::vector<View> views;
   for (const View& view : light_field.views)
-    if (std::find(ids.begin(), ids.end(), view.id) != ids.end()) views.push_back(view);
+    if (ids.contains(view.id)) views.push_back(view);
   return views;
 }
 
@@ -62,11 +61,11 @@ void WriteLines(const fs::path& old_journal, const JournalContents& contents, co
   flush();
 }
 
-void WriteSettings(const LightField& said, const LightField& known, Journal& to) {
-  if (said.up_in_world && !known.up_in_world) to.SetUp(*said.up_in_world);
-  if (said.goal && said.goal != known.goal) to.SetGoal(*said.goal);
-  if (said.subject && said.subject != known.subject) to.SetSubject(*said.subject);
-  if (said.capture_s > 0) to.Close(said.capture_s, said.reasons);
+void WriteSettings(const LightField& lost, const LightField& known, Journal& to) {
+  if (lost.up_in_world && !known.up_in_world) to.SetUp(*lost.up_in_world);
+  if (lost.goal && lost.goal != known.goal) to.SetGoal(*lost.goal);
+  if (lost.subject && lost.subject != known.subject) to.SetSubject(*lost.subject);
+  if (lost.capture_s > 0) to.Close(lost.capture_s, lost.reasons);
 }
 
 void WriteNewJournal(const fs::path& dir, const RepairPlan& plan, Journal& to) {
@@ -89,7 +88,7 @@ void Exchange(const fs::path& dir) {
       kept = dir / "kept" / fmt::format("journal-{}.jsonl", number);
       if (link((dir / kJournalFile).c_str(), kept.c_str()) == 0) break;
       if (errno != EEXIST) {
-        // A file system without hard links.
+        // This file system has no hard links.
         WriteFileAtomically(kept, ReadWholeFile(dir / kJournalFile));
         break;
       }
@@ -135,7 +134,7 @@ RepairPlan Repair(const fs::path& dir) {
   MakeFolder(dir / "images");
   if (const std::size_t missing = MakeMissingPictures(light_field); missing > 0) {
     std::erase(plan.steps, kMakePicturesStep);
-    plan.not_done.push_back(fmt::format("make {} from their masters (the reasons stand above)",
+    plan.not_done.push_back(fmt::format("make {} from their masters (see the reasons above)",
                                         Counted(missing, "missing photograph")));
   }
   if (plan.new_derived) {

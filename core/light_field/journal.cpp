@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kVersion = 1;
-constexpr int kMostInDoubt = 10000;
+constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
 constexpr const char* kEventsWithoutViews[] = {"subject", "up", "goal", "gap", "remove", "close"};
 
@@ -46,13 +46,6 @@ Rigid3 PoseFromJson(const JsonPlace& place, const char* key) {
   return {rotation, {n[4], n[5], n[6]}};
 }
 
-json Vector3ToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-Eigen::Vector3d Vector3FromJson(const JsonPlace& place, const char* key) {
-  const std::vector<double> n = place.Numbers(key, 3);
-  return {n[0], n[1], n[2]};
-}
-
 void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   const int version = event.Integer("version");
   if (version > kVersion)
@@ -64,16 +57,7 @@ void ApplyHeader(const JsonPlace& event, LightField& light_field) {
           FlatFieldFromJson(camera["flat_field"], event.where);
     light_field.cameras.push_back(CameraFromJson({camera, event.where}));
   }
-  light_field.device_uri = event.Text("device_uri", "");
-  light_field.device_serial = event.Text("device_serial", "");
-  light_field.device_maker = event.Text("device_maker", "");
-  light_field.device_model = event.Text("device_model", "");
-  if (event.Has("sensor"))
-    light_field.window = WindowFromJson({event.Raw("sensor"), event.where + ", sensor"});
-  light_field.calibration_source = event.Text("calibration_source", "");
-  light_field.units = event.Text("units", "arbitrary");
-  if (event.Has("threshold_px")) light_field.threshold_px = event.Number("threshold_px");
-  light_field.coverage_width_px = event.Integer("coverage_width_px", 640);
+  ReadCaptureJson(event, light_field);
 }
 
 View* FindView(LightField& light_field, int id) {
@@ -105,7 +89,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   light_field.views.insert(after, std::move(view));
 }
 
-// The value, or nothing if it is damaged.
+// Reads the whole event before it changes anything: a damaged one changes nothing.
 void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   std::vector<std::pair<View*, Rigid3>> poses;
@@ -171,20 +155,19 @@ bool HasNoWholeLine(std::string_view bytes) {
   return true;
 }
 
-// What the damaged line may have recorded: its kind if that is readable, else both kinds.
+// What the damaged line may have recorded: views or poses, or both where its kind is unreadable.
 DamagedLine Damaged(int number, std::string reason, std::string_view line, const JournalContents& contents) {
   DamagedLine damaged{number, std::move(reason), {}, {}};
   const bool is_view = line.find("\"event\":\"view\"") != std::string_view::npos;
-  const bool is_other =
-      std::any_of(std::begin(kEventsWithoutViews), std::end(kEventsWithoutViews), [&](const char* kind) {
-        return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
-      });
+  const bool is_other = std::ranges::any_of(kEventsWithoutViews, [&](const char* kind) {
+    return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
+  });
   if (!is_view && !is_other)
     for (const View& view : contents.light_field.views) damaged.poses.insert(view.id);
   return damaged;
 }
 
-// Views are recorded in the order of their ids: those missing around a damaged line were in it.
+// Views are recorded in the order of their ids: ids missing around a damaged line were in it.
 void NameMissingViews(JournalContents& contents) {
   for (DamagedLine& damaged : contents.damaged) {
     int before = 0, after = contents.next_view_id;
@@ -194,7 +177,7 @@ void NameMissingViews(JournalContents& contents) {
       if (static_cast<int>(i) + 1 < damaged.number) before = std::max(before, id);
       if (static_cast<int>(i) + 1 > damaged.number) after = std::min(after, id);
     }
-    if (after - before > kMostInDoubt) continue;  // a number that was damaged, too
+    if (after - before > kMostInDoubt) continue;
     for (int id = before + 1; id < after; ++id)
       if (!contents.removed.contains(id)) damaged.views.insert(id);
     if (!damaged.views.empty()) damaged.poses.clear();
@@ -235,16 +218,16 @@ std::string DamagedLine::Words() const {
 
 namespace {
 
-// Applies the line; returns the reason if it is left out.
+// Applies the line or notes that it is damaged.
 void ApplyLine(std::string_view line, const std::optional<json>& object, JournalContents& contents) {
   const int number = static_cast<int>(contents.lines.size());
-  JournalLine& told = contents.lines.back();
+  JournalLine& read = contents.lines.back();
   const std::size_t views_before = contents.light_field.views.size();
   try {
     if (!object) throw Error("line {}: damaged", number);
     ApplyEvent({*object, fmt::format("line {}", number)}, contents);
-    told.whole = true;
-    if (contents.light_field.views.size() > views_before) told.view_id = (*object)["id"].get<int>();
+    read.whole = true;
+    if (contents.light_field.views.size() > views_before) read.view_id = (*object)["id"].get<int>();
   } catch (const Error& error) {
     contents.damaged.push_back(Damaged(number, error.what(), line, contents));
   }
@@ -268,14 +251,13 @@ void ReadHeader(const std::optional<json>& object, const std::string& where, Jou
 JournalContents Read(const fs::path& file, const LightField* header) {
   JournalContents contents;
   if (header) contents.light_field = *header;
-  contents.light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  contents.light_field.root = FolderOf(file);
   const std::string bytes = ReadWholeFile(file);
   std::size_t begin = 0;
   for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
     const std::string_view line = std::string_view(bytes).substr(begin, end - begin);
     const auto object = ParsedLine(line);
-    // Blocks of a file can reach the disk out of order: the last lines may be damaged although the file's end
-    // is there.
+    // Blocks of a file reach the disk in any order: lines before its end may be damaged, too.
     if (!object && HasNoWholeLine(std::string_view(bytes).substr(end + 1))) break;
     contents.lines.push_back({begin, end, false, 0});
     if (contents.lines.size() > 1) {
@@ -289,8 +271,7 @@ JournalContents Read(const fs::path& file, const LightField* header) {
   if (contents.whole_bytes == 0 && !header)
     throw Error(
         "{}: the journal has no header: the capture was killed before it began, or the file is damaged; 'ulf "
-        "repair {}' "
-        "shows what can be put back",
+        "repair {}' shows what can be put back",
         file.string(), ShellWord(contents.light_field.root.string()));
   NameMissingViews(contents);
   return contents;
@@ -328,7 +309,7 @@ void Journal::Append(const std::string& lines) {
   const std::string text = lines + "\n";
   const off_t before = lseek(descriptor_, 0, SEEK_END);
   // Removes a partial line: the next one would be appended to it.
-  const auto take_back = [&](const char* what) {
+  const auto undo = [&](const char* what) {
     const int reason = errno;
     if (ftruncate(descriptor_, before) == 0) fsync(descriptor_);
     ThrowDiskError(reason, fmt::format("{}: {} (everything before this is safe)", file_.string(), what));
@@ -337,10 +318,10 @@ void Journal::Append(const std::string& lines) {
   while (done < text.size()) {
     const ssize_t written = write(descriptor_, text.data() + done, text.size() - done);
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) take_back("writing failed");
+    if (written < 0) undo("writing failed");
     done += static_cast<std::size_t>(written);
   }
-  if (fsync(descriptor_) != 0) take_back("syncing to disk failed");
+  if (fsync(descriptor_) != 0) undo("syncing to disk failed");
 }
 
 void Journal::NoteRepair(std::uint64_t bytes) {

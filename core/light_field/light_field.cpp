@@ -1,7 +1,6 @@
 #include "core/light_field/light_field.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -32,11 +31,11 @@ void UpOfCameras::Add(const Eigen::Matrix3d& cam_from_world) {
 }
 
 Eigen::Vector3d UpOfCameras::Up() const {
-  // The length of the mean of the cameras' -y axes is 1 if all are upright; below this share it tells no
-  // direction (cameras held sideways or turned round). Then the axis common to their x axes is up, if the
-  // mean square of x along it exceeds kAlike. Guessed.
-  constexpr double kTellsNothing = 0.3, kAlike = 0.8;
-  if (up_.norm() > kTellsNothing * count_) return up_.normalized();
+  // The mean of the cameras' -y axes has length 1 if all are upright. If it is shorter than kLeastMean
+  // (cameras held sideways or turned round), the common axis of their x axes is up, provided that the mean
+  // square of x along it exceeds kAlike. Guessed.
+  constexpr double kLeastMean = 0.3, kAlike = 0.8;
+  if (up_.norm() > kLeastMean * count_) return up_.normalized();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(rights_);
   if (count_ > 0 && solver.eigenvalues()(2) > kAlike * count_) {
     const Eigen::Vector3d axis = solver.eigenvectors().col(2);
@@ -70,17 +69,17 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
   const Eigen::Vector3d center = normal.ldlt().solve(right_side);
 
   std::vector<double> distances, half_angles;
-  std::size_t see_it = 0;
+  std::size_t views_of_center = 0;
   for (const View& view : light_field.views) {
     const Eigen::Vector3d center_in_cam = view.cam_from_world * center;
     if (center_in_cam.z() <= 0) return std::nullopt;
     distances.push_back(center_in_cam.norm());
     const CameraModel& camera = light_field.CameraOf(view);
     const auto img = camera.ImgFromCam(center_in_cam);
-    see_it += img && camera.Contains(*img);
+    views_of_center += img && camera.Contains(*img);
     half_angles.push_back(std::atan(0.5 * width_share * camera.width / camera.fx));
   }
-  if (2 * see_it < light_field.views.size()) return std::nullopt;  // a walk, not round anything
+  if (2 * views_of_center < light_field.views.size()) return std::nullopt;  // a walk past many things
   return Subject{center, Median(distances) * std::sin(Median(half_angles))};
 }
 

@@ -20,7 +20,6 @@
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
-#include "core/light_field/missing_journal.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/points/point_tracks.h"
 #include "core/light_field/view_files.h"
@@ -39,14 +38,12 @@ bool IsBeingWritten(const fs::path& journal) {
   return locked;
 }
 
-// A photograph with a master is not missing.
 void RequireImages(const LightField& light_field, const FolderCheck& check) {
   if (check.missing_images.empty()) return;
-  const int id = check.missing_images.front();
-  const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
-                                 [id](const View& each) { return each.id == id; });
+  const int id = *check.missing_images.begin();
+  const auto view = std::ranges::find_if(light_field.views, [id](const View& each) { return each.id == id; });
   throw Error(
-      "{0}: the image '{1}' of view {2} is missing{3}; restore it, or take out what is gone: ulf repair {4}",
+      "{0}: the image '{1}' of view {2} is missing{3}; restore it, or take such views out: ulf repair {4}",
       light_field.root.string(), view->image_path, id,
       check.missing_images.size() > 1 ? fmt::format(" (and {} more)", check.missing_images.size() - 1) : "",
       ShellWord(light_field.root.string()));
@@ -66,6 +63,11 @@ void RemoveLeftovers(const fs::path& dir) {
   }
 }
 
+// A master's name in unposed/, beside the photograph's, which may have the same ending.
+fs::path UnposedMaster(const fs::path& master) {
+  return master.stem().string() + ".master" + master.extension().string();
+}
+
 // Files of views that a killed writer had removed from the journal but not yet moved.
 void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
   std::set<std::string> named;
@@ -73,14 +75,13 @@ void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
   for (const std::string& file : journal.removed_files) {
     if (file.empty() || named.contains(file) || !fs::is_regular_file(dir / file)) continue;
     MakeFolder(dir / "unposed");
-    const fs::path path = file;
-    const std::string master = file.starts_with("masters/") ? ".master" : "";
-    MoveWithoutReplacing(dir / file,
-                         dir / "unposed" / (path.stem().string() + master + path.extension().string()));
+    MoveWithoutReplacing(
+        dir / file,
+        dir / "unposed" / (file.starts_with("masters/") ? UnposedMaster(file) : fs::path(file).filename()));
   }
 }
 
-// Damaged lines at the journal's end are cut off and kept: they may be more than one partial line.
+// Cuts off damaged lines at the journal's end; keeps them where they are more than one partial line.
 void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journal) {
   const std::string bytes = ReadWholeFile(dir / kJournalFile);
   const std::string end = bytes.substr(std::min(contents.whole_bytes, bytes.size()));
@@ -98,10 +99,10 @@ void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journ
 // Logged once per process, because some commands read a light field several times.
 void WarnOnce(const std::vector<std::string>& words) {
   static Mutex mutex;
-  static std::set<std::string> said ULF_GUARDED_BY(mutex);
+  static std::set<std::string> logged ULF_GUARDED_BY(mutex);
   const MutexLock lock(mutex);
   for (const std::string& each : words)
-    if (said.insert(each).second) spdlog::warn("{}", each);
+    if (logged.insert(each).second) spdlog::warn("{}", each);
 }
 
 // Refuses a folder whose other files contain more than its journal, before anything is written.
@@ -116,18 +117,14 @@ void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
 void RequireMatchingPictures(const LightField& light_field) {
   const PictureCheck check = CheckPictures(light_field);
   if (!check.damaged.empty())
-    spdlog::warn("{}: the photographs of {} cannot be read; 'ulf repair {}' shows what can be done",
-                 light_field.root.string(), ViewNumbers({check.damaged.begin(), check.damaged.end()}),
-                 ShellWord(light_field.root.string()));
-  const std::vector<int>& others = check.others;
-  if (others.empty()) return;
+    spdlog::warn("{}: the photographs of {} cannot be read; 'ulf repair {}' shows the remedy",
+                 light_field.root.string(), ViewNumbers(check.damaged), ShellWord(light_field.root.string()));
+  if (check.others.empty()) return;
   throw Error(
-      "{0}: the photographs in images/ of {1} are not those of their masters, are damaged, or have not their "
-      "camera's size; "
-      "nothing "
-      "was written; 'ulf repair {2}' shows what can be done",
-      light_field.root.string(), ViewNumbers({others.begin(), others.end()}),
-      ShellWord(light_field.root.string()));
+      "{0}: the photographs in images/ of {1} differ from their masters, are damaged, or have another size "
+      "than "
+      "their camera; nothing was written; 'ulf repair {2}' shows the remedy",
+      light_field.root.string(), ViewNumbers(check.others), ShellWord(light_field.root.string()));
 }
 
 LightField ReadForeignSet(const fs::path& transforms) {
@@ -143,7 +140,7 @@ bool IsUnused(const fs::path& dir) {
   for (const char* folder : {"images", "masters", "unposed"})
     if (fs::is_directory(dir / folder, unknown) && !fs::is_empty(dir / folder, unknown)) return false;
   try {
-    // Not even a header: the disk was full, or the capture was killed, before it began.
+    // Without a header the capture ended before it began.
     if (ReadWholeFile(dir / kJournalFile).find('\n') == std::string::npos)
       return !fs::exists(dir / kTransformsFile) && !fs::exists(dir / "sparse");
     return ReadJournal(dir / kJournalFile).next_view_id == 1;
@@ -157,8 +154,7 @@ bool IsUnused(const fs::path& dir) {
 LightField ReadLightField(const fs::path& path) {
   std::error_code unknown;
   if (fs::is_regular_file(path, unknown) && path.filename() == kJournalFile)
-    throw Error("{}: give the folder that holds it: {}", path.string(),
-                path.parent_path().empty() ? "." : path.parent_path().string());
+    throw Error("{}: give the folder that holds it: {}", path.string(), FolderOf(path).string());
   if (fs::is_regular_file(path, unknown)) return ReadForeignSet(path);
   if (!fs::is_directory(path, unknown))
     throw Error("{}: there is no such folder; give the folder of a light field", path.string());
@@ -209,7 +205,7 @@ struct LightFieldWriter::State {
   LightField light_field;
   std::atomic<int> next_view_id = 1;
   int next_unposed = 1;
-  // Of views that the journal no longer names, by id: files that are still to be moved, and whereto.
+  // Of views that the journal no longer names, by id: files that are still to be moved, and their targets.
   std::map<int, std::map<std::string, fs::path>> to_unposed;
   bool keep_mosaics = false;
   std::set<int> moved_since_points;  // views
@@ -240,7 +236,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   MakeFolder(dir / "images");
   auto state = std::make_unique<State>(dir);
   if (unused) {
-    if (!IsUnused(dir)) throw taken;  // by who held the journal until now
+    if (!IsUnused(dir)) throw taken;  // another process recorded into it before the lock was ours
     state->journal.CutAt(0);
   }
   LightField& light_field = state->light_field;
@@ -280,17 +276,17 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   CutEnd(dir, contents, state->journal);
   RemoveLeftovers(dir);
   ReadPoints(contents.light_field);
-  const std::vector<std::string> of_points = contents.light_field.doubts;
-  WarnOnce(of_points);
+  const std::vector<std::string> point_doubts = contents.light_field.doubts;
+  WarnOnce(point_doubts);
   MoveRemoved(dir, contents);
   state->light_field = std::move(contents.light_field);
   state->light_field.doubts = check.words;
-  state->light_field.doubts.insert(state->light_field.doubts.end(), of_points.begin(), of_points.end());
+  state->light_field.doubts.insert(state->light_field.doubts.end(), point_doubts.begin(), point_doubts.end());
   // A number in any file name is never used again, even if the journal does not contain it.
   state->next_view_id = std::max(contents.next_view_id, check.highest_number + 1);
   MakeFolder(dir / "images");
   MakeMissingPictures(state->light_field);
-  KeepForeignFiles(dir, check, !of_points.empty());
+  KeepForeignFiles(dir, check, !point_doubts.empty());
   WriteDerivedFilesOrWarn(state->light_field);
   return LightFieldWriter(std::move(state));
 }
@@ -387,9 +383,8 @@ void LightFieldWriter::SetGoal(const CoverageGoal& goal) {
 void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
   const LightField& now = state_->light_field;
   if (points.empty() && !now.points.empty()) return;
-  if (!now.points.empty() && StatisticsOf(now.points).tracked == 0) {
+  if (!now.points.empty() && StatisticsOf(now.points).tracked == 0)
     for (const char* file : {"points.ply", "points.ulf"}) MoveToKept(now.root, file, file);
-  }
   state_->light_field.points = std::move(points);
   state_->moved_since_points.clear();
   MeasurePoints(state_->light_field);
@@ -400,18 +395,18 @@ void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& re
   state_->journal.NoteGap(from_s, to_s, reason);
 }
 
-// Only once, because moving its files afterwards may be repeated.
+// Does nothing the second time: the caller repeats only the moving of files.
 void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
   if (to_unposed.contains(view_id)) return;
-  const auto view = std::find_if(light_field.views.begin(), light_field.views.end(),
-                                 [view_id](const View& candidate) { return candidate.id == view_id; });
+  const auto view = std::ranges::find_if(
+      light_field.views, [view_id](const View& candidate) { return candidate.id == view_id; });
   if (view == light_field.views.end())
     throw Error("{}: there is no view {} to remove", light_field.root.string(), view_id);
   bool has_picture = true;
   try {
     if (PictureFollowsFromMaster(*view)) WritePictureFromMaster(light_field.root, *view);
   } catch (const DiskFullError&) {
-    throw;  // to be tried again when there is room
+    throw;  // the caller tries again when there is room
   } catch (const Error& error) {
     spdlog::warn("{}; only the master of view {} is kept in unposed/", error.what(), view_id);
     has_picture = false;
@@ -421,9 +416,7 @@ void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
   journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
   std::map<std::string, fs::path>& files = to_unposed[view_id];
   if (has_picture) files[view->image_path] = unposed / fs::path(view->image_path).filename();
-  // Beside the photograph, under a name of its own where both are PNG files.
-  if (const fs::path master = view->master_path; !master.empty())
-    files[view->master_path] = unposed / (master.stem().string() + ".master" + master.extension().string());
+  if (!view->master_path.empty()) files[view->master_path] = unposed / UnposedMaster(view->master_path);
   light_field.views.erase(view);
 }
 

@@ -19,18 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string NumbersOf(const std::map<int, View>& views) {
-  std::set<int> ids;
-  for (const auto& [id, view] : views) ids.insert(id);
-  return ViewNumbers(ids);
-}
-
-// The journal as far as it can be read. Where it has no header of its own, transforms.json gives one, else
-// the cameras of sparse/0.
+// The readable part of the journal. Where its header is lost, transforms.json gives one, else the cameras of
+// sparse/0.
 struct Found {
   JournalContents journal;
   std::optional<LightField> header;    // cameras and device
-  std::optional<LightField> settings;  // and the rest
+  std::optional<LightField> settings;  // the header with subject, goal and counts
   std::string problem;                 // why its own header cannot be used
   const char* header_from = kTransformsFile;
 };
@@ -92,7 +86,7 @@ Found FindJournal(const fs::path& dir) {
     found.problem = error.what();
   }
   if (!HeaderFromTransforms(dir, found) && !HeaderFromModel(dir, found))
-    throw Error("{}; nothing else here tells the cameras as a capture left them: {}", found.problem,
+    throw Error("{}; no other file of ulf holds the cameras: {}", found.problem,
                 fs::is_regular_file(dir / kTransformsFile)
                     ? fmt::format("take the set in with 'ulf import {} -o NEW'", ShellWord(dir.string()))
                     : fmt::format("restore {} or {} from a copy", kJournalFile, kTransformsFile));
@@ -103,7 +97,7 @@ Found FindJournal(const fs::path& dir) {
   return found;
 }
 
-// Finds the journal's camera for a camera of the other file: the one of most common views, else one with the
+// The journal's camera for each camera of the other file: the one of most common views, else one with the
 // same model.
 std::map<int, int> MatchCameras(const LightField& journal, const LightField& other) {
   std::map<int, int> ours_by_id;
@@ -114,13 +108,11 @@ std::map<int, int> MatchCameras(const LightField& journal, const LightField& oth
       ++votes[view.camera][found->second];
   std::map<int, int> matched;
   for (int camera = 0; camera < static_cast<int>(other.cameras.size()); ++camera) {
-    const auto same = std::find(journal.cameras.begin(), journal.cameras.end(),
-                                other.cameras[static_cast<std::size_t>(camera)]);
+    const auto same = std::ranges::find(journal.cameras, other.cameras[static_cast<std::size_t>(camera)]);
     if (const auto found = votes.find(camera); found != votes.end())
-      matched[camera] =
-          std::max_element(found->second.begin(), found->second.end(), [](const auto& a, const auto& b) {
-            return a.second < b.second;
-          })->first;
+      matched[camera] = std::ranges::max_element(found->second, [](const auto& a, const auto& b) {
+                          return a.second < b.second;
+                        })->first;
     else if (same != journal.cameras.end())
       matched[camera] = static_cast<int>(same - journal.cameras.begin());
     else if (journal.cameras.size() == 1 && other.cameras.size() == 1)
@@ -150,7 +142,7 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
   }
   if (!without_image.empty())
     plan.found.push_back(fmt::format("{}: the photographs of {} are missing: they cannot come back",
-                                     (dir / kTransformsFile).string(), NumbersOf(without_image)));
+                                     (dir / kTransformsFile).string(), ViewNumbers(without_image)));
   for (const auto& [id, view] : check.transforms.lost_poses) plan.poses[id] = view.cam_from_world;
   // If the journal contains later lines, its poses are newer.
   const bool is_newer =
@@ -164,8 +156,8 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
   if (check.transforms.lineage == Lineage::kJournalShort) plan.settings = other;
 }
 
-// The model names no masters: a file of the view's name in masters/ is its own where the photograph can be
-// made from it, in one of the ways in which a master's numbers are read.
+// The model names no masters: a file of the view's name in masters/ is the master if some transfer curve and
+// mosaic make the photograph from it.
 void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
   const fs::path master = fs::path("masters") / fs::path(view.image_path).stem().concat(".tif");
   if (!fs::is_regular_file(dir / master) || !fs::is_regular_file(dir / view.image_path)) return;
@@ -184,7 +176,7 @@ void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
             !check.others.empty() || !check.damaged_masters.empty())
           continue;
       } catch (const std::exception&) {
-        continue;  // no picture, or none that can be read this way
+        continue;  // this is not how to read it
       }
       view = tried;
       return;
@@ -213,8 +205,7 @@ void PlanRemovals(const fs::path& dir, const LightField& light_field, const Fold
   const std::size_t gone = check.missing_images.size(), views = light_field.views.size();
   if (gone == 0) return;
   const std::string missing =
-      fmt::format("{}: the photographs of {} are missing", dir.string(),
-                  ViewNumbers({check.missing_images.begin(), check.missing_images.end()}));
+      fmt::format("{}: the photographs of {} are missing", dir.string(), ViewNumbers(check.missing_images));
   if (gone > 1 && 2 * gone > views) {
     plan.found.push_back(missing + ": most of all; put images/ and masters/ back where they were");
     return;
@@ -223,45 +214,44 @@ void PlanRemovals(const fs::path& dir, const LightField& light_field, const Fold
   plan.taken_out = check.missing_images;
 }
 
-// Those that are not their masters' can be made anew, those of a wrong size alone cannot.
+// A photograph that differs from its master can be made again; one of the wrong size without a master cannot.
 void PlanPictures(const fs::path& dir, const LightField& light_field, RepairPlan& plan) {
   const PictureCheck check = CheckPictures(light_field);
   if (!check.damaged_masters.empty())
     plan.found.push_back(
         fmt::format("{}: the masters of {} cannot be read: their photographs of 8 bits are used",
-                    dir.string(), ViewNumbers({check.damaged_masters.begin(), check.damaged_masters.end()})));
+                    dir.string(), ViewNumbers(check.damaged_masters)));
   if (const std::size_t damaged = check.damaged.size(); damaged > 0) {
-    plan.found.push_back(fmt::format(
-        "{}: the photographs of {} cannot be read, and nothing else holds them; "
-        "copy them again from where they came{}",
-        dir.string(), ViewNumbers({check.damaged.begin(), check.damaged.end()}),
-        damaged > 1 && 2 * damaged > light_field.views.size() ? ": most of all"
-                                                              : ", else their views are taken out"));
-    if (!(damaged > 1 && 2 * damaged > light_field.views.size()))
-      plan.taken_out.insert(plan.taken_out.end(), check.damaged.begin(), check.damaged.end());
+    const bool are_most = damaged > 1 && 2 * damaged > light_field.views.size();
+    plan.found.push_back(
+        fmt::format("{}: the photographs of {} cannot be read and have no other copy here; copy them again "
+                    "from their source{}",
+                    dir.string(), ViewNumbers(check.damaged),
+                    are_most ? ": they are more than half of all" : ", or their views are taken out"));
+    if (!are_most) plan.taken_out.insert(check.damaged.begin(), check.damaged.end());
   }
   std::set<int> alone;
   for (const View& view : light_field.views) {
-    if (std::find(check.others.begin(), check.others.end(), view.id) == check.others.end()) continue;
+    if (!check.others.contains(view.id)) continue;
     if (PictureFollowsFromMaster(view) && fs::is_regular_file(dir / view.master_path))
-      plan.pictures_of_others.push_back(view.id);
+      plan.pictures_of_others.insert(view.id);
     else
       alone.insert(view.id);
   }
   if (!alone.empty())
-    plan.found.push_back(fmt::format("{}: the photographs of {} have not their camera's size; restore them",
-                                     dir.string(), ViewNumbers(alone)));
+    plan.found.push_back(
+        fmt::format("{}: the photographs of {} differ in size from their camera; restore them", dir.string(),
+                    ViewNumbers(alone)));
 }
 
-// Removes the hint at the command that is running.
+// Removes the hint to run `ulf repair`, which is running.
 std::string WithoutRepairHint(std::string words) {
   for (const char* pointer : {"; 'ulf repair", ", 'ulf repair"})
     if (const std::size_t at = words.find(pointer); at != std::string::npos) words.resize(at);
   return words;
 }
 
-// Derived files that were made from this journal and are not as they are made: damaged, or edited. And points
-// that cannot be read.
+// Finds derived files of this journal that were damaged or edited, and points that cannot be read.
 void CompareDerived(const fs::path& dir, const LightField& journal, const FolderCheck& check,
                     RepairPlan& plan) {
   LightField light_field = journal;
@@ -274,23 +264,23 @@ void CompareDerived(const fs::path& dir, const LightField& journal, const Folder
   if (check.transforms.lineage != Lineage::kCurrent || check.model.lineage != Lineage::kCurrent) return;
   const auto stamp = StampOf(dir / kJournalFile);
   const ColmapFiles colmap = ToColmapText(ToColmap(light_field), stamp);
-  // Observations and points are kept with fewer digits than they were derived with, so that those files are
-  // compared by what a cut takes away.
-  const auto says_otherwise = [&](const char* name, bool same) {
+  // Observations and points lose digits in points.ulf: for their files only the number of lines is compared.
+  const auto compare = [&](const char* name, bool same) {
     if (same) return;
-    plan.found.push_back(fmt::format("{}: is not as it was made from the journal", (dir / name).string()));
+    plan.found.push_back(
+        fmt::format("{}: differs from what ulf made from the journal", (dir / name).string()));
     (name == std::string(kTransformsFile) ? plan.other_transforms : plan.other_model) = true;
     plan.new_derived = true;
   };
   const auto text = [&](const char* name) {
     return fs::is_regular_file(dir / name) ? ReadWholeFile(dir / name) : std::string();
   };
-  const auto lines = [](const std::string& of) { return std::count(of.begin(), of.end(), '\n'); };
+  const auto lines = [](const std::string& of) { return std::ranges::count(of, '\n'); };
   const std::string images = text("sparse/0/images.txt"), points = text("sparse/0/points3D.txt");
-  says_otherwise("sparse/0/cameras.txt", text("sparse/0/cameras.txt") == colmap.cameras);
-  says_otherwise("sparse/0/images.txt", images.ends_with('\n') && lines(images) == lines(colmap.images));
-  says_otherwise("sparse/0/points3D.txt", points.ends_with('\n'));
-  says_otherwise(kTransformsFile, text(kTransformsFile) == TransformsJsonText(light_field, stamp));
+  compare("sparse/0/cameras.txt", text("sparse/0/cameras.txt") == colmap.cameras);
+  compare("sparse/0/images.txt", images.ends_with('\n') && lines(images) == lines(colmap.images));
+  compare("sparse/0/points3D.txt", points.ends_with('\n'));
+  compare(kTransformsFile, text(kTransformsFile) == TransformsJsonText(light_field, stamp));
 }
 
 RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
@@ -300,12 +290,11 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   if (found.header)
     plan.found.push_back(fmt::format(
         "{}; {}", WithoutRepairHint(found.problem),
-        found.settings
-            ? "a flat field that the header had cannot be put back"
-            : "sparse/0 tells poses and cameras alone: what else the header held cannot be put back (device, "
-              "threshold, where the calibration is from, flat field); without the journal's other lines, nor "
-              "can subject, up, goal and times (ulf render and ulf info take --subject, a resumed capture "
-              "takes --quality)"));
+        found.settings ? "a flat field that the header had cannot be put back"
+                       : "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back "
+                         "(device, threshold, where the calibration is from, flat field); without the "
+                         "journal's other lines, nor can subject, up, goal and times (ulf render and ulf "
+                         "info take --subject, a resumed capture takes --quality)"));
   plan.header_from = found.header_from;
   for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
   plan.header = found.header;
@@ -329,30 +318,29 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   return plan;
 }
 
-void SayPictures(const fs::path& dir, RepairPlan& plan) {
+void PlanPictureSteps(const fs::path& dir, RepairPlan& plan) {
   if (plan.pictures_of_others.empty()) return;
-  const std::string views = ViewNumbers({plan.pictures_of_others.begin(), plan.pictures_of_others.end()});
-  plan.found.push_back(fmt::format("{}: the photographs in images/ of {} are not those of their masters",
-                                   dir.string(), views));
+  const std::string views = ViewNumbers(plan.pictures_of_others);
+  plan.found.push_back(
+      fmt::format("{}: the photographs in images/ of {} differ from their masters", dir.string(), views));
   plan.steps.push_back(
       fmt::format("move the photographs of {} to unposed/ and make them again from their masters", views));
 }
 
-void SaySteps(const fs::path& dir, RepairPlan& plan) {
+void PlanSteps(const fs::path& dir, RepairPlan& plan) {
   if (plan.header) plan.steps.push_back(fmt::format("give the journal a header from {}", plan.header_from));
   if (!plan.recovered.empty())
     plan.steps.push_back(fmt::format("put {} back into the journal ({})",
-                                     Counted(plan.recovered.size(), "view"), NumbersOf(plan.recovered)));
+                                     Counted(plan.recovered.size(), "view"), ViewNumbers(plan.recovered)));
   if (!plan.poses.empty())
-    plan.steps.push_back(fmt::format("take over {} that the journal has lost the correction of",
+    plan.steps.push_back(fmt::format("take over {} whose correction the journal has lost",
                                      Counted(plan.poses.size(), "pose")));
   if (!plan.cameras.empty()) plan.steps.push_back("take over the corrected intrinsics");
   if (plan.settings && !plan.header)
-    plan.steps.push_back(fmt::format(
-        "put back what {} still tells of subject, up, goal and the session's counts", kTransformsFile));
+    plan.steps.push_back(fmt::format("put back the subject, up, goal and counts of the session that {} holds",
+                                     kTransformsFile));
   if (!plan.taken_out.empty())
-    plan.steps.push_back(fmt::format("take {} out of the light field",
-                                     ViewNumbers({plan.taken_out.begin(), plan.taken_out.end()})));
+    plan.steps.push_back(fmt::format("take {} out of the light field", ViewNumbers(plan.taken_out)));
   if (plan.new_journal)
     plan.steps.push_back(!fs::exists(dir / kJournalFile)
                              ? "write a journal"
@@ -360,12 +348,12 @@ void SaySteps(const fs::path& dir, RepairPlan& plan) {
                                            plan.damaged_lines == 0
                                                ? ""
                                                : " without " + Counted(plan.damaged_lines, "damaged line")));
-  SayPictures(dir, plan);
+  PlanPictureSteps(dir, plan);
   if (plan.missing_pictures) plan.steps.push_back(kMakePicturesStep);
   if (plan.new_derived)
     plan.steps.push_back(
-        "write transforms.json, sparse/0 and the points' files again; what in them does not follow from the "
-        "journal goes to kept/");
+        "write transforms.json, sparse/0 and the points' files again; files that differ from the journal go "
+        "to kept/");
 }
 
 }  // namespace
@@ -374,7 +362,7 @@ RepairPlan PlanRepair(const fs::path& dir) {
   if (!fs::is_directory(dir))
     throw Error("{}: there is no such folder; give the folder of a light field", dir.string());
   RepairPlan plan = PlanFrom(dir, FindJournal(dir));
-  SaySteps(dir, plan);
+  PlanSteps(dir, plan);
   return plan;
 }
 

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 constexpr const char* kTiff = ".tif";
 constexpr const char* kPng = ".png";
 
-// Content that keeps what it is made of.
+// Content that owns its bytes.
 FileContent Owning(std::shared_ptr<const std::string> bytes) {
   FileContent content = ContentOf(*bytes);
   content.copy = [bytes, copy = std::move(content.copy)](std::uint64_t offset, std::span<char> out) {
@@ -32,8 +32,8 @@ bool IsPlain8BitSrgb(const Image& image) {
   return image.transfer == Transfer::kSrgb && image.mosaic == Mosaic::kNone && image.pixels.depth() == CV_8U;
 }
 
-// The file of the camera's that is the photograph for every tool, if one is.
-std::optional<EncodedImage> CamerasOwn(const Frame& frame) {
+// The camera's own file, where it can serve as the photograph.
+std::optional<EncodedImage> CameraFile(const Frame& frame) {
   if (frame.encoded && frame.encoded->extension == ".jpg" && IsPlain8BitSrgb(frame.image))
     return frame.encoded;
   if (!frame.image.empty()) return std::nullopt;
@@ -45,7 +45,7 @@ std::optional<EncodedImage> CamerasOwn(const Frame& frame) {
 
 ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures) {
   ViewFiles files;
-  const std::optional<EncodedImage> own = CamerasOwn(frame);
+  const std::optional<EncodedImage> own = CameraFile(frame);
   if (frame.raw) {
     files.master = FileOf(*frame.raw);
   } else if (!IsPlain8BitSrgb(frame.image)) {

@@ -1,7 +1,6 @@
 // A view's pixels, from whichever of its files holds them (declared in light_field_io.h).
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"
@@ -24,7 +23,7 @@ Transfer TransferOf(const fs::path& image) {
   return image.extension() == ".exr" ? Transfer::kLinear : Transfer::kSrgb;
 }
 
-// Not a camera's raw file, which only a raw converter reads.
+// False for a camera's raw file, which only a raw converter reads.
 bool HasReadableMaster(const LightField& light_field, const View& view) {
   const fs::path master = view.master_path;
   const std::string ending = master.extension().string();
@@ -61,8 +60,8 @@ Image ReadViewMaster(const LightField& light_field, const View& view) {
   Image image{ReadImageFile(path.string()), view.master_transfer.value_or(TransferOf(path)),
               view.master_mosaic};
   if (image.mosaic != Mosaic::kNone && image.pixels.channels() != 1)
-    throw Error("{}: is to be a {} mosaic but has {} channels; restore it, or read the view's image",
-                path.string(), Name(image.mosaic), image.pixels.channels());
+    throw Error("{}: the journal calls it a {} mosaic, but it has {} channels; restore it", path.string(),
+                Name(image.mosaic), image.pixels.channels());
   RequireSizeOf(light_field.CameraOf(view), image, path);
   return image;
 }
@@ -74,7 +73,7 @@ bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
   return TransferOf(path) == Transfer::kLinear || (header && header->bits > 8);
 }
 
-// A damaged master costs what it holds beyond the photograph, as a missing one does.
+// The photograph stands in for a damaged master, as for a missing one.
 static Image ReadMasterOrImage(const LightField& light_field, const View& view) {
   if (!HasReadableMaster(light_field, view)) return ReadRecordedImage(light_field, view);
   try {

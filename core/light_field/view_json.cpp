@@ -1,5 +1,7 @@
 #include "core/light_field/view_json.h"
 
+#include "core/geometry/camera_json.h"
+
 namespace ulf {
 
 nlohmann::json ViewToJson(const View& view) {
@@ -49,6 +51,19 @@ void ReadViewJson(const JsonPlace& place, View& view) {
   if (place.Has("bound_px")) view.bound_px = place.Number("bound_px");
 }
 
+void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {
+  light_field.device_uri = place.Text("device_uri", "");
+  light_field.device_serial = place.Text("device_serial", "");
+  light_field.device_maker = place.Text("device_maker", "");
+  light_field.device_model = place.Text("device_model", "");
+  if (place.Has("sensor"))
+    light_field.window = WindowFromJson({place.Raw("sensor"), place.where + ", sensor"});
+  light_field.calibration_source = place.Text("calibration_source", "");
+  light_field.units = place.Text("units", "arbitrary");
+  if (place.Has("threshold_px")) light_field.threshold_px = place.Number("threshold_px");
+  light_field.coverage_width_px = place.Integer("coverage_width_px", 640);
+}
+
 std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place) {
   if (!place.object.is_object()) throw Error("{}: must be an object of counts", place.where);
   std::map<std::string, std::uint64_t> reasons;
@@ -68,8 +83,9 @@ CoverageGoal CoverageGoalFromJson(const JsonPlace& place) {
   const std::vector<double> cap = place.Numbers("cap_deg", 2);
   const double share = place.Number("share");
   if (!(cap[0] > 0 && cap[0] <= 360 && cap[1] > 0 && cap[1] <= 180 && share > 0 && share <= 1))
-    throw Error("{}: a cap of {} x {} degrees, a share of {}: there is none; up to 360 x 180, and 1",
-                place.where, cap[0], cap[1], share);
+    throw Error(
+        "{}: a goal of {} x {} degrees and a share of {} is not possible; the most is 360 x 180, and 1",
+        place.where, cap[0], cap[1], share);
   return {{cap[0], cap[1]}, share};
 }
 

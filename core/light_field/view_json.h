@@ -17,6 +17,10 @@ inline constexpr int kMostViewId = 999'999'999;  // nine digits in a file's name
 // Sets the values that are present. `view.master_path` and `view.mask_path` are unchecked.
 void ReadViewJson(const JsonPlace& place, View& view);
 
+// device_uri, device_serial, device_maker, device_model, sensor, calibration_source, units, threshold_px,
+// coverage_width_px, with the same keys in the journal's header and under "ulf" in transforms.json.
+void ReadCaptureJson(const JsonPlace& place, LightField& light_field);
+
 // {"covered": 781, "recorded": 217}: why frames were recorded or not.
 std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place);
 

@@ -40,7 +40,7 @@ std::vector<double> LogarithmicTics(double low, double high) {
   return tics;
 }
 
-// A point's place; where its name may stand, the best first, by the name's middle.
+// A point, and the places for its name, the best first.
 struct NamedPlace {
   double x = 0, y = 0, half = 0;  // the point's own half size
   std::array<ChartBox, 8> Around(double width) const {
@@ -71,19 +71,18 @@ std::vector<NamedPlace> PlacesOf(const ChartPanel& panel, const ChartScale& cost
   return places;
 }
 
-// The default, the front, the rest.
-std::vector<std::size_t> InOrderOfWorth(const ChartPanel& panel, const std::vector<std::size_t>& front) {
+// The default first, then the front, then the rest.
+std::vector<std::size_t> NamingOrder(const ChartPanel& panel, const std::vector<std::size_t>& front) {
   const auto rank = [&](std::size_t i) {
-    return panel.points[i].is_default ? 0 : std::find(front.begin(), front.end(), i) != front.end() ? 1 : 2;
+    return panel.points[i].is_default ? 0 : std::ranges::find(front, i) != front.end() ? 1 : 2;
   };
   std::vector<std::size_t> order(panel.points.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
   return order;
 }
 
-// Bars and lines between points: what a name is better not put over. Slanted lines by short boxes.
+// Bars and lines between points, which names should not cover. Short boxes stand for slanted lines.
 std::vector<ChartBox> Strokes(const ChartPanel& panel, const ChartScale& cost, const ChartScale& error,
                               const ChartBox& inside, const std::vector<NamedPlace>& places) {
   constexpr double kPiece = 6;  // px
@@ -115,7 +114,7 @@ std::vector<ChartBox> Strokes(const ChartPanel& panel, const ChartScale& cost, c
   return strokes;
 }
 
-// The front's line goes along and then up or down.
+// The front is drawn in steps: along, then up or down.
 std::vector<ChartBox> FrontLine(const std::vector<NamedPlace>& places,
                                 const std::vector<std::size_t>& front) {
   std::vector<ChartBox> line;
@@ -132,7 +131,7 @@ bool Holds(const ChartBox& outer, const ChartBox& inner) {
          inner.bottom <= outer.bottom;
 }
 
-// From beyond the sides, where it is not too wide.
+// Moves the box inside sideways, if it is not too wide.
 void PushInside(const ChartBox& inside, ChartBox& box) {
   const double by = std::max(0.0, inside.left - box.left) - std::max(0.0, box.right - inside.right);
   box.left += by;
@@ -140,7 +139,7 @@ void PushInside(const ChartBox& inside, ChartBox& box) {
 }
 
 bool Free(const ChartBox& box, const std::vector<ChartBox>& taken) {
-  return std::none_of(taken.begin(), taken.end(), [&](const ChartBox& other) { return box.Overlaps(other); });
+  return std::ranges::none_of(taken, [&](const ChartBox& other) { return box.Overlaps(other); });
 }
 
 // The nearest free place in rings about the point.
@@ -199,7 +198,7 @@ std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& co
   const std::vector<ChartBox> strokes = Strokes(panel, cost, error, inside, places);
   line.insert(line.end(), strokes.begin(), strokes.end());
   std::vector<PlacedName> placed;
-  for (const std::size_t i : InOrderOfWorth(panel, front)) {
+  for (const std::size_t i : NamingOrder(panel, front)) {
     const std::string& name = panel.points[i].name;
     if (name.empty() || !std::isfinite(places[i].x) || !std::isfinite(places[i].y)) continue;
     auto around = places[i].Around(kNameCharacter * static_cast<double>(name.size()));
@@ -208,8 +207,8 @@ std::vector<PlacedName> PlaceNames(const ChartPanel& panel, const ChartScale& co
     std::ptrdiff_t fewest = 0;  // lines under it; of equal ones the first
     for (const ChartBox& candidate : around) {
       if (!Holds(inside, candidate) || !Free(candidate, taken)) continue;
-      const auto crossed = std::count_if(line.begin(), line.end(),
-                                         [&](const ChartBox& other) { return candidate.Overlaps(other); });
+      const auto crossed =
+          std::ranges::count_if(line, [&](const ChartBox& other) { return candidate.Overlaps(other); });
       if (!box || crossed < fewest) box = &candidate, fewest = crossed;
     }
     const bool beside = box != nullptr;

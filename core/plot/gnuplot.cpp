@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -110,13 +109,13 @@ void DrawChart(const std::string& path, int width, int height, const std::string
     WriteFileAtomically(path, finished.output);
     return;
   }
-  // The first line that says something; gnuplot repeats the offending command with a caret before it.
+  // The last line with a line number, else the first one: gnuplot repeats the command with a caret before it.
   std::istringstream lines(finished.errors);
-  std::string line, said;
+  std::string line, message;
   while (std::getline(lines, line))
-    if (line.find("line ") != std::string::npos || said.empty()) said = line;
+    if (line.find("line ") != std::string::npos || message.empty()) message = line;
   throw Error("{}: gnuplot could not draw it: {}", path,
-              said.empty() ? fmt::format("it ended with status {}", finished.exit_code) : said);
+              message.empty() ? fmt::format("it ended with status {}", finished.exit_code) : message);
 }
 
 }  // namespace ulf

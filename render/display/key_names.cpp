@@ -19,12 +19,12 @@ InputEvent KeyFromName(const std::string& name) {
   if (name.size() == 1) return Typed{static_cast<unsigned char>(name.front())};
   if (name == "comma") return Typed{U','};
   if (name == "Space") return Typed{U' '};
-  const bool shift = name.rfind(kShift, 0) == 0;
+  const bool shift = name.starts_with(kShift);
   const auto key = kKeys.find(shift ? name.substr(sizeof kShift - 1) : name);
   if (key == kKeys.end())
     throw UsageError(
-        "there is no key '{}'; there are single characters, comma, Space, and Left, Right, Up, Down, "
-        "PageUp, PageDown, Home, Enter, Escape, Backspace, Delete, F1, F11, also with Shift+",
+        "there is no key '{}'; there are single characters, comma, Space, and Left, Right, Up, Down, PageUp, "
+        "PageDown, Home, Enter, Escape, Backspace, Delete, F1, F11, also with Shift+",
         name);
   return KeyPressed{key->second, shift};
 }

@@ -23,10 +23,11 @@ ImVec2 High(const cv::Rect2d& area) { return Vec({area.x + area.width, area.y + 
 ImTextureID Id(unsigned texture) {
   return reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(texture));
 }
+ImDrawList& Canvas() { return *ImGui::GetBackgroundDrawList(); }
 ImFont* Font(TextSize size) { return ImGui::GetIO().Fonts->Fonts[static_cast<int>(size)]; }
 TextSize Nearest(double points) {
   const auto nearer = [points](double a, double b) { return std::abs(a - points) < std::abs(b - points); };
-  return static_cast<TextSize>(std::min_element(kPoints.begin(), kPoints.end(), nearer) - kPoints.begin());
+  return static_cast<TextSize>(std::ranges::min_element(kPoints, nearer) - kPoints.begin());
 }
 
 // Draws shapes of an overlay into a draw list.
@@ -50,7 +51,7 @@ class ShapeDrawer {
       twice_area += a.x() * b.y() - a.y() * b.x();
     }
     for (const Eigen::Vector2d& img : polygon.img) points_.push_back(On(img));
-    if (twice_area < 0) std::reverse(points_.begin(), points_.end());
+    if (twice_area < 0) std::ranges::reverse(points_);
     list_.AddConvexPolyFilled(points_.data(), static_cast<int>(points_.size()), Packed(polygon.color));
   }
   void operator()(const Patch& patch) {
@@ -142,18 +143,16 @@ void Painter::Begin(const cv::Size& screen, double pixels_per_point) {
 
 void Painter::Picture(unsigned texture, const cv::Rect2d& area, double opacity) {
   const auto alpha = static_cast<int>(std::lround(255 * opacity));
-  ImGui::GetBackgroundDrawList()->AddImage(Id(texture), Low(area), High(area), {0, 0}, {1, 1},
-                                           IM_COL32(255, 255, 255, alpha));
+  Canvas().AddImage(Id(texture), Low(area), High(area), {0, 0}, {1, 1}, IM_COL32(255, 255, 255, alpha));
 }
 
 void Painter::PictureRightOf(unsigned texture, const cv::Rect2d& area, double from) {
   const cv::Rect2d right(area.x + from * area.width, area.y, (1 - from) * area.width, area.height);
-  ImGui::GetBackgroundDrawList()->AddImage(Id(texture), Low(right), High(right),
-                                           {static_cast<float>(from), 0}, {1, 1});
+  Canvas().AddImage(Id(texture), Low(right), High(right), {static_cast<float>(from), 0}, {1, 1});
 }
 
 void Painter::Draw(const Overlay& overlay, const Placement& placement) {
-  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  ImDrawList& list = Canvas();
   list.PushClipRect(Low(placement.Area()), High(placement.Area()), true);
   // Text shrinks with a small window; lines do not, because thin lines fade.
   ShapeDrawer drawer(list, placement, std::max(1.0, pixels_per_point_));
@@ -162,33 +161,30 @@ void Painter::Draw(const Overlay& overlay, const Placement& placement) {
 }
 
 void Painter::Box(const cv::Rect2d& area, const Rgba& color, double corner_points) {
-  ImGui::GetBackgroundDrawList()->AddRectFilled(Low(area), High(area), Packed(color),
-                                                static_cast<float>(corner_points * pixels_per_point_));
+  Canvas().AddRectFilled(Low(area), High(area), Packed(color),
+                         static_cast<float>(corner_points * pixels_per_point_));
 }
 
 void Painter::Gradient(const cv::Rect2d& area, const Rgba& left, const Rgba& right) {
-  ImGui::GetBackgroundDrawList()->AddRectFilledMultiColor(Low(area), High(area), Packed(left), Packed(right),
-                                                          Packed(right), Packed(left));
+  Canvas().AddRectFilledMultiColor(Low(area), High(area), Packed(left), Packed(right), Packed(right),
+                                   Packed(left));
 }
 
 void Painter::Disc(const Eigen::Vector2d& middle, double radius_points, const Rgba& color) {
-  ImGui::GetBackgroundDrawList()->AddCircleFilled(
-      Vec(middle), static_cast<float>(radius_points * pixels_per_point_), Packed(color));
+  Canvas().AddCircleFilled(Vec(middle), static_cast<float>(radius_points * pixels_per_point_), Packed(color));
 }
 
 void Painter::Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double width_points,
                    const Rgba& color) {
-  ImGui::GetBackgroundDrawList()->AddLine(Vec(from), Vec(to), Packed(color),
-                                          static_cast<float>(width_points * pixels_per_point_));
+  Canvas().AddLine(Vec(from), Vec(to), Packed(color), static_cast<float>(width_points * pixels_per_point_));
 }
 
 void Painter::Text(const Eigen::Vector2d& upper_left, const std::string& text, TextSize size,
                    const Rgba& color, double wrap_px) {
   ImFont* font = Font(size);
-  // At whole pixels, so that letters are sharp.
-  ImGui::GetBackgroundDrawList()->AddText(font, font->FontSize,
-                                          Vec(Eigen::Vector2d(upper_left.array().round())), Packed(color),
-                                          text.c_str(), nullptr, static_cast<float>(wrap_px));
+  // Letters are sharp at whole pixels.
+  Canvas().AddText(font, font->FontSize, Vec(Eigen::Vector2d(upper_left.array().round())), Packed(color),
+                   text.c_str(), nullptr, static_cast<float>(wrap_px));
 }
 
 Eigen::Vector2d Painter::Extent(const std::string& text, TextSize size, double wrap_px) const {

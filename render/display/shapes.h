@@ -5,7 +5,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <variant>
@@ -15,10 +17,19 @@ namespace ulf::render {
 
 struct Rgba {
   std::uint8_t r = 0, g = 0, b = 0, a = 255;
-  Rgba WithOpacity(double opacity) const;  // `opacity` (0 to 1) times its own
+  // `opacity` (0 to 1) times its own.
+  Rgba WithOpacity(double opacity) const {
+    return {r, g, b, static_cast<std::uint8_t>(std::lround(a * std::clamp(opacity, 0.0, 1.0)))};
+  }
   bool operator==(const Rgba&) const = default;
 };
-Rgba Mix(const Rgba& from, const Rgba& to, double share);
+
+inline Rgba Mix(const Rgba& from, const Rgba& to, double share) {
+  const auto mix = [share = std::clamp(share, 0.0, 1.0)](std::uint8_t a, std::uint8_t b) {
+    return static_cast<std::uint8_t>(std::lround((1 - share) * a + share * b));
+  };
+  return {mix(from.r, to.r), mix(from.g, to.g), mix(from.b, to.b), mix(from.a, to.a)};
+}
 
 struct Polyline {
   std::vector<Eigen::Vector2d> img;

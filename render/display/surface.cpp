@@ -81,29 +81,29 @@ class Window : public Surface {
     glfwSetWindowTitle(window_, title.c_str());
     RequireServer();
     SurviveDestroyedWindow();
-    glfwSwapInterval(0);  // the callers have their own clocks
+    glfwSwapInterval(0);  // callers have their own clocks
     glfwSetWindowUserPointer(window_, this);
     glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int modifiers) {
       const auto known = KeyOf(key);
       if (action != GLFW_RELEASE && known)
-        Of(window).Came(KeyPressed{*known, (modifiers & GLFW_MOD_SHIFT) != 0});
+        Of(window).Push(KeyPressed{*known, (modifiers & GLFW_MOD_SHIFT) != 0});
     });
     glfwSetCharCallback(window_,
-                        [](GLFWwindow* window, unsigned character) { Of(window).Came(Typed{character}); });
+                        [](GLFWwindow* window, unsigned character) { Of(window).Push(Typed{character}); });
     glfwSetCursorPosCallback(window_, [](GLFWwindow* window, double x, double y) {
-      Of(window).Came(MouseMoved{Of(window).PixelsFromPoints().cwiseProduct(Eigen::Vector2d(x, y))});
+      Of(window).Push(MouseMoved{Of(window).PixelsFromPoints().cwiseProduct(Eigen::Vector2d(x, y))});
     });
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* window, int button, int action, int) {
-      Of(window).Came(MouseButton{button, action == GLFW_PRESS});
+      Of(window).Push(MouseButton{button, action == GLFW_PRESS});
     });
     glfwSetScrollCallback(window_, [](GLFWwindow* window, double, double steps) {
       const auto held = [&](int left, int right) {
         return glfwGetKey(window, left) == GLFW_PRESS || glfwGetKey(window, right) == GLFW_PRESS;
       };
-      Of(window).Came(WheelTurned{steps, held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT),
+      Of(window).Push(WheelTurned{steps, held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT),
                                   held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL)});
     });
-    glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { Of(window).Came(CloseAsked{}); });
+    glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) { Of(window).Push(CloseAsked{}); });
   }
   ~Window() override {
     if (gone_) return;
@@ -130,7 +130,7 @@ class Window : public Surface {
     else
       glfwPollEvents();
     RequireServer();
-    if (destroyed) Came(CloseAsked{});
+    if (destroyed) Push(CloseAsked{});
     return std::exchange(events_, {});
   }
   void Bind() override {
@@ -157,7 +157,7 @@ class Window : public Surface {
   }
 
  private:
-  // By default Xlib ends the process.
+  // Without this Xlib ends the process when the display server ends.
   void SurviveDisplayServer() {
     Display* display = glfwGetX11Display ? glfwGetX11Display() : nullptr;
     if (!display) return;
@@ -173,8 +173,8 @@ class Window : public Surface {
     XCloseDisplay(again);
     throw SurfaceKilled("the window was closed by force");
   }
-  // By default Xlib ends the process for any request that fails, such as one for a window that another
-  // program has destroyed. Called after the window is made, because GLFW then restores the default.
+  // Without this Xlib ends the process for any request that fails, such as one for a window that another
+  // program has destroyed. To be called after the window is made, because GLFW then restores the default.
   void SurviveDestroyedWindow() {
     if (!glfwGetX11Display || !glfwGetX11Display() || !glfwGetX11Window) return;
     destroyed = false;
@@ -186,7 +186,7 @@ class Window : public Surface {
     });
   }
   static Window& Of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
-  void Came(InputEvent event) { events_.push_back(event); }
+  void Push(InputEvent event) { events_.push_back(event); }
   // Window coordinates are pixels on some systems and points on others.
   Eigen::Vector2d PixelsFromPoints() const {
     int width = 1, height = 1;

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 double FocusDepth(const Aperture& aperture, const Rigid3& cam_from_world) {
   const Vector3d focus_in_cam = cam_from_world * aperture.focus_in_world;
   constexpr double kLeastShare = 1e-3;  // of the distance to the focus point
-  constexpr double kLeastDepth = 1e-9;  // where the camera stands at that point
+  constexpr double kLeastDepth = 1e-9;  // of a camera at that point
   return std::max({focus_in_cam.z(), kLeastShare * focus_in_cam.norm(), kLeastDepth});
 }
 
@@ -20,7 +20,7 @@ double ApertureRadius(double f_number, double focal_px, int width_px, double sen
   return FNumber(f_number, focal_px, width_px, sensor_width_mm);
 }
 
-// f = 2 N R, in which radius R and f-number N can be exchanged.
+// f = 2 N R: the same formula gives the radius R and the f-number N.
 double FNumber(double radius_m, double focal_px, int width_px, double sensor_width_mm) {
   const double focal_m = 1e-3 * sensor_width_mm * focal_px / width_px;
   return 0.5 * focal_m / radius_m;

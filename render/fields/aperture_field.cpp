@@ -14,8 +14,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A ring in the camera's own plane, which is seen edge-on, is moved off the plane by this share of its
-// outline.
+// A ring in the camera's own plane is seen edge-on: it is moved off the plane by this share of its outline.
 constexpr double kOffPlaneShare = 1e-6;
 
 // The number of edges from a vertex at which its weight has become zero: every level doubles the reach of
@@ -88,7 +87,7 @@ void ApertureField::MakeRings() {
     Ring& ring = rings_[r];
     const std::map<int, int> distances = Distances(neighbours, static_cast<int>(r), boundary);
     std::map<int, int> local;
-    const auto localise = [&](const auto& self, int vertex) -> int {
+    const auto local_index = [&](const auto& self, int vertex) -> int {
       const int rim = mesh.extends[At(vertex)];
       const int local_rim = rim >= 0 ? self(self, rim) : -1;
       const auto [found, is_new] = local.emplace(vertex, static_cast<int>(ring.vertices.size()));
@@ -102,7 +101,7 @@ void ApertureField::MakeRings() {
       return found->second;
     };
     for (Part& part : ring.parts)
-      for (int& corner : part.corners) corner = localise(localise, corner);
+      for (int& corner : part.corners) corner = local_index(local_index, corner);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <fmt/format.h>
 #include <array>
 
 #include "core/base/error.h"
@@ -32,12 +33,13 @@ std::string FieldName(FieldKind kind) {
 }
 
 FieldKind FieldFromName(const std::string& name, const std::string& option) {
-  std::string known = option == "--field" ? "auto" : "";
+  std::vector<std::string_view> known;
+  if (option == "--field") known.emplace_back("auto");
   for (const NamedField& entry : kNames) {
     if (name == entry.name) return entry.kind;
-    known += (known.empty() ? "" : ", ") + std::string(entry.name);
+    known.emplace_back(entry.name);
   }
-  throw UsageError("{} {}: no such blending field; there are {}", option, name, known);
+  throw UsageError("{} {}: no such blending field; there are {}", option, name, fmt::join(known, ", "));
 }
 
 std::string FieldText(const FieldOptions& field) {
@@ -70,11 +72,6 @@ void FieldSample::Add(int view, double weight) {
       return;
     }
   weights.push_back({view, weight});
-}
-
-std::vector<int> FieldFromHere::CandidatesInCone(const Eigen::Vector3d& /*axis*/,
-                                                 double /*half_angle*/) const {
-  return {};
 }
 
 std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,

@@ -84,7 +84,10 @@ class FieldFromHere {
   virtual ~FieldFromHere() = default;
   // The field's triangles that rays within `half_angle` (radians, less than a right angle) of `axis` can
   // meet; empty for fields that do not use candidates.
-  virtual std::vector<int> CandidatesInCone(const Eigen::Vector3d& axis_in_world, double half_angle) const;
+  virtual std::vector<int> CandidatesInCone(const Eigen::Vector3d& /*axis_in_world*/,
+                                            double /*half_angle*/) const {
+    return {};
+  }
   virtual void Weights(const RayQuery& query, FieldSample& sample) const = 0;
 };
 

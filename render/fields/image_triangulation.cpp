@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/base/at.h"
@@ -24,7 +25,7 @@ std::vector<Vector2d> Points(const RenderScene& scene, const CameraModel& camera
     const auto img = camera.ImgFromCam(cam_from_world * view.center_in_world);
     if (img && camera.Contains(*img)) viewpoints.push_back(*img);
   }
-  constexpr double kLeastGridPoints = 100;
+  constexpr double kLeastGridPoints = 100;  // where there are very many viewpoints; guessed
   const double grid_points =
       std::max(kLeastGridPoints, 0.5 * triangles_wanted - static_cast<double>(viewpoints.size()));
   const double step = std::sqrt(static_cast<double>(camera.width) * camera.height / grid_points);
@@ -61,14 +62,14 @@ class WeightsAtPoint {
     const auto to_view = (centers_.colwise() - p).eval();
     const Eigen::ArrayXf lengths = to_view.colwise().norm().transpose().array();
     const Eigen::ArrayXf cosines = (to_view.transpose() * (-p / distance)).array() / lengths;
-    // The chord in place of the angle.
+    // The chord approximates the angle.
     rough_ = (2 * (1 - cosines)).max(0.0f).sqrt() +
              static_cast<float>(resolution_) * (lengths / distance - 1).max(0.0f);
     order_.resize(scene_.views.size());
-    for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<int>(i);
+    std::iota(order_.begin(), order_.end(), 0);
 
     std::vector<ViewWeight> best;
-    const std::size_t wanted = 2 * k_ + 8;  // ranked at once: enough, usually, for k + 1 that see the point
+    const std::size_t wanted = 2 * k_ + 8;  // ranked at once: usually k + 1 of these see the point
     for (std::size_t looked_at = 0; looked_at < order_.size() && best.size() < k_ + 1;) {
       const std::size_t end = std::min(order_.size(), looked_at + wanted);
       std::partial_sort(order_.begin() + static_cast<std::ptrdiff_t>(looked_at),
@@ -159,9 +160,8 @@ WeightedImageTriangulation TriangulateLumigraph(const RenderScene& scene, const 
   result.triangles = PlanarDelaunay(result.img);
   const Rigid3 world_from_cam = cam_from_world.Inverse();
   WeightsAtPoint weights_at(scene, cam_from_world.OriginInSource(), options);
-  for (const Vector2d& img : result.img) {
+  for (const Vector2d& img : result.img)
     result.weights.push_back(weights_at.At(world_from_cam * (PinholeRay(camera, img) * depth_at(img))));
-  }
   return result;
 }
 

@@ -22,14 +22,17 @@ class WeightSum {
   std::map<int, double> sum_;
 };
 
-SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex) {
+// A vertex keeps its weights on the boundary. Inside each neighbour gets a share of them: `share_of_three`
+// where it has three, else `share_of_all` divided by their number.
+SparseWeights RingRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex,
+                       double share_of_three, double share_of_all) {
   WeightSum sum;
   const std::vector<int>& ring = topology.neighbours[At(vertex)];
   if (ring.empty() || topology.OnBoundary(vertex)) return mesh.weights[At(vertex)];
   const double valence = static_cast<double>(ring.size());
-  const double beta = ring.size() == 3 ? 3.0 / 16 : 3.0 / (8 * valence);
-  sum.Add(mesh.weights[At(vertex)], 1 - valence * beta);
-  for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], beta);
+  const double share = ring.size() == 3 ? share_of_three : share_of_all / valence;
+  sum.Add(mesh.weights[At(vertex)], 1 - valence * share);
+  for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], share);
   return sum.Take();
 }
 
@@ -59,7 +62,7 @@ SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_first) {
   fine.positions = coarse.positions;
   fine.outward = coarse.outward;
   for (int vertex = 0; vertex < vertex_count; ++vertex)
-    fine.weights.push_back(VertexRule(coarse, topology, vertex));
+    fine.weights.push_back(RingRule(coarse, topology, vertex, 3.0 / 16, 3.0 / 8));
   for (const MeshEdge& edge : topology.edges) {
     fine.positions.push_back(0.5 * (coarse.positions[At(edge.from)] + coarse.positions[At(edge.to)]));
     Eigen::Vector3d outward = Eigen::Vector3d::Zero();
@@ -82,21 +85,11 @@ SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_first) {
 }
 
 std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh) {
-  const TriangleTopology topology = MakeTopology(static_cast<int>(mesh.positions.size()), mesh.triangles);
+  const int vertex_count = static_cast<int>(mesh.positions.size());
+  const TriangleTopology topology = MakeTopology(vertex_count, mesh.triangles);
   std::vector<SparseWeights> limit;
-  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
-    const std::vector<int>& ring = topology.neighbours[vertex];
-    if (ring.empty() || topology.OnBoundary(static_cast<int>(vertex))) {
-      limit.push_back(mesh.weights[vertex]);
-      continue;
-    }
-    WeightSum sum;
-    const double valence = static_cast<double>(ring.size());
-    const double share = ring.size() == 3 ? 0.2 : 1 / (2 * valence);
-    sum.Add(mesh.weights[vertex], 1 - valence * share);
-    for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], share);
-    limit.push_back(sum.Take());
-  }
+  for (int vertex = 0; vertex < vertex_count; ++vertex)
+    limit.push_back(RingRule(mesh, topology, vertex, 1.0 / 5, 1.0 / 2));
   return limit;
 }
 

@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 
+#include "core/base/at.h"
 #include "core/geometry/angles.h"
 
 namespace ulf::render {
@@ -49,7 +49,7 @@ class NearestFromHere : public FieldFromHere {
   void Weights(const RayQuery& query, FieldSample& sample) const override {
     sample = {};
     for (const int view : order_) {
-      if (!scene_->views[static_cast<std::size_t>(view)].See(query.point_in_world)) continue;
+      if (!scene_->views[At(view)].See(query.point_in_world)) continue;
       sample.weights.push_back({view, 1.0});
       sample.confidence = 1;
       return;
@@ -93,13 +93,13 @@ double LumigraphPenalty(const Vector3d& point, const Vector3d& virtual_center, c
 }
 
 std::vector<int> ViewsByDistance(const RenderScene& scene, const Vector3d& virtual_center) {
-  // The comparison must not compute them: compilers may round two such expressions differently, and of two
-  // views with one centre each would come before the other.
+  // Computed before the comparison: a compiler may round the two sides differently, and then of two views
+  // with one centre each would come before the other.
   std::vector<std::pair<double, int>> distances;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     distances.emplace_back((scene.views[i].center_in_world - virtual_center).squaredNorm(),
                            static_cast<int>(i));
-  std::sort(distances.begin(), distances.end());
+  std::ranges::sort(distances);
   std::vector<int> order;
   for (const auto& [distance, view] : distances) order.push_back(view);
   return order;

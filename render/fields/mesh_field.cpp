@@ -110,7 +110,7 @@ Vector3d MeshField::OffTheMesh(const Vector3d& virtual_center) const {
     const double outside = -normal.dot(corners.col(0));
     const double slope = normal.dot(radial);
     if (std::abs(outside) >= margin || slope <= 0) return virtual_center;
-    // Exactly on a recorded viewpoint rounding decides the side; both sides give the same picture.
+    // On a recorded viewpoint rounding decides the side, but both sides give the same picture.
     return virtual_center + radial * ((outside < 0 ? -margin : margin) - outside) / slope;
   }
   return virtual_center;

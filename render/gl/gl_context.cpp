@@ -36,10 +36,10 @@ EGLContext ContextOn(EGLDisplay display) {
   if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) return EGL_NO_CONTEXT;
   if (!HasExtension(display, "EGL_KHR_surfaceless_context") || !eglBindAPI(EGL_OPENGL_API))
     return EGL_NO_CONTEXT;
-  const EGLint config_wish[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
+  const EGLint config_request[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
   EGLConfig config = nullptr;
   EGLint count = 0;
-  if (!eglChooseConfig(display, config_wish, &config, 1, &count)) return EGL_NO_CONTEXT;
+  if (!eglChooseConfig(display, config_request, &config, 1, &count)) return EGL_NO_CONTEXT;
   const EGLint level_request[] = {EGL_CONTEXT_MAJOR_VERSION,
                                   4,
                                   EGL_CONTEXT_MINOR_VERSION,
@@ -58,7 +58,7 @@ GlContext::Current::Current(const GlContext& context)
       previous_context_(eglGetCurrentContext()),
       previous_draw_(eglGetCurrentSurface(EGL_DRAW)),
       previous_read_(eglGetCurrentSurface(EGL_READ)) {
-  if (!display_) return;  // the caller's is current already
+  if (!display_) return;  // the caller's context is current already
   if (previous_context_ != context.context_ &&
       !eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_))
     throw Error("OpenGL: the context cannot be made current (EGL error {:#x})", eglGetError());
@@ -87,9 +87,8 @@ GlContext::GlContext(GlContextKind kind) {
     return;
   }
   throw Error(
-      "EGL gives no OpenGL 4.5 without a window (neither a GPU nor Mesa's software rasteriser answered); "
-      "install "
-      "libegl-mesa0 libgl1-mesa-dri");
+      "EGL offers no OpenGL 4.5 without a window (neither on a GPU nor on Mesa's software rasteriser); "
+      "install libegl-mesa0 libgl1-mesa-dri");
 }
 
 bool GlContext::IsSoftware() const {

@@ -53,6 +53,12 @@ void SetSampling(unsigned texture, unsigned filter) {
     glTextureParameteri(texture, which, GL_CLAMP_TO_EDGE);
 }
 
+void SetDepthTest(unsigned function, bool writes) {
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(writes ? GL_TRUE : GL_FALSE);
+  glDepthFunc(function);
+}
+
 void GlProgram::Build(const std::string& name, const std::string& vertex_source,
                       const std::string& fragment_source) {
   const unsigned vertex = CompileShader(GL_VERTEX_SHADER, name + " (vertices)", vertex_source);
@@ -67,7 +73,7 @@ void GlProgram::Build(const std::string& name, const std::string& vertex_source,
   glGetProgramiv(program_, GL_LINK_STATUS, &ok);
   if (!ok)
     throw Error("OpenGL: shader {} does not link on this driver; use ulf render --renderer reference", name);
-  // Drivers differ in what a binding on an array of samplers means: unit n is set for sampler n.
+  // Drivers interpret a binding on an array of samplers differently: set unit n for sampler n.
   for (int n = 0; n < 16; ++n) {
     const int location = glGetUniformLocation(program_, ("photographs[" + std::to_string(n) + "]").c_str());
     if (location >= 0) glProgramUniform1i(program_, location, n);
@@ -138,8 +144,8 @@ void GlTexelBuffer::Attach(std::size_t bytes, bool integers) {
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
   if (texels > static_cast<std::size_t>(most))
     throw Error(
-        "OpenGL: this driver cannot address {} texels, only {}, too few for so many views; use --renderer "
-        "reference",
+        "OpenGL: this driver cannot address {} texels, only {}, too few for the number of views; use "
+        "--renderer reference",
         texels, most);
   if (!texture_) glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture_);
   glTextureBuffer(texture_, integers ? GL_R32I : GL_RGBA32F, buffer_.name());

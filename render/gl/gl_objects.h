@@ -22,6 +22,9 @@ void CheckGl(const char* doing);
 // A texture that is sampled with `filter` (GL_NEAREST or GL_LINEAR), and whose edges are repeated.
 void SetSampling(unsigned texture, unsigned filter);
 
+// Enables the depth test with `function` (GL_EQUAL and so on); `writes`: pixels that pass write their depth.
+void SetDepthTest(unsigned function, bool writes);
+
 class GlProgram {
  public:
   void Build(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);

@@ -20,25 +20,24 @@ using Eigen::Vector3d;
 }  // namespace
 
 int GlRenderer::State::NearestOf(std::span<const int> of_views) const {
-  return *std::min_element(of_views.begin(), of_views.end(), [&](int a, int b) {
+  return *std::ranges::min_element(of_views, [&](int a, int b) {
     return (scene->views[At(a)].center_in_world - virtual_center).squaredNorm() <
            (scene->views[At(b)].center_in_world - virtual_center).squaredNorm();
   });
 }
 
 // Returns how many of the views, from the first on, can be drawn now; the caller asks again for the rest.
-std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
+std::size_t GlRenderer::State::MakeResident(std::span<const int> of_views) {
   if (options.show_field || of_views.empty()) return of_views.size();
   const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(of_views);
   if (options.complete) {
-    const std::size_t there = photographs.Require(level_requests);
-    if (there < level_requests.size() && !std::exchange(said_several_passes, true))
+    const std::size_t resident = photographs.Require(level_requests);
+    if (resident < level_requests.size() && !std::exchange(warned_of_passes, true))
       spdlog::info(
-          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: it "
-          "is drawn in "
-          "several passes, which takes longer",
+          "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory) at once: "
+          "drawing it in several passes takes longer",
           photographs.limit_bytes() / 1000000);
-    return there;
+    return resident;
   }
   std::vector<std::optional<int>> drawn_levels;  // in the passes before
   for (const GlPhotographs::LevelRequest& level_request : offered)
@@ -46,14 +45,14 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
   offered.insert(offered.end(), level_requests.begin(), level_requests.end());
   lacks = !photographs.Offer(offered);
   const bool nothing_serves =
-      std::none_of(offered.begin(), offered.end(), [&](const GlPhotographs::LevelRequest& level_request) {
+      std::ranges::none_of(offered, [&](const GlPhotographs::LevelRequest& level_request) {
         return photographs.PlaceOf(level_request.view).has_value();
       });
-  if (lacks && nothing_serves) {  // waits for one photograph, so that the picture shows something
+  if (lacks && nothing_serves) {  // wait for one photograph, so that the picture shows something
     try {
       photographs.Require(views.LevelRequests(std::array{NearestOf(of_views)}));
     } catch (const Error&) {
-      // Offer() warns of it.
+      // Offer() warns of an unreadable photograph.
     }
     lacks = !photographs.Offer(offered);
   }
@@ -65,11 +64,11 @@ std::size_t GlRenderer::State::MakeThere(std::span<const int> of_views) {
 }
 
 // Calls draw() for the fans whose photographs are resident at the same time, until all fans are drawn.
-void GlRenderer::State::OverFanBatches(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
+void GlRenderer::State::ForResidentFans(const std::vector<GpuFan>& of_fans, const DrawPass& draw) {
   const std::vector<int> of_views = ViewsOf(of_fans);
   ProvideShadowMaps(of_views);
   for (std::size_t done = 0; done < of_views.size();) {
-    const std::size_t end = done + MakeThere(std::span(of_views).subspan(done));
+    const std::size_t end = done + MakeResident(std::span(of_views).subspan(done));
     if (!options.show_field) views.SetPlaces(photographs);
     const int first = of_views[done], last = of_views[end - 1];
     const FanBatches of_pass = MakeFanBatches(
@@ -117,7 +116,7 @@ void GlRenderer::State::DrawFanBatches(const FanBatches& some, bool direct, cons
   }
 }
 
-void GlRenderer::State::BindToAdd() {
+void GlRenderer::State::BindForAdding() {
   drawn.Bind();
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
@@ -125,7 +124,7 @@ void GlRenderer::State::BindToAdd() {
 
 // Of overlapping triangles the last one counts. Where each triangle has all its views in one batch, drawing
 // the batches in their order finishes the picture, except for open pixels. Otherwise the batches are added up
-// at the pixels where the depth test says that their triangle counts.
+// at the pixels where their triangle is the last one, which the depth test decides.
 void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel& camera,
                                   const PlaneInCamera& plane, bool more_follow) {
   if (batch.triangles.empty()) return drawn.Clear(0);
@@ -136,29 +135,23 @@ void GlRenderer::State::DrawBatch(const TriangleBatch& batch, const CameraModel&
   const auto cover = [&] {
     if (std::exchange(is_covered, true)) return;
     drawn.Clear(0);
-    glEnable(GL_DEPTH_TEST);
-    glDepthMask(GL_TRUE);
-    glDepthFunc(GL_ALWAYS);
+    SetDepthTest(GL_ALWAYS, true);
     confidence.Bind();
     programs.cover().Use();
     glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * batch.triangles.size()));
-    glDepthMask(GL_FALSE);
     glDisable(GL_DEPTH_TEST);
   };
-  OverFanBatches(batch.fans, [&](const FanBatches& of_pass, bool are_all) {
+  ForResidentFans(batch.fans, [&](const FanBatches& of_pass, bool are_all) {
     is_resolved = are_all && of_pass.one_each && !more_follow;
     if (is_resolved) {
       ClearResolved();
       resolved.Bind();
-      glEnable(GL_DEPTH_TEST);
-      glDepthMask(GL_TRUE);
-      glDepthFunc(GL_ALWAYS);
+      SetDepthTest(GL_ALWAYS, true);
       DrawFanBatches(of_pass, true, camera, plane);
     } else {
       cover();
-      glEnable(GL_DEPTH_TEST);
-      glDepthFunc(GL_EQUAL);
-      BindToAdd();
+      SetDepthTest(GL_EQUAL, false);
+      BindForAdding();
       DrawFanBatches(of_pass, false, camera, plane);
       glDisable(GL_BLEND);
     }
@@ -179,8 +172,8 @@ void GlRenderer::State::AddRings(const TriangleBatch& rings, const CameraModel& 
       rings.fans, [](int) { return 0u; }, 1));
   SetCommon(programs.RingWeight(), camera, plane);
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * rings.fans.size()));
-  OverFanBatches(rings.fans, [&](const FanBatches& of_pass, bool /*are_all*/) {
-    BindToAdd();
+  ForResidentFans(rings.fans, [&](const FanBatches& of_pass, bool /*are_all*/) {
+    BindForAdding();
     DrawFanBatches(of_pass, false, camera, plane);
   });
   glDisable(GL_BLEND);

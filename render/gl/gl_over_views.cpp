@@ -29,12 +29,11 @@ std::vector<int> Among(const std::vector<int>& in_order, const std::vector<std::
   std::vector<bool> is_listed(view_count, false);
   for (const std::int32_t view : listed) is_listed[At(view)] = true;
   std::vector<int> among;
-  std::copy_if(in_order.begin(), in_order.end(), std::back_inserter(among),
-               [&](int view) { return is_listed[At(view)]; });
+  std::ranges::copy_if(in_order, std::back_inserter(among), [&](int view) { return is_listed[At(view)]; });
   return among;
 }
 
-// Of LumigraphPenalty() and LumigraphWeights().
+// The constants of LumigraphPenalty() and LumigraphWeights().
 void SetPenalties(const GlProgram& program, double resolution) {
   program.Set("resolution_penalty", static_cast<float>(resolution));
   program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
@@ -50,30 +49,30 @@ void DrawTiles(std::size_t count) {
 
 // Calls draw(first, end, arrays) for ranges of the views whose photographs are resident and bound at the same
 // time, until all views are drawn; once for no views.
-void GlRenderer::State::OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw) {
+void GlRenderer::State::ForResidentViews(const std::vector<int>& of_views, const DrawSome& draw) {
   std::vector<unsigned> arrays;
   std::size_t done = 0;
   do {
-    const std::size_t there = done + MakeThere(std::span(of_views).subspan(done));
+    const std::size_t resident = done + MakeResident(std::span(of_views).subspan(done));
     do {
       const std::size_t end =
-          done + views.SetPlaces(std::span(of_views).subspan(done, there - done), photographs, arrays);
+          done + views.SetPlaces(std::span(of_views).subspan(done, resident - done), photographs, arrays);
       for (std::size_t n = 0; n < arrays.size(); ++n) glBindTextureUnit(static_cast<GLuint>(n), arrays[n]);
       draw(done, end, std::max(1, static_cast<int>(arrays.size())));
       done = end;
-    } while (done < there);
+    } while (done < resident);
   } while (done < of_views.size());
 }
 
 // Whether the views' photographs and shadow maps are resident.
-bool GlRenderer::State::AreThere(const std::vector<int>& of_views) const {
+bool GlRenderer::State::AreResident(const std::vector<int>& of_views) const {
   return (options.show_field || photographs.HasAll(views.LevelRequests(of_views))) &&
          shadow_maps.HasAll(of_views);
 }
 
 // The candidates that the shader marks over the bound target, in their order.
-std::vector<int> GlRenderer::State::Marked(const GlProgram& mark, const std::vector<int>& candidates,
-                                           const std::function<void()>& draw) {
+std::vector<int> GlRenderer::State::MarkedViews(const GlProgram& mark, const std::vector<int>& candidates,
+                                                const std::function<void()>& draw) {
   needed.Upload(std::vector<std::int32_t>(scene->views.size(), 0));
   needed.BindStorage(3);
   mark.Use();
@@ -83,8 +82,8 @@ std::vector<int> GlRenderer::State::Marked(const GlProgram& mark, const std::vec
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   const std::vector<std::int32_t> marks = needed.Read(scene->views.size());
   std::vector<int> marked;
-  std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(marked),
-               [&](int view) { return marks[At(view)] != 0; });
+  std::ranges::copy_if(candidates, std::back_inserter(marked),
+                       [&](int view) { return marks[At(view)] != 0; });
   return marked;
 }
 
@@ -107,13 +106,13 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   // are used instead, unless they need shadow maps, which take longer.
   const bool takes_all = std::exchange(drew_lumigraph_pixels, true) && !scene->proxy->Occluder() &&
                          photographs.HasRoomFor(views.LevelRequests(of_views));
-  if (!takes_all && !AreThere(of_views)) {
+  if (!takes_all && !AreResident(of_views)) {
     const std::vector<int> all = of_views;
     SetLumigraph(programs.mark_lumigraph(), camera, plane);
-    do of_views = Marked(programs.mark_lumigraph(), all, [] { glDrawArrays(GL_TRIANGLES, 0, 3); });
+    do of_views = MarkedViews(programs.mark_lumigraph(), all, [] { glDrawArrays(GL_TRIANGLES, 0, 3); });
     while (ProvideShadowMaps(of_views));
   }
-  OverPhotographs(of_views, [&](std::size_t first, std::size_t /*end*/, int arrays) {
+  ForResidentViews(of_views, [&](std::size_t first, std::size_t /*end*/, int arrays) {
     const GlProgram& program = programs.Lumigraph(arrays);
     SetLumigraph(program, camera, plane);
     program.Set("goes_on", first > 0 ? 1 : 0);
@@ -125,23 +124,23 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
   });
 }
 
-// Searches the photographs of these views for pixels without light; returns whether there are new ones.
-bool GlRenderer::State::LearnGaps(const std::vector<int>& of_views) {
+// Searches the photographs of these views for pixels without light; returns whether it found new ones.
+bool GlRenderer::State::FindGaps(const std::vector<int>& of_views) {
   std::vector<int> unknown;
-  std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(unknown),
-               [&](int view) { return !gaps_known[At(view)]; });
+  std::ranges::copy_if(of_views, std::back_inserter(unknown),
+                       [&](int view) { return !gaps_known[At(view)]; });
   const std::vector<GlPhotographs::LevelRequest> level_requests = views.LevelRequests(unknown);
   std::vector<char> has_gaps(unknown.size(), 0);
   ParallelFor(unknown.size(), [&](std::size_t i) {
     has_gaps[i] = HasGaps(scene->views[At(unknown[i])].photograph->Level(level_requests[i].level));
   });
-  bool news = false;
+  bool found = false;
   for (std::size_t i = 0; i < unknown.size(); ++i) {
     gaps_known[At(unknown[i])] = true;
     if (has_gaps[i]) views.SetGaps(unknown[i]);
-    news = news || has_gaps[i];
+    found = found || has_gaps[i];
   }
-  return news;
+  return found;
 }
 
 Filling GlRenderer::State::filling() const { return FillingOf(options); }
@@ -158,8 +157,8 @@ void GlRenderer::State::SetFill(const GlProgram& program, const CameraModel& cam
 }
 
 // The views that the fill's shaders go through in each part of the picture.
-ViewTiles GlRenderer::State::TilesOf(const std::vector<int>& in_order, const CameraModel& camera,
-                                     const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
+ViewTiles GlRenderer::State::TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
+                                      const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks) {
   // A view ends the search where the proxy hides nothing and photographs have light everywhere.
   const bool sees_all = !scene->proxy->Occluder() && !scene->views.front().photograph->linear();
   return tiler.Tile(
@@ -191,31 +190,31 @@ std::size_t GlRenderer::State::SetTiles(const ViewTiles& of_views, const CameraM
 }
 
 // The views that uncovered pixels may need, nearest first. The target must be bound, with its depth set.
-std::vector<int> GlRenderer::State::ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
-                                                  const PlaneInCamera& plane) {
+std::vector<int> GlRenderer::State::FillingViews(const CameraModel& camera, const Rigid3& cam_from_world,
+                                                 const PlaneInCamera& plane) {
   if (filling().views == 0) return {};
   std::vector<int> order = ViewsByDistance(*scene, cam_from_world.OriginInSource());
   const bool looks_for_gaps = options.complete && !options.show_field;
-  if (AreThere(order)) {
-    if (looks_for_gaps && photographs.array_count() > GlViews::kMostArrays) LearnGaps(order);
+  if (AreResident(order)) {
+    if (looks_for_gaps && photographs.array_count() > GlViews::kMostArrays) FindGaps(order);
     return order;
   }
-  if (!options.complete && lacks) {  // the field's own views come first
+  if (!options.complete && lacks) {  // the field's own views are loaded first
     std::erase_if(order,
                   [&](int view) { return !photographs.PlaceOf(view) || shadow_maps.LayerOf(view) < 0; });
     return order;
   }
-  const ViewTiles of_tiles = TilesOf(order, camera, cam_from_world, plane, true);
+  const ViewTiles of_tiles = TilesFor(order, camera, cam_from_world, plane, true);
   const std::vector<int> candidates = Among(order, of_tiles.views, scene->views.size());
-  if (AreThere(candidates)) return candidates;
+  if (AreResident(candidates)) return candidates;
   const GlProgram& mark = programs.mark_fill();
   SetFill(mark, camera, plane);
   const std::size_t count = SetTiles(of_tiles, camera);
   const auto draw = [&] { DrawTiles(count); };
-  std::vector<int> marked = Marked(mark, order, draw);
-  while (ProvideShadowMaps(marked) || (looks_for_gaps && LearnGaps(marked))) {
+  std::vector<int> marked = MarkedViews(mark, order, draw);
+  while (ProvideShadowMaps(marked) || (looks_for_gaps && FindGaps(marked))) {
     views.SetShadowMaps(shadow_maps);
-    marked = Marked(mark, order, draw);
+    marked = MarkedViews(mark, order, draw);
   }
   return marked;
 }
@@ -227,7 +226,7 @@ void GlRenderer::State::SetResolve(const GlProgram& program) const {
 
 // Pixels that their own views cover get depth 1, so that the depth test skips them when others are filled.
 void GlRenderer::State::Normalise() {
-  glDepthFunc(GL_ALWAYS);
+  SetDepthTest(GL_ALWAYS, true);
   confidence.BindTexture(kConfidenceUnit);
   drawn.BindTexture(kDrawnUnit);
   const GlProgram& normalise = programs.normalise();
@@ -239,11 +238,11 @@ void GlRenderer::State::Normalise() {
 
 void GlRenderer::State::FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world,
                                        const PlaneInCamera& plane) {
-  const std::vector<int> of_views = ViewsThatFill(camera, cam_from_world, plane);
+  const std::vector<int> of_views = FillingViews(camera, cam_from_world, plane);
   std::optional<std::size_t> count;
-  OverPhotographs(of_views, [&](std::size_t first, std::size_t end, int arrays) {
-    if (!count)  // it is known now which photographs are resident
-      count = SetTiles(TilesOf(of_views, camera, cam_from_world, plane, false), camera);
+  ForResidentViews(of_views, [&](std::size_t first, std::size_t end, int arrays) {
+    if (!count)  // only now the resident photographs are known
+      count = SetTiles(TilesFor(of_views, camera, cam_from_world, plane, false), camera);
     const GlProgram& program = programs.Fill(arrays);
     SetFill(program, camera, plane);
     program.Set("nearest_is_the_field", options.field.kind == FieldKind::kNearest ? 1 : 0);
@@ -266,7 +265,7 @@ void GlRenderer::State::ClearResolved() {
 }
 
 // Whether there are uncovered pixels; waits for the drawing.
-bool GlRenderer::State::IsAnyOpen() {
+bool GlRenderer::State::HasOpenPixels() {
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   programs.open().Use();
   programs.open().Set("depth", 0.0f);
@@ -282,13 +281,10 @@ void GlRenderer::State::Resolve(const CameraModel& camera, const Rigid3& cam_fro
   if (!is_resolved) ClearResolved();
   resolved.Bind();
   no_vertices.Bind();
-  glEnable(GL_DEPTH_TEST);
-  glDepthMask(GL_TRUE);
   const bool is_all_open = options.field.kind == FieldKind::kNearest;
   if (!is_resolved && !is_all_open) Normalise();
-  glDepthMask(GL_FALSE);
-  glDepthFunc(GL_GREATER);
-  if (is_all_open || IsAnyOpen()) FillOpenPixels(camera, cam_from_world, plane);
+  SetDepthTest(GL_GREATER, false);
+  if (is_all_open || HasOpenPixels()) FillOpenPixels(camera, cam_from_world, plane);
   glDepthMask(GL_TRUE);
   glDisable(GL_DEPTH_TEST);
 }

@@ -13,16 +13,17 @@
 namespace ulf::render {
 namespace {
 
-// Of one texture array. Tried on llvmpipe: one of 1.26 GB worked, one of 2.3 GB did not.
+// The largest texture array. Measured on llvmpipe: 1.26 GB works, 2.3 GB does not.
 constexpr std::size_t kMostArrayBytes = 1000000000;
-// That Offer() copies in one call: more would delay the picture. Guessed.
+// What Offer() copies in one call; more would delay the picture. Guessed.
 constexpr std::size_t kOfferedBytes = std::size_t{32} << 20;
-// The loader first reads a level that is coarser by this, where a view has none: 1/64 of the bytes.
+// For a view without any level the loader first reads one that is coarser by this: 1/64 of the bytes.
 constexpr int kGlanceLevels = 3;
 
 }  // namespace
 
 std::size_t GlPhotographs::LimitBytes(double asked_mb) {
+  // Where the driver does not say what is free; else the share of it that is taken. Guessed.
   constexpr double kUsualMb = 2048, kShare = 0.75;
   if (asked_mb > 0) return static_cast<std::size_t>(1e6 * asked_mb);
   GLint free_kb[4] = {};
@@ -48,6 +49,10 @@ void GlPhotographs::Build(std::vector<std::shared_ptr<const Photograph>> photogr
 std::size_t GlPhotographs::LayerBytes(const cv::Size& size) const {
   const std::size_t pixel_bytes = linear_ ? 8 : 4;  // drivers hold three channels of 8 bits as four
   return static_cast<std::size_t>(size.area()) * pixel_bytes;
+}
+
+int GlPhotographs::GlanceLevel(const LevelRequest& level_request) const {
+  return std::min(level_request.level + kGlanceLevels, PhotographOf(level_request.view).LevelCount() - 1);
 }
 
 GlPhotographs::LevelRequest GlPhotographs::WithinLimit(LevelRequest level_request) const {
@@ -144,7 +149,7 @@ std::uint64_t GlPhotographs::LastUse(const Array& array) {
   return last;
 }
 
-// Among the arrays of another size.
+// Among the arrays of other sizes.
 GlPhotographs::Array* GlPhotographs::LeastUsedArray(const cv::Size& other_than) const {
   Array* least = nullptr;
   for (const auto& array : arrays_)
@@ -186,14 +191,12 @@ void GlPhotographs::Use(const Key& key) {
 void GlPhotographs::Ask(std::span<const LevelRequest> missing, bool glance_first) {
   std::vector<PhotographLoader::Request> requests;
   const auto ask = [&](const LevelRequest& level_request) {
-    const auto view = static_cast<std::size_t>(level_request.view);
+    const auto view = At(level_request.view);
     if (!unreadable_[view]) requests.push_back({KeyOf(level_request), photographs_[view]});
   };
   if (glance_first)
     for (const LevelRequest& level_request : missing)
-      if (!serving_.contains(level_request.view))
-        ask({level_request.view, std::min(level_request.level + kGlanceLevels,
-                                          PhotographOf(level_request.view).LevelCount() - 1)});
+      if (!serving_.contains(level_request.view)) ask({level_request.view, GlanceLevel(level_request)});
   for (const LevelRequest& level_request : missing) ask(level_request);
   for (const LevelRequest& level_request : expected_) {
     const LevelRequest within = WithinLimit(level_request);
@@ -202,13 +205,13 @@ void GlPhotographs::Ask(std::span<const LevelRequest> missing, bool glance_first
   loader_->Ask(std::move(requests));
 }
 
-std::size_t GlPhotographs::Require(std::span<const LevelRequest> asked_for) {
+std::size_t GlPhotographs::Require(std::span<const LevelRequest> requests) {
   ++clock_;
   serving_.clear();
   std::vector<LevelRequest> level_requests, missing;
-  for (const LevelRequest& level_request : asked_for) {
+  for (const LevelRequest& level_request : requests) {
     level_requests.push_back(WithinLimit(level_request));
-    if (level_requests.back().level != level_request.level && !std::exchange(said_too_large_, true))
+    if (level_requests.back().level != level_request.level && !std::exchange(warned_too_large_, true))
       spdlog::warn(
           "one photograph alone is larger than {} MB of graphics memory (--gpu-memory): a coarser level is "
           "used",
@@ -241,7 +244,7 @@ std::size_t GlPhotographs::Require(std::span<const LevelRequest> asked_for) {
 }
 
 bool GlPhotographs::HasAll(std::span<const LevelRequest> level_requests) const {
-  return std::all_of(level_requests.begin(), level_requests.end(), [&](const LevelRequest& level_request) {
+  return std::ranges::all_of(level_requests, [&](const LevelRequest& level_request) {
     return where_.contains(KeyOf(WithinLimit(level_request)));
   });
 }
@@ -256,7 +259,7 @@ bool GlPhotographs::HasRoomFor(std::span<const LevelRequest> level_requests) con
 std::optional<GlPhotographs::Key> GlPhotographs::ClosestTo(const Key& key) const {
   std::optional<Key> closest;
   const auto distance = [&](int level) {
-    constexpr int kFiner = 100;  // any coarser level before any finer one, which would flicker
+    constexpr int kFiner = 100;  // prefers every coarser level: a finer one flickers
     return level >= key.second ? level - key.second : kFiner + key.second - level;
   };
   for (auto at = where_.lower_bound({key.first, 0}); at != where_.end() && at->first.first == key.first; ++at)
@@ -264,35 +267,34 @@ std::optional<GlPhotographs::Key> GlPhotographs::ClosestTo(const Key& key) const
   return closest;
 }
 
-// The requests, all coarser by the same number of levels, so that they fit at the same time.
-std::vector<GlPhotographs::LevelRequest> GlPhotographs::ThatFit(std::span<const LevelRequest> asked_for) {
+// The requests, made coarser by the same number of levels until they fit at the same time.
+std::vector<GlPhotographs::LevelRequest> GlPhotographs::CoarsenedToFit(
+    std::span<const LevelRequest> requests) {
   std::vector<LevelRequest> level_requests;
   for (int coarser = 0;; ++coarser) {
     level_requests.clear();
     std::size_t bytes = 0;
     bool any_finer = false;
-    for (const LevelRequest& level_request : asked_for) {
+    for (const LevelRequest& level_request : requests) {
       const Photograph& photograph = PhotographOf(level_request.view);
       level_requests.push_back(
           {level_request.view, std::min(level_request.level + coarser, photograph.LevelCount() - 1)});
       bytes += LayerBytes(photograph.LevelSize(level_requests.back().level));
       any_finer = any_finer || level_requests.back().level + 1 < photograph.LevelCount();
     }
-    if (coarser > 0 && !std::exchange(said_too_large_, true))
+    if (coarser > 0 && !std::exchange(warned_too_large_, true))
       spdlog::warn(
           "the photographs of a picture do not fit into {} MB of graphics memory (--gpu-memory): coarser "
-          "levels are "
-          "used",
+          "levels are used",
           limit_bytes_ / 1000000);
     if (bytes <= limit_bytes_ || !any_finer) return level_requests;
   }
 }
 
-// Takes the level from the loader, or else a glance at it. False where the level is not resident then.
-bool GlPhotographs::TakeOffered(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted) {
-  const int glance =
-      std::min(level_request.level + kGlanceLevels, PhotographOf(level_request.view).LevelCount() - 1);
-  for (const int level : {level_request.level, glance}) {
+// Takes the level from the loader, else a coarser one. Returns whether the level itself is resident now.
+bool GlPhotographs::TakeFromLoader(const LevelRequest& level_request, std::size_t& copied,
+                                   std::size_t wanted) {
+  for (const int level : {level_request.level, GlanceLevel(level_request)}) {
     if (level != level_request.level && serving_.contains(level_request.view)) return false;
     const Key key{level_request.view, level};
     const auto pixels = loader_->Take(key);
@@ -311,13 +313,13 @@ bool GlPhotographs::TakeOffered(const LevelRequest& level_request, std::size_t& 
   return false;
 }
 
-bool GlPhotographs::Offer(std::span<const LevelRequest> asked_for) {
+bool GlPhotographs::Offer(std::span<const LevelRequest> requests) {
   ++clock_;
   serving_.clear();
   std::vector<LevelRequest> missing;
   missing_.clear();
-  for (const LevelRequest& level_request : ThatFit(asked_for)) {
-    if (unreadable_[static_cast<std::size_t>(level_request.view)]) continue;
+  for (const LevelRequest& level_request : CoarsenedToFit(requests)) {
+    if (unreadable_[At(level_request.view)]) continue;
     const auto serves = ClosestTo(KeyOf(level_request));
     if (serves) Use(*serves);
     if (!serves || serves->second != level_request.level) missing.push_back(level_request);
@@ -325,11 +327,11 @@ bool GlPhotographs::Offer(std::span<const LevelRequest> asked_for) {
   std::size_t copied = 0, left = missing.size();
   for (const LevelRequest& level_request : missing) {
     try {
-      if (copied >= kOfferedBytes || !TakeOffered(level_request, copied, left))
+      if (copied >= kOfferedBytes || !TakeFromLoader(level_request, copied, left))
         missing_.push_back(level_request);
     } catch (const Error& error) {
       spdlog::warn("{}", error.what());
-      unreadable_[static_cast<std::size_t>(level_request.view)] = true;
+      unreadable_[At(level_request.view)] = true;
     }
     --left;
   }

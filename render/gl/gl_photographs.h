@@ -89,6 +89,7 @@ class GlPhotographs {
 
   static Key KeyOf(const LevelRequest& level_request) { return {level_request.view, level_request.level}; }
   std::size_t LayerBytes(const cv::Size& size) const;
+  int GlanceLevel(const LevelRequest& level_request) const;
   LevelRequest WithinLimit(LevelRequest level_request) const;
   const Photograph& PhotographOf(int view) const { return *photographs_[static_cast<std::size_t>(view)]; }
   Array MakeArray(const cv::Size& size, std::size_t layers);
@@ -103,8 +104,8 @@ class GlPhotographs {
   void Upload(const Found& where, const Key& key, const cv::Mat& pixels);
   std::optional<Key> ClosestTo(const Key& key) const;
   void Use(const Key& key);
-  std::vector<LevelRequest> ThatFit(std::span<const LevelRequest> asked_for);
-  bool TakeOffered(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted);
+  std::vector<LevelRequest> CoarsenedToFit(std::span<const LevelRequest> requests);
+  bool TakeFromLoader(const LevelRequest& level_request, std::size_t& copied, std::size_t wanted);
   void Ask(std::span<const LevelRequest> missing, bool glance_first);
 
   std::vector<std::shared_ptr<const Photograph>> photographs_;
@@ -116,7 +117,7 @@ class GlPhotographs {
   std::uint64_t clock_ = 0;     // counts Require() and Offer()
   std::vector<LevelRequest> missing_, expected_;
   std::vector<bool> unreadable_;  // views
-  bool said_too_large_ = false;
+  bool warned_too_large_ = false;
   Counts counts_;
   std::unique_ptr<PhotographLoader> loader_;
 };

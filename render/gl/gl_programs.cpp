@@ -12,8 +12,7 @@
 namespace ulf::render {
 namespace {
 
-// In a triangle that was subdivided once, one view more has weight than has edges at a vertex: enough for
-// eight edges.
+// In a triangle that was subdivided once, one more view has weight than a vertex has edges: enough for eight.
 constexpr int kMostViewsOfFanBatch = 9;
 
 int MostVaryingVectors() {
@@ -29,8 +28,8 @@ std::string OfViews(int views) { return "#define VIEWS " + std::to_string(views)
 void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_triangles) {
   Release();
   const auto some_view_is = [&](Distortion distortion) {
-    return std::any_of(scene.views.begin(), scene.views.end(),
-                       [&](const SceneView& view) { return view.camera.distortion == distortion; });
+    return std::ranges::any_of(scene.views,
+                               [&](const SceneView& view) { return view.camera.distortion == distortion; });
   };
   defines_.clear();
   if (has_triangles) defines_ += "#define TRIANGLES\n";
@@ -41,8 +40,8 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
   if (some_view_is(Distortion::kFisheye)) defines_ += "#define FISHEYE\n";
   if (some_view_is(Distortion::kRadialTangential)) defines_ += "#define RADIAL_TANGENTIAL\n";
   const auto is_as_the_first = [&](auto&& same) {
-    return std::all_of(scene.views.begin(), scene.views.end(),
-                       [&](const SceneView& view) { return same(view, scene.views.front()); });
+    return std::ranges::all_of(scene.views,
+                               [&](const SceneView& view) { return same(view, scene.views.front()); });
   };
   one_camera_ = is_as_the_first([](const SceneView& a, const SceneView& b) { return a.camera == b.camera; });
   const bool one_exposure = one_camera_ && is_as_the_first([](const SceneView& a, const SceneView& b) {
@@ -50,8 +49,8 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
                             });
   if (one_camera_) defines_ += "#define ONE_CAMERA\n";
   if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
-  // Vectors that the vertex shader passes to the fragments: some for each view, one for each four views, one
-  // for all.
+  // Vectors that the vertex shader passes to the fragments: `vectors` for each view, one for each four views,
+  // and one for all.
   int vectors = 3;
   if (!one_camera_) vectors += 5;
   if (!one_exposure) ++vectors;

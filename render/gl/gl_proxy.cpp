@@ -2,8 +2,6 @@
 
 #include <epoxy/gl.h>
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "core/base/error.h"
@@ -47,15 +45,13 @@ void GlProxy::Draw(const std::shared_ptr<const TriangleMesh>& mesh, const Camera
   program_.Set("row2", MakeVec4(r(2, 0), r(2, 1), r(2, 2), t.z()));
   program_.Set("clip_x", MakeVec4(2 * camera.fx / camera.width, 2 * camera.cx / camera.width - 1, 0, 0));
   program_.Set("clip_y", MakeVec4(2 * camera.fy / camera.height, 2 * camera.cy / camera.height - 1, 0, 0));
-  // The depth buffer holds near / depth, which is equally exact far away and close by.
+  // The depth buffer holds near / depth, which is as exact far away as it is close by.
   program_.Set("near", static_cast<float>(kNearShare * usual_depth));
   vertices_.BindStorage(6);
   corners_.BindStorage(7);
   no_vertices_.Bind();
   glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-  glEnable(GL_DEPTH_TEST);
-  glDepthMask(GL_TRUE);
-  glDepthFunc(GL_GREATER);
+  SetDepthTest(GL_GREATER, true);
   depth_.Bind();
   glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * mesh->triangles.size()));
   glDisable(GL_DEPTH_TEST);
@@ -88,11 +84,8 @@ void GlProxy::FillHoles() {
     level(n).BindTexture(kFilledUnit);
     level(n).Bind();
     glTextureBarrier();  // each pixel reads itself before it writes itself
-    if (n == 0) {        // the depth buffer still has its cleared value where nothing was drawn
-      glEnable(GL_DEPTH_TEST);
-      glDepthMask(GL_FALSE);
-      glDepthFunc(GL_EQUAL);
-    }
+    // Only where nothing was drawn: there the depth buffer has its cleared value.
+    if (n == 0) SetDepthTest(GL_EQUAL, false);
     glDrawArrays(GL_TRIANGLES, 0, 3);
   }
   glDepthMask(GL_TRUE);

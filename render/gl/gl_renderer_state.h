@@ -54,7 +54,7 @@ struct GlRenderer::State {
   std::vector<GlPhotographs::LevelRequest> offered;
   bool lacks = false, outdated = false;
   bool is_resolved = false;  // except for pixels that other views fill
-  bool said_several_passes = false;
+  bool warned_of_passes = false;
   bool drew_lumigraph_pixels = false;  // once at least
 
   std::shared_ptr<const MeshField> mesh_field;
@@ -82,37 +82,37 @@ struct GlRenderer::State {
                                    const PlaneInCamera& plane) const;
   bool ProvideShadowMaps(std::span<const int> of_views);
   int NearestOf(std::span<const int> of_views) const;
-  std::size_t MakeThere(std::span<const int> of_views);
+  std::size_t MakeResident(std::span<const int> of_views);
   using DrawSome = std::function<void(std::size_t first, std::size_t end, int arrays)>;
-  void OverPhotographs(const std::vector<int>& of_views, const DrawSome& draw);
-  std::vector<int> Marked(const GlProgram& mark, const std::vector<int>& candidates,
-                          const std::function<void()>& draw);
-  ViewTiles TilesOf(const std::vector<int>& in_order, const CameraModel& camera, const Rigid3& cam_from_world,
-                    const PlaneInCamera& plane, bool marks);
+  void ForResidentViews(const std::vector<int>& of_views, const DrawSome& draw);
+  std::vector<int> MarkedViews(const GlProgram& mark, const std::vector<int>& candidates,
+                               const std::function<void()>& draw);
+  ViewTiles TilesFor(const std::vector<int>& in_order, const CameraModel& camera,
+                     const Rigid3& cam_from_world, const PlaneInCamera& plane, bool marks);
   Filling filling() const;
   int ViewsAsked() const;
   void SetFill(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   std::size_t SetTiles(const ViewTiles& of_views, const CameraModel& camera);
-  bool LearnGaps(const std::vector<int>& of_views);
-  std::vector<int> ViewsThatFill(const CameraModel& camera, const Rigid3& cam_from_world,
-                                 const PlaneInCamera& plane);
+  bool FindGaps(const std::vector<int>& of_views);
+  std::vector<int> FillingViews(const CameraModel& camera, const Rigid3& cam_from_world,
+                                const PlaneInCamera& plane);
   void SetLumigraph(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
-  bool AreThere(const std::vector<int>& of_views) const;
+  bool AreResident(const std::vector<int>& of_views) const;
   void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
   void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   using DrawPass = std::function<void(const FanBatches& of_pass, bool are_all)>;
-  void OverFanBatches(const std::vector<GpuFan>& of_fans, const DrawPass& draw);
+  void ForResidentFans(const std::vector<GpuFan>& of_fans, const DrawPass& draw);
   void Upload(const FanBatches& some);
   void DrawFanBatches(const FanBatches& some, bool direct, const CameraModel& camera,
                       const PlaneInCamera& plane);
   void DrawBatch(const TriangleBatch& batch, const CameraModel& camera, const PlaneInCamera& plane,
                  bool more_follow);
   void AddRings(const TriangleBatch& rings, const CameraModel& camera, const PlaneInCamera& plane);
-  void BindToAdd();
+  void BindForAdding();
   void ClearResolved();
   void SetResolve(const GlProgram& program) const;
   void Normalise();
-  bool IsAnyOpen();
+  bool HasOpenPixels();
   void FillOpenPixels(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   void Resolve(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;  // of the last frame

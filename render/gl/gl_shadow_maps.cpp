@@ -13,20 +13,19 @@ namespace ulf::render {
 
 void GlShadowMaps::Reset(const std::vector<SceneView>& views) {
   views_ = &views;
-  const bool hides = std::any_of(views.begin(), views.end(),
-                                 [](const SceneView& view) { return view.shadow_map != nullptr; });
+  const bool hides =
+      std::ranges::any_of(views, [](const SceneView& view) { return view.shadow_map != nullptr; });
   layer_.assign(views.size(), hides ? -1 : 0);
   used_ = 0;
 }
 
 bool GlShadowMaps::HasAll(std::span<const int> of_views) const {
-  return std::all_of(of_views.begin(), of_views.end(), [&](int view) { return LayerOf(view) >= 0; });
+  return std::ranges::all_of(of_views, [&](int view) { return LayerOf(view) >= 0; });
 }
 
 bool GlShadowMaps::Provide(std::span<const int> of_views) {
   std::vector<int> missing;
-  std::copy_if(of_views.begin(), of_views.end(), std::back_inserter(missing),
-               [&](int view) { return LayerOf(view) < 0; });
+  std::ranges::copy_if(of_views, std::back_inserter(missing), [&](int view) { return LayerOf(view) < 0; });
   if (missing.empty()) return false;
   const int count = static_cast<int>(missing.size());
   ParallelFor(missing.size(), [&](std::size_t i) { (*views_)[At(missing[i])].shadow_map->Get(); });
@@ -49,8 +48,7 @@ void GlShadowMaps::Grow(int least) {
   if (layers < least)
     throw Error(
         "OpenGL: this driver has room for the shadow maps of {} views, not for more; use --proxy plane, or "
-        "ulf render "
-        "--renderer reference",
+        "ulf render --renderer reference",
         most_layers);
   unsigned larger = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &larger);

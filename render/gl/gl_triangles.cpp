@@ -25,7 +25,7 @@ std::optional<GpuTriangle> MakeTriangle(const Matrix3d& corners_in_cam, const Ma
     triangle.row[static_cast<std::size_t>(k)] = MakeVec4(
         cone_from_ray_in_cam(k, 0), cone_from_ray_in_cam(k, 1), cone_from_ray_in_cam(k, 2), confidence);
   }
-  if (std::count(outside.begin(), outside.end(), 3) > 0) return std::nullopt;
+  if (std::ranges::count(outside, 3) > 0) return std::nullopt;
   return triangle;
 }
 
@@ -49,7 +49,7 @@ void AddTriangle(const Matrix3d& corners_in_cam, const Matrix3d& cone_from_ray_i
 std::vector<int> ViewsOf(const std::vector<GpuFan>& fans) {
   std::vector<int> of_views;
   for (const GpuFan& fan : fans) of_views.push_back(static_cast<int>(fan.view));
-  std::sort(of_views.begin(), of_views.end());
+  std::ranges::sort(of_views);
   of_views.erase(std::unique(of_views.begin(), of_views.end()), of_views.end());
   return of_views;
 }
@@ -64,7 +64,7 @@ FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
     for (; done < fans.size() && fans[done].triangle == triangle; ++done)
       if (const auto array = array_of(static_cast<int>(fans[done].view)))
         of_triangle.emplace_back(*array, fans[done]);
-    std::sort(of_triangle.begin(), of_triangle.end(), [](const auto& a, const auto& b) {
+    std::ranges::sort(of_triangle, [](const auto& a, const auto& b) {
       return std::pair(a.first, a.second.view) < std::pair(b.first, b.second.view);
     });
     const std::size_t before = made.batches.size();
@@ -77,11 +77,10 @@ FanBatches MakeFanBatches(const std::vector<GpuFan>& fans,
     }
     made.one_each = made.one_each && made.batches.size() <= before + 1;
   }
-  if (!made.one_each)  // batches are added up, so that their order is free
-    std::stable_sort(made.batches.begin(), made.batches.end(),
-                     [](const GpuFanBatch& a, const GpuFanBatch& b) {
-                       return std::pair(a.array, a.count) < std::pair(b.array, b.count);
-                     });
+  if (!made.one_each)  // batches are added up: their order does not matter
+    std::ranges::stable_sort(made.batches, [](const GpuFanBatch& a, const GpuFanBatch& b) {
+      return std::pair(a.array, a.count) < std::pair(b.array, b.count);
+    });
   return made;
 }
 

@@ -94,22 +94,22 @@ std::size_t GlViews::SetPlaces(std::span<const int> views, const GlPhotographs& 
                                std::vector<unsigned>& arrays) {
   for (GpuView& view : gpu_views_) view.place[0] = -1;
   arrays.clear();
-  std::size_t told = 0;
-  for (; told < views.size(); ++told) {
-    const auto place = photographs.PlaceOf(views[told]);
+  std::size_t done = 0;
+  for (; done < views.size(); ++done) {
+    const auto place = photographs.PlaceOf(views[done]);
     if (!place) continue;
-    const auto array = std::find(arrays.begin(), arrays.end(), place->texture);
+    const auto array = std::ranges::find(arrays, place->texture);
     const auto number = static_cast<std::int32_t>(array - arrays.begin());
     if (array == arrays.end()) {
       if (number == kMostArrays) break;
       arrays.push_back(place->texture);
     }
-    GpuView& view = gpu_views_[At(views[told])];
+    GpuView& view = gpu_views_[At(views[done])];
     view.place[0] = static_cast<float>(number);
     view.place[1] = static_cast<float>(place->layer);
   }
   Upload();
-  return told;
+  return done;
 }
 
 void GlViews::SetPlaces(const GlPhotographs& photographs) {

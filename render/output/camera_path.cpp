@@ -42,7 +42,7 @@ struct Sphere {
 };
 
 double LargestGap(std::vector<double> azimuths) {
-  std::sort(azimuths.begin(), azimuths.end());
+  std::ranges::sort(azimuths);
   double gap = 2 * M_PI - (azimuths.back() - azimuths.front());
   for (std::size_t i = 1; i < azimuths.size(); ++i) gap = std::max(gap, azimuths[i] - azimuths[i - 1]);
   return gap;
@@ -58,7 +58,7 @@ struct Spread {
   bool all_around = false;
 };
 
-// Near a pole azimuth has no meaning: there up is any direction perpendicular to the mean.
+// Near a pole azimuth has no meaning: then up is any direction perpendicular to the mean.
 Vector3d UsableUp(const RenderScene& scene, const Vector3d& mean) {
   const Vector3d up = scene.up_in_world.normalized();
   return std::abs(up.dot(mean)) < kNearPole ? up : mean.unitOrthogonal();
@@ -105,6 +105,14 @@ Rigid3 AimedPose(const RenderScene& scene, const Vector3d& direction, double dis
   return LookAt(center + distance * direction, center, scene.up_in_world);
 }
 
+CameraPath AimedPath(const RenderScene& scene, const Spread& spread,
+                     const std::vector<Vector3d>& directions) {
+  CameraPath path;
+  for (const Vector3d& direction : directions)
+    path.cam_from_world.push_back(AimedPose(scene, direction, spread.distance));
+  return path;
+}
+
 std::vector<Vector3d> Ellipse(const Spread& spread, int frames, double share) {
   std::vector<Vector3d> directions;
   for (int i = 0; i < frames; ++i) {
@@ -125,7 +133,7 @@ std::vector<Vector3d> InsideHullOrSmaller(const RenderScene& scene, Directions&&
   for (double share = kWidest; share > 0; share -= kShareStep) {
     tried = directions(share);
     if (scene.mesh.span != Span::kSurface ||
-        std::all_of(tried.begin(), tried.end(), [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
+        std::ranges::all_of(tried, [&](const Vector3d& d) { return InsideHull(scene.mesh, d); }))
       break;
   }
   return tried;
@@ -135,19 +143,13 @@ std::vector<Vector3d> InsideHullOrSmaller(const RenderScene& scene, Directions&&
 
 CameraPath OrbitPath(const RenderScene& scene, int frames) {
   const Spread spread = SpreadOf(scene);
-  CameraPath path;
-  if (frames <= 1) {
-    path.cam_from_world.push_back(
-        AimedPose(scene, spread.sphere.Direction(spread.azimuth, spread.ring_elevation), spread.distance));
-    return path;
-  }
-  const std::vector<Vector3d> directions =
-      spread.all_around
-          ? Ellipse(spread, frames, kWidest)
-          : InsideHullOrSmaller(scene, [&](double share) { return Ellipse(spread, frames, share); });
-  for (const Vector3d& direction : directions)
-    path.cam_from_world.push_back(AimedPose(scene, direction, spread.distance));
-  return path;
+  if (frames <= 1)
+    return AimedPath(scene, spread, {spread.sphere.Direction(spread.azimuth, spread.ring_elevation)});
+  return AimedPath(
+      scene, spread,
+      spread.all_around ? Ellipse(spread, frames, kWidest) : InsideHullOrSmaller(scene, [&](double share) {
+        return Ellipse(spread, frames, share);
+      }));
 }
 
 CameraPath DollyPath(const RenderScene& scene, int frames, double nearest_share) {
@@ -196,10 +198,7 @@ CameraPath SpiralPath(const RenderScene& scene, int frames) {
     }
     return tried;
   });
-  CameraPath path;
-  for (const Vector3d& direction : directions)
-    path.cam_from_world.push_back(AimedPose(scene, direction, spread.distance));
-  return path;
+  return AimedPath(scene, spread, directions);
 }
 
 double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
@@ -235,9 +234,8 @@ void RequireFrames(const CameraPath& path, int asked, const std::string& option)
   const std::size_t poses = path.cam_from_world.size();
   if (asked > 0 && static_cast<std::size_t>(asked) != poses)
     throw UsageError(
-        "--frames {}: the path has {}, one for each picture; only named paths and keyframes can have another "
-        "number. "
-        "Leave the number out, or give a part, A:B",
+        "--frames {}: the path has {}, one for each picture; only named paths and keyframes take another "
+        "number. Leave the number out, or give a part, A:B",
         option, Counted(poses, "pose"));
 }
 

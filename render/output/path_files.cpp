@@ -5,12 +5,13 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/camera_json.h"
+#include "core/geometry/trajectory.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
 #include "render/output/keyframes.h"
@@ -26,31 +27,16 @@ using nlohmann::json;
 constexpr double kUnitTolerance = 1e-2;  // of a unit quaternion's length: rounding of short decimals
 
 // Focal length in pixels of a field of view over `size_px` pixels.
-double FocalPx(double fov_deg, int size_px) { return 0.5 * size_px / std::tan(0.5 * fov_deg * M_PI / 180); }
+double FocalPx(double fov_deg, int size_px) { return 0.5 * size_px / std::tan(Radians(0.5 * fov_deg)); }
 
 CameraPath FromTum(const fs::path& path) {
-  std::ifstream file(path);
-  if (!file)
+  if (!std::ifstream(path))
     throw Error(
         "{}: no such camera path; give orbit, dolly, vertigo or spiral, a TUM file, a light field, or a JSON "
         "file of keyframes",
         path.string());
   CameraPath result;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    std::istringstream fields(line);
-    double time = 0;
-    Vector3d center;
-    Quaterniond world_from_cam;
-    fields >> time >> center.x() >> center.y() >> center.z() >> world_from_cam.x() >> world_from_cam.y() >>
-        world_from_cam.z() >> world_from_cam.w();
-    if (!fields || !std::isfinite(time) || !center.allFinite() ||
-        !(std::abs(world_from_cam.norm() - 1) < kUnitTolerance))
-      throw Error("{}, line {}: expected 'time tx ty tz qx qy qz qw' with a unit quaternion", path.string(),
-                  number);
-    result.cam_from_world.push_back(Rigid3{world_from_cam.normalized(), center}.Inverse());
-  }
+  for (const TimedPose& pose : ReadTum(path)) result.cam_from_world.push_back(pose.cam_from_world);
   return result;
 }
 
@@ -119,8 +105,7 @@ NerfstudioWorld WorldOf(const fs::path& file, const fs::path& light_field) {
   if (!fs::is_regular_file(transforms)) {
     spdlog::warn(
         "{}: its poses are used as poses in the light field's world. nerfstudio rotates and scales the world "
-        "in which "
-        "it trains: to undo that, put the run's dataparser_transforms.json beside the path",
+        "in which it trains: to undo that, put the run's dataparser_transforms.json beside the path",
         file.string());
     return world;
   }
@@ -177,22 +162,17 @@ CameraPath FromNerfstudio(const json& document, const fs::path& file, const Path
 
 // ---- Keyframes ----
 
-Vector3d VectorOf(const JsonPlace& place, const char* key) {
-  const std::vector<double> numbers = place.Numbers(key, 3);
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
 PathKeyframe KeyframeOf(const JsonPlace& place, const CameraModel& camera, const Vector3d& up_in_world) {
   place.RequireOnly({"time", "eye", "target", "up", "rotation", "fov_deg", "focal_px", "aperture", "focus"});
   PathKeyframe key;
   key.time_s = place.Number("time");
-  key.eye_in_world = VectorOf(place, "eye");
-  key.up_in_world = place.Has("up") ? VectorOf(place, "up") : up_in_world;
+  key.eye_in_world = Vector3FromJson(place, "eye");
+  key.up_in_world = place.Has("up") ? Vector3FromJson(place, "up") : up_in_world;
   if (!(key.up_in_world.norm() > 0)) throw Error("{}: 'up' has no length", place.where);
   if (place.Has("target") == place.Has("rotation"))
     throw Error("{}: give either 'target' (a point to look at) or 'rotation' (qx qy qz qw)", place.where);
   if (place.Has("target")) {
-    key.target_in_world = VectorOf(place, "target");
+    key.target_in_world = Vector3FromJson(place, "target");
     if (!((*key.target_in_world - key.eye_in_world).norm() > 0))
       throw Error("{}: 'eye' and 'target' are the same point; move one of them", place.where);
     const Vector3d forward = (*key.target_in_world - key.eye_in_world).normalized();
@@ -268,7 +248,7 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
   }
   CameraPath path;
   if (keyframes.empty()) return path;
-  constexpr double kMostFrames = 1e6;  // more are a mistake in the times' unit
+  constexpr double kMostFrames = 1e6;  // more mean that times have the wrong unit
   const double spanned = std::round((keyframes.back().time_s - keyframes.front().time_s) * request.fps) + 1;
   if (request.frames == 0 && spanned > kMostFrames)
     throw Error("{}: the keyframes' times come to {:.0f} pictures at {} a second; 'time' is in seconds",

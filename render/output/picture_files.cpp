@@ -7,13 +7,13 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <regex>
 #include <vector>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "render/output/tiled_rendering.h"
 
 namespace ulf::render {
 namespace {
@@ -21,13 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSettingsFile = "render.json";
-
-std::string PngBytes(const cv::Mat& pixels) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", pixels, bytes))
-    throw Error("a picture of {}x{} cannot be encoded as PNG", pixels.cols, pixels.rows);
-  return {bytes.begin(), bytes.end()};
-}
 
 cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
   const auto gain = static_cast<float>(std::exp2(exposure_stops));
@@ -62,15 +55,15 @@ std::map<std::string, std::string> ReadSettings(const fs::path& file) {
   try {
     return nlohmann::json::parse(ReadWholeFile(file)).get<std::map<std::string, std::string>>();
   } catch (const nlohmann::json::exception&) {
-    return {};  // of another version of the program: treated as other settings
+    return {};  // written by another version of the program: the settings count as different
   }
 }
 
-std::string FirstDifference(const std::map<std::string, std::string>& there,
+std::string FirstDifference(const std::map<std::string, std::string>& stored,
                             const std::map<std::string, std::string>& asked) {
   for (const auto& [key, value] : asked) {
-    const auto found = there.find(key);
-    const std::string was = found == there.end() ? "unknown" : found->second;
+    const auto found = stored.find(key);
+    const std::string was = found == stored.end() ? "unknown" : found->second;
     if (was != value) return fmt::format("{} was {}, now {}", key, was, value);
   }
   return {};
@@ -94,16 +87,15 @@ void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
                Counted(pictures.size(), "picture"), difference);
 }
 
-// Removes the temporary files of a process that was killed while it wrote this picture. Younger ones may
-// belong to a process that is writing it now.
+// Removes the temporary files of a process that was killed while it wrote this picture.
 void RemoveLeftovers(const fs::path& picture) {
-  constexpr auto kSurelyOver = std::chrono::minutes(5);
+  constexpr std::chrono::minutes kLeastAge{5};  // another process may still write younger ones. Guessed.
   const std::string begins = picture.filename().string() + ".";
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(picture.parent_path(), ignored)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with(begins) && name.ends_with(kTemporaryEnding) &&
-        entry.last_write_time(ignored) < fs::file_time_type::clock::now() - kSurelyOver)
+        entry.last_write_time(ignored) < fs::file_time_type::clock::now() - kLeastAge)
       fs::remove(entry.path(), ignored);
   }
 }
@@ -140,6 +132,35 @@ std::string PictureBytes(const Rendering& picture, const PictureEncoding& encodi
     default:
       return PngBytes(DisplaySrgb8(picture.linear, encoding.exposure_stops));
   }
+}
+
+std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& encoding) {
+  constexpr std::uint64_t kRendered = 12 + 4 + 1, kDepth = 4;  // light, confidence, whether drawn
+  constexpr std::uint64_t kTargets = 60;                       // OpenGL's images and their copies in memory
+  const auto encoded = [&]() -> std::uint64_t {
+    switch (encoding.format) {
+      case PictureFormat::kPng:
+        return 3 * 3;  // pixels, the file, its copy
+      case PictureFormat::kPng16:
+        return 3 * 6;
+      default:
+        return kDepth + 10 + 4 +
+               2 * 14;  // half floats; the file, at worst as large, and its copy while it grows
+    }
+  }();
+  const auto pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+  const auto tile = static_cast<std::uint64_t>(std::min(width, kTilePx)) *
+                    static_cast<std::uint64_t>(std::min(height, kTilePx));
+  return pixels * (kRendered + encoded) + tile * kTargets;
+}
+
+void RequireMemory(int width, int height, const PictureEncoding& encoding, std::uint64_t available) {
+  const std::uint64_t needed = MemoryForPicture(width, height, encoding);
+  if (needed > available)
+    throw Error(
+        "a picture of {}x{} takes about {:.1f} GB of memory and {:.1f} GB are free; give a smaller --width "
+        "or --height",
+        width, height, 1e-9 * static_cast<double>(needed), 1e-9 * static_cast<double>(available));
 }
 
 PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,

@@ -7,6 +7,7 @@
 // renders.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -39,6 +40,11 @@ bool IsVideo(const std::filesystem::path& out);
 std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding);
 // 8-bit sRGB, brighter by `exposure_stops`.
 cv::Mat DisplaySrgb8(const cv::Mat& linear, double exposure_stops);
+
+// The bytes that rendering and encoding a picture take, estimated.
+std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& encoding);
+// Throws Error that says how much memory is needed and how much is available.
+void RequireMemory(int width, int height, const PictureEncoding& encoding, std::uint64_t available);
 
 class PictureFiles {
  public:

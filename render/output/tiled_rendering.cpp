@@ -33,7 +33,7 @@ class WholePictureProxy : public Proxy {
 };
 
 // Some proxies make other triangles for each camera, and so for each tile. While this object lives, the
-// renderer uses those of the whole picture.
+// renderer uses the triangles of the whole picture.
 class WholePictureTriangles {
  public:
   WholePictureTriangles(Renderer& renderer, const CameraModel& camera, const Rigid3& cam_from_world)
@@ -59,7 +59,7 @@ class WholePictureTriangles {
 Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rigid3& cam_from_world,
                         int tile_px) {
   if (camera.width <= tile_px && camera.height <= tile_px) return renderer.Render(camera, cam_from_world);
-  const WholePictureTriangles lent(renderer, camera, cam_from_world);
+  const WholePictureTriangles triangles(renderer, camera, cam_from_world);
   Rendering whole;
   const cv::Size size(camera.width, camera.height);
   for (int top = 0; top < camera.height; top += tile_px)
@@ -77,8 +77,8 @@ Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rig
       Place(tile.drawn, at, size, whole.drawn);
       Place(tile.depth, at, size, whole.depth);
       for (const ViewWeights& view : tile.weights) {
-        auto found = std::find_if(whole.weights.begin(), whole.weights.end(),
-                                  [&](const ViewWeights& w) { return w.view_id == view.view_id; });
+        auto found = std::ranges::find_if(whole.weights,
+                                          [&](const ViewWeights& w) { return w.view_id == view.view_id; });
         if (found == whole.weights.end()) found = whole.weights.insert(found, {view.view_id, {}});
         Place(view.weight, at, size, found->weight);
       }

@@ -50,14 +50,14 @@ class Video : public PictureSink {
   }
 
   void Add(const cv::Mat& srgb8) override {
-    const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // half-resolution colour asks for it
+    const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // colour of half the resolution needs even sizes
     if (even.empty()) throw Error("{}: a video needs at least 2x2 pixels", path_.string());
     RequireRoom(even);
     if (!writer_.isOpened()) {
       if (even != srgb8.size())
         spdlog::warn(
-            "{}: pictures of {}x{} are cropped to {}x{}: a video has even sizes; --width and --height "
-            "give others",
+            "{}: pictures of {}x{} are cropped to {}x{}: a video has even sizes; --width and --height give "
+            "others",
             path_.string(), srgb8.cols, srgb8.rows, even.width, even.height);
       Open(even);
     }
@@ -81,16 +81,14 @@ class Video : public PictureSink {
  private:
   // The encoder buffers pictures and does not check whether writing them succeeds.
   void RequireRoom(const cv::Size& size) {
-    if (FreeBytes(unfinished_.parent_path().empty() ? "." : unfinished_.parent_path()) >=
-        kReserve + Bytes(size))
-      return;
+    if (FreeBytes(FolderOf(unfinished_)) >= kReserve + BufferedBytes(size)) return;
     const int written = count_;
     if (written == 0)
       throw DiskFullError("{}: there is no room for a video; free some space", path_.string());
     Close();
     throw DiskFullError(
-        "{}: the disk is nearly full: the video ends after {}; free some space and render the rest "
-        "with --frames {}:",
+        "{}: the disk is nearly full: the video ends after {}; free some space and render the rest with "
+        "--frames {}:",
         path_.string(), Counted(written, "picture"), written);
   }
 
@@ -98,7 +96,7 @@ class Video : public PictureSink {
     size_ = size;
     if (Opens(fps_)) return;
     if (constexpr double kUsual = 30; Opens(kUsual))
-      throw UsageError("--fps {}: no codec here takes this rate; give a rounder one", fps_);
+      throw UsageError("--fps {}: no codec here supports this rate; give a rounder one", fps_);
     if (!std::ofstream(unfinished_))
       throw Error("{}: cannot be written: {}", path_.string(), std::strerror(errno));
     throw Error("{}: no video can be written here (neither H.264 nor MPEG-4); give a folder to get pictures",
@@ -117,8 +115,8 @@ class Video : public PictureSink {
   }
 
   static constexpr std::uint64_t kReserve = 1 << 20;  // for the file's index
-  // That the encoder may still hold: as much as four pictures without compression. Guessed.
-  static std::uint64_t Bytes(const cv::Size& size) {
+  // What the encoder may still hold: as much as four pictures without compression. Guessed.
+  static std::uint64_t BufferedBytes(const cv::Size& size) {
     return 4ull * 3 * static_cast<std::uint64_t>(size.area());
   }
 
@@ -137,8 +135,7 @@ std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
     constexpr double kLeast = 0.01, kMost = 1000;
     if (!(fps >= kLeast && fps <= kMost))
       throw UsageError(
-          "--fps {}: a video has {} to {} pictures a second; give -o a folder for pictures without a "
-          "rate",
+          "--fps {}: a video has {} to {} pictures a second; give -o a folder for pictures without a rate",
           fps, kLeast, kMost);
     return std::make_unique<Video>(out, fps);
   }

@@ -35,7 +35,7 @@ void PhotographLoader::Ask(std::vector<Request> requests) {
       if (!read_.contains(request.key) && !being_read_.contains(request.key))
         waiting_.push_back(std::move(request));
     }
-    std::reverse(waiting_.begin(), waiting_.end());
+    std::ranges::reverse(waiting_);
     for (auto& [key, wanted] : being_read_) wanted = asked.contains(key);
     std::erase_if(read_, [&](const auto& entry) ULF_REQUIRES(mutex_) {
       if (asked.contains(entry.first)) return false;

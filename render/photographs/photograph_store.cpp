@@ -15,6 +15,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/at.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -54,7 +55,7 @@ std::uint64_t NotFinite(const cv::Mat& light) {
   return count;
 }
 
-// Of a file's size and time of change; 0 where there is no such file.
+// A number for a file's size and time of change; 0 where there is no such file.
 std::uint64_t FileStamp(const fs::path& path) {
   struct stat file {};
   if (stat(path.c_str(), &file) != 0) return 0;
@@ -62,12 +63,11 @@ std::uint64_t FileStamp(const fs::path& path) {
   return FastChecksumOf({reinterpret_cast<const char*>(stamp), sizeof stamp});
 }
 
-// Removes temporary files that a killed program left.
-void RemoveOldLeftovers(const fs::path& folder) {
+// Removes temporary files of killed programs.
+void RemoveOldTemporaries(const fs::path& folder) {
   std::error_code refused;
-  // A younger one may be another program's work in progress.
-  constexpr auto kSurelyLeft = std::chrono::hours(1);
-  const auto old = fs::file_time_type::clock::now() - kSurelyLeft;
+  constexpr std::chrono::hours kLeastAge{1};  // another program may still write younger ones. Guessed.
+  const auto old = fs::file_time_type::clock::now() - kLeastAge;
   for (fs::directory_iterator entry(folder, refused), end; !refused && entry != end;
        entry.increment(refused)) {
     std::error_code gone;
@@ -87,8 +87,8 @@ struct PhotographStore::State {
 
   LightField light_field;
   PhotographStoreOptions options;
-  std::string made_from;      // what the pixels depend on besides the view
-  std::deque<Mutex> reading;  // of each photograph: what two threads request is read once
+  std::string made_from;      // what pixels depend on apart from their view
+  std::deque<Mutex> reading;  // of each photograph: one thread reads it while others wait
 
   Mutex mutex;
   std::map<Key, Held> held ULF_GUARDED_BY(mutex);
@@ -131,12 +131,12 @@ PhotographStore::State::State(const LightField& the_light_field, const Photograp
   for (const auto& [camera, flat_field] : light_field.flat_fields)
     made_from += fmt::format("{}:{} ", camera, FlatFieldToJson(flat_field).dump());
   keeps_files = options.size_limit_px == 0 && fs::exists(light_field.root / "journal.jsonl");
-  if (keeps_files) RemoveOldLeftovers(light_field.root / kPyramidFolder);
+  if (keeps_files) RemoveOldTemporaries(light_field.root / kPyramidFolder);
 }
 
 PhotographStore::State::~State() {
   if (gap_px > 0)
-    spdlog::warn("{} of {} are infinite or not numbers and have no weight", Counted(gap_px, "pixel"),
+    spdlog::warn("{} of {} are infinite or not a number and get no weight", Counted(gap_px, "pixel"),
                  Counted(gaps.size(), "photograph"));
 }
 
@@ -192,11 +192,11 @@ cv::Mat PhotographStore::State::Level(const Photograph& photograph, std::size_t 
     return pixels;
   }
   const ViewPyramid pyramid = Decode(photograph, index);
-  // The requested level last, so that it leaves memory last.
+  // Hold the requested level last, so that it leaves memory last.
   for (int n = static_cast<int>(pyramid.size()) - 1; n >= 0; --n)
     if (n != level) Hold({index, n}, pyramid[static_cast<std::size_t>(n)]);
-  Hold(key, pyramid[static_cast<std::size_t>(level)]);
-  return pyramid[static_cast<std::size_t>(level)];
+  Hold(key, pyramid[At(level)]);
+  return pyramid[At(level)];
 }
 
 cv::Mat PhotographStore::State::FromFile(const Photograph& photograph, std::size_t index, int level) {
@@ -216,7 +216,7 @@ cv::Mat PhotographStore::State::FromFile(const Photograph& photograph, std::size
 
 ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::size_t index) {
   const View& view = ViewAt(index);
-  // Before reading, so that a change meanwhile is noticed next time.
+  // Computed before reading, so that the next time shows a change that happens meanwhile.
   const std::uint64_t key = FileKey(index);
   ViewPyramid pyramid;
   std::uint64_t not_finite = 0;
@@ -266,7 +266,7 @@ void PhotographStore::State::KeepNoFiles(const std::string& why) {
     const MutexLock lock(mutex);
     if (!std::exchange(keeps_files, false)) return;
   }
-  spdlog::warn("{}; without {}/ this light field takes longer to open, nothing else changes", why,
+  spdlog::warn("{}; without {}/ this light field takes longer to open; nothing else changes", why,
                kPyramidFolder);
 }
 

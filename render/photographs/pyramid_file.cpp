@@ -10,7 +10,6 @@
 #include <cstring>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/base/atomic_file.h"
 #include "core/geometry/digest.h"
@@ -20,7 +19,7 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'u', 'l', 'f', 'p', 'y', 'r', '0', '1'};
 
-// At the beginning of the file; then a checksum for each level, then one of everything before it.
+// The file begins with this, a checksum for each level, and a checksum of everything before it.
 struct Head {
   std::array<char, 8> magic = kMagic;
   std::uint64_t key = 0, gap_px = 0;

@@ -30,18 +30,14 @@ CutPolygon CutNear(const std::array<Vector3d, 3>& corners, double near) {
 }
 
 // All corners lie in front of the camera.
-void DrawTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, const CameraModel& camera,
-                  cv::Mat& inverse_depth) {
+void DrawTriangle(const std::array<Vector3d, 3>& corners, const CameraModel& camera, cv::Mat& inverse_depth) {
   std::array<Vector3d, 3> at;  // pixels, inverse depth
-  const std::array<const Vector3d*, 3> corners{&a, &b, &c};
   for (std::size_t k = 0; k < 3; ++k) {
-    at[k].head<2>() = PinholeImg(camera, *corners[k]);
-    at[k].z() = 1 / corners[k]->z();
+    at[k].head<2>() = PinholeImg(camera, corners[k]);
+    at[k].z() = 1 / corners[k].z();
   }
-  const double left = std::min({at[0].x(), at[1].x(), at[2].x()});
-  const double right = std::max({at[0].x(), at[1].x(), at[2].x()});
-  const double top = std::min({at[0].y(), at[1].y(), at[2].y()});
-  const double bottom = std::max({at[0].y(), at[1].y(), at[2].y()});
+  const auto [left, right] = std::minmax({at[0].x(), at[1].x(), at[2].x()});
+  const auto [top, bottom] = std::minmax({at[0].y(), at[1].y(), at[2].y()});
   if (!(right > 0 && bottom > 0 && left < camera.width && top < camera.height)) return;
   const int first_x = static_cast<int>(std::ceil(std::max(left, 0.0) - 0.5));
   const int first_y = static_cast<int>(std::ceil(std::max(top, 0.0) - 0.5));
@@ -90,7 +86,7 @@ cv::Mat DrawInverseDepth(const TriangleMesh& mesh, const CameraModel& camera, co
     if (!(farthest > 0)) continue;
     const CutPolygon cut = CutNear(corners, kNearShare * farthest);
     for (std::size_t k = 2; k < cut.count; ++k)
-      DrawTriangle(cut.corners[0], cut.corners[k - 1], cut.corners[k], camera, inverse_depth);
+      DrawTriangle({cut.corners[0], cut.corners[k - 1], cut.corners[k]}, camera, inverse_depth);
   }
   return inverse_depth;
 }

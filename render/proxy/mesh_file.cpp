@@ -25,7 +25,7 @@ PolygonSoup PolygonsOf(const std::filesystem::path& file) {
   throw Error("{}: neither a PLY file nor an OBJ file; convert the mesh to one of them", name);
 }
 
-// In place of a vertex's new number, for vertices that are dropped.
+// The new number of a dropped vertex.
 constexpr std::uint32_t kDropped = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
@@ -33,11 +33,10 @@ constexpr std::uint32_t kDropped = std::numeric_limits<std::uint32_t>::max();
 std::string MeshReading::Dropped() const {
   std::string text;
   if (vertices_not_finite > 0)
-    text =
-        fmt::format("dropped {} that {} not finite and {} at {}",
-                    vertices_not_finite == 1 ? "1 vertex" : fmt::format("{} vertices", vertices_not_finite),
-                    vertices_not_finite == 1 ? "is" : "are", Counted(faces_at_them, "face"),
-                    vertices_not_finite == 1 ? "it" : "them");
+    text = vertices_not_finite == 1 ? fmt::format("dropped 1 vertex that is not finite and {} at it",
+                                                  Counted(faces_at_them, "face"))
+                                    : fmt::format("dropped {} vertices that are not finite and {} at them",
+                                                  vertices_not_finite, Counted(faces_at_them, "face"));
   if (faces_without_area > 0)
     text += fmt::format("{}{} with fewer than three different corners", text.empty() ? "dropped " : ", and ",
                         Counted(faces_without_area, "face"));
@@ -66,7 +65,7 @@ MeshReading ReadMeshFile(const std::filesystem::path& file) {
     }
     first += size;
     while (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
-    if (std::count(polygon.begin(), polygon.end(), kDropped) > 0) {
+    if (std::ranges::count(polygon, kDropped) > 0) {
       ++reading.faces_at_them;
       continue;
     }

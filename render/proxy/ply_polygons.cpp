@@ -10,7 +10,7 @@
 namespace ulf::render {
 namespace {
 
-// In place of an index that no vertex can have.
+// Replaces an index that no vertex can have.
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 void ReadVertices(const ply::Element& element, ply::Body& body, PolygonSoup& soup) {
@@ -67,7 +67,7 @@ PolygonSoup PolygonsFromPly(const std::string& bytes, const std::string& name) {
   }
   for (const std::uint32_t corner : soup.corners)
     if (corner >= soup.vertices.size())
-      throw Error("{}: a face names a vertex that is not there (there are {}); the file is damaged", name,
+      throw Error("{}: a face names a vertex that does not exist (there are {}); the file is damaged", name,
                   soup.vertices.size());
   return soup;
 }

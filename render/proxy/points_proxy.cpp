@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/at.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/digest.h"
@@ -44,8 +45,8 @@ std::vector<ImagePoint> SeenPoints(const std::vector<Vector3d>& points, const Ca
   return seen;
 }
 
-// The mean of all points, weighted by one over the fourth power of the distance: smooth, and close to the
-// image the points at its edge decide.
+// The mean of all points, weighted by one over the fourth power of the distance: smooth, and near the image
+// close to the points at its edge.
 double Extrapolated(const std::vector<ImagePoint>& seen, const Vector2d& img) {
   double sum = 0, weights = 0;
   for (const ImagePoint& point : seen) {
@@ -58,7 +59,7 @@ double Extrapolated(const std::vector<ImagePoint>& seen, const Vector2d& img) {
 
 std::vector<ImagePoint> RimPoints(const std::vector<ImagePoint>& seen, const CameraModel& camera,
                                   double margin_px, int per_side) {
-  // Beyond every point that is seen, so that these are inside the triangles.
+  // The rim lies outside of every point that is seen, so that the triangles contain all of them.
   constexpr double kOutside = 1.01;
   const Vector2d from{-kOutside * margin_px, -kOutside * margin_px};
   const Vector2d size{camera.width - 2 * from.x(), camera.height - 2 * from.y()};
@@ -75,17 +76,16 @@ std::vector<ImagePoint> RimPoints(const std::vector<ImagePoint>& seen, const Cam
 }
 
 // A point that agrees with none of its neighbours is wrong and gets their median.
-void MendWrongPoints(const std::vector<Triangle>& triangles, double wrong_by,
-                     std::vector<ImagePoint>& points) {
+void CorrectWrongPoints(const std::vector<Triangle>& triangles, double wrong_by,
+                        std::vector<ImagePoint>& points) {
   std::vector<std::vector<double>> around(points.size());
   for (const Triangle& triangle : triangles)
     for (std::size_t corner = 0; corner < 3; ++corner)
-      around[static_cast<std::size_t>(triangle[corner])].push_back(
-          points[static_cast<std::size_t>(triangle[(corner + 1) % 3])].inverse_depth);
+      around[At(triangle[corner])].push_back(points[At(triangle[(corner + 1) % 3])].inverse_depth);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double own = points[i].inverse_depth;
     const auto differs = [&](double other) { return std::abs(own / other - 1) > wrong_by; };
-    if (around[i].size() > 2 && std::all_of(around[i].begin(), around[i].end(), differs))
+    if (around[i].size() > 2 && std::ranges::all_of(around[i], differs))
       points[i].inverse_depth = Median(around[i]);
   }
 }
@@ -98,8 +98,9 @@ PointsProxy::PointsProxy(const Subject& subject, const std::vector<ScenePoint>& 
   for (const ScenePoint& point : points)
     if (point.position_in_world.allFinite()) points_.push_back(point.position_in_world);
   if (points_.size() < kFewest)
-    throw Error("--proxy points: the light field has {} tracked points; take another proxy (plane, mesh)",
-                points_.size());
+    throw Error(
+        "--proxy points: the light field has {} tracked points, too few; use another proxy (plane, mesh)",
+        points_.size());
 }
 
 std::uint64_t PointsProxy::Fingerprint() const {
@@ -122,7 +123,7 @@ std::shared_ptr<const TriangleMesh> PointsProxy::Triangles(const CameraModel& ca
   std::vector<Vector2d> img;
   for (const ImagePoint& point : points) img.push_back(point.img);
   const std::vector<Triangle> triangles = PlanarDelaunay(img);
-  MendWrongPoints(triangles, options_.wrong_by, points);
+  CorrectWrongPoints(triangles, options_.wrong_by, points);
 
   auto mesh = std::make_shared<TriangleMesh>();
   const Rigid3 world_from_cam = cam_from_world.Inverse();

@@ -1,8 +1,6 @@
 #include "render/proxy/polygon_soup.h"
 
 #include <Eigen/Geometry>
-#include <charconv>
-#include <cmath>
 
 namespace ulf::render {
 namespace {
@@ -47,8 +45,8 @@ std::vector<std::array<std::uint32_t, 3>> Triangulate(const std::vector<Eigen::V
       for (std::size_t i = 0; ear && i < n; ++i)
         if (i != before && i != at && i != after && flat[i] != a && flat[i] != b && flat[i] != c)
           ear = TwiceArea(a, b, flat[i]) < 0 || TwiceArea(b, c, flat[i]) < 0 || TwiceArea(c, a, flat[i]) < 0;
-      if (!ear &&
-          ++tried <= n) {  // no ear all the way round: the polygon crosses itself, and any cut will do
+      // Without any ear the polygon crosses itself: then it is cut anywhere.
+      if (!ear && ++tried <= n) {
         at = after;
         continue;
       }

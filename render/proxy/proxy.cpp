@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/geometry/digest.h"
 #include "core/geometry/pinhole.h"
@@ -35,20 +34,13 @@ PlaneInCamera PlaneThroughSubject(const Subject& subject, const Rigid3& cam_from
     plane.normal = center_in_cam / distance;
     plane.offset = distance;
   } else {
-    plane.offset = std::max(subject.radius, 1e-6);  // at the centre itself: the sphere's far side
+    plane.offset = std::max(subject.radius, 1e-6);  // the far side of the sphere
   }
   plane.far_depth = kFarOverDistance * plane.offset;
   return plane;
 }
 
 std::uint64_t Proxy::Fingerprint() const { return Digest().Value(); }
-
-std::shared_ptr<const TriangleMesh> Proxy::Triangles(const CameraModel& /*camera*/,
-                                                     const Rigid3& /*cam_from_world*/) const {
-  return nullptr;
-}
-
-std::shared_ptr<const TriangleMesh> Proxy::Occluder() const { return nullptr; }
 
 cv::Mat Proxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) const {
   const PlaneInCamera plane = Background(cam_from_world);
@@ -88,8 +80,7 @@ std::uint64_t MeshProxy::Fingerprint() const {
 PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {
   const PlaneInCamera facing = PlaneThroughSubject(subject_, cam_from_world);
   if (!plane_) return facing;
-  // A camera in the plane would see it edge-on: the plane is moved off by this share of the subject's
-  // distance.
+  // A camera in the plane sees it edge-on: the plane is moved off by this share of the subject's distance.
   constexpr double kLeastOffset = 1e-6;
   PlaneInCamera plane{.normal = cam_from_world.rotation * plane_->normal, .far_depth = facing.far_depth};
   plane.offset = plane_->offset + plane.normal.dot(cam_from_world.translation);

@@ -44,10 +44,12 @@ class Proxy {
   // The plane of pictures that show no triangle.
   virtual PlaneInCamera Background(const Rigid3& cam_from_world) const = 0;
   // World triangles for this camera, seen from both sides; null: none. The same pointer is the same mesh.
-  virtual std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& camera,
-                                                        const Rigid3& cam_from_world) const;
+  virtual std::shared_ptr<const TriangleMesh> Triangles(const CameraModel& /*camera*/,
+                                                        const Rigid3& /*cam_from_world*/) const {
+    return nullptr;
+  }
   // The triangles that hide points from the recorded views; null: nothing is hidden.
-  virtual std::shared_ptr<const TriangleMesh> Occluder() const;
+  virtual std::shared_ptr<const TriangleMesh> Occluder() const { return nullptr; }
 
   // CV_32F depth along the optical axis, positive everywhere, at the pixel centres of an undistorted camera.
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;

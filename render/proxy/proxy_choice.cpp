@@ -42,7 +42,7 @@ std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const s
 
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field) {
   std::vector<std::string> names;
-  // Asked of the light field, because the points may be in one of several files, or none.
+  // Points may be in one of several files: read the light field.
   if (ReadLightField(light_field).points.size() >= PointsProxy::kFewest) names.push_back("points");
   if (std::filesystem::exists(light_field / kMeshProxyFile)) names.push_back("mesh");
   return names;
@@ -52,13 +52,13 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
                                            const std::filesystem::path& light_field) {
   constexpr char kPlane[] = "plane:";
   if (name == "plane") return std::make_shared<PlaneProxy>(subject);
-  if (name.rfind(kPlane, 0) == 0)
+  if (name.starts_with(kPlane))
     return std::make_shared<PlaneProxy>(subject, PlaneFromText(name.substr(sizeof kPlane - 1)));
   if (name == "points") return std::make_shared<PointsProxy>(subject, ReadLightField(light_field).points);
   if (name == "mesh") {
     const std::filesystem::path file = light_field / kMeshProxyFile;
     if (!std::filesystem::exists(file))
-      throw Error("--proxy mesh: {} is not there; make it with: ulf proxy {}", file.string(),
+      throw Error("--proxy mesh: {} does not exist; make it with: ulf proxy {}", file.string(),
                   ShellWord(light_field.string()));
     try {
       return MeshFrom(file, name, subject);
@@ -67,8 +67,8 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
                   error.what(), ShellWord(light_field.string()));
     }
   }
-  const std::string extension = std::filesystem::path(name).extension().string();
-  if (extension == ".ply" || extension == ".obj" || extension == ".PLY" || extension == ".OBJ")
+  const std::string ending = std::filesystem::path(name).extension().string();
+  if (ending == ".ply" || ending == ".obj" || ending == ".PLY" || ending == ".OBJ")
     return MeshFrom(name, std::filesystem::path(name).filename().string(), subject);
   throw UsageError(
       "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, points, mesh, and PLY or OBJ files", name);

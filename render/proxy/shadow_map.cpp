@@ -9,9 +9,8 @@
 namespace ulf::render {
 namespace {
 
-// How much inverse depth changes to the texels on both sides: the larger change on a surface, which may be
-// rough; at its edge, where a change is larger than `edge` of the inverse depth, the smaller one, which is
-// the surface's.
+// The change of inverse depth to the texels on both sides: the larger one on a surface, which may be rough;
+// at an edge, where a change exceeds `edge` of the inverse depth, the smaller one, which is the surface's.
 float Slope(float before, float here, float behind, float edge) {
   const float back = before > 0 ? std::abs(here - before) : -1,
               on = behind > 0 ? std::abs(behind - here) : -1;
@@ -21,7 +20,7 @@ float Slope(float before, float here, float behind, float edge) {
 
 }  // namespace
 
-// From the rays through the edge of the view's image.
+// Computed from the rays through the edge of the view's image.
 CameraModel ShadowMapCamera(const CameraModel& view, const ShadowMapOptions& options) {
   constexpr int kSteps = 16;         // on each side of the image
   constexpr double kSideways = 1e9;  // of rays that do not go forwards; limited by most_slope
@@ -83,7 +82,7 @@ ShadowMap MakeShadowMap(const TriangleMesh& occluder, const CameraModel& view_ca
       least.at<float>(y, x) =
           here > 0 ? std::max(0.0f, static_cast<float>((1 - options.tolerance) * here) - 2 * slope) : 0.0f;
     }
-  // The colours of an edge spill over it by a texel, and so must what it hides.
+  // A photograph mixes the colours of both sides within a texel of an edge: hide that texel, too.
   cv::dilate(least, map.least_inverse_depth, cv::Mat::ones(3, 3, CV_8U));
   return map;
 }

@@ -26,7 +26,7 @@ std::vector<std::size_t> VisiblePoints(const std::vector<Vector3d>& in_cam, doub
   const double between_points_sr = view_sr / static_cast<double>(in_cam.size());
   constexpr double kBeyondAll = 1.01;  // the sphere contains all points
   const double radius = std::max(kHiddenBehind * Median(distances) / between_points_sr,
-                                 kBeyondAll * *std::max_element(distances.begin(), distances.end()));
+                                 kBeyondAll * *std::ranges::max_element(distances));
   std::vector<Kernel::Point_3> flipped;
   for (std::size_t i = 0; i < in_cam.size(); ++i) {
     const Vector3d at = in_cam[i] * (2 * radius / distances[i] - 1);
@@ -39,7 +39,7 @@ std::vector<std::size_t> VisiblePoints(const std::vector<Vector3d>& in_cam, doub
   CGAL::extreme_points_3(indices, std::back_inserter(visible),
                          CGAL::make_extreme_points_traits_adapter(point_of));
   std::erase(visible, in_cam.size());
-  std::sort(visible.begin(), visible.end());
+  std::ranges::sort(visible);
   return visible;
 }
 

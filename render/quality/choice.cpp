@@ -40,7 +40,7 @@ std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldO
     const FieldScore& result = summary.results[i];
     const std::shared_ptr<const Proxy>& proxy = proxies[i / fields.size()];
     // Where the viewpoints span no surface, several fields become the same one.
-    const bool again = std::any_of(candidates.begin(), candidates.end(), [&](const ScoredChoice& other) {
+    const bool again = std::ranges::any_of(candidates, [&](const ScoredChoice& other) {
       return other.proxy == proxy && FieldText(other.field) == FieldText(result.used);
     });
     if (!again) candidates.push_back({result.used, proxy, result.Main().psnr_db});
@@ -48,12 +48,15 @@ std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldO
   return candidates;
 }
 
+std::string ModelName(const ScoredChoice& candidate, bool by_proxy) {
+  return by_proxy ? candidate.proxy->Name() : FieldText(candidate.field);
+}
+
 std::string Listed(const std::vector<ScoredChoice>& candidates, bool by_proxy) {
-  std::string text;
+  std::vector<std::string> texts;
   for (const ScoredChoice& candidate : candidates)
-    text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ",
-                        by_proxy ? candidate.proxy->Name() : FieldText(candidate.field), candidate.psnr_db);
-  return text;
+    texts.push_back(fmt::format("{} {:.1f}", ModelName(candidate, by_proxy), candidate.psnr_db));
+  return fmt::format("{}", fmt::join(texts, ", "));
 }
 
 ModelChoice Explained(const std::string& question, const std::vector<ScoredChoice>& tried,
@@ -63,8 +66,8 @@ ModelChoice Explained(const std::string& question, const std::vector<ScoredChoic
       fmt::format("the first within {} dB of the best on views that were left out, in this order", within_db),
       {}};
   for (const ScoredChoice& candidate : tried)
-    explained.candidates.push_back({by_proxy ? candidate.proxy->Name() : FieldText(candidate.field),
-                                    fmt::format("{:.2f} dB", candidate.psnr_db), &candidate == &chosen});
+    explained.candidates.push_back(
+        {ModelName(candidate, by_proxy), fmt::format("{:.2f} dB", candidate.psnr_db), &candidate == &chosen});
   return explained;
 }
 
@@ -74,15 +77,14 @@ ModelChoice Untried(const std::string& question, const std::string& model, const
 
 // The field for few views, or for views on a line.
 std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fields) {
-  const auto found = std::find_if(fields.begin(), fields.end(), [](const FieldOptions& field) {
-    return field.kind == FieldKind::kLumigraph;
-  });
+  const auto found = std::ranges::find_if(
+      fields, [](const FieldOptions& field) { return field.kind == FieldKind::kLumigraph; });
   return found == fields.end() ? std::nullopt : std::optional(*found);
 }
 
 // A mesh that the user names may be of another scene, or in other coordinates.
-void WarnOfStrangeMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer,
-                       const ChoiceOptions& options) {
+void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer,
+                     const ChoiceOptions& options) {
   if (choice.candidates.empty() || !choice.proxy->Occluder()) return;
   const double by_plane = Try(Small(scene, options.size_px), {choice.field},
                               {std::make_shared<PlaneProxy>(scene.subject)}, renderer, options.views_left_out)
@@ -92,18 +94,17 @@ void WarnOfStrangeMesh(const RenderScene& scene, const Choice& choice, RendererK
   for (const ScoredChoice& candidate : choice.candidates) by_mesh = std::max(by_mesh, candidate.psnr_db);
   if (by_mesh < by_plane)
     spdlog::warn(
-        "over {} left-out views come out worse than over the plane through the subject ({:.1f} dB, {:.1f}): "
-        "is it a "
-        "mesh of this scene, in the light field's world?",
+        "left-out views are worse over {} than over the plane through the subject ({:.1f} dB, {:.1f}): is it "
+        "a mesh of this scene, in the light field's world?",
         choice.proxy->Name(), by_mesh, by_plane);
 }
 
 }  // namespace
 
 const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates, double within_db) {
-  const auto best = std::max_element(candidates.begin(), candidates.end(),
-                                     [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
-  return *std::find_if(candidates.begin(), candidates.end(), [&](const ScoredChoice& candidate) {
+  const auto best = std::ranges::max_element(
+      candidates, [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+  return *std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
     return candidate.psnr_db >= best->psnr_db - within_db;
   });
 }
@@ -112,6 +113,9 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                         const ChoiceOptions& options) {
   Choice choice{FieldThatServes(fields.front(), scene.mesh), proxies.front(), {}, {}, {}};
+  const auto add_reason = [&](const std::string& reason) {
+    choice.why += (choice.why.empty() ? "" : "; ") + reason;
+  };
   const bool few = static_cast<int>(scene.views.size()) < options.fewest_views;
   const auto untried = [&](const std::string& why) {
     choice.explained = {Untried("proxy", choice.proxy->Name(), why),
@@ -126,9 +130,9 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   if (few && open) {
     if (const auto lumigraph = LumigraphAmong(fields)) choice.field = FieldThatServes(*lumigraph, scene.mesh);
     choice.proxy = proxies.back();
-    choice.why += fmt::format("{}{} with the {} proxy: {}, too few to leave some out and compare",
-                              choice.why.empty() ? "" : "; ", FieldText(choice.field), choice.proxy->Name(),
-                              Counted(scene.views.size(), "view"));
+    add_reason(fmt::format("{} with the {} proxy: {}, too few to leave some out and compare",
+                           FieldText(choice.field), choice.proxy->Name(),
+                           Counted(scene.views.size(), "view")));
     return untried(fmt::format("{}, and {} or more are compared", Counted(scene.views.size(), "view"),
                                options.fewest_views));
   }
@@ -141,8 +145,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("proxy", tried, chosen, true, options.within_db));
-    choice.why += fmt::format("{}proxy {}: {} dB", choice.why.empty() ? "" : "; ", choice.proxy->Name(),
-                              Listed(tried, true));
+    add_reason(fmt::format("proxy {}: {} dB", choice.proxy->Name(), Listed(tried, true)));
     choice.candidates = tried;
   }
   if (fields_differ) {
@@ -150,8 +153,7 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
     choice.field = chosen.field;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options.within_db));
-    choice.why += fmt::format("{}{}: {} dB", choice.why.empty() ? "" : "; ", FieldText(choice.field),
-                              Listed(tried, false));
+    add_reason(fmt::format("{}: {} dB", FieldText(choice.field), Listed(tried, false)));
     choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());
   }
   choice.why +=
@@ -171,13 +173,13 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
     fields[1].kind = FieldKind::kLinear;
     fields[2].level = kLimitLevel;
     fields[3].kind = FieldKind::kLumigraph;
-    if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it is the first
+    if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it equals the first
   }
   const std::vector<std::shared_ptr<const Proxy>> proxies =
       proxy == kAuto ? EveryProxyOf(light_field, scene.subject)
                      : std::vector{ProxyFromName(proxy, scene.subject, light_field)};
   Choice choice = ChooseByEvidence(scene, fields, proxies, renderer);
-  if (proxy != kAuto) WarnOfStrangeMesh(scene, choice, renderer, {});
+  if (proxy != kAuto) WarnOfUnfitMesh(scene, choice, renderer, {});
   return choice;
 }
 

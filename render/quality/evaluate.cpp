@@ -48,7 +48,7 @@ struct Truth {
 
 ViewScore Score(Renderer& renderer, const Truth& truth) {
   const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
-  // Back to the photograph's own exposure.
+  // Compare at the photograph's own exposure.
   const cv::Mat exposed = picture.linear / truth.view->scale + cv::Scalar::all(truth.view->black);
   const cv::Mat rendered = Srgb8FromLinear(exposed);
   ViewScore score{.view_id = truth.view->id, .on_rim = truth.on_rim};
@@ -128,7 +128,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   for (const auto& [proxy, field] : combinations) {
     if (renderer->scene().proxy != proxy) renderer->SetProxy(proxy);
     renderer->SetField(field);
-    // Drivers compile at the first picture, which therefore is not timed.
+    // Drivers compile shaders at the first picture: do not time it.
     renderer->Render(truths.front().camera, truths.front().view->cam_from_world);
     FieldScore result{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
     std::vector<double> times;

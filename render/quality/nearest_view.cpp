@@ -43,7 +43,7 @@ int NearestViewRenderer::Nearest(const Rigid3& cam_from_world) const {
   const auto closer = [&](const Flat& a, const Flat& b) {
     return a.direction.dot(direction) < b.direction.dot(direction);
   };
-  return static_cast<int>(std::max_element(views_.begin(), views_.end(), closer) - views_.begin());
+  return static_cast<int>(std::ranges::max_element(views_, closer) - views_.begin());
 }
 
 int NearestViewRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world, cv::Mat& srgb8) const {

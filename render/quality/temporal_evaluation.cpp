@@ -19,12 +19,18 @@
 namespace ulf::render {
 namespace {
 
-// True pictures are kept as display levels in 16 bits, because each is compared with many renderings.
+// Each true picture is compared with many renderings: keep them all as display levels in 16 bits.
 constexpr double kSixteenBits = 65535.0 / 255;
 
 struct TrueFrame {
-  cv::Mat levels;  // CV_16UC3
+  cv::Mat levels16;  // CV_16UC3
   cv::Mat disc;
+
+  cv::Mat Levels() const {
+    cv::Mat levels;
+    levels16.convertTo(levels, CV_32F, 1 / kSixteenBits);
+    return levels;
+  }
 };
 
 cv::Mat Column(const cv::Mat& levels) {
@@ -48,7 +54,7 @@ std::vector<TrueFrame> TrueFrames(const RenderScene& scene, const CameraPath& pa
     const CameraModel& camera = path.cameras[At(i)];
     const Rigid3& pose = path.cam_from_world[At(i)];
     TrueFrame& frame = truths.emplace_back();
-    DisplayLevels(truth.Picture(i, camera, pose)).convertTo(frame.levels, CV_16U, kSixteenBits);
+    DisplayLevels(truth.Picture(i, camera, pose)).convertTo(frame.levels16, CV_16U, kSixteenBits);
     frame.disc = SubjectDisc(camera, pose, scene.subject);
     if (progress) progress->Show(static_cast<double>(i + 1) / frames, "true pictures");
   }
@@ -72,11 +78,7 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
                           .height = path.cameras.front().height};
   const std::vector<TrueFrame> truths = TrueFrames(*scene, path, truth, progress);
   summary.true_strip.create(summary.height, frames, CV_8UC3);
-  for (int i = 0; i < frames; ++i) {
-    cv::Mat levels;
-    truths[At(i)].levels.convertTo(levels, CV_32F, 1 / kSixteenBits);
-    Column(levels).copyTo(summary.true_strip.col(i));
-  }
+  for (int i = 0; i < frames; ++i) Column(truths[At(i)].Levels()).copyTo(summary.true_strip.col(i));
 
   const auto renderer =
       MakeRenderer(scene, {.renderer = options.renderer, .gpu_memory_mb = options.gpu_memory_mb});
@@ -87,7 +89,7 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
     renderer->SetProxy(proxy);
     for (const FieldOptions& field : options.fields) {
       renderer->SetField(field);
-      renderer->Render(path.cameras.front(), path.cam_from_world.front());  // drivers compile at it
+      renderer->Render(path.cameras.front(), path.cam_from_world.front());  // drivers compile shaders
       TemporalScore score{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
       score.strip.create(summary.height, frames, CV_8UC3);
       TemporalError error;
@@ -96,9 +98,7 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
         if (i + 1 < frames) renderer->Prefetch(path.cameras[At(i + 1)], path.cam_from_world[At(i + 1)]);
         const Rendering picture = renderer->Render(path.cameras[At(i)], path.cam_from_world[At(i)]);
         const cv::Mat levels = DisplayLevels(picture.linear);
-        cv::Mat true_levels;
-        truths[At(i)].levels.convertTo(true_levels, CV_32F, 1 / kSixteenBits);
-        error.Add(levels, true_levels, truths[At(i)].disc);
+        error.Add(levels, truths[At(i)].Levels(), truths[At(i)].disc);
         Column(levels).copyTo(score.strip.col(i));
         times.push_back(picture.ms);
         if (progress)

@@ -21,8 +21,8 @@ class PicturesOfTruth : public TruthSource {
     const fs::path stem = folder_ / fmt::format("frame_{:05}", index);
     const fs::path png = fs::path(stem).concat(".png"), exr = fs::path(stem).concat(".exr");
     if (!fs::exists(png) && !fs::exists(exr))
-      throw Error("--truth {}: there is neither {} nor {}; every picture of the path is needed",
-                  folder_.string(), png.filename().string(), exr.filename().string());
+      throw Error("--truth {}: there is neither {} nor {}; give every picture of the path", folder_.string(),
+                  png.filename().string(), exr.filename().string());
     const cv::Mat linear =
         fs::exists(exr) ? ReadExr(exr.string()) : LinearFloat({.pixels = ReadImageFile(png.string())});
     if (linear.cols != camera.width || linear.rows != camera.height)

@@ -2,11 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <span>
 
+#include "core/base/at.h"
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
@@ -20,15 +20,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-const std::array<float, 256>& LinearTable() {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> values{};
-    for (std::size_t i = 0; i < 256; ++i) values[i] = LinearFromSrgb(static_cast<float>(i) / 255.0f);
-    return values;
-  }();
-  return table;
-}
-
 cv::Vec4f LinearAt(const cv::Mat& pixels, int x, int y) {
   x = std::clamp(x, 0, pixels.cols - 1);
   y = std::clamp(y, 0, pixels.rows - 1);
@@ -36,12 +27,12 @@ cv::Vec4f LinearAt(const cv::Mat& pixels, int x, int y) {
     const auto& p = pixels.at<cv::Vec<cv::float16_t, 4>>(y, x);
     return {p[0], p[1], p[2], p[3]};
   }
-  const auto& table = LinearTable();
+  const auto& table = LinearFromSrgb8();
   const cv::Vec3b& p = pixels.at<cv::Vec3b>(y, x);
   return {table[p[0]], table[p[1]], table[p[2]], 1};
 }
 
-// What is the same for all pixels of a picture.
+// The data that all pixels of a picture share.
 struct FrameSetup {
   const RenderScene& scene;
   const CameraModel& camera;
@@ -54,13 +45,13 @@ struct FrameSetup {
 
 // Light on the common scale of all views, and the share of it that the photograph has there.
 cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
-  const SceneView& view = setup.scene.views[static_cast<std::size_t>(index)];
+  const SceneView& view = setup.scene.views[At(index)];
   if (setup.show_field) {
     const cv::Vec3f color = ViewColor(view.id);
     return {color[0], color[1], color[2], 1};
   }
   // Requested at every pixel: the store decides which levels stay in memory.
-  const cv::Mat pixels = view.photograph->Level(setup.level[static_cast<std::size_t>(index)]);
+  const cv::Mat pixels = view.photograph->Level(setup.level[At(index)]);
   const cv::Vec4f light = SampleLevel(pixels, view.camera, img);
   cv::Vec4f common = (light - cv::Vec4f::all(view.black)) * view.scale;
   common[3] = light[3];
@@ -86,7 +77,7 @@ double BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vect
                   std::vector<Contribution>& contributions) {
   double total = 0;
   for (const auto& [index, weight] : sample.weights)
-    if (const auto seen = setup.scene.views[static_cast<std::size_t>(index)].See(point))
+    if (const auto seen = setup.scene.views[At(index)].See(point))
       Contribute(setup, index, seen->img, weight * seen->feather, contributions);
   for (const Contribution& c : contributions) total += c.weight;
   return total;
@@ -96,7 +87,7 @@ double BlendViews(const FrameSetup& setup, const FieldSample& sample, const Vect
 std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, int count) {
   std::vector<int> views;
   for (const int index : setup.views_by_distance) {
-    const auto seen = setup.scene.views[static_cast<std::size_t>(index)].See(point);
+    const auto seen = setup.scene.views[At(index)].See(point);
     if (!seen || !(LightOf(setup, index, seen->img)[3] > 0)) continue;
     views.push_back(index);
     if (static_cast<int>(views.size()) == count) break;
@@ -108,7 +99,7 @@ std::vector<int> NearestThatSee(const FrameSetup& setup, const Vector3d& point, 
 void FillFromHidden(const FrameSetup& setup, const Vector3d& point,
                     std::vector<Contribution>& contributions) {
   for (const int index : setup.views_by_distance) {
-    if (const auto framed = setup.scene.views[static_cast<std::size_t>(index)].Frame(point))
+    if (const auto framed = setup.scene.views[At(index)].Frame(point))
       Contribute(setup, index, framed->img, 1, contributions);
     if (!contributions.empty()) return;
   }
@@ -121,15 +112,13 @@ void Fill(const FrameSetup& setup, const Vector3d& point, int count,
   if (views.empty()) return FillFromHidden(setup, point, contributions);
   std::vector<ViewWeight> weights;
   for (const int index : views)
-    weights.push_back(
-        {index, count > 1
-                    ? LumigraphPenalty(point, setup.virtual_center,
-                                       setup.scene.views[static_cast<std::size_t>(index)].center_in_world,
-                                       FieldOptions{}.lumigraph_resolution)
-                    : 1});
-  if (count > 1) weights = LumigraphWeights(std::move(weights), static_cast<std::size_t>(count));
+    weights.push_back({index, count > 1 ? LumigraphPenalty(point, setup.virtual_center,
+                                                           setup.scene.views[At(index)].center_in_world,
+                                                           FieldOptions{}.lumigraph_resolution)
+                                        : 1});
+  if (count > 1) weights = LumigraphWeights(std::move(weights), At(count));
   for (const auto& [index, weight] : weights) {
-    const auto seen = setup.scene.views[static_cast<std::size_t>(index)].See(point);
+    const auto seen = setup.scene.views[At(index)].See(point);
     if (seen) Contribute(setup, index, seen->img, weight * seen->feather, contributions);
     if (count == 1 && !contributions.empty()) return;
   }
@@ -265,7 +254,7 @@ class WeightLayers {
       : scene_(scene), size_(size), layers_(scene.views.size()) {}
   void Add(int x, int y, const std::vector<Contribution>& contributions) {
     for (const Contribution& c : contributions) {
-      cv::Mat& layer = layers_[static_cast<std::size_t>(c.view)];
+      cv::Mat& layer = layers_[At(c.view)];
       if (layer.empty()) layer = NewLayer();
       cv::float16_t& at = layer.at<cv::float16_t>(y, x);
       at = cv::float16_t(static_cast<float>(at) + static_cast<float>(c.weight));
@@ -275,8 +264,8 @@ class WeightLayers {
     // Encoding it takes as much again.
     if (AvailableMemory() < 2 * sizeof(cv::float16_t) * static_cast<std::uint64_t>(size_.area()))
       throw Error(
-          "the weights of single views in a picture of {}x{} do not fit into memory; render it smaller, "
-          "or without weights",
+          "the weights of single views in a picture of {}x{} do not fit into memory; render it smaller, or "
+          "without weights",
           size_.width, size_.height);
     return cv::Mat::zeros(size_, CV_16F);
   }

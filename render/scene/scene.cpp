@@ -21,39 +21,35 @@ namespace {
 // exposure time.
 std::vector<float> ExposureScales(const LightField& light_field) {
   std::vector<double> exposures;
-  const bool told = std::any_of(light_field.views.begin(), light_field.views.end(),
-                                [](const View& view) { return view.exposure_s > 0; });
+  const bool has_times =
+      std::ranges::any_of(light_field.views, [](const View& view) { return view.exposure_s > 0; });
   for (const View& view : light_field.views) {
     const double aperture = view.f_number ? 1 / (*view.f_number * *view.f_number) : 1.0;
-    exposures.push_back(told ? view.exposure_s * view.gain * aperture : view.gain);
+    exposures.push_back(has_times ? view.exposure_s * view.gain * aperture : view.gain);
   }
   std::vector<float> scales(exposures.size(), 1.0f);
-  if (exposures.empty() || *std::min_element(exposures.begin(), exposures.end()) <= 0) return scales;
+  if (exposures.empty() || *std::ranges::min_element(exposures) <= 0) return scales;
   const double median = Median(exposures);
   for (std::size_t i = 0; i < scales.size(); ++i) scales[i] = static_cast<float>(median / exposures[i]);
   return scales;
 }
 
-// Where 8 bits would lose light: a master or a photograph holds more, a flat field is divided out, or the
-// exposures differ much, so that some photographs are brightened. Masks need the linear form, too: only it
-// has pixels without light.
-bool NeedsLinear(const LightField& light_field, const std::vector<float>& scales, float most_exposure_ratio) {
-  const auto [least, most] = std::minmax_element(scales.begin(), scales.end());
-  return *most > most_exposure_ratio * *least || !light_field.flat_fields.empty() ||
-         std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
+// kAuto: where 8 bits would lose light, because a master or a photograph holds more, a flat field is divided
+// out, or exposures differ so much that photographs are brightened; and for masks, because only the linear
+// form has pixels without light.
+bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales,
+                 const SceneOptions& options) {
+  if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;
+  const auto [least, most] = std::ranges::minmax_element(scales);
+  return *most > options.most_exposure_ratio * *least || !light_field.flat_fields.empty() ||
+         std::ranges::any_of(light_field.views, [&](const View& view) {
            return HasMoreThanEightBits(light_field, view) || HasMask(light_field, view);
          });
 }
 
-bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales,
-                 const SceneOptions& options) {
-  if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;
-  return NeedsLinear(light_field, scales, options.most_exposure_ratio);
-}
-
-// Poses of another convention than ours can be rendered, but the pictures are empty.
+// Poses of another convention render as empty pictures.
 void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) {
-  if (std::any_of(light_field.views.begin(), light_field.views.end(), [&](const View& view) {
+  if (std::ranges::any_of(light_field.views, [&](const View& view) {
         return (view.cam_from_world * subject.center_in_world).z() > -subject.radius;
       }))
     return;
@@ -104,10 +100,8 @@ Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& g
   if (const auto found = SubjectFromAxes(light_field)) return *found;
   throw UsageError(
       "{}: the light field names no subject, and its optical axes do not meet in front of the cameras (they "
-      "are "
-      "nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y is "
-      "down); "
-      "give its place with --subject x,y,z,radius",
+      "are nearly parallel, there is one view, or the poses are flipped: a camera looks along its z axis, y "
+      "is down); give its place with --subject x,y,z,radius",
       light_field.root.string());
 }
 
@@ -126,7 +120,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
                                           .size_limit_px = options.size_limit_px,
                                           .memory_limit_mb = options.memory_limit_mb});
   for (std::size_t i = 0; i < light_field.views.size(); ++i) {
-    if (std::count(options.leave_out.begin(), options.leave_out.end(), static_cast<int>(i)) > 0) continue;
+    if (std::ranges::count(options.leave_out, static_cast<int>(i)) > 0) continue;
     const View& view = light_field.views[i];
     SceneView& out = scene->views.emplace_back();
     out.id = view.id;
@@ -160,8 +154,7 @@ std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::
   rest->up_in_world = scene.up_in_world;
   rest->store = scene.store;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
-    if (std::count(left_out.begin(), left_out.end(), static_cast<int>(i)) == 0)
-      rest->views.push_back(scene.views[i]);
+    if (std::ranges::count(left_out, static_cast<int>(i)) == 0) rest->views.push_back(scene.views[i]);
   rest->proxy = scene.proxy;
   rest->mesh_in_plane = scene.mesh_in_plane;
   rest->MakeMesh();

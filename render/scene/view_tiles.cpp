@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "core/base/at.h"
 #include "render/proxy/depth_raster.h"
@@ -124,15 +123,13 @@ class Splitter {
       }
   }
   bool IsOutside(const HalfSpaces& outer) const {
-    return std::any_of(outer.begin(), outer.end(), [&](const Vector4d& side) {
-      return std::all_of(corners_.begin(), corners_.end(),
-                         [&](const Vector4d& p) { return side.dot(p) <= 0; });
+    return std::ranges::any_of(outer, [&](const Vector4d& side) {
+      return std::ranges::all_of(corners_, [&](const Vector4d& p) { return side.dot(p) <= 0; });
     });
   }
   bool IsInside(const HalfSpaces& inner) const {
-    return std::all_of(inner.begin(), inner.end(), [&](const Vector4d& side) {
-      return std::all_of(corners_.begin(), corners_.end(),
-                         [&](const Vector4d& p) { return side.dot(p) > 0; });
+    return std::ranges::all_of(inner, [&](const Vector4d& side) {
+      return std::ranges::all_of(corners_, [&](const Vector4d& p) { return side.dot(p) > 0; });
     });
   }
 

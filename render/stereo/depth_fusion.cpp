@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/at.h"
 #include "core/base/parallel_for.h"
 
 namespace ulf::render {
@@ -16,7 +17,7 @@ struct Reading {
   double map_depth;    // 0: none
 };
 
-// A view's map at the pixel where a point would be.
+// A view's map at the pixel onto which a point projects.
 std::optional<Reading> ReadMap(const ViewDepth& view, const Vector3d& point_in_world) {
   const Vector3d in_cam = view.view.cam_from_world * point_in_world;
   if (!(in_cam.z() > 0)) return std::nullopt;
@@ -44,14 +45,14 @@ cv::Mat Agreed(const std::vector<ViewDepth>& views, std::size_t index, const std
       double sum = 1 / depth;
       int agreeing = 0, seen_through = 0;
       for (const int other : others) {
-        const ViewDepth& view = views[static_cast<std::size_t>(other)];
+        const ViewDepth& view = views[At(other)];
         const auto reading = ReadMap(view, point);
         if (!reading || !(reading->map_depth > 0)) continue;
         if (Agree(view, reading->point_depth, reading->map_depth, options.tolerance_planes)) {
-          const Vector3d there =
+          const Vector3d other_point =
               view.view.center_in_world + reading->map_depth * view.view.RayInWorld(reading->x, reading->y);
-          // Its depth along the own axis: the pixel of the other map is not exactly the same place.
-          const double own_depth = axis.dot(there - own.view.center_in_world);
+          // The depth along the own axis: the other map's pixel is not exactly the same place.
+          const double own_depth = axis.dot(other_point - own.view.center_in_world);
           if (own_depth <= 0) continue;
           sum += 1 / own_depth;
           ++agreeing;
@@ -102,7 +103,7 @@ std::vector<FusedPoint> FusePoints(const std::vector<ViewDepth>& views,
         point.seen_by.push_back(static_cast<std::uint16_t>(i));
         Mark(own, x, y, depth, options, taken[i]);
         for (const int other : others[i]) {
-          const std::size_t at = static_cast<std::size_t>(other);
+          const std::size_t at = At(other);
           const auto reading = ReadMap(views[at], point.position_in_world);
           if (!reading ||
               !Agree(views[at], reading->point_depth, reading->map_depth, options.tolerance_planes))

@@ -14,8 +14,7 @@ StereoView HalfSize(const StereoView& view) {
   return half;
 }
 
-// The way in pixels that the middle of the view's image moves in a neighbour's image while its depth goes
-// through the range.
+// How many pixels the middle of the view's image moves in a neighbour's image over the range of depths.
 double PathLengthPx(const StereoView& view, const StereoView& neighbour, double nearest, double farthest) {
   const Eigen::Vector3d ray = view.RayInWorld(view.camera.width / 2, view.camera.height / 2);
   const auto at = [&](double depth) {
@@ -62,7 +61,7 @@ InverseDepthRange FindRange(const StereoView& view, const std::vector<const Ster
     for (int x = 0; x < map.depth.cols; ++x)
       if (map.agreement.at<float>(y, x) > options.sure) inverse.push_back(1 / map.depth.at<float>(y, x));
   if (inverse.size() < options.fewest) return PixelSpacedRange(view, neighbours, nearest, farthest);
-  std::sort(inverse.begin(), inverse.end());
+  std::ranges::sort(inverse);
   const std::size_t left_out =
       static_cast<std::size_t>(options.left_out * static_cast<double>(inverse.size()));
   const double least = inverse[left_out], most = inverse[inverse.size() - 1 - left_out];

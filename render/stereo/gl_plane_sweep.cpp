@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
+#include "core/base/at.h"
 #include "render/gl/embedded_shaders.h"
-#include "render/stereo/plane_carrier.h"
 
 namespace ulf::render {
 namespace {
@@ -106,8 +106,7 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
   CostVolume volume(view.grey.cols, view.grey.rows, range.planes);
   for (int first = 0; first < range.planes; first += kPlanesAtOnce) {
     std::array<float, 4> inverse_depths{};
-    for (int k = 0; k < kPlanesAtOnce; ++k)
-      inverse_depths[static_cast<std::size_t>(k)] = static_cast<float>(range.At(first + k));
+    for (int k = 0; k < kPlanesAtOnce; ++k) inverse_depths[At(k)] = static_cast<float>(range.At(first + k));
     program_.Set("inverse_depths", inverse_depths);
     glDrawArrays(GL_TRIANGLES, 0, 3);
     const cv::Mat costs = costs_.Read();
@@ -117,7 +116,7 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
       const float* row = costs.ptr<float>(y);
       std::uint8_t* out = volume.At(0, y) + first;
       for (int x = 0; x < costs.cols; ++x, row += 4, out += volume.stride())
-        for (int k = 0; k < planes; ++k) out[k] = CostByte(row[kChannel[static_cast<std::size_t>(k)]]);
+        for (int k = 0; k < planes; ++k) out[k] = CostByte(row[kChannel[At(k)]]);
     }
   }
   CheckGl("sweeping planes");

@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "core/geometry/pinhole.h"
-#include "render/stereo/plane_carrier.h"
 
 namespace ulf::render {
 namespace {
@@ -166,10 +165,10 @@ class Matcher {
   std::array<std::array<Row, 3>, kSide> ring_;
 };
 
-constexpr int kMostKept = 16;  // of 32 neighbours, the most that `ulf proxy` takes
+constexpr int kMostKept = 16;  // half of 32 neighbours, the most of `ulf proxy`
 
-// Mean of the better half of the neighbours, without those that do not see the pixel; the truncation where
-// none does.
+// The mean of the better half of the neighbours, without those that do not see the pixel; the truncation
+// where none sees it.
 void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t pixels, float truncation,
                       float* mean) {
   constexpr std::size_t kBlock = 512;
@@ -275,7 +274,7 @@ DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, cons
     for (int x = 0; x < view.grey.cols; ++x) {
       if (!view.valid.empty() && view.valid.at<std::uint8_t>(y, x) == 0) continue;
       const float at = plane.at<float>(y, x);
-      // A least cost at the end of the range is no minimum: it might fall further beyond.
+      // A least cost at the end of the range is no minimum: it may be lower beyond.
       if (at < 0.5f || at > static_cast<float>(range.planes) - 1.5f) continue;
       map.depth.at<float>(y, x) = static_cast<float>(1 / range.At(at));
       map.agreement.at<float>(y, x) = 1 - static_cast<float>(volume.At(x, y)[std::lround(at)]) / kCostUnit;

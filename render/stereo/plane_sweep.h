@@ -37,6 +37,14 @@ struct DepthMap {
   cv::Mat agreement;  // CV_32F, 0 to 1: ZNCC at this depth, of the better half of the neighbours
 };
 
+// The homography from a view's image to a neighbour's by a plane that is parallel to the view's image:
+// (at_infinity + inverse_depth * [0 0 per_inverse_depth]) (x, y, 1), up to scale; pixels to pixels.
+struct PlaneCarrier {
+  Eigen::Matrix3f at_infinity;
+  Eigen::Vector3f per_inverse_depth;
+};
+PlaneCarrier MakePlaneCarrier(const StereoView& view, const StereoView& neighbour);
+
 // The cost of each plane at each pixel, in 8 bits; on the processor.
 CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                          const InverseDepthRange& range, const SweepOptions& options = {});

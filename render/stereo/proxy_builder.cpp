@@ -6,6 +6,7 @@
 #include <chrono>
 #include <memory>
 
+#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
@@ -20,8 +21,26 @@
 namespace ulf::render {
 namespace {
 
-// Of the progress that is shown.
+// Shares of the progress that is shown.
 constexpr double kPhotographsShare = 0.1, kMapsShare = 0.8, kBeforeSurface = 0.92;
+
+// The progress of a loop in several threads: `share` of the whole, from `from` on.
+class LoopProgress {
+ public:
+  LoopProgress(Progress* progress, const char* what, double from, double share, std::size_t count)
+      : progress_(progress), what_(what), from_(from), step_(share / static_cast<double>(count)) {}
+  void AddOne() {
+    const MutexLock lock(mutex_);
+    if (progress_) progress_->Show(from_ + step_ * ++done_, what_);
+  }
+
+ private:
+  Progress* progress_;
+  const char* what_;
+  double from_, step_;
+  Mutex mutex_;
+  int done_ ULF_GUARDED_BY(mutex_) = 0;
+};
 
 class Stopwatch {
  public:
@@ -36,17 +55,10 @@ class Stopwatch {
 
 std::vector<StereoView> StereoViews(const RenderScene& scene, int size_px, Progress* progress) {
   std::vector<StereoView> views(scene.views.size());
-  struct {
-    Mutex mutex;
-    std::size_t done ULF_GUARDED_BY(mutex) = 0;
-  } shown;
+  LoopProgress shown(progress, "photographs", 0, kPhotographsShare, views.size());
   ParallelFor(views.size(), [&](std::size_t i) {
     views[i] = MakeStereoView(scene.views[i], size_px);
-    const MutexLock lock(shown.mutex);
-    if (progress)
-      progress->Show(
-          kPhotographsShare * static_cast<double>(++shown.done) / static_cast<double>(views.size()),
-          "photographs");
+    shown.AddOne();
   });
   return views;
 }
@@ -62,14 +74,14 @@ std::vector<Task> TasksOf(const std::vector<StereoView>& views, const Subject& s
   for (const int view : SpreadViews(views, subject, options.depth_maps)) {
     Task task{view, {}};
     for (const int other : NeighboursOf(view, views, subject, {.count = options.neighbours}))
-      task.neighbours.push_back(&views[static_cast<std::size_t>(other)]);
+      task.neighbours.push_back(&views[At(other)]);
     if (!task.neighbours.empty()) tasks.push_back(std::move(task));
   }
   return tasks;
 }
 
-// Null: the processor compares.
-std::unique_ptr<GlPlaneSweep> OpenGlFor(SweepDevice device) {
+// Null: the processor compares the photographs.
+std::unique_ptr<GlPlaneSweep> MakeSweepOn(SweepDevice device) {
   if (device == SweepDevice::kProcessor) return nullptr;
   try {
     auto sweep = std::make_unique<GlPlaneSweep>();
@@ -85,7 +97,7 @@ double PixelDepthRadii(const std::vector<StereoView>& views, const std::vector<T
                        const Subject& subject) {
   std::vector<double> radii;
   for (const Task& task : tasks) {
-    const StereoView& view = views[static_cast<std::size_t>(task.view)];
+    const StereoView& view = views[At(task.view)];
     const double distance = (subject.center_in_world - view.center_in_world).norm();
     radii.push_back(DepthStepOfPixel(view, task.neighbours, distance) / subject.radius);
   }
@@ -101,29 +113,23 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
     const MutexLock lock(drawing);
     return gl->MatchingCosts(view, task.neighbours, depths);
   };
-  struct {
-    Mutex mutex;
-    int done ULF_GUARDED_BY(mutex) = 0;
-  } shown;
+  LoopProgress shown(progress, "depth maps", kPhotographsShare, kMapsShare, tasks.size());
   ParallelFor(tasks.size(), [&](std::size_t i) {
     const Task& task = tasks[i];
-    const StereoView& view = views[static_cast<std::size_t>(task.view)];
+    const StereoView& view = views[At(task.view)];
     const double distance = (subject.center_in_world - view.center_in_world).norm();
     const InverseDepthRange depths = FindRange(view, task.neighbours, distance);
     maps[i] = {view, DepthOfLeastCost(costs(task, view, depths), view, depths).depth,
                (depths.most - depths.least) / (depths.planes - 1)};
-    const MutexLock lock(shown.mutex);
-    if (progress)
-      progress->Show(kPhotographsShare + kMapsShare * ++shown.done / static_cast<double>(tasks.size()),
-                     "depth maps");
+    shown.AddOne();
   });
   return maps;
 }
 
-// No more points than half the triangles that the surface may have.
-std::vector<FusedPoint> Points(const std::vector<ViewDepth>& maps,
-                               const std::vector<std::vector<int>>& others, FusionOptions fusion,
-                               const ProxyOptions& options) {
+// Spaces the points wider until they are at most half as many as the surface may have triangles.
+std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
+                                     const std::vector<std::vector<int>>& others, FusionOptions fusion,
+                                     const ProxyOptions& options) {
   std::vector<FusedPoint> points = FusePoints(maps, others, fusion);
   while (points.size() > static_cast<std::size_t>(options.most_triangles) / 2 &&
          fusion.spacing_px < options.widest_spacing_px) {
@@ -147,11 +153,10 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
   if (tasks.empty())
     throw Error(
         "no two of the {} views look at the same thing from different places, so that its distance cannot be "
-        "found: "
-        "move the camera sideways between views",
+        "found: move the camera sideways between views",
         scene.views.size());
   result.summary.pixel_depth_radii = PixelDepthRadii(views, tasks, scene.subject);
-  const std::unique_ptr<GlPlaneSweep> gl = OpenGlFor(options.device);
+  const std::unique_ptr<GlPlaneSweep> gl = MakeSweepOn(options.device);
   result.summary.device = gl ? gl->device() : "processor";
   std::vector<ViewDepth> maps = DepthMaps(views, tasks, scene.subject, gl.get(), progress);
   result.summary.depth_maps = static_cast<int>(maps.size());
@@ -176,7 +181,7 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
     pixels += static_cast<double>(map.depth.total());
   }
   result.summary.agreeing_share = agreeing / pixels;
-  const std::vector<FusedPoint> points = Points(maps, others, fusion, options);
+  const std::vector<FusedPoint> points = SpacedPoints(maps, others, fusion, options);
   result.summary.points = points.size();
   result.summary.fusion_s = watch.LapSeconds();
 
@@ -185,8 +190,7 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
   result.summary.surface_s = watch.LapSeconds();
   if (result.mesh.triangles.empty())
     throw Error(
-        "the views agree on no surface ({} in {}): are the poses right, did the subject stay where it was, "
-        "do "
+        "the views agree on no surface ({} in {}): are the poses right, did the subject stay in place, do "
         "neighbouring views see the same things?",
         Counted(points.size(), "point"), Counted(maps.size(), "depth map"));
   return result;

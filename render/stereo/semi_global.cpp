@@ -8,7 +8,7 @@ namespace ulf::render {
 namespace {
 
 constexpr std::uint16_t kNever = 30000;  // above any cost of a path
-constexpr std::size_t kSide = 16;        // labels with that cost on either side of a pixel's own, aligned
+constexpr std::size_t kSide = 16;        // padding with this cost on both sides of a pixel's labels, aligned
 
 // The least cost of reaching each label along one direction, for the pixels of one row.
 struct Paths {

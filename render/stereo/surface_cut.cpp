@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc/detail/gcgraph.hpp>
 
+#include "core/base/at.h"
 #include "core/base/parallel_for.h"
 #include "render/stereo/tetrahedra.h"
 
@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector3d;
 using Cell = std::uint32_t;
 
-constexpr int kSightLine = 1000;  // the weight of a line of sight: integers have the same sum in any order
+constexpr int kSightLine = 1000;  // weight of a line of sight; sums of integers do not depend on their order
 
 double Det(const Vector3d& a, const Vector3d& b, const Vector3d& c) { return a.dot(b.cross(c)); }
 
@@ -26,7 +26,7 @@ void Add(std::int32_t& sum, double weight) {
                                                std::memory_order_relaxed);
 }
 
-// The evidence of the lines of sight.
+// The evidence that the lines of sight give.
 struct Evidence {
   explicit Evidence(std::size_t cells) : crossing(cells, {0, 0, 0, 0}), empty(cells, 0), filled(cells, 0) {}
   // Against this cell being empty while its neighbour k is not.
@@ -57,11 +57,11 @@ class CellsAtPoints {
 };
 
 int IndexOf(const std::array<std::uint32_t, 4>& of, std::uint32_t value) {
-  return static_cast<int>(std::find(of.begin(), of.end(), value) - of.begin());
+  return static_cast<int>(std::ranges::find(of, value) - of.begin());
 }
 
-// Walks from a vertex to a place. Calls crossed(cell, k, share) for every face k through which it leaves a
-// cell, after `share` of the way. Returns the last cell: an outer one where the way leaves the hull.
+// Walks through the cells from a vertex along `way`. Calls crossed(cell, k, share) for every face k through
+// which it leaves a cell, after `share` of the way. Returns the last cell: an outer one outside the hull.
 class Walk {
  public:
   Walk(const Tetrahedra& space, const CellsAtPoints& cells_at) : space_(space), cells_at_(cells_at) {}
@@ -101,9 +101,9 @@ class Walk {
       const double share = Det(u, v, w) / across;
       if (share >= 1) return cell;
       crossed(cell, out, share);
-      const Cell next = space_.neighbours[cell][static_cast<std::size_t>(out)];
+      const Cell next = space_.neighbours[cell][At(out)];
       const int apex = IndexOf(space_.neighbours[next], cell);
-      const std::uint32_t far = space_.corners[next][static_cast<std::size_t>(apex)];
+      const std::uint32_t far = space_.corners[next][At(apex)];
       if (far == Tetrahedra::kAtInfinity || space_.Outer(next)) return next;
       const Vector3d a = space_.points[far] - origin;
       const double side_u = Det(way, u, a), side_v = Det(way, v, a), side_w = Det(way, w, a);
@@ -130,7 +130,7 @@ class Walk {
     static constexpr std::array<std::array<std::size_t, 3>, 4> kFace{
         {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
     const auto& corners = space_.corners[cell];
-    const auto& face = kFace[static_cast<std::size_t>(k)];
+    const auto& face = kFace[At(k)];
     return {corners[face[0]], corners[face[1]], corners[face[2]]};
   }
 
@@ -151,14 +151,13 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
     };
     const Cell at_camera = walk.To(vertex, to_camera, [&](Cell cell, int k, double share) {
       // The camera's side of the face is empty, so the cut counts from the next cell to this one.
-      const Cell next = space.neighbours[cell][static_cast<std::size_t>(k)];
-      Add(evidence.crossing[next][static_cast<std::size_t>(IndexOf(space.neighbours[next], cell))],
-          weight_at(share * length));
+      const Cell next = space.neighbours[cell][At(k)];
+      Add(evidence.crossing[next][At(IndexOf(space.neighbours[next], cell))], weight_at(share * length));
     });
     if (at_camera != Tetrahedra::kAtInfinity) Add(evidence.empty[at_camera], kSightLine);
     const double behind = options.behind * point.spread;
     const Cell at_back = walk.To(vertex, to_camera * (-behind / length), [&](Cell cell, int k, double share) {
-      Add(evidence.crossing[cell][static_cast<std::size_t>(k)], weight_at(share * behind));
+      Add(evidence.crossing[cell][At(k)], weight_at(share * behind));
     });
     if (at_back != Tetrahedra::kAtInfinity) Add(evidence.filled[at_back], kSightLine);
   };
@@ -167,7 +166,7 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
       points.size(),
       [&](std::size_t i) {
         const auto& seen_by = points[i].seen_by;
-        const std::size_t lines = std::min(seen_by.size(), static_cast<std::size_t>(options.sight_lines));
+        const std::size_t lines = std::min(seen_by.size(), At(options.sight_lines));
         for (std::size_t k = 0; k < lines; ++k)
           look(points[i], vertex_of[i], centers[seen_by[k * seen_by.size() / lines]]);
       },
@@ -197,10 +196,10 @@ double Irregularity(const Tetrahedra& space, Cell cell, int k,
   for (int i = 0; i < 4; ++i)
     if (i != k) face[count++] = space.points[corners[static_cast<std::size_t>(i)]];
   Vector3d normal = (face[1] - face[0]).cross(face[2] - face[0]).normalized();
-  const Vector3d apex = space.points[corners[static_cast<std::size_t>(k)]];
+  const Vector3d apex = space.points[corners[At(k)]];
   if (normal.dot(apex - face[0]) < 0) normal = -normal;  // towards this cell
   double least = 1;
-  const Cell next = space.neighbours[cell][static_cast<std::size_t>(k)];
+  const Cell next = space.neighbours[cell][At(k)];
   for (const auto& [of, inward] : {std::pair{cell, 1.0}, {next, -1.0}}) {
     if (!centers[of]) continue;
     const Vector3d radius = *centers[of] - face[0];
@@ -211,7 +210,7 @@ double Irregularity(const Tetrahedra& space, Cell cell, int k,
 }
 
 // Whether a face, counter-clockwise as seen from its empty side, may belong to the surface (SurfaceOptions).
-// Elsewhere the cut has closed over what no view looked at.
+// Other faces close the surface where no view looked.
 bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face,
                const std::vector<FusedPoint>& points, const std::vector<std::uint32_t>& point_of,
                const std::vector<Vector3d>& centers, const SurfaceOptions& options) {
@@ -225,10 +224,10 @@ bool Supported(const Tetrahedra& space, const std::array<std::uint32_t, 3>& face
   if (longest > options.longest_edge_px) return false;
   const Vector3d corner = space.points[face[0]];
   const Vector3d outward = (space.points[face[1]] - corner).cross(space.points[face[2]] - corner);
-  return std::any_of(face.begin(), face.end(), [&](std::uint32_t of) {
+  return std::ranges::any_of(face, [&](std::uint32_t of) {
     const std::vector<std::uint16_t>& views = points[point_of[of]].seen_by;
-    return std::any_of(views.begin(), views.end(),
-                       [&](std::uint16_t view) { return outward.dot(centers[view] - corner) > 0; });
+    return std::ranges::any_of(views,
+                               [&](std::uint16_t view) { return outward.dot(centers[view] - corner) > 0; });
   });
 }
 
@@ -256,7 +255,7 @@ TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector
   }
   for (Cell cell = 0; cell < cells; ++cell)
     for (int k = 0; k < 4; ++k) {
-      const Cell next = space.neighbours[cell][static_cast<std::size_t>(k)];
+      const Cell next = space.neighbours[cell][At(k)];
       if (next <= cell) continue;
       const int back = IndexOf(space.neighbours[next], cell);
       double regular = 1;
@@ -265,9 +264,8 @@ TriangleMesh CutSurface(const std::vector<FusedPoint>& points, const std::vector
       else if (!space.Outer(next))
         regular = Irregularity(space, next, back, spheres);
       const int both = static_cast<int>(std::lround(kSightLine * options.regularity * regular));
-      graph.addEdges(static_cast<int>(cell), static_cast<int>(next),
-                     both + evidence.crossing[cell][static_cast<std::size_t>(k)],
-                     both + evidence.crossing[next][static_cast<std::size_t>(back)]);
+      graph.addEdges(static_cast<int>(cell), static_cast<int>(next), both + evidence.crossing[cell][At(k)],
+                     both + evidence.crossing[next][At(back)]);
     }
   graph.maxFlow();
 

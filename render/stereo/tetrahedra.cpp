@@ -23,12 +23,12 @@ using Delaunay =
 
 bool Tetrahedra::Outer(std::uint32_t cell) const {
   const auto& of = corners[cell];
-  return std::find(of.begin(), of.end(), kAtInfinity) != of.end();
+  return std::ranges::find(of, kAtInfinity) != of.end();
 }
 
 Tetrahedra DelaunayTetrahedra(const std::vector<Eigen::Vector3d>& points,
                               std::vector<std::uint32_t>* number) {
-  // Inserted in an order in which each point is near the previous one, which is faster.
+  // Insertion is faster in an order in which each point is near the previous one.
   using Traits =
       CGAL::Spatial_sort_traits_adapter_3<Kernel, CGAL::Pointer_property_map<Kernel::Point_3>::type>;
   std::vector<Kernel::Point_3> places;

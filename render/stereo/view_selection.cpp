@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/at.h"
+
 namespace ulf::render {
 namespace {
 
@@ -23,13 +25,13 @@ double SharedImage(const StereoView& view, const StereoView& other, double depth
   return static_cast<double>(seen) / (kSamples * kSamples);
 }
 
-// The point at which a view looks: on its axis, at the subject's depth, or its distance where the view looks
-// elsewhere.
+// The point at which a view looks: on its axis, at the subject's depth; at the subject's distance where the
+// view looks elsewhere.
 Vector3d Target(const StereoView& view, const Subject& subject) {
   const Vector3d axis = view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
   const Vector3d to_subject = subject.center_in_world - view.center_in_world;
   const double depth = axis.dot(to_subject);
-  constexpr double kLeastCosine = 0.1;
+  constexpr double kLeastCosine = 0.1;  // between the axis and the subject. Guessed.
   return view.center_in_world + (depth > kLeastCosine * to_subject.norm() ? depth : to_subject.norm()) * axis;
 }
 
@@ -44,7 +46,7 @@ double Apart(const Place& a, const Place& b) {
 
 std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, const Subject& subject,
                               const NeighbourOptions& options) {
-  const StereoView& own = views[static_cast<std::size_t>(view)];
+  const StereoView& own = views[At(view)];
   const Vector3d target = Target(own, subject);
   const Vector3d own_sight = own.center_in_world - target;
   struct Candidate {
@@ -68,9 +70,8 @@ std::vector<int> NeighboursOf(int view, const std::vector<StereoView>& views, co
   }
   std::vector<int> chosen;
   while (static_cast<int>(chosen.size()) < options.count && !candidates.empty()) {
-    const auto best =
-        std::max_element(candidates.begin(), candidates.end(),
-                         [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+    const auto best = std::ranges::max_element(
+        candidates, [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
     const Candidate taken = *best;
     candidates.erase(best);
     chosen.push_back(taken.view);
@@ -108,9 +109,9 @@ std::vector<int> SpreadViews(const std::vector<StereoView>& views, const Subject
     chosen.push_back(static_cast<int>(next));
     for (std::size_t i = 0; i < views.size(); ++i)
       distance[i] = std::min(distance[i], Apart(places[i], places[next]));
-    next = static_cast<std::size_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
+    next = static_cast<std::size_t>(std::ranges::max_element(distance) - distance.begin());
   }
-  std::sort(chosen.begin(), chosen.end());
+  std::ranges::sort(chosen);
   chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
   return chosen;
 }

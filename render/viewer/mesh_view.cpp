@@ -34,8 +34,8 @@ std::optional<std::pair<Vector2d, Vector2d>> Shown(const CameraModel& camera, Ve
   return std::pair(PinholeImg(camera, a), PinholeImg(camera, b));
 }
 
-// The sign of a triangle's corners depends on the side of the camera, so that an edge between triangles of
-// both signs is drawn twice.
+// The sign of a triangle's corners depends on the side of the camera: an edge between triangles of both signs
+// is drawn twice.
 struct DrawnEdge {
   int from, to;
   bool negated;
@@ -53,8 +53,8 @@ class Drawing {
     const FieldMesh& mesh = field.field_mesh();
     const PlacedMesh placed = field.Place(place_);
     std::set<DrawnEdge> drawn;
-    for (std::size_t t = mesh.triangles.size();
-         t-- > 0;) {  // from the last on: a rim edge is drawn as the mesh's, not as the strips'
+    // From the last triangle on: an edge of mesh and strip is drawn as the mesh's.
+    for (std::size_t t = mesh.triangles.size(); t-- > 0;) {
       if (placed.cone_from_ray[t].isZero(0)) continue;
       const Triangle& triangle = mesh.triangles[t];
       const Matrix3d corners = cam_from_world_r_ * placed.corners[t];

@@ -98,7 +98,7 @@ void Viewer::Execute(const ViewerRequest& request) {
   } catch (const SurfaceGone&) {
     throw;
   } catch (const Error& error) {
-    ShowNotice(error.what());  // for example a file that cannot be written
+    ShowNotice(error.what());
   }
 }
 
@@ -115,7 +115,7 @@ void Viewer::SelectProxy(std::size_t index) {
   try {
     if (!proxy) proxy = options_.proxies[index].make();
   } catch (const Error& error) {
-    const auto used = std::find(proxies_.begin(), proxies_.end(), renderer_->scene().proxy);
+    const auto used = std::ranges::find(proxies_, renderer_->scene().proxy);
     input_.SelectProxy(static_cast<int>(used - proxies_.begin()));
     return ShowNotice(error.what());
   }
@@ -129,7 +129,7 @@ void Viewer::ApplyState() {
   renderer_->SetAperture(now.OpenAperture());
   renderer_->ShowField(now.shows_field);
   if (now.shows_mesh) {
-    constexpr int kMostLevels = 2;  // more levels would cover the picture with lines
+    constexpr int kMostLevels = 2;  // more levels cover the picture with lines. Guessed.
     const int level = std::min(renderer_->field().level, kMostLevels);
     const bool subdivided = renderer_->field().kind == FieldKind::kSubdivision && level > 0;
     if (!subdivided) fine_mesh_.reset();
@@ -140,7 +140,7 @@ void Viewer::ApplyState() {
   }
 }
 
-// Focuses on the proxy's point there.
+// Focuses on the proxy's point at `img`.
 void Viewer::FocusOn(const Eigen::Vector2d& img) {
   const ViewerCamera& camera = state().camera;
   const Rigid3 cam_from_world = camera.CamFromWorld();

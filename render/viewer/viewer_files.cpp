@@ -9,14 +9,13 @@
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/camera_json.h"
 #include "core/image/image.h"
 
 namespace ulf::render {
 namespace {
 
 using nlohmann::json;
-
-json ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 json ReadKeyframes(const std::filesystem::path& file) {
   json document;
@@ -46,9 +45,9 @@ std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera
   if (aperture && !has_apertures)
     throw Error("{}: its keyframes have no aperture; close it (X), or move the file away", file.string());
   json keyframe{{"time", time_s},
-                {"eye", ListOf(camera.eye_in_world)},
-                {"target", ListOf(camera.target_in_world)},
-                {"up", ListOf(camera.up_in_world)},
+                {"eye", Vector3ToJson(camera.eye_in_world)},
+                {"target", Vector3ToJson(camera.target_in_world)},
+                {"up", Vector3ToJson(camera.up_in_world)},
                 {"fov_deg", Degrees(fov_rad)}};
   if (has_apertures) {
     const Aperture closed{.radius = 0, .focus_in_world = camera.target_in_world};

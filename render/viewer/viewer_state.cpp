@@ -9,9 +9,9 @@
 namespace ulf::render {
 namespace {
 
-// Skips lumigraph weights per pixel, which take a software rasteriser seconds and have a key of their own.
+// Skips lumigraph weights per pixel: they have their own key, and a software rasteriser needs seconds for them.
 FieldKind NextField(FieldKind kind) {
-  const auto at = std::find(std::begin(kViewerFields), std::end(kViewerFields), kind);
+  const auto at = std::ranges::find(kViewerFields, kind);
   const auto next = std::next(at) == std::end(kViewerFields) ? std::begin(kViewerFields) : std::next(at);
   return *next == FieldKind::kLumigraphPerPixel ? *std::next(next) : *next;
 }

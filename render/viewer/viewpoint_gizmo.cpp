@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "render/viewer/viewer_camera.h"
 #include "render/viewpoints/subject_center.h"
@@ -74,8 +75,8 @@ ViewpointGizmo::ViewpointGizmo(const RenderScene& scene, const ViewpointGizmoOpt
   right_ = look.DirectionInSource(Vector3d::UnitX());
   up_ = look.DirectionInSource(-Vector3d::UnitY());
   towards_ = look.DirectionInSource(-Vector3d::UnitZ());
-  nearest_ = *std::min_element(distances.begin(), distances.end());
-  farthest_ = *std::max_element(distances.begin(), distances.end());
+  nearest_ = *std::ranges::min_element(distances);
+  farthest_ = *std::ranges::max_element(distances);
   spacing_rad_ = MedianSpacing(directions_);
 }
 
@@ -91,7 +92,7 @@ Overlay ViewpointGizmo::Draw(const Vector3d& eye, double size) const {
     std::array<Vector2d, 3> img;
     int in_front = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto& vertex = mesh_.vertices[static_cast<std::size_t>(t[k])];
+      const auto& vertex = mesh_.vertices[At(t[k])];
       const Place place = Of(vertex.position_in_world - subject_.center_in_world, size);
       img[k] = place.img;
       in_front += place.front;
@@ -126,8 +127,8 @@ double ViewpointGizmo::Spacing() const {
 bool ViewpointGizmo::IsOutside(const Vector3d& direction) const {
   if (mesh_.span == Span::kSurface) return !InsideHull(mesh_, direction);
   const double allowed = std::max(options_.outside_rad, options_.outside_spacings * spacing_rad_);
-  return std::none_of(directions_.begin(), directions_.end(),
-                      [&](const Vector3d& view) { return AngleBetween(view, direction) <= allowed; });
+  return std::ranges::none_of(directions_,
+                              [&](const Vector3d& view) { return AngleBetween(view, direction) <= allowed; });
 }
 
 std::string ViewpointGizmo::Warning(const Vector3d& eye) const {

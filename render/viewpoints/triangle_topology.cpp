@@ -35,7 +35,7 @@ TriangleTopology MakeTopology(int vertex_count, const std::vector<Triangle>& tri
     topology.boundary_neighbours[At(edge.from)][1] = edge.to;
     topology.boundary_neighbours[At(edge.to)][0] = edge.from;
   }
-  for (std::vector<int>& ring : topology.neighbours) std::sort(ring.begin(), ring.end());
+  for (std::vector<int>& ring : topology.neighbours) std::ranges::sort(ring);
   return topology;
 }
 
@@ -55,9 +55,9 @@ std::vector<int> SplitPinches(int vertex_count, std::vector<Triangle>& triangles
       for (std::size_t i = 0; i < fan.size(); ++i) {
         const Triangle& inside = triangles[At(fan[i])];
         const auto touches = [&](int other) {
-          return std::any_of(inside.begin(), inside.end(), [&](int corner) {
+          return std::ranges::any_of(inside, [&](int corner) {
             const Triangle& candidate = triangles[At(other)];
-            return corner != vertex && std::count(candidate.begin(), candidate.end(), corner) > 0;
+            return corner != vertex && std::ranges::count(candidate, corner) > 0;
           });
         };
         const auto rest = std::stable_partition(left.begin(), left.end(), [&](int t) { return !touches(t); });

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
@@ -19,6 +18,19 @@ namespace ulf::render {
 namespace {
 
 using Eigen::Vector3d;
+
+std::vector<Vector3d> Directions(const ViewpointMesh& mesh) {
+  std::vector<Vector3d> directions;
+  for (const auto& vertex : mesh.vertices)
+    directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
+  return directions;
+}
+
+Vector3d Sum(const std::vector<Vector3d>& vectors) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& vector : vectors) sum += vector;
+  return sum;
+}
 
 // For each direction the angle to its n-th nearest: about the length of an edge of a triangulation there,
 // even where there are duplicates.
@@ -39,8 +51,7 @@ std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions, int ne
 
 // The angle between neighbours if as many directions were spread evenly over the cap that contains them.
 double EvenSpacing(const std::vector<Vector3d>& directions) {
-  Vector3d middle = Vector3d::Zero();
-  for (const Vector3d& direction : directions) middle += direction;
+  const Vector3d middle = Sum(directions);
   double half_angle = 0;
   for (const Vector3d& direction : directions)
     half_angle = std::max(half_angle, AngleBetween(middle, direction));
@@ -52,12 +63,12 @@ std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& dir
                                                 const ViewpointMeshOptions& options) {
   constexpr double kSameRad = 1e-6;  // CGAL merges directions that are closer
   const std::vector<double> spacing = LocalSpacing(directions, options.spacing_neighbour);
-  // The even spacing counts as well: where all cameras stood still, the median is only their tremor.
+  // Where all cameras stood still the median is only their tremor; the even spacing is then larger.
   const double floor = options.least_spacing_share * std::max(Median(spacing), EvenSpacing(directions));
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const double merge_rad = std::max(kSameRad, options.duplicate_share * std::max(spacing[i], floor));
-    const auto home = std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::size_t>& group) {
+    const auto home = std::ranges::find_if(groups, [&](const std::vector<std::size_t>& group) {
       return AngleBetween(directions[group.front()], directions[i]) < merge_rad;
     });
     if (home == groups.end())
@@ -91,9 +102,8 @@ std::vector<std::vector<int>> GroupDuplicates(const std::vector<int>& views,
   std::vector<std::vector<int>> result;
   for (std::vector<std::size_t>& group : groups) {
     const auto off_median = [&](std::size_t i) { return std::abs(distances[i] - median_distance); };
-    const auto best = std::min_element(group.begin(), group.end(), [&](std::size_t a, std::size_t b) {
-      return off_median(a) < off_median(b);
-    });
+    const auto best = std::ranges::min_element(
+        group, [&](std::size_t a, std::size_t b) { return off_median(a) < off_median(b); });
     std::rotate(group.begin(), best, best + 1);
     auto& out = result.emplace_back();
     for (const std::size_t i : group) out.push_back(views[i]);
@@ -156,7 +166,7 @@ void PeelRim(int vertex_count, double wide_triangle, std::vector<Triangle>& tria
       rim.push_back(&edge);
     }
     const auto ratio = [&](const MeshEdge* edge) { return cap_ratio[At(edge->triangle[0])]; };
-    std::stable_sort(rim.begin(), rim.end(), [&](auto* a, auto* b) { return ratio(a) > ratio(b); });
+    std::ranges::stable_sort(rim, [&](auto* a, auto* b) { return ratio(a) > ratio(b); });
     for (const MeshEdge* edge : rim) {
       if (ratio(edge) <= wide_triangle) break;
       if (on_rim[At(edge->opposite[0])]) continue;
@@ -169,7 +179,7 @@ void PeelRim(int vertex_count, double wide_triangle, std::vector<Triangle>& tria
 }
 
 bool Folds(const ViewpointMesh& mesh, double subject_radius) {
-  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+  return std::ranges::any_of(mesh.triangles, [&](const Triangle& t) {
     const Vector3d& a = mesh.vertices[At(t[0])].position_in_world;
     const Vector3d& b = mesh.vertices[At(t[1])].position_in_world;
     const Vector3d& c = mesh.vertices[At(t[2])].position_in_world;
@@ -206,12 +216,9 @@ void SmoothWhileFolding(ViewpointMesh& mesh, const TriangleTopology& topology, d
 }
 
 // Outward tangents point away from the middle of the cap, so that the strips between them do not cross. Where
-// that would lead back over the mesh, because of how the boundary runs, the boundary's normal is used.
+// that direction leads back over the mesh, the tangent is the boundary's normal.
 void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const ViewpointMeshOptions& options) {
-  Vector3d middle = Vector3d::Zero();
-  for (const auto& vertex : mesh.vertices)
-    middle += (vertex.position_in_world - mesh.center_in_world).normalized();
-  middle.normalize();
+  const Vector3d middle = Sum(Directions(mesh)).normalized();
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const auto [before, behind] = topology.boundary_neighbours[i];
     if (before < 0 || behind < 0) continue;
@@ -228,10 +235,9 @@ void FindOutward(ViewpointMesh& mesh, const TriangleTopology& topology, const Vi
   }
 }
 
-// Azimuth counts from the middle of the viewpoints, so that the seam lies where most likely nobody stood.
+// Azimuth counts from the middle of the viewpoints, so that the seam lies opposite of them.
 std::vector<Triangle> AzimuthElevationDelaunay(const std::vector<Vector3d>& directions, const Vector3d& up) {
-  Vector3d middle = Vector3d::Zero();
-  for (const Vector3d& direction : directions) middle += direction;
+  const Vector3d middle = Sum(directions);
   Vector3d front = middle - middle.dot(up) * up;
   if (front.norm() < 1e-6) front = up.unitOrthogonal();
   front.normalize();
@@ -247,12 +253,10 @@ std::vector<Triangle> AzimuthElevationDelaunay(const std::vector<Vector3d>& dire
   return triangles;
 }
 
-// Makes the triangles, trimmed and manifold, and their confidence. Where two parts of the mesh hang together
-// at one point only, its vertex is repeated.
+// Makes the triangles, trimmed and manifold, and their confidence. A vertex where two parts of the mesh only
+// touch is repeated.
 void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
-  std::vector<Vector3d> directions;
-  for (const auto& vertex : mesh.vertices)
-    directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
+  const std::vector<Vector3d> directions = Directions(mesh);
   mesh.triangles = options.in_plane ? AzimuthElevationDelaunay(directions, options.up_in_world.normalized())
                                     : SphericalDelaunay(directions);
   const std::vector<double> spacing = SpacingOfTriangles(directions, mesh.triangles);
@@ -271,11 +275,9 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
     mesh.confidence.push_back(std::min(1.0, options.wide_triangle / ratio));
 }
 
-// The number of groups, when directions farther apart than the widest opening are not joined.
-int GroupsFarApart(const ViewpointMesh& mesh) {
-  std::vector<Vector3d> directions;
-  for (const auto& vertex : mesh.vertices)
-    directions.push_back((vertex.position_in_world - mesh.center_in_world).normalized());
+// The number of groups that stand at least the widest opening apart.
+int CountGroups(const ViewpointMesh& mesh) {
+  const std::vector<Vector3d> directions = Directions(mesh);
   const double least_cosine = std::cos(mesh.opening_rad);
   std::vector<bool> reached(directions.size(), false);
   int groups = 0;
@@ -299,8 +301,7 @@ int GroupsFarApart(const ViewpointMesh& mesh) {
 std::string GroupsText(const ViewpointMesh& mesh) {
   if (mesh.groups < 2) return {};
   return fmt::format(
-      "; they stand in {} groups, {:.0f} deg or more apart: what a picture from between them shows is a "
-      "guess",
+      "; they stand in {} groups, {:.0f} deg or more apart: pictures from between them are a guess",
       mesh.groups, Degrees(mesh.opening_rad));
 }
 
@@ -311,8 +312,7 @@ int ViewpointMesh::ViewAt(int vertex, double distance, const std::vector<Vector3
   const auto off = [&](int view) {
     return std::abs((centers_in_world[At(view)] - center_in_world).norm() - distance);
   };
-  return *std::min_element(candidates.begin(), candidates.end(),
-                           [&](int a, int b) { return off(a) < off(b); });
+  return *std::ranges::min_element(candidates, [&](int a, int b) { return off(a) < off(b); });
 }
 
 bool ViewpointMesh::OnBoundary(int vertex) const { return !vertices[At(vertex)].outward_in_world.isZero(0); }
@@ -339,7 +339,7 @@ std::string ViewpointMesh::Description() const {
 }
 
 bool InsideHull(const ViewpointMesh& mesh, const Vector3d& direction) {
-  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+  return std::ranges::any_of(mesh.triangles, [&](const Triangle& t) {
     std::array<Vector3d, 3> arm;
     for (std::size_t k = 0; k < 3; ++k)
       arm[k] = mesh.vertices[At(t[k])].position_in_world - mesh.center_in_world;
@@ -376,7 +376,7 @@ ViewpointMesh MakeViewpointMesh(const std::vector<Vector3d>& centers_in_world, c
   for (const auto& group : GroupDuplicates(views, directions, distances, mesh.median_distance, options))
     mesh.vertices.push_back({.position_in_world = centers_in_world[At(group.front())], .views = group});
   if (extent <= kSamePlaceShare * mesh.median_distance) return mesh;
-  mesh.groups = GroupsFarApart(mesh);
+  mesh.groups = CountGroups(mesh);
 
   mesh.span = Span::kLine;
   const std::size_t viewpoints = mesh.vertices.size();

@@ -1,4 +1,4 @@
-// Tests: core/plot/chart, core/plot/chart_drawing, core/plot/chart_layout, core/plot/gnuplot.
+// Tests: core/plot/chart, core/plot/chart_layout, core/plot/gnuplot.
 //
 // The room that draws: which rows are the front and which is ringed, that tables come back as they were, and
 // that names lie on nothing.

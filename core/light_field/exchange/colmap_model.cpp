@@ -1,5 +1,6 @@
 #include "core/light_field/exchange/colmap_model.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <unordered_map>
 
@@ -13,7 +14,7 @@ struct ColmapLens {
   const char* name;
   bool one_focal;
   Distortion distortion;
-  std::vector<int> coefficients;  // which of CameraModel's each further parameter is; -1: it must be 0
+  std::vector<int> coefficients;  // index into CameraModel's for each further parameter; -1: it must be 0
 };
 
 const std::vector<ColmapLens>& ColmapLenses() {
@@ -32,12 +33,13 @@ const std::vector<ColmapLens>& ColmapLenses() {
 }
 
 const ColmapLens& LensNamed(const std::string& name, const std::string& where) {
-  std::string known;
+  std::vector<std::string_view> known;
   for (const ColmapLens& lens : ColmapLenses()) {
     if (lens.name == name) return lens;
-    known += (known.empty() ? "" : ", ") + std::string(lens.name);
+    known.emplace_back(lens.name);
   }
-  throw Error("{}: camera model '{}' is not known here; known are {}", where, name, known);
+  throw Error("{}: camera model '{}' is not supported; supported are {}", where, name,
+              fmt::join(known, ", "));
 }
 
 }  // namespace
@@ -63,7 +65,7 @@ CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
     if (which >= 0)
       camera.coefficients[static_cast<std::size_t>(which)] = p[first + i];
     else if (p[first + i] != 0)
-      throw Error("{}: {} with k4 k5 k6 is a rational model, which is not known here", where, name);
+      throw Error("{}: {} with k4 k5 k6, a rational model, is not supported", where, name);
   }
   camera.Validate(where);
   return camera;
@@ -107,8 +109,8 @@ ColmapReconstruction ToColmap(const LightField& light_field) {
                             SafeName(NameInImagesFolder(view.image_path)),
                             {}});
   }
-  const bool some_are_tracked = std::any_of(light_field.points.begin(), light_field.points.end(),
-                                            [](const ScenePoint& point) { return !point.track.empty(); });
+  const bool some_are_tracked =
+      std::ranges::any_of(light_field.points, [](const ScenePoint& point) { return !point.track.empty(); });
   for (const ScenePoint& from : light_field.points) {
     if (some_are_tracked && from.track.empty()) continue;
     ColmapReconstruction::Point& point = model.points.emplace_back();

@@ -11,6 +11,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/base/parallel_for.h"
 #include "core/image/exr_file.h"
 #include "core/light_field/exchange/colmap_binary.h"
 #include "core/light_field/exchange/colmap_text.h"
@@ -25,11 +26,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// One folder.
+// All photographs of an export are in one folder.
 std::string NameInExport(const std::string& image_path, std::set<std::string>& taken) {
   std::string name = SafeName(NameInImagesFolder(image_path));
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return c == '/' || c == '\\'; }, '_');
+  std::ranges::replace_if(
+      name, [](char c) { return c == '/' || c == '\\'; }, '_');
   return UniqueName(name, taken);
 }
 
@@ -75,7 +76,7 @@ std::string Encoded(const std::string& ending, const cv::Mat& pixels) {
   return PngBytes(pixels);
 }
 
-// Where something is masked anywhere every view gets a mask: nerfstudio takes all or none.
+// If one view has a mask, every view gets one: nerfstudio takes all or none.
 cv::Mat MaskOf(const LightField& light_field, const View& view) {
   const CameraModel& camera = light_field.CameraOf(view);
   const cv::Mat mask = ReadViewMask(light_field, view);
@@ -125,7 +126,7 @@ class Pictures {
   std::vector<UndistortionMap> maps_;
 };
 
-// A few at a time: made by all processors, then written in order.
+// Makes a few at a time on all processors, then writes them in order.
 void WritePictures(const Pictures& pictures, std::size_t count, const ExportOptions& options,
                    ExportSummary& summary) {
   const std::size_t at_once = 4 * static_cast<std::size_t>(std::max(1, cv::getNumThreads()));
@@ -134,14 +135,11 @@ void WritePictures(const Pictures& pictures, std::size_t count, const ExportOpti
     const std::size_t some = std::min(at_once, count - done);
     std::vector<Files> files(some);
     std::vector<std::exception_ptr> problems(some);
-    cv::parallel_for_(cv::Range(0, static_cast<int>(some)), [&](const cv::Range& range) {
-      for (int i = range.start; i < range.end; ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        try {
-          files[at] = pictures.Of(done + at);
-        } catch (...) {
-          problems[at] = std::current_exception();
-        }
+    ParallelFor(some, [&](std::size_t i) {
+      try {
+        files[i] = pictures.Of(done + i);
+      } catch (...) {
+        problems[i] = std::current_exception();
       }
     });
     for (const std::exception_ptr& problem : problems)
@@ -178,13 +176,13 @@ void WriteModel(const LightField& exported, ExportForm form, const fs::path& fol
 
 // nerfstudio has one kind of lens for all of a set.
 void RequireOneKind(const LightField& light_field) {
-  const auto fisheyes =
-      std::count_if(light_field.cameras.begin(), light_field.cameras.end(),
-                    [](const CameraModel& camera) { return camera.distortion == Distortion::kFisheye; });
+  const auto fisheyes = std::ranges::count_if(light_field.cameras, [](const CameraModel& camera) {
+    return camera.distortion == Distortion::kFisheye;
+  });
   if (fisheyes > 0 && fisheyes < static_cast<std::ptrdiff_t>(light_field.cameras.size()))
     throw UsageError(
-        "{}: some of its lenses are fisheyes and some are not, which transforms.json cannot say for "
-        "nerfstudio; give --undistort",
+        "{}: some of its lenses are fisheyes and some are not, but nerfstudio reads one kind of lens per "
+        "transforms.json; give --undistort",
         light_field.root.string());
 }
 
@@ -196,8 +194,8 @@ LightField AsExported(const LightField& light_field, bool undistort, std::vector
   if (undistort) cameras = UndistortAll(light_field);
   for (std::size_t i = 0; i < cameras.size(); ++i) exported.cameras[i] = cameras[i].to;
   exported.flat_fields.clear();
-  const bool masks = std::any_of(light_field.views.begin(), light_field.views.end(),
-                                 [&](const View& view) { return HasMask(light_field, view); });
+  const bool masks =
+      std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
   std::set<std::string> taken;
   for (View& view : exported.views) {
     const bool is_there = fs::is_regular_file(light_field.root / view.image_path);

@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A file system takes 255 bytes; what is made beside an image adds an ending or a number to its name.
+// A file system takes 255 bytes; the rest is for endings and numbers of files made from the image.
 constexpr std::size_t kMostBytes = 200;
 
 bool IsWhiteSpace(std::uint32_t point) {
   constexpr std::array<std::uint32_t, 7> kAlone = {0x85, 0xA0, 0x1680, 0x2028, 0x2029, 0x202F, 0x205F};
   return point <= ' ' || point == 0x7F || (point >= 0x80 && point < 0xA0) ||
          (point >= 0x2000 && point <= 0x200B) || point == 0x3000 || point == 0xFEFF ||
-         std::find(kAlone.begin(), kAlone.end(), point) != kAlone.end();
+         std::ranges::find(kAlone, point) != kAlone.end();
 }
 
 // The code point that begins at `at` and how many bytes it takes; none where the bytes are not UTF-8.

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// images/a/b.jpg, wherever the source kept it, without what breaks a row of a text file; `taken` keeps names
-// apart that differ in nothing else.
+// images/a/b.jpg, wherever the source kept it, safe as a field of a text file and different from all names
+// that are `taken`.
 std::string PathUnderImages(const std::string& source_path, std::set<std::string>& taken) {
   return UniqueName("images/" + SafeName(NameInImagesFolder(source_path)), taken);
 }
@@ -35,8 +35,7 @@ void WriteInFolder(const fs::path& path, const std::string& bytes) {
   WriteFileAtomically(path, bytes);
 }
 
-// The master that the source has, or else an original of more than 8 bits, which every tool's photograph is
-// then made from.
+// The master is the source's own, or else an original of more than 8 bits; the photograph is made from it.
 void TakeImage(const LightField& source, const View& view, const fs::path& dir, View& taken) {
   const Image image = ReadRecordedImage(source, view);
   const fs::path original = source.root / view.image_path;
@@ -75,7 +74,7 @@ void TakeMask(const LightField& source, const View& view, const fs::path& dir, V
   WriteInFolder(dir / taken.mask_path, PngBytes(mask));
 }
 
-// What people have besides: told apart from a set whose file is missing.
+// Refuses videos, COLMAP models and plain photographs with the way in which each can be used.
 void RequirePosedSet(const fs::path& source) {
   std::error_code unknown;
   const std::string path = source.string(), word = ShellWord(path);
@@ -83,8 +82,7 @@ void RequirePosedSet(const fs::path& source) {
     if (Lowercase(source.extension().string()) == ".json") return;
     throw Error(
         "{}: is no transforms.json; a video is posed and recorded by 'ulf capture replay:{} -o DIR "
-        "--focal-px "
-        "F --no-subject'",
+        "--focal-px F --no-subject'",
         path, word);
   }
   if (fs::exists(source / kTransformsFile, unknown) || fs::exists(source / kJournalFile, unknown)) return;
@@ -92,9 +90,8 @@ void RequirePosedSet(const fs::path& source) {
     for (const char* images : {"images.bin", "images.txt"})
       if (fs::exists(source / model / images, unknown))
         throw Error(
-            "{}: a COLMAP model ({}), which ulf does not take in; instant-ngp's colmap2nerf.py or "
-            "nerfstudio's "
-            "ns-process-data makes a transforms.json of it",
+            "{}: a COLMAP model ({}), which ulf does not import; instant-ngp's colmap2nerf.py or "
+            "nerfstudio's ns-process-data makes a transforms.json of it",
             path, (fs::path(model) / images).lexically_normal().string());
   if (fs::is_directory(source, unknown) && HoldsPhotographs(source))
     throw Error(
@@ -113,8 +110,7 @@ LightField Import(const fs::path& source_path, const fs::path& dir, const Import
   if (!source.subject) source.subject = SubjectFromAxes(source);
   if (!source.subject)
     throw UsageError(
-        "{}: the subject cannot be found from the cameras (their axes are nearly parallel or do not "
-        "meet in "
+        "{}: the subject cannot be found from the cameras (their axes are nearly parallel or do not meet in "
         "front of them); give it with --subject x,y,z,radius",
         source_path.string());
 
@@ -136,8 +132,7 @@ LightField Import(const fs::path& source_path, const fs::path& dir, const Import
     WriteLightField(imported);
     folder.Commit();
   } catch (const DiskFullError& error) {
-    throw DiskFullError("{}: not imported, and nothing of it was left behind: {}", dir.string(),
-                        error.what());
+    throw DiskFullError("{}: not imported, and no file was left behind: {}", dir.string(), error.what());
   }
   imported.root = dir;
   return imported;

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -22,20 +21,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A file system's root cannot be renamed over.
+// No folder can be renamed to the root of a file system.
 bool IsMountPoint(const fs::path& folder) {
   std::error_code unknown;
   if (!fs::exists(folder, unknown)) return false;
-  struct Device {
-    static std::uint64_t Of(const fs::path& path) {
-      struct stat status {};
-      return stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_dev) : 0;
-    }
+  const auto device_of = [](const fs::path& path) {
+    struct stat status {};
+    return stat(path.c_str(), &status) == 0 ? status.st_dev : dev_t{0};
   };
-  return Device::Of(folder) != Device::Of(folder / "..");
+  return device_of(folder) != device_of(folder / "..");
 }
 
-// Of processes that are gone.
+// Removes the hidden folders of processes that no longer run.
 void RemoveUnfinished(const fs::path& parent, const std::string& prefix) {
   std::error_code unknown;
   std::vector<fs::path> left;
@@ -63,7 +60,7 @@ StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
     path_ = target_;
     return;
   }
-  const fs::path parent = target_.parent_path().empty() ? fs::path(".") : target_.parent_path();
+  const fs::path parent = FolderOf(target_);
   for (fs::path made = parent; !made.empty() && !fs::exists(made, unknown); made = made.parent_path())
     made_parents_.push_back(made);
   MakeFolder(parent);
@@ -98,7 +95,7 @@ void StagedFolder::Commit() {
   if (path_ != target_ && rename(path_.c_str(), target_.c_str()) != 0)
     ThrowDiskError(errno, fmt::format("{}: cannot be renamed to {}", path_.string(), target_.string()));
   committed_ = true;
-  SyncFolder(target_.parent_path().empty() ? fs::path(".") : target_.parent_path());
+  SyncFolder(FolderOf(target_));
 }
 
 }  // namespace ulf

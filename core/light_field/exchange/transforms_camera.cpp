@@ -40,7 +40,7 @@ cv::Size SizeOf(const fs::path& image) {
 }  // namespace
 
 bool IsCameraKey(const std::string& key) {
-  return std::find(std::begin(kCameraKeys), std::end(kCameraKeys), key) != std::end(kCameraKeys);
+  return std::ranges::find(kCameraKeys, key) != std::end(kCameraKeys);
 }
 
 json CameraKeysOf(const json& object) {
@@ -64,8 +64,8 @@ bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.H
 
 CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   CameraModel camera;
-  const bool is_told = place.Has("w") && place.Has("h");
-  const cv::Size size = is_told ? cv::Size(SidePx(place, "w"), SidePx(place, "h")) : SizeOf(example_image);
+  const bool has_size = place.Has("w") && place.Has("h");
+  const cv::Size size = has_size ? cv::Size(SidePx(place, "w"), SidePx(place, "h")) : SizeOf(example_image);
   camera.width = size.width;
   camera.height = size.height;
   if (place.Has("fl_x")) {
@@ -87,8 +87,7 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   const bool fisheye =
       model == "OPENCV_FISHEYE" || (place.Has("is_fisheye") && place.Raw("is_fisheye") == true);
   constexpr const char* kPerspective[] = {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"};
-  if (!fisheye &&
-      std::find(std::begin(kPerspective), std::end(kPerspective), model) == std::end(kPerspective))
+  if (!fisheye && std::ranges::find(kPerspective, model) == std::end(kPerspective))
     throw Error(
         "{}: camera model '{}' is not supported; undistort to PINHOLE, or use OPENCV or OPENCV_FISHEYE",
         place.where, model);
@@ -140,9 +139,9 @@ void WriteCamera(const CameraModel& camera, json& object) {
 void WriteCameraKind(const std::vector<CameraModel>& cameras, json& object) {
   const auto is_fisheye = [](const CameraModel& camera) { return camera.distortion == Distortion::kFisheye; };
   if (cameras.empty()) return;
-  if (std::all_of(cameras.begin(), cameras.end(), is_fisheye))
+  if (std::ranges::all_of(cameras, is_fisheye))
     object["camera_model"] = "OPENCV_FISHEYE";
-  else if (std::none_of(cameras.begin(), cameras.end(), is_fisheye))
+  else if (std::ranges::none_of(cameras, is_fisheye))
     object["camera_model"] = "OPENCV";
 }
 

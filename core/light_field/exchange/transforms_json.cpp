@@ -11,12 +11,12 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
+#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
-#include "core/image/image.h"
 #include "core/image/image_header.h"
 #include "core/light_field/exchange/transforms_camera.h"
 #include "core/light_field/points/point_io.h"
@@ -31,7 +31,7 @@ using nlohmann::json;
 constexpr int kFormatVersion = 1;
 constexpr const char* kPointsFile = "points.ply";
 
-// Turns camera axes over: y up, z back (OpenGL) and y down, z forward (ours); its own inverse.
+// Between camera axes with y up, z back (OpenGL) and y down, z forward (ours); its own inverse.
 Eigen::Matrix4d OpenGlFromOurs() { return Eigen::Vector4d(1, -1, -1, 1).asDiagonal(); }
 
 Rigid3 CamFromWorld(const JsonPlace& frame) {
@@ -72,11 +72,6 @@ std::string MaskPath(const fs::path& root, const JsonPlace& frame) {
   return inside;
 }
 
-Eigen::Vector3d Vector3(const JsonPlace& place, const char* key) {
-  const std::vector<double> numbers = place.Numbers(key, 3);
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
 void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   const int version = ours.Integer("format_version", kFormatVersion);
   if (version > kFormatVersion)
@@ -84,19 +79,11 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
                 kFormatVersion);
   if (ours.Has("subject")) {
     const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
-    light_field.subject = Subject{Vector3(subject, "center"), subject.Positive("radius")};
+    light_field.subject = Subject{Vector3FromJson(subject, "center"), subject.Positive("radius")};
   }
-  if (ours.Has("up")) light_field.up_in_world = Vector3(ours, "up").normalized();
-  light_field.units = ours.Text("units", light_field.units);
-  if (ours.Has("threshold_px")) light_field.threshold_px = ours.Number("threshold_px");
-  light_field.coverage_width_px = ours.Integer("coverage_width_px", light_field.coverage_width_px);
+  if (ours.Has("up")) light_field.up_in_world = Vector3FromJson(ours, "up").normalized();
   if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
-  light_field.device_uri = ours.Text("device_uri", "");
-  light_field.device_serial = ours.Text("device_serial", "");
-  light_field.device_maker = ours.Text("device_maker", "");
-  light_field.device_model = ours.Text("device_model", "");
-  if (ours.Has("sensor")) light_field.window = WindowFromJson({ours.Raw("sensor"), ours.where + ", sensor"});
-  light_field.calibration_source = ours.Text("calibration_source", "");
+  ReadCaptureJson(ours, light_field);
   light_field.capture_s = ours.Number("capture_s", 0);
   if (ours.Has("reasons"))
     light_field.reasons = ReasonsFromJson({ours.Raw("reasons"), ours.where + ", reasons"});
@@ -104,10 +91,10 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
 
 template <std::size_t N>
 bool Among(const std::string_view (&keys)[N], const std::string& key) {
-  return std::find(std::begin(keys), std::end(keys), key) != std::end(keys);
+  return std::ranges::find(keys, key) != std::end(keys);
 }
 
-// What is read; what tells a trainer how to train; nothing else is passed over without a word.
+// Keys that are read here, and keys that only trainers need; all others are reported as not used.
 constexpr std::string_view kSetKeys[] = {"frames",
                                          "ulf",
                                          "ply_file_path",
@@ -152,7 +139,7 @@ class Document {
     const auto keep = [&](int depth, json::parse_event_t event, json& parsed) {
       if (depth == 1 && event == json::parse_event_t::key) in_frames = parsed == "frames";
       if (!in_frames || depth != 2) return true;
-      // Frames that are no objects come as they are: whoever reads them says what is wrong.
+      // A frame that is no object is passed on, too: its reader reports it.
       if (event != json::parse_event_t::object_end && event != json::parse_event_t::value) return true;
       use(std::move(parsed), count++);
       return false;
@@ -178,7 +165,7 @@ std::optional<int> NumberOfName(const std::string& path) {
   return number > 0 ? std::optional(number) : std::nullopt;
 }
 
-// The cameras of a set, each once. A set may have one a frame.
+// The cameras of a set, each once: many sets repeat the camera in every frame.
 class Cameras {
  public:
   explicit Cameras(std::vector<CameraModel>& cameras) : cameras_(cameras) {}
@@ -205,10 +192,10 @@ class Cameras {
   std::map<std::vector<double>, int> indices_;
 };
 
-// With `files`, the images and masks that frames name must be there.
+// With `files`, the images and masks that frames name must exist.
 LightField ReadFrames(const Document& document, const fs::path& file, bool files) {
   LightField light_field;
-  light_field.root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
+  light_field.root = FolderOf(file);
   const JsonPlace top{document.top(), file.string()};
   const json shared_keys = CameraKeysOf(document.top());
   Cameras cameras(light_field.cameras);
@@ -250,8 +237,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
   document.ForEachFrame(add);
   if (light_field.views.empty())
     throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
-  std::stable_sort(light_field.views.begin(), light_field.views.end(),
-                   [](const View& a, const View& b) { return a.id < b.id; });
+  std::ranges::stable_sort(light_field.views, [](const View& a, const View& b) { return a.id < b.id; });
   for (std::size_t i = 1; i < light_field.views.size(); ++i)
     if (light_field.views[i].id == light_field.views[i - 1].id)
       throw Error("{}: two frames have the id {} under 'ulf'; ids are given once", file.string(),
@@ -290,13 +276,10 @@ json OurKeys(const LightField& light_field) {
                {"units", light_field.units},
                {"coverage_width_px", light_field.coverage_width_px},
                {"capture_s", light_field.capture_s}};
-  const Eigen::Vector3d up = light_field.UpInWorld();
-  ours["up"] = {up.x(), up.y(), up.z()};
-  if (light_field.subject) {
-    const Eigen::Vector3d& center = light_field.subject->center_in_world;
-    ours["subject"] = {{"center", {center.x(), center.y(), center.z()}},
+  ours["up"] = Vector3ToJson(light_field.UpInWorld());
+  if (light_field.subject)
+    ours["subject"] = {{"center", Vector3ToJson(light_field.subject->center_in_world)},
                        {"radius", light_field.subject->radius}};
-  }
   if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
   if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
   if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
@@ -320,8 +303,8 @@ void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, co
           kMaxNonOrthogonality ||
       rotation.determinant() < 0)
     throw Error(
-        "{}: the upper left of '{}' is not a rotation (orthonormal, determinant 1); "
-        "export the set again without scale or mirroring",
+        "{}: the upper left of '{}' is not a rotation (orthonormal, determinant 1); export the set again "
+        "without scale or mirroring",
         where, key);
 }
 
@@ -364,14 +347,14 @@ std::string TransformsJsonText(const LightField& light_field, const std::optiona
   json document;
   const bool one_camera = light_field.cameras.size() == 1;
   if (one_camera) WriteCamera(light_field.cameras.front(), document);
-  document["aabb_scale"] = 16;  // instant-ngp: how far beyond the unit cube it looks; ignored by others
+  document["aabb_scale"] = 16;  // instant-ngp: the cube that it renders, in unit cubes; others ignore it
   if (!light_field.points.empty()) document["ply_file_path"] = kPointsFile;
   json& ours = document["ulf"] = OurKeys(light_field);
   if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};
   if (!one_camera) WriteCameraKind(light_field.cameras, document);
   // nerfstudio takes masks of all frames or of none.
-  const bool all_masked = std::none_of(light_field.views.begin(), light_field.views.end(),
-                                       [](const View& view) { return view.mask_path.empty(); });
+  const bool all_masked =
+      std::ranges::none_of(light_field.views, [](const View& view) { return view.mask_path.empty(); });
   json& frames = document["frames"] = json::array();
   for (const View& view : light_field.views) {
     const Eigen::Matrix4d world_from_cam = view.cam_from_world.Inverse().Matrix() * OpenGlFromOurs();

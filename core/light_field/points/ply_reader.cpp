@@ -92,7 +92,7 @@ Header ParseHeader(const std::string& bytes, const std::string& name) {
       throw Error("{}: the PLY header's line '{}' is unknown", name, line);
     }
   }
-  if (!format_known) throw Error("{}: the PLY header names no format that is known (ascii or binary)", name);
+  if (!format_known) throw Error("{}: the PLY header names no known format (ascii or binary)", name);
   return header;
 }
 
@@ -159,7 +159,7 @@ double Body::NextText() {
   if (begin == at_) Truncated();
   double value = 0;
   const std::string_view word(begin, static_cast<std::size_t>(at_ - begin));
-  if (!ParseNumber(word, value)) throw Error("{}: '{}' stands where a number should", name_, word);
+  if (!ParseNumber(word, value)) throw Error("{}: '{}' is not a number; export it again", name_, word);
   return value;
 }
 

@@ -36,9 +36,8 @@ std::string PointFileBytes(const LightField& light_field) {
   for (const ScenePoint& point : light_field.points) {
     out.Put(point.position_in_world);
     out.Put(point.rgb);
-    out.Count(static_cast<std::size_t>(
-        std::count_if(point.track.begin(), point.track.end(),
-                      [&](const ViewObservation& seen) { return index.contains(seen.view_id); })));
+    out.Count(static_cast<std::size_t>(std::ranges::count_if(
+        point.track, [&](const ViewObservation& seen) { return index.contains(seen.view_id); })));
     for (const ViewObservation& seen : point.track) {
       const auto view = index.find(seen.view_id);
       if (view == index.end()) continue;
@@ -61,7 +60,7 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
   if (ChecksumOf(bytes) != checksum) return {"it is damaged", {}, {}};
   bytes.remove_prefix(sizeof kPointsMagic);
 
-  const StoredPoints inconsistent{"it contradicts itself", {}, {}};
+  const StoredPoints inconsistent{"its content is inconsistent", {}, {}};
   StoredPoints stored;
   ByteReader in(bytes);
   std::map<int, const View*> views;

@@ -34,7 +34,7 @@ std::optional<Vector3d> NearestToRays(std::span<const PosedObservation> observat
                                               solver.eigenvectors().transpose() * right));
 }
 
-// One Gauss-Newton step under Huber's loss; zero where too few pictures show the place.
+// One Gauss-Newton step under Huber's loss; zero where too few views see the point.
 Vector3d StepFrom(std::span<const PosedObservation> observations, const Vector3d& point) {
   // Threshold of Huber's loss. Guessed: observations are good to less than a pixel.
   constexpr double kDoubtPx = 1;

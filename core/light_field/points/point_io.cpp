@@ -46,17 +46,16 @@ void ReadPoints(LightField& light_field) {
   }
   StoredPoints stored = StoredIn(file, light_field);
   if (!stored.problem.empty()) {
-    light_field.doubts.push_back(
-        fmt::format("{}: {}; points.ply is taken, which does not say where views show the points (ulf refine "
-                    "measures that anew)",
-                    file.string(), stored.problem));
+    light_field.doubts.push_back(fmt::format(
+        "{}: {}; points.ply is read instead, which has no observations (ulf refine measures new ones)",
+        file.string(), stored.problem));
     ReadPointPositions(ply, light_field);
     return;
   }
   if (fs::is_regular_file(ply, unknown) && ReadWholeFile(ply) != PointPlyBytes(stored.points))
-    light_field.doubts.push_back(
-        fmt::format("{}: holds other points than points.ulf, which is taken; remove points.ulf to take it",
-                    ply.string()));
+    light_field.doubts.push_back(fmt::format(
+        "{}: holds other points than points.ulf, which is used; to use this file, remove points.ulf",
+        ply.string()));
   light_field.points = std::move(stored.points);
   FitPointsOf(stored.moved, light_field);
   MeasurePoints(light_field);

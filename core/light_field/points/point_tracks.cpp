@@ -31,9 +31,8 @@ void FitPointsOf(const std::set<int>& view_ids, LightField& light_field) {
   if (view_ids.empty()) return;
   const ObservationsById observations_by_id(light_field);
   std::erase_if(light_field.points, [&](ScenePoint& point) {
-    const bool moved = std::any_of(point.track.begin(), point.track.end(), [&](const ViewObservation& seen) {
-      return view_ids.contains(seen.view_id);
-    });
+    const bool moved = std::ranges::any_of(
+        point.track, [&](const ViewObservation& seen) { return view_ids.contains(seen.view_id); });
     if (!moved) return false;
     std::vector<PosedObservation> observations;
     for (const ViewObservation& seen : point.track)

@@ -1,4 +1,4 @@
-// First pass: the triangle that counts at a pixel (by its depth), and its confidence.
+// First pass: the last of the triangles at a pixel (by its depth), and its confidence.
 invariant gl_Position;
 flat out float confidence;
 

@@ -29,7 +29,7 @@ int chosen[kMost];
 float penalty[kMost];
 int count = 0;
 bool hidden = false;       // the point is hidden from the chosen views
-bool passed_over = false;  // a view sees the point and has no light there
+bool passed_over = false;  // a view sees the point but has no light there
 bool elsewhere = false;    // a view that sees the point is drawn in another pass
 
 // False where the photograph is known to have no light there.
@@ -72,7 +72,7 @@ void Choose(vec3 point) {
     float feather = Frame(v, in_view, img);
     if (feather <= 0.0) continue;
 #if defined(MARK) && defined(HIDES)
-    if (v.place.w < 0) {  // without a map it may be hidden: maps are requested a few at a time
+    if (v.place.w < 0) {  // without a map the point may be hidden: maps are requested a few at a time
       needed[i] = 1;
       if (++unknown == 4) break;
       continue;
@@ -158,7 +158,7 @@ void main() {
   for (int n = 0; n < count && !first_only; ++n) {
     penalty[n] = least <= zero_penalty ? (penalty[n] == least ? 1.0 : 0.0)
                                        : max(0.0, 1.0 - penalty[n] / threshold) / penalty[n];
-    if (count >= asked && n == worst) penalty[n] = 0.0;  // it is only the threshold
+    if (count >= asked && n == worst) penalty[n] = 0.0;  // this view only gives the threshold
     total += penalty[n];
   }
   for (int n = 0; n < count; ++n) {

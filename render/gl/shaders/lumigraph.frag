@@ -25,7 +25,7 @@ void main() {
   int best[9];
   float penalty[9];
   int count = 0;
-  float least_cosine = -2.0;  // of an angle as large as the worst kept penalty: most views are skipped by it
+  float least_cosine = -2.0;  // of an angle as large as the worst kept penalty; it skips most views
   for (int i = 0; i < view_count; ++i) {
     View v = ViewAt(i);
     vec3 to_view = v.center.xyz - point;

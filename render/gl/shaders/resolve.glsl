@@ -14,7 +14,7 @@ bool IsOpen(vec4 resolved) { return resolved.a < 0.0; }
 
 // The light and weight of the own views, and the confidence.
 vec4 Own(vec4 resolved, out float confidence) {
-  float told = -4.0 - resolved.a;
-  confidence = floor(told) / 1023.0;
-  return told > 0.0 ? vec4(resolved.rgb, fract(told)) : vec4(0.0);
+  float packed_alpha = -4.0 - resolved.a;
+  confidence = floor(packed_alpha) / 1023.0;
+  return packed_alpha > 0.0 ? vec4(resolved.rgb, fract(packed_alpha)) : vec4(0.0);
 }

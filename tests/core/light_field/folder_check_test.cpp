@@ -1,5 +1,5 @@
 // Tests: core/light_field/folder_check, core/light_field/folder_repair, core/light_field/repair_plan,
-// core/light_field/derived_files, core/light_field/missing_journal, commands/light_field/repair_command.
+// core/light_field/derived_files, commands/light_field/repair_command.
 //
 // Each pair of files that tell one fact, made to disagree: who wins, what is said, what is kept. The table of
 // docs/light_field.md names a test for every row.
@@ -195,8 +195,7 @@ TEST_F(Folder, AnEditedTransformsJsonDoesNotCountAndIsKept) {
   document["frames"][1]["transform_matrix"][0][3] = 77.0;
   std::ofstream(dir() / "transforms.json") << document.dump();
   const std::string edited = ReadWholeFile(dir() / "transforms.json");
-  ExpectSame(whole,
-             ReadSaying({"transforms.json says otherwise than the journal (view 2): the journal counts"}));
+  ExpectSame(whole, ReadSaying({"transforms.json differs from the journal (view 2): the journal is used"}));
   LightFieldWriter::Resume(dir());
   EXPECT_EQ(ReadWholeFile(dir() / "kept/transforms.json"), edited);
   EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
@@ -409,7 +408,7 @@ TEST_F(Folder, AChangedModelDoesNotCountAndIsKept) {
   const LightField whole = Sample(3);
   Rewrite(dir() / "sparse/0/images.txt",
           [](std::string& bytes) { bytes += "9 1 0 0 0 5 5 5 1 stranger.png\n\n"; });
-  ExpectSame(whole, ReadSaying({"images.txt says otherwise than the journal (view 9)"}));
+  ExpectSame(whole, ReadSaying({"images.txt differs from the journal (view 9)"}));
   LightFieldWriter::Resume(dir());
   EXPECT_THAT(ReadWholeFile(dir() / "kept/sparse/images.txt"), HasSubstr("stranger.png"));
 }
@@ -502,7 +501,7 @@ TEST_F(Folder, APhotographOfAnotherSizeStopsAWriter) {
   cv::imwrite((dir() / "images/000002.png").string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar::all(7)));
   EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, ThrowsMessage<Error>(HasSubstr("view 2")));
   const std::string only_copy = ReadWholeFile(dir() / "images/000002.png");
-  EXPECT_THAT(Repair(dir()).found, Contains(HasSubstr("have not their camera's size")));
+  EXPECT_THAT(Repair(dir()).found, Contains(HasSubstr("differ in size from their camera")));
   EXPECT_EQ(ReadWholeFile(dir() / "images/000002.png"), only_copy) << "nothing could take its place";
 }
 
@@ -618,7 +617,7 @@ TEST_F(Folder, RepairMakesThePointsFilesThatItCan) {
   Repair(dir());
   EXPECT_EQ(ReadWholeFile(dir() / "points.ply"), ply);
   fs::resize_file(dir() / "points.ulf", 20);
-  ReadSaying({"points.ply is taken"});
+  ReadSaying({"points.ply is read instead"});
   EXPECT_TRUE(PlanRepair(dir()).any());
   Repair(dir());
   EXPECT_THAT(ReadSaying({}).points.size(), 2u);
@@ -739,7 +738,8 @@ TEST_F(Folder, ALostGoalComesBackAndIsNamed) {
           [](std::string& bytes) { bytes.resize(bytes.rfind('\n', bytes.find("\"event\":\"close\"")) + 1); });
   ReadSaying({"its last lines are lost", "all poses are there"});
   EXPECT_THAT(Repair(dir()).steps,
-              Contains(HasSubstr("put back what transforms.json still tells of subject")));
+              Contains(HasSubstr(
+                  "put back the subject, up, goal and counts of the session that transforms.json holds")));
   EXPECT_EQ(ReadSaying({}).capture_s, 12.5);
 }
 
@@ -754,7 +754,7 @@ TEST_F(Folder, AModelThatIsCutIsSaidAndMadeAnew) {
   for (const char* file : {"sparse/0/points3D.txt", "sparse/0/cameras.txt"}) {
     const std::string right = ReadWholeFile(dir() / file);
     fs::resize_file(dir() / file, right.size() - 5);
-    EXPECT_THAT(Repair(dir()).found, Contains(HasSubstr("is not as it was made from the journal")));
+    EXPECT_THAT(Repair(dir()).found, Contains(HasSubstr("differs from what ulf made from the journal")));
     EXPECT_EQ(ReadWholeFile(dir() / file), right);
   }
   EXPECT_FALSE(PlanRepair(dir()).any());

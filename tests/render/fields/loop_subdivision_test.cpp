@@ -58,19 +58,24 @@ TEST(LoopSubdivision, WeightsArePositiveSumToOneAndReachTheTwoRing) {
     }
 }
 
-TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
-  // A sheared lattice: every inner vertex has six neighbours placed evenly about it.
-  constexpr int kSide = 9;
+// Every inner vertex has six neighbours placed evenly about it.
+std::pair<std::vector<Vector3d>, std::vector<Triangle>> ShearedLattice(int side) {
   std::vector<Vector3d> positions;
   std::vector<Triangle> triangles;
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, std::sqrt(0.75) * y, 0);
-  for (int y = 0; y + 1 < kSide; ++y)
-    for (int x = 0; x + 1 < kSide; ++x) {
-      const int a = y * kSide + x;
-      triangles.push_back({a, a + 1, a + kSide});
-      triangles.push_back({a + 1, a + kSide + 1, a + kSide});
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) positions.emplace_back(x + 0.5 * y, std::sqrt(0.75) * y, 0);
+  for (int y = 0; y + 1 < side; ++y)
+    for (int x = 0; x + 1 < side; ++x) {
+      const int a = y * side + x;
+      triangles.push_back({a, a + 1, a + side});
+      triangles.push_back({a + 1, a + side + 1, a + side});
     }
+  return {positions, triangles};
+}
+
+TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
+  constexpr int kSide = 9;
+  const auto [positions, triangles] = ShearedLattice(kSide);
   const auto linear = [](const Vector3d& p) { return 0.7 * p.x() - 1.3 * p.y() + 4; };
   for (const int level : {1, 2, 3}) {
     const SubdividedMesh fine = SubdivideWeights(
@@ -190,16 +195,7 @@ TEST(LoopSubdivision, TheLimitIsWhereSubdivisionGoes) {
 TEST(LoopSubdivision, LimitsByHand) {
   // A regular vertex keeps one half, its neighbours have a twelfth each; on a boundary it keeps all.
   constexpr int kSide = 7;
-  std::vector<Vector3d> positions;
-  std::vector<Triangle> triangles;
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) positions.emplace_back(x + 0.5 * y, std::sqrt(0.75) * y, 0);
-  for (int y = 0; y + 1 < kSide; ++y)
-    for (int x = 0; x + 1 < kSide; ++x) {
-      const int a = y * kSide + x;
-      triangles.push_back({a, a + 1, a + kSide});
-      triangles.push_back({a + 1, a + kSide + 1, a + kSide});
-    }
+  const auto [positions, triangles] = ShearedLattice(kSide);
   const SubdividedMesh limit = SubdivideWeights(
       positions, std::vector<Vector3d>(positions.size(), Vector3d::Zero()), triangles, kLimitLevel);
   const int middle = kSide / 2 * kSide + kSide / 2;

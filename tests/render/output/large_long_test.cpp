@@ -1,4 +1,4 @@
-// Tests: render/output/tiled_rendering, render/output/picture_memory.
+// Tests: render/output/picture_files, render/output/tiled_rendering.
 //
 // The largest that `ulf render` takes, done to the end: a picture of 16384x16384 pixels, and a mesh of a
 // million triangles. Time and memory are printed.
@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/available_memory.h"
-#include "render/output/picture_memory.h"
+#include "render/output/picture_files.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"

@@ -1,5 +1,5 @@
-// Tests: render/output/picture_files, render/output/picture_memory, render/output/tiled_rendering,
-// render/output/frame_range, render/output/video, commands/rendering/render_command.
+// Tests: render/output/picture_files, render/output/tiled_rendering, render/output/frame_range,
+// render/output/video, commands/rendering/render_command.
 //
 // What `ulf render` leaves: formats, layers, folders that are filled by several and go on after a kill.
 #include "render/output/picture_files.h"
@@ -30,7 +30,6 @@
 #include "core/light_field/points/point_ply.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/frame_range.h"
-#include "render/output/picture_memory.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
 #include "render/proxy/points_proxy.h"

@@ -161,9 +161,9 @@ TEST(MeshFile, SaysWhatIsWrongWithAFile) {
                 "ply\nformat binary_little_endian 1.0\nelement vertex 3999999999\nproperty float "
                 "x\nend_header\n",
                 "truncated"},
-           Case{"word.ply", three + "0 0 0\n1 0 0\n0 one 0\n3 0 1 2\n", "'one' stands where a number should"},
-           Case{"far.ply", three + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "a vertex that is not there"},
-           Case{"back.ply", three + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "a vertex that is not there"},
+           Case{"word.ply", three + "0 0 0\n1 0 0\n0 one 0\n3 0 1 2\n", "'one' is not a number"},
+           Case{"far.ply", three + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "a vertex that does not exist"},
+           Case{"back.ply", three + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "a vertex that does not exist"},
            Case{"half_corner.ply", three + "0 0 0\n1 0 0\n0 1 0\n2.5 0 1 2\n", "2.5 corners"},
            Case{"cloud.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
                 "no triangles in it (0 faces)"},

@@ -1,10 +1,10 @@
-// Tests: render/stereo/semi_global, render/stereo/stereo_view, render/stereo/plane_carrier.
+// Tests: render/stereo/semi_global, render/stereo/stereo_view, render/stereo/plane_sweep.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 
-#include "render/stereo/plane_carrier.h"
+#include "render/stereo/plane_sweep.h"
 #include "render/stereo/semi_global.h"
 #include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
