@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kVersion = 2;  // 1: without photographs' files, sensor and flat field
+constexpr int kVersion = 2;  // version 1 has no photographs' files, sensor and flat field
 
 void AddCalibration(json& header, const std::string& prefix, const std::optional<CameraModel>& camera,
                     const std::optional<FlatField>& flat_field) {
