@@ -24,12 +24,12 @@ bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bo
     });
   const auto wanted = wants_card ? card : ram;
   if (to_card && !wanted)
-    throw UsageError("{}: target={} is not offered by this camera; leave it out", uri,
+    throw UsageError("{}: this camera does not offer target={}; leave it out", uri,
                      wants_card ? "card" : "ram");
   if (wanted && target->value != *wanted) {
     const GphotoResult result = camera.Set("capturetarget", *wanted);
     if (!result.ok() && to_card)
-      throw Error("{}: the target cannot be set ({}); leave out target=", uri, result.text);
+      throw Error("{}: the target cannot be set ({}); leave target= out", uri, result.text);
   }
   const auto now = camera.Setting("capturetarget");
   return now && now->value.find("RAM") != std::string::npos;

@@ -38,7 +38,7 @@ CameraFeature FeatureOf(const GphotoSetting& setting) {
   feature.category = setting.category;
   feature.type = TypeOf(setting.type);
   feature.value = setting.value;
-  // Libgphoto2 runs buttons by callbacks of its own: there is nothing to write.
+  // libgphoto2 runs buttons by its own callbacks, so they cannot be written.
   feature.readable = setting.type != GphotoSettingType::kButton;
   feature.writable = !setting.read_only && setting.type != GphotoSettingType::kButton;
   feature.read_only = setting.type == GphotoSettingType::kButton;
@@ -81,16 +81,15 @@ class GphotoFeatures : public FeatureAccess {
     std::string written = value;
     if (feature->type == FeatureType::kEnumeration && !feature->choices.empty()) {
       const auto choice = ChoiceFor(feature->choices, value);
-      if (!choice) {
-        throw UsageError("{}: {} cannot be '{}'; it is one of {}", uri_, name, value,
+      if (!choice)
+        throw UsageError("{}: {} cannot be '{}'; it takes {}", uri_, name, value,
                          fmt::join(feature->choices, ", "));
-      }
       written = *choice;
     }
     if (feature->type == FeatureType::kBoolean) {
       const bool on = value == "true" || value == "on" || value == "1";
       if (!on && value != "false" && value != "off" && value != "0")
-        throw UsageError("{}: {} is true or false, not '{}'", uri_, name, value);
+        throw UsageError("{}: {} must be true or false, not '{}'", uri_, name, value);
       written.assign(1, on ? '1' : '0');
     }
     if (feature->type == FeatureType::kFloat || feature->type == FeatureType::kInteger) {
@@ -102,7 +101,7 @@ class GphotoFeatures : public FeatureAccess {
         throw UsageError("{}: {} must be {} to {}, not {}", uri_, name, *feature->min, *feature->max, value);
     }
     const GphotoResult result = camera_.Set(name, written);
-    if (!result.ok()) throw Error("{}: {}={} was refused: {}", uri_, name, value, result.text);
+    if (!result.ok()) throw Error("{}: the camera refused {}={}: {}", uri_, name, value, result.text);
   }
 
  private:

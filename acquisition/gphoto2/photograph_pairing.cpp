@@ -7,7 +7,8 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr double kRememberedS = 60;  // a photograph delivered without its second file; guessed
+// How long a photograph that was delivered without its second file is remembered. Guessed.
+constexpr double kRememberedS = 60;
 
 struct Files {
   bool raw = false, jpeg = true;
@@ -70,7 +71,7 @@ void PhotographPairing::Add(DownloadedFile file, double now_s) {
   }
   Waiting& waiting = waiting_[stem];
   const bool taken = !(is_jpeg ? waiting.photograph.jpeg : waiting.photograph.raw).name.empty();
-  // The camera has begun to count again: another photograph.
+  // A second file of this name is of another photograph: the camera's count has started again.
   if (taken) ready_.push_back(std::exchange(waiting, {}).photograph);
   if (waiting.photograph.First().name.empty()) waiting.since_s = now_s;
   (is_jpeg ? waiting.photograph.jpeg : waiting.photograph.raw) = std::move(file);
