@@ -17,7 +17,7 @@ std::uint64_t SeedOf(const DeviceUri& uri, std::uint64_t otherwise) {
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), seed);
   if (error != std::errc() || end != text->data() + text->size())
-    throw UsageError("'{}': seed must be a whole number from 0 on, not '{}'", uri.Text(), *text);
+    throw UsageError("'{}': seed must be a whole number, 0 or more, not '{}'", uri.Text(), *text);
   return seed;
 }
 
@@ -34,8 +34,7 @@ void ReadCap(const DeviceUri& uri, SimulationOptions& options) {
 
 void RequireRange(const char* what, double value, double low, double high) {
   if (!(value >= low && value <= high))
-    throw UsageError("the simulated camera's {} is {:g}; it must be from {:g} to {:g}", what, value, low,
-                     high);
+    throw UsageError("the simulated camera's {} is {:g}; it must be {:g} to {:g}", what, value, low, high);
 }
 
 HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
