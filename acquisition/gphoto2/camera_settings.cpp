@@ -18,10 +18,11 @@
 namespace ulf::acquisition {
 namespace {
 
-// Two values closer than this many stops are the same setting. Cameras count in thirds of a stop; this is less
-// than half of one, and more than their rounding. Guessed.
+// Two values closer than this many stops are the same setting. Cameras count in thirds of a stop; this is
+// less than half of one, and more than their rounding. Guessed.
 constexpr double kSameStops = 0.12;
-// A camera may be busy, or report a new value late: tries to write a setting, and the pause between two. Guessed.
+// A camera may be busy, or report a new value late: tries to write a setting, and the pause between two.
+// Guessed.
 constexpr int kWriteTries = 10;
 constexpr std::chrono::milliseconds kWritePause(100);
 
@@ -127,9 +128,40 @@ std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_form
   if (ComesWithJpeg(image_format)) return "";
   return fmt::format(
       "the image format is '{}': ulf keeps its photographs in unposed/ but cannot use them, because it does "
-      "not "
-      "decode raw files; set imageformat= to one of {}",
+      "not decode raw files; set imageformat= to one of {}",
       image_format, FormatsWithJpeg(camera));
+}
+
+bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card) {
+  const auto target = camera.Setting("capturetarget");
+  if (!target) return false;
+  const auto choice = [&](const char* word) -> std::optional<std::string> {
+    for (const std::string& offered : target->choices)
+      if (offered.find(word) != std::string::npos) return offered;
+    return std::nullopt;
+  };
+  const auto card = choice("card"), ram = choice("RAM");
+  bool wants_card = to_card.value_or(false);
+  std::vector<GphotoStorage> storages;
+  if (!to_card && camera.Storages(storages).ok())
+    wants_card = std::any_of(storages.begin(), storages.end(), [](const GphotoStorage& storage) {
+      return storage.is_card && !storage.is_full;
+    });
+  const auto wanted = wants_card ? card : ram;
+  if (to_card && !wanted)
+    throw UsageError("{}: this camera does not offer target={}; leave it out", uri,
+                     wants_card ? "card" : "ram");
+  if (wanted && target->value != *wanted) {
+    const GphotoResult result = camera.Set("capturetarget", *wanted);
+    if (!result.ok() && to_card)
+      throw Error("{}: the target cannot be set ({}); leave target= out", uri, result.text);
+  }
+  const auto now = camera.Setting("capturetarget");
+  return now && now->value.find("RAM") != std::string::npos;
+}
+
+bool IsInCameraMemory(const std::string& folder, bool target_is_memory) {
+  return target_is_memory && !folder.starts_with("/store_");
 }
 
 CameraSettings::CameraSettings(GphotoCamera& camera, const std::string& uri) : camera_(camera), uri_(uri) {

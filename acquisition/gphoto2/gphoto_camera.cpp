@@ -19,7 +19,8 @@
 namespace ulf::acquisition {
 namespace {
 
-// Blocks SIGPIPE in this thread, which a write into a broken connection sends to it, and removes it afterwards.
+// Blocks SIGPIPE in this thread, which a write into a broken connection sends to it, and removes it
+// afterwards.
 class WithoutSigpipe {
  public:
   WithoutSigpipe() {
@@ -45,9 +46,9 @@ class WithoutSigpipe {
   bool was_pending_ = false;
 };
 
-// An answer that comes too late leaves a PTP/IP connection out of step: the library takes it for the answer to
-// the next request, and so on for all that follow, so that photographs come without names and settings with
-// other values. The library (2.5.30) reports this in its log only. A refusal is no such case.
+// An answer that comes too late leaves a PTP/IP connection out of step: the library takes it for the answer
+// to the next request, and so on for all that follow, so that photographs come without names and settings
+// with other values. The library (2.5.30) reports this in its log only. A refusal is no such case.
 thread_local bool answers_are_out_of_step = false;
 
 void OnLibraryError(GPLogLevel /*level*/, const char* function, const char* text, void* /*none*/) {
@@ -69,7 +70,8 @@ using File = std::unique_ptr<CameraFile, Releaser<CameraFile, gp_file_unref>>;
 using Context = std::unique_ptr<GPContext, Releaser<GPContext, gp_context_unref>>;
 using List = std::unique_ptr<CameraList, Releaser<CameraList, gp_list_unref>>;
 
-// Held while a camera is opened or closed, which loads or unloads drivers: no two threads may do that at once.
+// Held while a camera is opened or closed, which loads or unloads drivers: no two threads may do that at
+// once.
 Mutex library_mutex;
 // The list of drivers, read from disk once, which takes a tenth of a second.
 CameraAbilitiesList* AllAbilities(GPContext* context) ULF_REQUIRES(library_mutex) {
@@ -454,8 +456,7 @@ std::string UsbObstacle(const std::string& port) {
   if (access(node.c_str(), F_OK) == 0 && access(node.c_str(), W_OK) != 0)
     return fmt::format(
         "this user may not write to {}; install the rules in udev/ (see docs/devices.md) and plug the camera "
-        "in "
-        "again",
+        "in again",
         node);
   const std::vector<std::string> programs = ProgramsHolding(node);
   if (programs.empty()) return {};
@@ -464,8 +465,7 @@ std::string UsbObstacle(const std::string& port) {
                   [](const std::string& program) { return program.starts_with("gvfs"); }))
     return fmt::format(
         "the desktop has mounted it ({} uses it); release it with 'gio mount -s gphoto2' or by ejecting it "
-        "in "
-        "the file manager",
+        "in the file manager",
         holders);
   return fmt::format("{} uses it; close that program", holders);
 }

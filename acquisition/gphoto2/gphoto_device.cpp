@@ -10,11 +10,9 @@
 
 #include "acquisition/device/photograph_inbox.h"
 #include "acquisition/gphoto2/camera_settings.h"
-#include "acquisition/gphoto2/capture_target.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
 #include "acquisition/gphoto2/gphoto_options.h"
 #include "acquisition/gphoto2/photograph_downloads.h"
-#include "acquisition/gphoto2/photograph_frame.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -253,7 +251,7 @@ class GphotoDevice : public Device {
       frame.id = ++next_id_;
       frame.device_time_s = frame.host_time_s = host_time_s;
       frame.encoded = EncodedImage{".jpg", std::make_shared<const std::string>(std::move(jpeg))};
-      inbox_->PushLive(std::move(frame));
+      inbox_->Push(std::move(frame));
       return;
     }
     {
@@ -347,8 +345,7 @@ class GphotoDevice : public Device {
       if (exif.orientation != 1 && !std::exchange(said_turned_, true))
         Notice(
             "photographs are marked to be turned when they are shown: other programs turn them, ulf does "
-            "not; "
-            "switch the camera's automatic rotation off");
+            "not; switch the camera's automatic rotation off");
       if (is_late)
         Notice(fmt::format("{} came long after its photograph's other file: ulf keeps it by itself", name));
       else if (!frame.encoded)
@@ -361,7 +358,7 @@ class GphotoDevice : public Device {
         if (!is_late) ++photographs_;
       }
       EndRequestReleasedAt(frame.requested_s.value_or(0));
-      inbox_->PushStill(std::move(frame));
+      inbox_->Push(std::move(frame));
     }
   }
 

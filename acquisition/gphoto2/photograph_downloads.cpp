@@ -12,8 +12,8 @@
 namespace ulf::acquisition {
 namespace {
 
-// The pauses double, so that a file is given up after 6 s. A busy camera, which writes to its card, gets longer.
-// All guessed.
+// The pauses double, so that a file is given up after 6 s. A busy camera, which writes to its card, gets
+// longer. All guessed.
 constexpr int kTries = 6;
 constexpr double kFirstPauseS = 0.2, kBusyPauseS = 0.1;
 constexpr double kBusyPatienceS = 20;

@@ -1,7 +1,6 @@
 // Tests: acquisition/gphoto2/gphoto_device, acquisition/gphoto2/gphoto_camera,
 // acquisition/gphoto2/gphoto_features, acquisition/gphoto2/gphoto_options,
-// acquisition/gphoto2/camera_settings, acquisition/gphoto2/capture_target,
-// acquisition/gphoto2/photograph_downloads, acquisition/gphoto2/photograph_frame,
+// acquisition/gphoto2/camera_settings, acquisition/gphoto2/photograph_downloads,
 // acquisition/gphoto2/ptpip_descriptors, acquisition/device/photograph_inbox.
 //
 // A tethered camera over the stock ptp2 driver, on loopback.
