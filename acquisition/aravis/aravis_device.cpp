@@ -126,7 +126,7 @@ class AravisDevice : public Device {
   double StallSeconds() const {
     return std::max(options_.patience.stall_s, options_.patience.stall_periods * configured_.period_s);
   }
-  // Whether frames are expected: always without a trigger, after each trigger with one.
+  // Whether frames are expected: always without a trigger; with the software's, from firing to its frame.
   bool FramesAreDue() const { return !options_.Triggered() || trigger_out_; }
 
   AravisOptions options_;

@@ -117,9 +117,8 @@ std::string ResolveAravis(const std::string& uri, const std::string& id) {
       forbidden += fmt::format("; {} {}: {}", camera.maker, camera.model, camera.problem);
     throw Error(
         "{}: no camera answers; searched for GigE Vision on every network and for USB3 Vision{}. Check "
-        "power, "
-        "cable and firewall (UDP port 3956), name the camera's address if it is behind a router, or use "
-        "sim:studio",
+        "power, cable and firewall (UDP port 3956), name the camera's address if it is behind a router, or "
+        "use sim:studio",
         uri, forbidden);
   }
   if (id.empty()) return found.front().OpenBy();

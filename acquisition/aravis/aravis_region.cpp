@@ -56,7 +56,8 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
     set("Height", heights.Nearest(heights.high));
     return limits;
   }
-  // Computes the limits of the offsets for the new size; those that the camera reports belong to the old size.
+  // Computes the limits of the offsets for the new size; those that the camera reports belong to the old
+  // size.
   AravisRegion nearest{static_cast<int>(widths.Nearest(asked->width)),
                        static_cast<int>(heights.Nearest(asked->height)), 0, 0};
   Steps xs, ys;

@@ -24,8 +24,8 @@ constexpr milliseconds kControlEnds(3500);
 constexpr milliseconds kSilentWait(400);
 // One question about who controls the camera may take so long. Guessed.
 constexpr milliseconds kControlTimeout(400);
-// A warning about the same camera is logged at most once in this time: a search for a camera opens it again and
-// again. Guessed.
+// A warning about the same camera is logged at most once in this time: a search for a camera opens it again
+// and again. Guessed.
 constexpr std::chrono::minutes kWarnAgain(1);
 
 std::string ControllerText(const std::string& address) {

@@ -64,8 +64,8 @@ std::vector<DeviceInfo> ListOf(const std::string& scheme) {
   return {};
 }
 
-// Opens the same camera at its present address, with its old options. Finds it by its serial number, or as the
-// only camera of its model where it has none.
+// Opens the same camera at its present address, with its old options. Finds it by its serial number, or as
+// the only camera of its model where it has none.
 std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known) {
   DeviceUri uri = DeviceUri::Parse(known.uri);
   std::vector<DeviceInfo> same;

@@ -87,8 +87,7 @@ std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
   if (files.empty())
     throw Error(
         "{}: the folder contains no images ({} other files); name a folder of photographs, a video or a "
-        "light "
-        "field",
+        "light field",
         options.uri, others);
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return NameOrder(a.filename().string(), b.filename().string());

@@ -32,6 +32,17 @@ enum WaveStream {
 
 double Uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
 
+// The path time that a pause has cost, `since` seconds after its start. The path's speed falls along a
+// cosine, rests, and rises again.
+double PauseSpent(double since, double rest_s) {
+  const double ramp = kPauseRampS;
+  const auto lost_in_ramp = [&](double t) { return 0.5 * (t - ramp / M_PI * std::sin(M_PI * t / ramp)); };
+  double spent = lost_in_ramp(std::clamp(since, 0.0, ramp));
+  spent += std::clamp(since - ramp, 0.0, rest_s);
+  const double after = std::clamp(since - ramp - rest_s, 0.0, ramp);
+  return spent + after - lost_in_ramp(after);
+}
+
 }  // namespace
 
 Hand::Hand(const HandOptions& options) : options_(options) {
@@ -130,25 +141,11 @@ Vector2d Hand::PathIntegral(double path_s) const {
   return from->integral + since * from->angles + 0.5 * since * since * rate;
 }
 
-// The mean over a window turns the plan's corners into parabolas, so that position and velocity are continuous.
+// The mean over a window turns the plan's corners into parabolas, so that position and velocity are
+// continuous.
 Vector2d Hand::PathAngles(double path_s) const {
   return (PathIntegral(path_s + kRoundingS) - PathIntegral(path_s - kRoundingS)) / (2 * kRoundingS);
 }
-
-namespace {
-
-// The path time that a pause has cost, `since` seconds after its start. The path's speed falls along a cosine,
-// rests, and rises again.
-double PauseSpent(double since, double rest_s) {
-  const double ramp = kPauseRampS;
-  const auto lost_in_ramp = [&](double t) { return 0.5 * (t - ramp / M_PI * std::sin(M_PI * t / ramp)); };
-  double spent = lost_in_ramp(std::clamp(since, 0.0, ramp));
-  spent += std::clamp(since - ramp, 0.0, rest_s);
-  const double after = std::clamp(since - ramp - rest_s, 0.0, ramp);
-  return spent + after - lost_in_ramp(after);
-}
-
-}  // namespace
 
 double Hand::PathTime(double time_s) const {
   double path_s = time_s;

@@ -38,18 +38,16 @@ void RequireRange(const char* what, double value, double low, double high) {
 }
 
 HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
-  HandOptions hand;
-  hand.subject_in_world = scene.subject().center_in_world;
-  hand.up_in_world = scene.UpInWorld();
-  hand.first_direction = scene.FirstDirection();
-  hand.distance_m = scene.FirstDistance();
-  hand.cap_azimuth = options.cap_azimuth;
-  hand.cap_elevation = options.cap_elevation;
-  hand.row_spacing = options.row_spacing;
-  hand.speed = options.speed;
-  hand.looks_away = options.looks_away;
-  hand.seed = options.seed;
-  return hand;
+  return {.subject_in_world = scene.subject().center_in_world,
+          .up_in_world = scene.UpInWorld(),
+          .first_direction = scene.FirstDirection(),
+          .distance_m = scene.FirstDistance(),
+          .cap_azimuth = options.cap_azimuth,
+          .cap_elevation = options.cap_elevation,
+          .row_spacing = options.row_spacing,
+          .speed = options.speed,
+          .looks_away = options.looks_away,
+          .seed = options.seed};
 }
 
 const SimulationOptions& Validated(const SimulationOptions& options) {

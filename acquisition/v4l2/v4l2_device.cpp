@@ -31,8 +31,8 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-// How long the capture thread waits for a frame before it does its other work, and its pause where no buffer is
-// filled yet. Guessed.
+// How long the capture thread waits for a frame before it does its other work, and its pause where no buffer
+// is filled yet. Guessed.
 constexpr milliseconds kFrameWait(100), kEmptyPause(2);
 
 class V4l2Device : public Device {

@@ -44,9 +44,8 @@ std::string PermissionProblem(const std::string& path) {
     if (const ::group* entry = getgrgid(status.st_gid)) group = entry->gr_name;
   return fmt::format(
       "no permission to open {}, which belongs to the group {}: add yourself to it (sudo usermod -aG {} "
-      "$USER, "
-      "then log in again), or install udev/70-ulf-cameras.rules, which lets the user at this computer open "
-      "it",
+      "$USER, then log in again), or install udev/70-ulf-cameras.rules, which lets the user at this computer "
+      "open it",
       path, group, group);
 }
 

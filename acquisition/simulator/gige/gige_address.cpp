@@ -55,7 +55,8 @@ void RemoveAlias(const std::string& label) {
   close(socket_fd);
 }
 
-// Reserves the label for this process until it ends, also by a signal: a descriptor; -1: another process has it.
+// Reserves the label for this process until it ends, also by a signal: a descriptor; -1: another process has
+// it.
 int Claim(const std::string& label) {
   const int socket_fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket_fd < 0) return -1;

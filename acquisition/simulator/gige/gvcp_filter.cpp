@@ -131,8 +131,8 @@ void GvcpFilter::State::Answer(int socket, const sockaddr_in& client, const Requ
     if (!by_broadcast && (request.bytes[1] & kWantsAnswer) != 0) send(begin(status, 0));
     return;
   }
-  // Aravis takes any client's read of this register for the controller's heartbeat, so that a silent controller
-  // would keep the camera. The filter answers other clients itself.
+  // Aravis takes any client's read of this register for the controller's heartbeat, so that a silent
+  // controller would keep the camera. The filter answers other clients itself.
   if (request.Command() == kReadRegister && Word(request.Body()) == kControlPrivilege &&
       AnotherControls(client)) {
     PutWord(&answer[kHeaderBytes], options.privilege());
