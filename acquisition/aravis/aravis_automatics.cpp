@@ -1,5 +1,6 @@
 #include "acquisition/aravis/aravis_automatics.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -19,7 +20,7 @@ constexpr std::array kAutomatics{
 };
 
 // "Off", "Once", "Continuous"; empty: the camera has no such automatic.
-std::string Reads(const AravisSession& session, const char* feature) {
+std::string AutomaticMode(const AravisSession& session, const char* feature) {
   if (!Maybe([&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature, e); },
              false))
     return "";
@@ -29,10 +30,10 @@ std::string Reads(const AravisSession& session, const char* feature) {
 
 bool IsOnUnasked(const AravisSession& session, const AravisOptions& options, const Automatic& automatic) {
   if (options.*automatic.asked) return false;
-  const bool once_by_wish = &AravisOptions::auto_white_balance == automatic.asked && options.white_balance &&
-                            options.white_balance->by_camera;
-  const std::string reads = once_by_wish ? "" : Reads(session, automatic.feature);
-  return !reads.empty() && reads != "Off";
+  const bool once = &AravisOptions::auto_white_balance == automatic.asked && options.white_balance &&
+                    options.white_balance->by_camera;
+  const std::string mode = once ? "" : AutomaticMode(session, automatic.feature);
+  return !mode.empty() && mode != "Off";
 }
 
 // The first of these features that the camera has and that is a number, with its value.
@@ -58,7 +59,7 @@ std::optional<Held> FirstNumber(const AravisSession& session,
   return std::nullopt;
 }
 
-std::optional<Held> WhatItMoves(const AravisSession& session, const Automatic& automatic) {
+std::optional<Held> ControlledValue(const AravisSession& session, const Automatic& automatic) {
   const std::string_view feature = automatic.feature;
   if (feature == "ExposureAuto")
     return FirstNumber(session, {{"exposure_us", "ExposureTime"}, {"exposure_us", "ExposureTimeAbs"}});
@@ -109,22 +110,22 @@ void WriteBack(const AravisSession& session, const ColourRatios& ratios) {
 }
 
 void Freeze(const AravisSession& session, const Automatic& automatic, AravisFrozen& frozen) {
-  const auto moved = WhatItMoves(session, automatic);
+  const auto controlled = ControlledValue(session, automatic);
   const auto ratios =
       std::string_view(automatic.feature) == "BalanceWhiteAuto" ? ReadRatios(session) : std::nullopt;
   GError* error = nullptr;
   arv_camera_set_string(session.Camera(), automatic.feature, "Off", &error);
-  const std::string reason = error ? Text(error->message) : "the camera goes on with it";
+  const std::string reason = error ? Text(error->message) : "the camera does not switch it off";
   g_clear_error(&error);
-  if (Reads(session, automatic.feature) != "Off") {
+  if (AutomaticMode(session, automatic.feature) != "Off") {
     frozen.said.push_back(
         fmt::format("{} stays on: {}; pictures may change between views", automatic.option, reason));
     return;
   }
   std::pair<std::string, std::string> value;
-  if (moved) {
-    WriteBack(session, *moved);
-    value = {moved->option, fmt::format("{}", moved->value)};
+  if (controlled) {
+    WriteBack(session, *controlled);
+    value = {controlled->option, fmt::format("{}", controlled->value)};
   } else if (ratios) {
     WriteBack(session, *ratios);
     value = {"white_balance", fmt::format("{},{}", ratios->red, ratios->blue)};
@@ -142,7 +143,7 @@ void WriteAravisAutomatics(const AravisSession& session, const std::string& who,
   for (const Automatic& automatic : kAutomatics) {
     const std::optional<bool> asked = options.*automatic.asked;
     if (!asked) continue;
-    if (Reads(session, automatic.feature).empty()) {
+    if (AutomaticMode(session, automatic.feature).empty()) {
       if (*asked) throw UsageError("{}: the camera has no {}; leave it out", who, automatic.option);
       continue;
     }
@@ -153,9 +154,8 @@ void WriteAravisAutomatics(const AravisSession& session, const std::string& who,
 }
 
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options) {
-  for (const Automatic& automatic : kAutomatics)
-    if (IsOnUnasked(session, options, automatic)) return true;
-  return false;
+  return std::any_of(kAutomatics.begin(), kAutomatics.end(),
+                     [&](const Automatic& automatic) { return IsOnUnasked(session, options, automatic); });
 }
 
 AravisFrozen FreezeAravisAutomatics(const AravisSession& session, const AravisOptions& options) {

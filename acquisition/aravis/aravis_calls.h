@@ -5,6 +5,7 @@
 
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "core/base/error.h"
 
@@ -49,5 +50,16 @@ void Try(Call&& call) {
 }
 
 inline std::string Text(const char* text) { return text ? text : ""; }
+
+// The names that `call` returns as an array of its own, with their number; empty on failure.
+template <typename Call>
+std::vector<std::string> MaybeNames(Call&& call) {
+  guint count = 0;
+  const char** names = Maybe([&](GError** e) { return call(&count, e); }, static_cast<const char**>(nullptr));
+  if (!names) return {};
+  std::vector<std::string> copy(names, names + count);
+  g_free(names);
+  return copy;
+}
 
 }  // namespace ulf::acquisition

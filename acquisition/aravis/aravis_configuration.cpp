@@ -28,7 +28,7 @@ class Configurator {
   AravisConfigured Write(const AravisOptions& options) {
     arv_camera_set_range_check_policy(camera_, ARV_RANGE_CHECK_POLICY_ENABLE);
     arv_camera_set_access_check_policy(camera_, ARV_ACCESS_CHECK_POLICY_ENABLE);
-    // A killed program may have left it running.
+    // A killed program may have left the acquisition running.
     Try([&](GError** e) { arv_camera_stop_acquisition(camera_, e); });
     LoadUserSet(options.user_set);
     if (Has("AcquisitionMode"))
@@ -44,7 +44,7 @@ class Configurator {
     WriteBlackLevel(options.black_level);
     WriteWhiteBalance(options.white_balance);
     WriteFrameRate(options.fps);
-    WriteTrigger(options);  // the library switches it off with the frame rate
+    WriteTrigger(options);  // after the frame rate, because setting that switches the trigger off
     WriteChunks(options.chunks);
     if (!session_.GigeAddress().empty()) WritePackets(session_.GigeAddress(), options);
     ReadBack(options);
@@ -52,9 +52,9 @@ class Configurator {
   }
 
   void ReadLightInto(AravisConfigured& configured) {
-    configured_.format = configured.format;
+    configured_.format = configured.format;  // ReadBlackLevel() needs it
     ReadLight();
-    // Changes nothing else, because other threads read it.
+    // Changes nothing else, because other threads read the rest.
     configured.exposure_s = configured_.exposure_s;
     configured.gain = configured_.gain;
     configured.black_level = configured_.black_level;
@@ -71,16 +71,9 @@ class Configurator {
   }
 
   std::vector<std::string> Choices(const char* enumeration) {
-    guint count = 0;
-    const char** names = Maybe(
-        [&](GError** e) {
-          return arv_camera_dup_available_enumerations_as_strings(camera_, enumeration, &count, e);
-        },
-        static_cast<const char**>(nullptr));
-    if (!names) return {};
-    std::vector<std::string> choices(names, names + count);
-    g_free(names);
-    return choices;
+    return MaybeNames([&](guint* count, GError** e) {
+      return arv_camera_dup_available_enumerations_as_strings(camera_, enumeration, count, e);
+    });
   }
 
   void RequireChoice(const char* option, const char* enumeration, const std::string& value) {
@@ -116,8 +109,19 @@ class Configurator {
 
   void CheckRange(const char* option, double value, double low, double high) {
     if (value < low || value > high)
-      throw UsageError("{}: {}={} is outside what the camera can do, {} to {}", who_, option, value, low,
-                       high);
+      throw UsageError("{}: {}={} is out of the camera's range, {} to {}", who_, option, value, low, high);
+  }
+  template <typename Bound>
+  void CheckRange(const char* option, double value, const char* what,
+                  void (*get_bounds)(ArvCamera*, Bound*, Bound*, GError**)) {
+    Bound low = 0, high = 0;
+    Must(who_, what, [&](GError** e) { get_bounds(camera_, &low, &high, e); });
+    CheckRange(option, value, static_cast<double>(low), static_cast<double>(high));
+  }
+  void CheckFloatRange(const char* option, double value, const char* what, const char* feature) {
+    double low = 0, high = 0;
+    Must(who_, what, [&](GError** e) { arv_camera_get_float_bounds(camera_, feature, &low, &high, e); });
+    CheckRange(option, value, low, high);
   }
 
   PixelFormat WriteFormat(const std::optional<std::string>& asked) {
@@ -127,9 +131,7 @@ class Configurator {
     });
     const std::vector<std::string> offered(names, names + count);
     g_free(names);
-    std::string list;
-    for (const std::string& name : offered) list += (list.empty() ? "" : ", ") + name;
-
+    const std::string list = fmt::format("{}", fmt::join(offered, ", "));
     const auto format = asked ? PixelFormatByName(*asked) : PreferredPixelFormat(offered);
     if (!format)
       throw Error("{}: none of the camera's pixel formats ({}) is supported; supported are {}", who_, list,
@@ -152,11 +154,8 @@ class Configurator {
       return;
     }
     if (wanted) {
-      gint low = 1, high = 1;
-      Must(who_, "binning", [&](GError** e) { arv_camera_get_x_binning_bounds(camera_, &low, &high, e); });
-      CheckRange("binning", asked.x, low, high);
-      Must(who_, "binning", [&](GError** e) { arv_camera_get_y_binning_bounds(camera_, &low, &high, e); });
-      CheckRange("binning", asked.y, low, high);
+      CheckRange("binning", asked.x, "binning", arv_camera_get_x_binning_bounds);
+      CheckRange("binning", asked.y, "binning", arv_camera_get_y_binning_bounds);
       Must(who_, "binning", [&](GError** e) { arv_camera_set_binning(camera_, asked.x, asked.y, e); });
     } else {
       Try([&](GError** e) { arv_camera_set_binning(camera_, 1, 1, e); });
@@ -165,18 +164,16 @@ class Configurator {
 
   void WriteExposure(std::optional<double> exposure_us) {
     if (!exposure_us) return;
-    if (!Maybe([&](GError** e) { return arv_camera_is_exposure_time_available(camera_, e); }, false))
+    if (!Can(arv_camera_is_exposure_time_available))
       throw UsageError("{}: the camera's exposure cannot be set; leave exposure_us out", who_);
-    if (Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera_, e); }, false))
+    if (Can(arv_camera_is_exposure_auto_available))
       Must(who_, "auto exposure off",
            [&](GError** e) { arv_camera_set_exposure_time_auto(camera_, ARV_AUTO_OFF, e); });
-    double low = 0, high = 0;
-    Must(who_, "exposure", [&](GError** e) { arv_camera_get_exposure_time_bounds(camera_, &low, &high, e); });
-    CheckRange("exposure_us", *exposure_us, low, high);
+    CheckRange("exposure_us", *exposure_us, "exposure", arv_camera_get_exposure_time_bounds);
     Must(who_, "exposure", [&](GError** e) { arv_camera_set_exposure_time(camera_, *exposure_us, e); });
   }
 
-  // A float feature is in decibels (SFNC); older cameras have an integer in units of their own.
+  // A float feature is in decibels (SFNC). Older cameras have an integer in units of their own.
   bool HasDecibels() {
     return (Has("Gain") && ARV_IS_GC_FLOAT(arv_device_get_feature(session_.Device(), "Gain"))) ||
            Has("GainAbs");
@@ -202,12 +199,10 @@ class Configurator {
     }
     if (!HasDecibels())
       throw UsageError("{}: the camera has no gain in dB{}", who_,
-                       raw ? "; it counts in units of its own: give gain_raw ('ulf features' shows its range)"
+                       raw ? "; it has units of its own: give gain_raw ('ulf features' shows its range)"
                            : "; leave gain_db out");
-    double low = 0, high = 0;
     const char* name = DecibelName();
-    Must(who_, "gain", [&](GError** e) { arv_camera_get_float_bounds(camera_, name, &low, &high, e); });
-    CheckRange("gain_db", *options.gain_db, low, high);
+    CheckFloatRange("gain_db", *options.gain_db, "gain", name);
     Must(who_, "gain", [&](GError** e) { arv_camera_set_float(camera_, name, *options.gain_db, e); });
   }
 
@@ -218,10 +213,7 @@ class Configurator {
     if (Can(arv_camera_is_black_level_auto_available))
       Must(who_, "auto black level off",
            [&](GError** e) { arv_camera_set_black_level_auto(camera_, ARV_AUTO_OFF, e); });
-    double low = 0, high = 0;
-    Must(who_, "black level",
-         [&](GError** e) { arv_camera_get_black_level_bounds(camera_, &low, &high, e); });
-    CheckRange("black_level", *black_level, low, high);
+    CheckRange("black_level", *black_level, "black level", arv_camera_get_black_level_bounds);
     Must(who_, "black level", [&](GError** e) { arv_camera_set_black_level(camera_, *black_level, e); });
   }
 
@@ -229,8 +221,7 @@ class Configurator {
     if (!balance) return;
     if (balance->by_camera) {
       if (!Has("BalanceWhiteAuto"))
-        throw UsageError("{}: the camera does not balance colours by itself; give white_balance=RED,BLUE",
-                         who_);
+        throw UsageError("{}: the camera has no automatic white balance; give white_balance=RED,BLUE", who_);
       RequireChoice("white_balance", "BalanceWhiteAuto", "Once");
       return;
     }
@@ -243,9 +234,7 @@ class Configurator {
     for (const auto& [colour, value] : {std::pair("Red", balance->red), std::pair("Blue", balance->blue)}) {
       RequireChoice("white_balance", "BalanceRatioSelector", colour);
       SetText("BalanceRatioSelector", colour);
-      double low = 0, high = 0;
-      Must(who_, ratio, [&](GError** e) { arv_camera_get_float_bounds(camera_, ratio, &low, &high, e); });
-      CheckRange("white_balance", value, low, high);
+      CheckFloatRange("white_balance", value, ratio, ratio);
       Must(who_, ratio, [&, value = value](GError** e) { arv_camera_set_float(camera_, ratio, value, e); });
     }
   }
@@ -266,24 +255,22 @@ class Configurator {
                   false))
           configured_.chunks.push_back(offered);
     if (configured_.chunks.empty())
-      configured_.notes.emplace_back("offers no chunk of use (exposure, gain, number, time)");
+      configured_.notes.emplace_back("offers no useful chunk data (exposure, gain, number, time)");
   }
 
   void WriteFrameRate(std::optional<double> fps) {
     if (!fps) return;
-    if (!Maybe([&](GError** e) { return arv_camera_is_frame_rate_available(camera_, e); }, false))
+    if (!Can(arv_camera_is_frame_rate_available))
       throw UsageError("{}: the camera's frame rate cannot be set; leave fps out", who_);
-    double low = 0, high = 0;
-    Must(who_, "frame rate", [&](GError** e) { arv_camera_get_frame_rate_bounds(camera_, &low, &high, e); });
-    CheckRange("fps", *fps, low, high);
+    CheckRange("fps", *fps, "frame rate", arv_camera_get_frame_rate_bounds);
     Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, *fps, e); });
   }
 
-  // The largest packets that reach us, by test packets; not every camera sends them. When none comes the
-  // library keeps the size without a word: so it begins with one that every network lets through, and has
-  // found a larger one or nothing.
+  // Finds the largest packets that arrive, by test packets, which not every camera sends. Where none arrives,
+  // the library keeps the size without an error. Starting from a size that every network passes, a larger
+  // size therefore means that test packets arrived.
   bool NegotiatePacketSize() {
-    constexpr gint64 kEveryNetwork = 576;
+    constexpr gint64 kSafePacketSize = 576;  // every IPv4 network passes it
     gint64 low = 0, high = 0;
     Try([&](GError** e) { arv_camera_get_integer_bounds(camera_, "GevSCPSPacketSize", &low, &high, e); });
     const auto read = [&] {
@@ -293,10 +280,10 @@ class Configurator {
       Try([&](GError** e) { arv_camera_gv_set_packet_size(camera_, static_cast<gint>(size), e); });
     };
     const guint own = read();
-    write(std::max(kEveryNetwork, low));
-    const guint begun = read();
+    write(std::max(kSafePacketSize, low));
+    const guint smallest = read();
     Try([&](GError** e) { arv_camera_gv_auto_packet_size(camera_, e); });
-    const bool found = read() > begun;
+    const bool found = read() > smallest;
     if (!found) write(own);
     arv_camera_gv_set_packet_size_adjustment(camera_, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
     return found;
@@ -317,13 +304,12 @@ class Configurator {
         Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera_, e); }, guint{0}));
     if (!packet_size && !configured_.packet_size_negotiated)
       configured_.notes.push_back(
-          fmt::format("sends no test packets that arrive: its packets keep their size of {} bytes; if frames "
-                      "are lost give "
-                      "packet_size=1400",
+          fmt::format("sent no test packet that arrived: its packets keep their size of {} bytes; if frames "
+                      "are lost, give packet_size=1400",
                       configured_.packet_size));
     if (packet_size && configured_.packet_size != *packet_size)
       configured_.notes.push_back(
-          fmt::format("made {} of packet_size={}", configured_.packet_size, *packet_size));
+          fmt::format("changed packet_size={} to {}", *packet_size, configured_.packet_size));
     // The register is optional.
     const gint64 delay_ns = options.packet_delay_ns.value_or(0);
     const bool taken =
@@ -333,7 +319,7 @@ class Configurator {
     if (options.packet_delay_ns &&
         (!taken || std::abs(configured_.packet_delay_ns - delay_ns) > delay_ns / 10))
       configured_.notes.push_back(
-          fmt::format("made {} ns of packet_delay_ns={}", configured_.packet_delay_ns, delay_ns));
+          fmt::format("changed packet_delay_ns={} to {}", delay_ns, configured_.packet_delay_ns));
   }
 
   void ReadWindow() {
@@ -371,7 +357,7 @@ class Configurator {
     window.sensor_height = full_size("SensorHeight", "HeightMax", window.binning_y, limits_.height);
   }
 
-  // Of the pixel format's full scale, or a percentage where the camera says that it counts in them.
+  // A share of the pixel format's full scale, or a percentage where the camera gives that unit.
   void ReadBlackLevel() {
     if (!Can(arv_camera_is_black_level_available)) return;
     const double value = Maybe([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0);
@@ -381,7 +367,7 @@ class Configurator {
     configured_.black_level = value / (percent ? 100 : std::pow(2.0, configured_.format.bits) - 1);
   }
 
-  double ReadExposure_s() {
+  double ReadExposureSeconds() {
     return 1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }, 0.0);
   }
   const char* DecibelName() { return Has("Gain") ? "Gain" : "GainAbs"; }
@@ -396,7 +382,7 @@ class Configurator {
         Can(arv_camera_is_exposure_auto_available) &&
         Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera_, e); }, ARV_AUTO_OFF) !=
             ARV_AUTO_OFF;
-    configured_.exposure_s = auto_exposure ? 0 : ReadExposure_s();
+    configured_.exposure_s = auto_exposure ? 0 : ReadExposureSeconds();
     const bool auto_gain =
         Can(arv_camera_is_gain_auto_available) &&
         Maybe([&](GError** e) { return arv_camera_get_gain_auto(camera_, e); }, ARV_AUTO_OFF) != ARV_AUTO_OFF;
@@ -412,7 +398,7 @@ class Configurator {
                 : 0;
     const double own_steps = std::isfinite(step) && step > 2 * DBL_MIN && step < 1e300 ? step : 0;
     if (std::abs(reads - asked) > std::max(1.001 * own_steps, kSameShare * std::abs(asked)))
-      configured_.notes.push_back(fmt::format("made {:g} of {}={:g}", reads, option, asked));
+      configured_.notes.push_back(fmt::format("changed {}={:g} to {:g}", option, asked, reads));
   }
 
   void CompareWhiteBalance(const AravisWhiteBalance& asked) {
@@ -424,7 +410,7 @@ class Configurator {
     }
   }
 
-  // A camera that mirrors or crops its image may shift the mosaic, and then changes the format's name.
+  // A camera that mirrors or crops its image may shift the mosaic and then change the format's name.
   void ReadFormat() {
     const auto now = PixelFormatByName(
         Text(Maybe([&](GError** e) { return arv_camera_get_pixel_format_as_string(camera_, e); },
@@ -440,7 +426,7 @@ class Configurator {
     ReadLight();
     configured_.payload_bytes =
         Must(who_, "payload", [&](GError** e) { return arv_camera_get_payload(camera_, e); });
-    const double exposure_s = ReadExposure_s();
+    const double exposure_s = ReadExposureSeconds();
     const double fps = Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0);
     configured_.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
     if (options.fps) Compare("fps", *options.fps, fps, nullptr);
@@ -460,10 +446,9 @@ class Configurator {
     if (const auto& asked = options.region;
         asked && (configured_.width != asked->width || configured_.height != asked->height ||
                   window.x != asked->x * window.binning_x || window.y != asked->y * window.binning_y))
-      configured_.notes.push_back(fmt::format("made {}x{}+{}+{} of roi={}x{}+{}+{}", configured_.width,
-                                              configured_.height, window.x / window.binning_x,
-                                              window.y / window.binning_y, asked->width, asked->height,
-                                              asked->x, asked->y));
+      configured_.notes.push_back(fmt::format(
+          "changed roi={}x{}+{}+{} to {}x{}+{}+{}", asked->width, asked->height, asked->x, asked->y,
+          configured_.width, configured_.height, window.x / window.binning_x, window.y / window.binning_y));
   }
 
   const AravisSession& session_;

@@ -31,6 +31,13 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
+// How long the capture thread waits for a frame before it does its other work, how long it waits for the
+// camera's answer about its control (in the thread, and at Stop()), and the pause between two readings of the
+// library's counters. All guessed.
+constexpr std::uint64_t kFrameWaitMicroseconds = 50'000;
+constexpr milliseconds kAskWhileCapturing(200), kAskAtStop(500);
+constexpr double kCountersEverySeconds = 0.1;
+
 class AravisDevice : public Device {
  public:
   explicit AravisDevice(const DeviceUri& uri) : options_(AravisOptionsOf(uri)) {
@@ -96,7 +103,7 @@ class AravisDevice : public Device {
   void Capture();
   std::optional<std::string> LossReason(double silence_s);
   void Take(ArvBuffer* buffer);
-  void CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status);
+  void CountSettling(ArvBuffer* buffer, ArvBufferStatus status);
   void CountId(ArvBuffer* buffer, FrameStatus status) ULF_REQUIRES(mutex_);
   void Freeze();
   void ReportOnce();
@@ -119,7 +126,7 @@ class AravisDevice : public Device {
   double StallSeconds() const {
     return std::max(options_.patience.stall_s, options_.patience.stall_periods * configured_.period_s);
   }
-  // Whether frames are expected: without a trigger always, with the software's while one is out.
+  // Whether frames are expected: always without a trigger; with the software's, from firing to its frame.
   bool FramesAreDue() const { return !options_.Triggered() || trigger_out_; }
 
   AravisOptions options_;
@@ -135,15 +142,15 @@ class AravisDevice : public Device {
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::atomic<bool> running_{false};
 
-  // Of the software trigger: set by Next(), cleared when its frame is there.
+  // Of the software trigger: set by Next(), cleared when its frame arrives.
   std::atomic<bool> trigger_out_{false};
   std::atomic<Clock::time_point> triggered_at_{Clock::time_point{}};
 
-  // Of the capture thread.
+  // Used by the capture thread.
   bool first_of_stream_ = true;
   bool said_incomplete_ = false;
   bool said_priority_ = false, said_socket_buffer_ = false, said_refused_ = false;
-  std::optional<Clock::time_point> settled_at_;  // frames until then are thrown away; none: no need
+  std::optional<Clock::time_point> settled_at_;  // frames until then are discarded; none: none are
   Clock::time_point asked_control_at_;
   bool control_answered_ = true;
 
@@ -155,16 +162,16 @@ class AravisDevice : public Device {
   FrameIdCounter ids_ ULF_GUARDED_BY(mutex_);
   ClockOffset clock_ ULF_GUARDED_BY(mutex_);
   std::uint64_t wrong_packet_ids_ ULF_GUARDED_BY(mutex_) = 0;
-  std::uint64_t while_settling_ ULF_GUARDED_BY(mutex_) = 0;  // complete, but not handed out
+  std::uint64_t while_settling_ ULF_GUARDED_BY(mutex_) = 0;  // complete, but discarded
   std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
   Clock::time_point started_ ULF_GUARDED_BY(mutex_);
-  // With the values that automatics had reached; empty: as it was opened.
+  // The URI with the values that the automatics had reached; empty: uri_.
   std::string held_uri_ ULF_GUARDED_BY(mutex_);
 };
 
 void AravisDevice::Open(const std::string& open_by) {
   session_ = AravisSession::Open(uri_, open_by, AravisSession::Wanted::kControl);
-  // Another program took control meanwhile.
+  // Another program may have taken control meanwhile.
   if (!session_->IsController()) throw Error("{}: {}", uri_, session_->WhoControls());
   gige_address_ = session_->GigeAddress();
   const MutexLock lock(mutex_);
@@ -176,7 +183,7 @@ void AravisDevice::Start() {
   if (!session_) throw Error("{}: {}; open the device again", uri_, Info().problem);
   stream_ = std::make_unique<AravisStream>(*session_, uri_, options_, configured_);
   frames_ = std::make_unique<AravisFrames>(*session_, configured_);
-  queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
+  queue_ = std::make_unique<FrameQueue>(options_.queue);
   {
     const MutexLock lock(mutex_);
     statistics_ = {};
@@ -240,7 +247,7 @@ void AravisDevice::Freeze() {
   held_uri_ = uri.Text();
 }
 
-// One trigger at a time: another only when the frame of the last is there, or long overdue.
+// Fires a trigger unless the frame of the last one is still to come and not yet overdue.
 void AravisDevice::Fire() {
   const AravisPatience& patience = options_.patience;
   const double overdue_s = std::max(patience.trigger_s, patience.stall_periods * configured_.period_s);
@@ -250,7 +257,7 @@ void AravisDevice::Fire() {
   GError* error = nullptr;
   arv_camera_software_trigger(session_->Camera(), &error);
   if (!error) return;
-  spdlog::debug("{}: software trigger: {}", uri_, error->message);  // the watchdog will say why
+  spdlog::debug("{}: software trigger: {}", uri_, error->message);  // LossReason() finds the cause
   g_clear_error(&error);
 }
 
@@ -264,9 +271,9 @@ void AravisDevice::Stop() {
   }
   running_ = false;
   queue_->Close();
-  // A camera that died just now: every call to it would wait out its retries.
+  // Asks first, because every call to a camera that is gone waits for all its retries.
   const bool gone =
-      !gige_address_.empty() && AskGigeControl(gige_address_, milliseconds(500)) == GigeControl::kNoAnswer;
+      !gige_address_.empty() && AskGigeControl(gige_address_, kAskAtStop) == GigeControl::kNoAnswer;
   if (gone && state_ != DeviceState::kLost) Lose("the camera no longer answers; check power and cable");
   frames_.reset();
   stream_.reset();
@@ -291,11 +298,11 @@ void AravisDevice::Capture() {
   asked_control_at_ = Clock::now();
   control_answered_ = true;
   while (!stop_) {
-    ArvBuffer* buffer = arv_stream_timeout_pop_buffer(session_->Stream(), 50'000);
+    ArvBuffer* buffer = arv_stream_timeout_pop_buffer(session_->Stream(), kFrameWaitMicroseconds);
     if (settled_at_ && Clock::now() >= *settled_at_ && !frozen) {
       frozen = true;
       Freeze();
-      // Frames that were exposed earlier are still to arrive.
+      // Frames that were exposed before the automatics were off still arrive.
       settled_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
                                        configured_.period_s + configured_.exposure_s));
     }
@@ -308,7 +315,7 @@ void AravisDevice::Capture() {
             fmt::format("frames come again after {:.1f} s", SecondsSince(last_frame)));
       last_frame = Clock::now();
     }
-    if (SecondsSince(remembered) > 0.1) {
+    if (SecondsSince(remembered) > kCountersEverySeconds) {
       RememberTransport();
       remembered = Clock::now();
     }
@@ -319,8 +326,8 @@ void AravisDevice::Capture() {
       Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
       if (stream_->RefusedPackets() > 0 && stream_->AllowAnyPort())
         Say(DeviceEventKind::kNotice,
-            "packets come from another port than the camera says it sends from: from now on its address "
-            "alone is checked");
+            "the camera sends packets from another port than it reports: from now on ulf checks only their "
+            "address");
     }
     if (!FramesAreDue()) stalled = false;
     if (const auto why = LossReason(silence_s)) {
@@ -336,25 +343,25 @@ void AravisDevice::ReportOnce() {
   if (!said_priority_ && stream_->PriorityGranted() == false) {
     said_priority_ = true;
     Say(DeviceEventKind::kNotice,
-        "the system refused the priority that was asked for; allow it with 'setcap cap_sys_nice+ep' on the "
+        "the system refused the thread priority of the URI; allow it with 'setcap cap_sys_nice+ep' on the "
         "program, or an rtprio line in /etc/security/limits.conf");
   }
   if (!said_refused_ && stream_->RefusedPackets() > 0) {
     said_refused_ = true;
     Say(DeviceEventKind::kNotice,
-        "packets came that are not the camera's, or of no frame that it was set to send: they are refused, "
-        "and "
-        "counted as 'packets refused'");
+        "packets came that are not the camera's, or of a kind that it was not set to send: ulf refuses them "
+        "and counts them as 'packets refused'");
   }
   if (said_socket_buffer_ || first_of_stream_) return;
   said_socket_buffer_ = true;
   if (const auto& why = stream_->UnguardedReason())
-    Say(DeviceEventKind::kNotice, "whoever can reach this computer can disturb the camera's stream: " + *why);
+    Say(DeviceEventKind::kNotice,
+        "the camera's stream is not protected from packets of other senders: " + *why);
   if (const auto words = stream_->SocketBufferWarning()) Say(DeviceEventKind::kNotice, *words);
 }
 
 // The library's heartbeat reports a broken control channel up to five seconds later. While no frame comes,
-// the camera is asked directly, which tells sooner: a camera that was restarted has no controller.
+// this function asks the camera directly, which is sooner: a camera that was restarted has no controller.
 std::optional<std::string> AravisDevice::LossReason(double silence_s) {
   if (session_->ControlLost())
     return "the camera no longer answers, or another program took control of it; check power and cable";
@@ -364,10 +371,11 @@ std::optional<std::string> AravisDevice::LossReason(double silence_s) {
   const double silent_s = std::max(patience.silent_s, patience.silent_periods * configured_.period_s);
   if (gige_address_.empty()) {
     if (waiting_for_trigger || silence_s < silent_s) return std::nullopt;
-    return fmt::format("no frame for {:.1f} s; check the cable and that no trigger is awaited", silence_s);
+    return fmt::format("no frame for {:.1f} s; check the cable, and whether the camera waits for a trigger",
+                       silence_s);
   }
   if (SecondsSince(asked_control_at_) > (waiting_for_trigger ? patience.ask_idle_s : patience.ask_again_s)) {
-    const GigeControl control = AskGigeControl(gige_address_, milliseconds(200));
+    const GigeControl control = AskGigeControl(gige_address_, kAskWhileCapturing);
     asked_control_at_ = Clock::now();
     control_answered_ = control != GigeControl::kNoAnswer;
     if (control == GigeControl::kFree)
@@ -379,11 +387,11 @@ std::optional<std::string> AravisDevice::LossReason(double silence_s) {
   if (control_answered_ && silence_s > silent_s)
     return fmt::format(
         "no frame for {:.1f} s although the camera answers; check the firewall, the packet size "
-        "(?packet_size=1400) and that no trigger is awaited{}",
+        "(?packet_size=1400), and whether the camera waits for a trigger{}",
         silence_s,
         stream_->RefusedPackets() == 0
             ? ""
-            : fmt::format("; {} refused as not of the frames that it was set to send",
+            : fmt::format("; ulf refused {} of a kind that the camera was not set to send",
                           Counted(stream_->RefusedPackets(), "packet")));
   return std::nullopt;
 }
@@ -403,9 +411,9 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   const ArvBufferStatus status = arv_buffer_get_status(buffer);
   if (status == ARV_BUFFER_STATUS_CLEARED || status == ARV_BUFFER_STATUS_ABORTED)
     return;  // stopping, not a loss
-  if (settled_at_) return CountWhileSettling(buffer, status);
-  // The library widens its receive buffer when the first packet is there: a large first frame has lost some
-  // by then.
+  if (settled_at_) return CountSettling(buffer, status);
+  // The library enlarges its receive buffer only when the first packet arrives. A large first frame may have
+  // lost packets by then.
   if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) {
     Say(DeviceEventKind::kNotice, "the first frame of the stream came with pixels missing");
     const MutexLock lock(mutex_);
@@ -429,16 +437,16 @@ void AravisDevice::Take(ArvBuffer* buffer) {
         ++statistics_.late;
     }
   }
-  std::optional<Frame> made_room;
-  queue_->Push(std::move(frame), &made_room);
-  if (made_room && made_room->status == FrameStatus::kComplete) {
+  std::optional<Frame> dropped;
+  queue_->Push(std::move(frame), &dropped);
+  if (dropped && dropped->status == FrameStatus::kComplete) {
     const MutexLock lock(mutex_);
     ++statistics_.dropped;
   }
 }
 
-// While automatics settle a gap is a gap, and a frame with pixels missing is one, all the same.
-void AravisDevice::CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status) {
+// Gaps and incomplete frames count also while automatics settle.
+void AravisDevice::CountSettling(ArvBuffer* buffer, ArvBufferStatus status) {
   first_of_stream_ = false;
   const bool complete = status == ARV_BUFFER_STATUS_SUCCESS;
   const MutexLock lock(mutex_);
@@ -447,7 +455,7 @@ void AravisDevice::CountWhileSettling(ArvBuffer* buffer, ArvBufferStatus status)
 }
 
 void AravisDevice::CountId(ArvBuffer* buffer, FrameStatus status) {
-  const std::uint64_t id = arv_buffer_get_frame_id(buffer);  // the network's: chunk data may have another
+  const std::uint64_t id = arv_buffer_get_frame_id(buffer);  // the stream's; the chunk data's may differ
   // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.
   if (status == FrameStatus::kIncomplete && id == 0)
     ids_.ArrivedWithoutId();
@@ -459,7 +467,7 @@ void AravisDevice::ExplainLossOnce(std::uint64_t id, ArvBufferStatus status) {
   if (std::exchange(said_incomplete_, true)) return;
   const auto why = stream_->SocketBufferWarning();
   Say(DeviceEventKind::kNotice,
-      fmt::format("frame {} arrived incomplete ({}); such frames are counted, not used{}", id,
+      fmt::format("frame {} arrived incomplete ({}); ulf counts such frames and does not use them{}", id,
                   BufferStatusText(status), why ? ". Perhaps because " + *why : ""));
 }
 

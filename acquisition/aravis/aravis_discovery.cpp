@@ -19,9 +19,9 @@ struct Discovered {
   std::string id, physical_id, address, vendor, model, serial, protocol;
 
   bool IsGige() const { return protocol == "GigEVision"; }
-  // GigE Vision opens by address: at once, and through the network that leads there.
+  // GigE Vision cameras open by address: without discovery, and also through routers.
   std::string OpenBy() const { return IsGige() && !address.empty() ? address : id; }
-  bool Answers(const std::string& name) const {
+  bool IsNamed(const std::string& name) const {
     return name == id || name == serial || name == physical_id || name == address ||
            name == vendor + "-" + serial || name == vendor + "-" + model + "-" + serial;
   }
@@ -51,7 +51,7 @@ std::string GigeProblem(const Discovered& camera) {
   if (control == GigeControl::kControlled) {
     const std::string who = AskGigeController(camera.address);
     return fmt::format(
-        "another program controls it{}; close that program, its control ends some seconds later",
+        "another program controls it{}; close that program (its control ends some seconds later)",
         who.empty() ? "" : ", from " + who);
   }
   for (const GigeAnswer& answer : DiscoverGigeCameras())
@@ -64,7 +64,7 @@ std::string GigeProblem(const Discovered& camera) {
 }
 
 // USB devices of the USB3 Vision class (0xEF, 0x05 on an interface) whose node this user may not open. The
-// library does not list them: it opens a device to read its name.
+// library does not list them, because it must open a device to read its name.
 std::vector<DeviceInfo> ForbiddenUsbCameras() {
   namespace fs = std::filesystem;
   const auto read = [](const fs::path& file) {
@@ -97,7 +97,7 @@ std::vector<DeviceInfo> ForbiddenUsbCameras() {
         .available = false,
         .problem = node +
                    " may not be opened by this user; install udev/70-ulf-cameras.rules in "
-                   "/etc/udev/rules.d, run 'udevadm control --reload', and plug the camera in again"};
+                   "/etc/udev/rules.d, run 'udevadm control --reload', then plug the camera in again"};
     const bool known = std::any_of(list.begin(), list.end(), [&](const DeviceInfo& other) {
       return other.uri == info.uri && other.problem == info.problem;
     });
@@ -116,24 +116,24 @@ std::string ResolveAravis(const std::string& uri, const std::string& id) {
     for (const DeviceInfo& camera : ForbiddenUsbCameras())
       forbidden += fmt::format("; {} {}: {}", camera.maker, camera.model, camera.problem);
     throw Error(
-        "{}: no camera answers; looked for GigE Vision on every network and for USB3 Vision{}. Check power, "
-        "cable and firewall (UDP port 3956), name the camera's address if it is behind a router, or use "
-        "sim:studio",
+        "{}: no camera answers; searched for GigE Vision on every network and for USB3 Vision{}. Check "
+        "power, cable and firewall (UDP port 3956), name the camera's address if it is behind a router, or "
+        "use sim:studio",
         uri, forbidden);
   }
   if (id.empty()) return found.front().OpenBy();
   std::vector<Discovered> matching;
   std::string list;
   for (const Discovered& camera : found) {
-    if (camera.Answers(id)) matching.push_back(camera);
+    if (camera.IsNamed(id)) matching.push_back(camera);
     list += fmt::format("{}{} (serial {}, {})", list.empty() ? "" : "; ", camera.id, camera.serial,
                         camera.OpenBy());
   }
-  if (matching.empty()) throw Error("{}: no camera is named '{}'; found are: {}", uri, id, list);
+  if (matching.empty()) throw Error("{}: no camera is named '{}'; found: {}", uri, id, list);
   const bool ambiguous = std::any_of(matching.begin(), matching.end(), [&](const Discovered& camera) {
     return camera.physical_id != matching.front().physical_id || camera.address != matching.front().address;
   });
-  if (ambiguous) throw Error("{}: '{}' names more than one camera; say which by address: {}", uri, id, list);
+  if (ambiguous) throw Error("{}: '{}' names more than one camera; give an address: {}", uri, id, list);
   return matching.front().OpenBy();
 }
 

@@ -16,6 +16,8 @@
 namespace ulf::acquisition {
 namespace {
 
+constexpr double kUnlimitedFps = 1e9;  // a limit of this or more is the library's, not the camera's
+
 std::optional<FeatureType> TypeOf(ArvGcNode* node) {
   if (ARV_IS_GC_ENUMERATION(node)) return FeatureType::kEnumeration;
   if (ARV_IS_GC_COMMAND(node)) return FeatureType::kCommand;
@@ -37,14 +39,14 @@ std::string SquashSpace(const std::string& text) {
   return squashed;
 }
 
-// How a description says for whom and whether to keep: properties among a node's children. None: unsaid.
+// A property (Streamable, Visibility) among a node's children; none: the description does not give it.
 template <typename Value, typename Read>
-std::optional<Value> Property(ArvGcNode* node, const char* name, Value unsaid, Read read) {
+std::optional<Value> Property(ArvGcNode* node, const char* name, Value undefined, Read read) {
   for (ArvDomNode* child = arv_dom_node_get_first_child(ARV_DOM_NODE(node)); child;
        child = arv_dom_node_get_next_sibling(child))
     if (ARV_IS_GC_PROPERTY_NODE(child) && Text(arv_dom_node_get_node_name(child)) == name) {
-      const Value value = read(ARV_GC_PROPERTY_NODE(child), unsaid);
-      if (value != unsaid) return value;
+      const Value value = read(ARV_GC_PROPERTY_NODE(child), undefined);
+      if (value != undefined) return value;
     }
   return std::nullopt;
 }
@@ -74,7 +76,8 @@ class AravisFeatures : public FeatureAccess {
  public:
   explicit AravisFeatures(const DeviceUri& uri) {
     if (!uri.options.empty())
-      throw UsageError("'{}': features are set by name here; leave the options behind '?' out", uri.Text());
+      throw UsageError("'{}': ulf features sets features by name; leave the options after '?' out",
+                       uri.Text());
     info_.uri = uri.Text();
     session_ =
         AravisSession::Open(info_.uri, ResolveAravis(info_.uri, uri.path), AravisSession::Wanted::kReading);
@@ -92,7 +95,7 @@ class AravisFeatures : public FeatureAccess {
 
   std::vector<OfferedFormat> Formats() override {
     ArvCamera* camera = session_->Camera();
-    // As it is binned; offsets make the width's own limit smaller, the largest image they do not.
+    // With the present binning. Offsets reduce the limit of Width, but not WidthMax.
     const auto largest = [&](const char* of_image, void (*bounds)(ArvCamera*, gint*, gint*, GError**)) {
       gint low = 0, high = 0;
       Try([&](GError** e) { bounds(camera, &low, &high, e); });
@@ -105,19 +108,16 @@ class AravisFeatures : public FeatureAccess {
     double slowest = 0, fastest = 0;
     if (Maybe([&](GError** e) { return arv_camera_is_frame_rate_available(camera, e); }, false))
       Try([&](GError** e) { arv_camera_get_frame_rate_bounds(camera, &slowest, &fastest, e); });
-    common.any_fps = fastest > 0 && fastest < 1e9;
+    common.any_fps = fastest > 0 && fastest < kUnlimitedFps;
     if (common.any_fps) common.fps = {slowest, fastest};
-    guint count = 0;
-    const char** names = Maybe(
-        [&](GError** e) { return arv_camera_dup_available_pixel_formats_as_strings(camera, &count, e); },
-        static_cast<const char**>(nullptr));
     std::vector<OfferedFormat> formats;
-    for (guint i = 0; names && i < count; ++i) {
+    for (const std::string& name : MaybeNames([&](guint*count, GError**e) {
+           return arv_camera_dup_available_pixel_formats_as_strings(camera, count, e);
+         })) {
       formats.push_back(common);
-      formats.back().name = names[i];
-      formats.back().supported = PixelFormatByName(names[i]).has_value();
+      formats.back().name = name;
+      formats.back().supported = PixelFormatByName(name).has_value();
     }
-    g_free(names);
     return formats;
   }
 
@@ -174,7 +174,7 @@ class AravisFeatures : public FeatureAccess {
       Walk(Text(static_cast<const char*>(entry->data)), inner);
   }
 
-  // Categories that their maker forgot to hang into the tree.
+  // Adds categories that the description does not link into the tree.
   void WalkOrphans(ArvDomNode* node) {
     for (ArvDomNode* child = arv_dom_node_get_first_child(node); child;
          child = arv_dom_node_get_next_sibling(child)) {
@@ -203,7 +203,7 @@ class AravisFeatures : public FeatureAccess {
     feature.streamable = StreamableOf(node).value_or(!description_marks_streamable_);
     const bool available =
         Maybe([&](GError** e) { return arv_gc_feature_node_is_available(feature_node, e); }, true);
-    // The library's access mode leaves the lock out.
+    // The library's access mode does not include the lock.
     const bool locked =
         Maybe([&](GError** e) { return arv_gc_feature_node_is_locked(feature_node, e); }, false);
     const ArvGcAccessMode access = arv_gc_feature_node_get_actual_access_mode(feature_node);
@@ -220,7 +220,7 @@ class AravisFeatures : public FeatureAccess {
     return feature;
   }
 
-  // What the library answers where a description says nothing are the limits of its types.
+  // Where a description gives no limits, the library returns those of its types; they are left out.
   void ReadRange(ArvGcNode* node, CameraFeature& feature) {
     if (feature.type == FeatureType::kInteger) {
       constexpr gint64 kLeast = std::numeric_limits<gint64>::min(),
@@ -243,18 +243,13 @@ class AravisFeatures : public FeatureAccess {
       if (std::isfinite(step) && step > 2 * DBL_MIN) feature.step = step;
       feature.unit = Text(arv_gc_float_get_unit(real));
     } else if (feature.type == FeatureType::kEnumeration) {
-      guint count = 0;
-      const char** names = Maybe(
-          [&](GError** e) {
-            return arv_gc_enumeration_dup_available_string_values(ARV_GC_ENUMERATION(node), &count, e);
-          },
-          static_cast<const char**>(nullptr));
-      if (names) feature.choices.assign(names, names + count);
-      g_free(names);
+      feature.choices = MaybeNames([&](guint* count, GError** e) {
+        return arv_gc_enumeration_dup_available_string_values(ARV_GC_ENUMERATION(node), count, e);
+      });
     }
   }
 
-  // A feature that the camera does not answer for is listed as not readable.
+  // Lists a feature as not readable where the camera does not return its value.
   void ReadValue(ArvGcNode* node, CameraFeature& feature) {
     GError* error = nullptr;
     switch (feature.type) {

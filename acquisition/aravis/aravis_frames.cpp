@@ -27,7 +27,7 @@ AravisFrames::AravisFrames(const AravisSession& session, AravisConfigured config
     : configured_(std::move(configured)) {
   if (configured_.chunks.empty()) return;
   chunks_ = arv_camera_create_chunk_parser(session.Camera());
-  // GigE Vision cameras of the first standard count ticks of their own.
+  // Cameras of GigE Vision 1.x count ticks of their own.
   if (!ARV_IS_GV_DEVICE(session.Device())) return;
   const guint64 ticks_per_s = Maybe(
       [&](GError** e) {
@@ -64,7 +64,7 @@ bool AravisFrames::FillComplete(ArvBuffer* buffer, Frame& frame) {
   const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
   std::size_t received = 0, size = 0;
   arv_buffer_get_data(buffer, &received);
-  if (received > configured_.payload_bytes) return false;  // packets forged among the camera's
+  if (received > configured_.payload_bytes) return false;  // some packets were forged
   const void* data = arv_buffer_get_image_data(buffer, &size);
   gint x_padding = 0, y_padding = 0;
   arv_buffer_get_image_padding(buffer, &x_padding, &y_padding);
@@ -78,8 +78,7 @@ bool AravisFrames::FillComplete(ArvBuffer* buffer, Frame& frame) {
     if (!std::exchange(said_unexpected_, true))
       notes_.push_back(
           fmt::format("the camera sends {} bytes of {}x{} with format {:#010x}, but was set to {}x{} {}: its "
-                      "frames count "
-                      "as incomplete",
+                      "frames count as incomplete",
                       size, width, height, arv_buffer_get_image_pixel_format(buffer), configured_.width,
                       configured_.height, configured_.format.name));
     return false;
@@ -88,7 +87,7 @@ bool AravisFrames::FillComplete(ArvBuffer* buffer, Frame& frame) {
   return true;
 }
 
-// For the eye only. The buffer's own description cannot be trusted.
+// The picture is for display only. Uses the configured format, because the buffer's may be wrong.
 void AravisFrames::FillIncomplete(ArvBuffer* buffer, Frame& frame) {
   std::size_t received = 0;
   const void* data = arv_buffer_get_data(buffer, &received);
@@ -100,7 +99,7 @@ void AravisFrames::FillIncomplete(ArvBuffer* buffer, Frame& frame) {
 void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
   if (!arv_buffer_has_chunks(buffer)) {
     if (!std::exchange(said_no_chunks_, true))
-      notes_.emplace_back("chunk data were asked for, but the frames carry none");
+      notes_.emplace_back("chunk data are switched on, but the frames contain none");
     return;
   }
   const auto real = [&](const char* name) {

@@ -55,14 +55,14 @@ ThreadPriority ParsePriority(const DeviceUri& uri, const std::string& text) {
   throw UsageError("'{}': priority must be normal, high or realtime", uri.Text());
 }
 
-// Either an automatic or a value of what it moves.
+// Throws UsageError where the automatic is on and an option sets a value that it controls (`controls`).
 std::optional<bool> ParseAutomatic(const DeviceUri& uri, const std::string& key,
-                                   std::initializer_list<const char*> moves) {
+                                   std::initializer_list<const char*> controls) {
   if (!uri.Option(key)) return std::nullopt;
   const bool on = OnOrOff(uri, key, false);
-  for (const char* value : moves)
+  for (const char* value : controls)
     if (on && uri.Option(value))
-      throw UsageError("'{}': {}=on would change {} again; give one of them", uri.Text(), key, value);
+      throw UsageError("'{}': {}=on would change {} again; give only one of them", uri.Text(), key, value);
   return on;
 }
 
@@ -101,7 +101,7 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.gain_db = uri.Number("gain_db");
   options.gain_raw = uri.Whole("gain_raw", 0, 1'000'000);
   if (options.gain_db && options.gain_raw)
-    throw UsageError("'{}': gain_db and gain_raw set the same; give one of them", uri.Text());
+    throw UsageError("'{}': gain_db and gain_raw both set the gain; give only one of them", uri.Text());
   options.black_level = uri.Number("black_level");
   options.fps = uri.Number("fps");
   options.format = uri.Option("format");

@@ -10,6 +10,7 @@ namespace ulf::acquisition {
 
 struct AravisRegion {
   int width = 0, height = 0, x = 0, y = 0;
+  bool operator==(const AravisRegion&) const = default;
 };
 
 struct AravisBinning {

@@ -34,10 +34,6 @@ std::string Text(const Steps& steps) {
                      steps.step > 1 ? fmt::format(" in steps of {}", steps.step) : "");
 }
 
-bool operator==(const AravisRegion& a, const AravisRegion& b) {
-  return a.width == b.width && a.height == b.height && a.x == b.x && a.y == b.y;
-}
-
 }  // namespace
 
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
@@ -49,7 +45,7 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
     Must(who, fmt::format("{}={}", feature, value),
          [&](GError** e) { arv_camera_set_integer(camera, feature, value, e); });
   };
-  // Offsets first to zero: they limit what the sizes may be.
+  // Sets the offsets to zero first, because they limit the sizes.
   if (has_offsets)
     for (const char* offset : {"OffsetX", "OffsetY"})
       Try([&](GError** e) { arv_camera_set_integer(camera, offset, 0, e); });
@@ -60,7 +56,8 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
     set("Height", heights.Nearest(heights.high));
     return limits;
   }
-  // The limits of offsets as they will be with that size; the camera's own of now are those of the last one.
+  // Computes the limits of the offsets for the new size; those that the camera reports belong to the old
+  // size.
   AravisRegion nearest{static_cast<int>(widths.Nearest(asked->width)),
                        static_cast<int>(heights.Nearest(asked->height)), 0, 0};
   Steps xs, ys;
@@ -78,16 +75,15 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
   }
   const auto refuse = [&](const AravisRegion& instead) {
     throw UsageError(
-        "{}: roi={} is nothing the camera can send; nearest is roi={} (width {}, height {}, offsets {} and "
-        "{}{})",
+        "{}: the camera cannot send roi={}; nearest is roi={} (width {}, height {}, offsets {} and {}{})",
         who, Text(*asked), Text(instead), Text(widths), Text(heights), Text(xs), Text(ys),
-        is_mosaic ? "; even ones, because an odd one would exchange the mosaic's colours" : "");
+        is_mosaic ? "; offsets must be even, because an odd one would exchange the mosaic's colours" : "");
   };
   if (!(nearest == *asked)) refuse(nearest);
   set("Width", asked->width);
   set("Height", asked->height);
   if (!has_offsets) return limits;
-  // Some cameras limit them further.
+  // Some cameras limit the offsets further once the size is set.
   for (const auto& [feature, steps, value] :
        {std::tuple("OffsetX", &xs, &nearest.x), std::tuple("OffsetY", &ys, &nearest.y)}) {
     const Steps now = StepsOf(session, who, feature);

@@ -17,27 +17,32 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-// Longer than a camera obeys a killed program (its heartbeat, three seconds by default), and longer than this
-// process needs to close a session.
+// Longer than a killed program keeps control (the camera's heartbeat time-out, three seconds by default), and
+// longer than this process needs to close a session.
 constexpr milliseconds kControlEnds(3500);
-constexpr milliseconds kWithoutAWord(400);
+// Waits longer than this are reported. Guessed.
+constexpr milliseconds kSilentWait(400);
+// One question about who controls the camera may take so long. Guessed.
+constexpr milliseconds kControlTimeout(400);
+// A warning about the same camera is logged at most once in this time: a search for a camera opens it again
+// and again. Guessed.
+constexpr std::chrono::minutes kWarnAgain(1);
 
-std::string Controller(const std::string& address) {
+std::string ControllerText(const std::string& address) {
   const std::string who = AskGigeController(address);
   return "another program controls this camera" + (who.empty() ? "" : ", from " + who);
 }
 
-std::string HowToFree(const std::string& address) {
-  return Controller(address) + "; close it (its control ends some seconds later), then try again";
+std::string ControllerHint(const std::string& address) {
+  return ControllerText(address) + "; close it (its control ends some seconds later), then try again";
 }
 
-// Not at every attempt of a long search for a camera.
-void WarnNowAndThen(const std::string& text) {
+void WarnSometimes(const std::string& text) {
   static Mutex mutex;
   static std::map<std::string, Clock::time_point> said ULF_GUARDED_BY(mutex);
   const MutexLock lock(mutex);
   const auto [entry, is_new] = said.try_emplace(text, Clock::now());
-  if (!is_new && Clock::now() - entry->second < std::chrono::minutes(1)) return;
+  if (!is_new && Clock::now() - entry->second < kWarnAgain) return;
   entry->second = Clock::now();
   spdlog::warn("{}", text);
 }
@@ -48,30 +53,30 @@ void WaitForControl(const std::string& who, const std::string& address, AravisSe
   const auto begin = Clock::now();
   bool said = false;
   for (;;) {
-    const GigeControl control = AskGigeControl(address, milliseconds(400));
+    const GigeControl control = AskGigeControl(address, kControlTimeout);
     if (control == GigeControl::kNoAnswer) {
       const std::string elsewhere =
           WrongNetworkText({.address = address, .netmask = "0.0.0.0"}, NetworkInterfaces());
       throw Error(
-          "{}: nothing answers as a GigE Vision camera at {}; check power, cable and firewall (UDP port "
-          "3956){}",
-          who, address, elsewhere.empty() ? "" : ". Perhaps the " + elsewhere);
+          "{}: no GigE Vision camera answers at {}; check power, cable and firewall (UDP port 3956){}", who,
+          address, elsewhere.empty() ? "" : ". Perhaps the " + elsewhere);
     }
     if (control == GigeControl::kFree) return;
     const auto waited = Clock::now() - begin;
-    if (waited > kWithoutAWord && !std::exchange(said, true)) {
+    if (waited > kSilentWait && !std::exchange(said, true)) {
       if (wanted == AravisSession::Wanted::kReading) {
-        WarnNowAndThen(
-            fmt::format("{}: {}: its settings can be read, not written", who, Controller(address)));
+        WarnSometimes(
+            fmt::format("{}: {}: its settings can be read, not written", who, ControllerText(address)));
         return;
       }
-      WarnNowAndThen(fmt::format("{}: {}; waiting {:.1f} s for its control to end", who, Controller(address),
-                                 1e-3 * static_cast<double>((kControlEnds - kWithoutAWord).count())));
+      WarnSometimes(fmt::format("{}: {}; waiting {:.1f} s for its control to end", who,
+                                ControllerText(address),
+                                1e-3 * static_cast<double>((kControlEnds - kSilentWait).count())));
     }
-    if (waited > kControlEnds) throw Error("{}: {}", who, HowToFree(address));
-    // Some cameras take any request as a heartbeat of the controlling program, even after its death: ask no
-    // more.
-    const auto pause = waited > kWithoutAWord ? kControlEnds : milliseconds(50);
+    if (waited > kControlEnds) throw Error("{}: {}", who, ControllerHint(address));
+    // Some cameras take any request as a heartbeat of the controlling program, even after it ended. So the
+    // camera is asked once more only, at the end.
+    const auto pause = waited > kSilentWait ? kControlEnds : milliseconds(50);
     for (const auto until = Clock::now() + pause; Clock::now() < until && !StopOnSignal::Asked();)
       std::this_thread::sleep_for(milliseconds(20));
   }
@@ -111,7 +116,7 @@ bool AravisSession::IsController() const {
   return !ARV_IS_GV_DEVICE(Device()) || arv_gv_device_is_controller(ARV_GV_DEVICE(Device()));
 }
 
-std::string AravisSession::WhoControls() const { return HowToFree(GigeAddress()); }
+std::string AravisSession::WhoControls() const { return ControllerHint(GigeAddress()); }
 
 std::string AravisSession::GigeAddress() const {
   if (!ARV_IS_GV_DEVICE(Device())) return "";

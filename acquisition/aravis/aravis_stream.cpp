@@ -12,7 +12,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// Of 99: above ordinary programs, below the kernel's own threads. Guessed, as the niceness (-20 to 19).
+// From 1 to 99: above ordinary programs, below the kernel's threads. Guessed, as is the niceness (-20 to 19).
 constexpr int kRealtimePriority = 10;
 constexpr int kHighPriorityNice = -10;
 // Bounds of the receive buffer, which holds two frames. Measured: with less, small frames lose packets even
@@ -22,11 +22,11 @@ constexpr std::size_t kLeastSocketBuffer = 2 << 20, kMostSocketBuffer = 256 << 2
 constexpr std::size_t kPoolBytes = 64 << 20, kLeastBuffers = 4, kMostBuffers = 24;
 
 struct Counter {
-  const char* of_library;
-  const char* for_people;
+  const char* info;   // the library's name
+  const char* shown;  // the name for people
 };
-// Of the library's stream, in the order to be shown. What they count on GigE Vision, and which of them are
-// not to be trusted, stands in docs/devices_measured.md.
+// In display order. docs/devices_measured.md says what they count on GigE Vision, and which of them are not
+// reliable.
 constexpr std::array kCounters{
     Counter{"n_completed_buffers", "frames completed"},
     Counter{"n_failures", "frames failed"},
@@ -75,12 +75,11 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
             : std::clamp(2 * configured.payload_bytes, kLeastSocketBuffer, kMostSocketBuffer);
     g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                  static_cast<gint>(socket_buffer_bytes_), nullptr);
-    // The library sets the size with the first frame, part of which a small buffer has lost by then.
+    // Sets the size now: the library would set it with the first frame, which may have lost packets by then.
     const int bytes = static_cast<int>(socket_buffer_bytes_);
     socket_ = SocketAtUdpPort(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
     if (socket_ >= 0) setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
-    // Not switched on: the library has where the camera can send again. Asking one that cannot costs more
-    // than the frame that lost a packet.
+    // Only switches resending off: the library has switched it on where the camera supports it.
     if (!options.resend) g_object_set(stream, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_NEVER, nullptr);
     if (options.packet_timeout_ms)
       g_object_set(stream, "packet-timeout", static_cast<guint>(1000 * *options.packet_timeout_ms), nullptr);
@@ -96,7 +95,7 @@ AravisStream::AravisStream(AravisSession& session, const std::string& who, const
     arv_stream_push_buffer(stream, arv_buffer_new_allocate(configured.payload_bytes));
 }
 
-// Pauses the library's thread: it must not read packets that arrived before the guard.
+// Pauses the library's thread, which must not read packets that arrived before the filter.
 void AravisStream::Guard() {
   ArvStream* stream = session_.Stream();
   try {
@@ -152,19 +151,20 @@ std::optional<std::size_t> AravisStream::GrantedSocketBuffer() const {
   int bytes = 0;
   socklen_t size = sizeof bytes;
   if (socket_ < 0 || getsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &bytes, &size) != 0) return std::nullopt;
-  return static_cast<std::size_t>(bytes / 2);  // the kernel counts its own notes besides, as much again
+  return static_cast<std::size_t>(bytes / 2);  // the kernel reports twice the size, for its own bookkeeping
 }
 
 std::optional<std::string> AravisStream::SocketBufferWarning() const {
   const auto granted = GrantedSocketBuffer();
-  // Less than a frame loses packets whoever wanted it so; more is room to spare, unless asked for by name.
+  // A buffer smaller than a frame loses packets. A larger one is needed only where the URI asks for it.
   const std::size_t needed = options_.socket_buffer_bytes
                                  ? std::max(socket_buffer_bytes_, configured_.payload_bytes)
                                  : std::min(socket_buffer_bytes_, configured_.payload_bytes);
   if (!granted || *granted >= needed) return std::nullopt;
   return fmt::format(
-      "the receive buffer has {} bytes, {} were asked for and a frame has {}: packets of large frames may be "
-      "lost; give socket_buffer={}, and 'sysctl net.core.rmem_max={}' as root where the system gives less",
+      "the receive buffer has {} bytes instead of {}, and a frame has {}: packets of large frames may be "
+      "lost; give socket_buffer={}, and run 'sysctl net.core.rmem_max={}' as root where the system gives "
+      "less",
       *granted, socket_buffer_bytes_, configured_.payload_bytes, needed, needed);
 }
 
@@ -176,9 +176,9 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
   for (guint i = 0; i < arv_stream_get_n_infos(stream); ++i)
     known.push_back(Text(arv_stream_get_info_name(stream, i)));
   for (const Counter& counter : kCounters)
-    if (std::find(known.begin(), known.end(), counter.of_library) != known.end())
-      shown.emplace_back(counter.for_people,
-                         static_cast<double>(arv_stream_get_info_uint64_by_name(stream, counter.of_library)));
+    if (std::find(known.begin(), known.end(), counter.info) != known.end())
+      shown.emplace_back(counter.shown,
+                         static_cast<double>(arv_stream_get_info_uint64_by_name(stream, counter.info)));
   shown.emplace_back("buffers", static_cast<double>(buffers_));
   if (const auto granted = PriorityGranted())
     shown.emplace_back(

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstring>
 #include <memory>
+#include <thread>
 
 namespace ulf::acquisition {
 namespace {
@@ -22,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t kControlChannelPrivilege = 0x0A00, kPrimaryApplicationPort = 0x0A04,
                         kPrimaryApplicationAddress = 0x0A14;
-// A discovery answer holds the first registers; these are places in it.
+// A discovery answer contains the first registers, with these offsets.
 constexpr std::size_t kHeaderBytes = 8, kAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48,
                       kModelAt = 0x68, kSerialAt = 0xD8, kDiscoveryBytes = 0xF8;
 
@@ -35,6 +36,8 @@ struct Socket {
     if (fd >= 0) close(fd);
   }
 };
+
+constexpr milliseconds kRefusedPause(10);  // before a refused request is sent again; guessed
 
 std::optional<sockaddr_in> GvcpPortOf(const std::string& ipv4_address) {
   sockaddr_in at{};
@@ -54,7 +57,7 @@ std::uint32_t AddressNumber(const std::string& text) {
   return inet_pton(AF_INET, text.c_str(), &address) == 1 ? ntohl(address.s_addr) : 0;
 }
 
-// Key, "acknowledge" (and for discovery "by broadcast if need be"), DISCOVERY, no payload, request id.
+// Key, flags (acknowledge, the answer may be broadcast), DISCOVERY, no payload, request id.
 constexpr std::array<std::uint8_t, 8> kDiscover{0x42, 0x11, 0x00, 0x02, 0x00, 0x00, 0x00, 0x2A};
 
 std::optional<GigeAnswer> ParseDiscovery(const std::uint8_t* answer, ssize_t size) {
@@ -94,9 +97,8 @@ std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, s
   for (int attempt = 0; attempt < 2; ++attempt) {
     const auto give_up = Clock::now() + timeout;
     if (send(socket.fd, request.data(), request.size(), 0) < 0) {
-      // "Connection refused" of the question before: the address exists and nothing listens there (yet).
-      pollfd nothing{-1, 0, 0};
-      poll(&nothing, 1, 10);
+      // The previous request was refused: the address exists, but nothing listens there (yet).
+      std::this_thread::sleep_for(kRefusedPause);
       continue;
     }
     pollfd waiting{socket.fd, POLLIN, 0};
@@ -159,7 +161,7 @@ std::vector<GigeAnswer> DiscoverGigeCameras(milliseconds timeout) {
     const int yes = 1;
     setsockopt(socket->fd, SOL_SOCKET, SO_BROADCAST, &yes, sizeof(yes));
     if (bind(socket->fd, reinterpret_cast<const sockaddr*>(&own), sizeof(own)) != 0) continue;
-    // Out through this interface whatever the routes say.
+    // Sends through this interface, whatever the routes are.
     setsockopt(socket->fd, SOL_SOCKET, SO_BINDTODEVICE, interface.name.c_str(),
                static_cast<socklen_t>(interface.name.size() + 1));
     const std::uint32_t mask = AddressNumber(interface.netmask);
@@ -221,9 +223,9 @@ std::string WrongNetworkText(const GigeAnswer& camera, const std::vector<Network
   }
   return fmt::format(
       "wrong network: the camera has the address {}{}, this computer {}. Give one of them an address in the "
-      "other's network",
+      "network of the other",
       camera.address, camera.netmask == "0.0.0.0" ? "" : " mask " + camera.netmask,
-      own.empty() ? "has none outside itself" : "is elsewhere: " + own);
+      own.empty() ? "has no network address" : "is in another network: " + own);
 }
 
 }  // namespace ulf::acquisition

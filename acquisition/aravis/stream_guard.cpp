@@ -20,8 +20,8 @@ namespace ulf::acquisition {
 namespace {
 
 constexpr std::size_t kIpAndUdpBytes = 28;
-constexpr std::uint32_t kPass = 0,
-                        kSwallow = 1;  // sockets at the port, in the order in which they were bound
+// The sockets at the port, in the order in which they were bound.
+constexpr std::uint32_t kPass = 0, kDiscard = 1;
 
 // One way of numbering frames. GVSP, all big-endian: status (2), frame number (2), kind of packet (1), packet
 // number (3); with 64-bit frame numbers: status (2), flags (2), kind (1), reserved (3), frame number (8),
@@ -38,8 +38,8 @@ constexpr std::uint32_t kTypeAt = 2, kFormatAt = 12, kWidthAt = 16, kHeightAt = 
 constexpr std::uint32_t kTypeMask = 0x3FFF, kImage = 1, kImageWithChunks = 5;
 constexpr std::uint32_t kWidest = 0xFFFF;  // so that a product has 32 bits
 
-// A program for the kernel's packet filter, written forwards: jumps to the end are filled in when it is
-// there. It must never read past a packet's end: that would let the packet through.
+// A program for the kernel's packet filter. Finish() fills in the jumps to its end. The program must never
+// read past a packet's end: the kernel would let such a packet through.
 class Program {
  public:
   void Do(int code, std::uint32_t value) { code_.push_back({static_cast<std::uint16_t>(code), 0, 0, value}); }
@@ -48,13 +48,13 @@ class Program {
   void LoadWord(std::uint32_t at) { Do(BPF_LD | BPF_W | BPF_ABS, at); }
   void LoadLength() { Do(BPF_LD | BPF_W | BPF_LEN, 0); }
   void And(std::uint32_t mask) { Do(BPF_ALU | BPF_AND | BPF_K, mask); }
-  // To the discarding socket unless the loaded value ...
+  // Send the packet to the discarding socket unless the loaded value ...
   void RequireEqual(std::uint32_t value) { Require(BPF_JEQ | BPF_K, value, true); }
   void RequireAtLeast(std::uint32_t value) { Require(BPF_JGE | BPF_K, value, true); }
   void RequireAtMost(std::uint32_t value) { Require(BPF_JGT | BPF_K, value, false); }
   void RequireAtMostX() { Require(BPF_JGT | BPF_X, 0, false); }
   void Pass() { Do(BPF_RET | BPF_K, kPass); }
-  // Where the loaded value has the bits (or equals the value), goes on at what Land() is called for next.
+  // Where the loaded value has the bits (or equals the value), the program continues at Land() of the result.
   std::size_t JumpIf(int test, std::uint32_t value) {
     Do(BPF_JMP | test | BPF_K, value);
     return code_.size() - 1;
@@ -62,7 +62,7 @@ class Program {
   void Land(std::size_t jump) { code_[jump].jt = Distance(jump); }
   std::vector<sock_filter> Finish() {
     for (const auto& [jump, when] : to_discard_) (when ? code_[jump].jt : code_[jump].jf) = Distance(jump);
-    Do(BPF_RET | BPF_K, kSwallow);
+    Do(BPF_RET | BPF_K, kDiscard);
     return code_;
   }
 
@@ -97,7 +97,7 @@ void CheckLeader(Program& program, const Numbering& numbering, const StreamBound
   const std::size_t image = program.JumpIf(BPF_JEQ, kImage);
   program.RequireEqual(kImageWithChunks);
   program.Land(image);
-  // Pixels that the payload could hold at the format's bits a pixel: kept in cell 0.
+  // Stores in cell 0 how many pixels the payload can hold at the format's bits per pixel.
   program.LoadWord(at + kFormatAt);
   program.Do(BPF_ALU | BPF_RSH | BPF_K, 16);
   program.And(0xFF);
@@ -117,7 +117,7 @@ void CheckLeader(Program& program, const Numbering& numbering, const StreamBound
   program.Pass();
 }
 
-// What follows what says how frames are numbered.
+// Checks a packet after its numbering is known.
 void CheckPacket(Program& program, const Numbering& numbering, const StreamBounds& bounds) {
   const std::size_t block = bounds.packet_bytes - kIpAndUdpBytes - numbering.header_bytes;
   const std::uint32_t blocks = AtMost32((bounds.payload_bytes + block - 1) / block);
@@ -144,7 +144,7 @@ std::vector<sock_filter> ProgramFor(const StreamBounds& bounds, std::uint32_t ca
   program.LoadLength();
   program.RequireAtLeast(kPlain.header_bytes);
   program.RequireAtMost(AtMost32(bounds.packet_bytes - kIpAndUdpBytes));
-  // The IP header: its own length first, which is fixed where there are no options.
+  // The IP header: IPv4 without options, so that the following offsets are fixed.
   const auto ip = [](int at) { return static_cast<std::uint32_t>(SKF_NET_OFF + at); };
   program.LoadByte(ip(0));
   program.RequireEqual(0x45);

@@ -13,9 +13,11 @@ namespace {
 
 // Printers do not print closer to the edge, and a board needs a white border. Guessed.
 constexpr double kMarginMm = 10;
-constexpr double kCaptionMm = 14;   // below the board: scale bar and text
-constexpr double kTextMm = 3.2;     // height of the letters
-constexpr double kBarLineMm = 0.3;  // thickness
+constexpr double kCaptionMm = 14;                              // below the board: scale bar and text
+constexpr double kTextMm = 3.2;                                // height of the letters
+constexpr double kBarLineMm = 0.3;                             // thickness
+constexpr double kBarMm = 50;                                  // length of the scale bar
+constexpr double kTextWidthMm = 150, kLeastPageWidthMm = 170;  // room for scale bar and caption
 constexpr double kPointsPerMm = 72 / 25.4;
 
 struct PageSize {
@@ -61,7 +63,7 @@ SheetLayout LayOutSheet(const Board& board, const std::string& page) {
   const double height = board.HeightMm() + 2 * kMarginMm + kCaptionMm;
   SheetLayout layout;
   if (page == "board") {
-    layout.page_width_mm = std::max(width, 170.0);  // the caption's length
+    layout.page_width_mm = std::max(width, kLeastPageWidthMm);
     layout.page_height_mm = height;
   } else {
     const auto size =
@@ -72,7 +74,7 @@ SheetLayout LayOutSheet(const Board& board, const std::string& page) {
     const bool lying = width <= size->long_mm && height <= size->short_mm;
     if (!upright && !lying)
       throw UsageError(
-          "board '{}': with margins it needs {:g} x {:g} mm, {} has {:g} x {:g}; take smaller squares, a "
+          "board '{}': with margins it needs {:g} x {:g} mm, {} has {:g} x {:g}; use smaller squares, a "
           "larger page, or --page board",
           board.Text(), width, height, page, size->short_mm, size->long_mm);
     layout.page_width_mm = upright ? size->short_mm : size->long_mm;
@@ -80,15 +82,15 @@ SheetLayout LayOutSheet(const Board& board, const std::string& page) {
   }
   layout.board_x_mm = 0.5 * (layout.page_width_mm - board.WidthMm());
   layout.board_y_mm = 0.5 * (layout.page_height_mm - kCaptionMm - board.HeightMm());
-  layout.bar_mm = 50;
-  layout.bar_x_mm = std::min(layout.board_x_mm, 0.5 * (layout.page_width_mm - 150));
+  layout.bar_mm = kBarMm;
+  layout.bar_x_mm = std::min(layout.board_x_mm, 0.5 * (layout.page_width_mm - kTextWidthMm));
   layout.bar_y_mm = layout.board_y_mm + board.HeightMm() + 7;
   layout.caption = fmt::format("ulf calibrate --board {}", board.Text());
   return layout;
 }
 
 std::string SheetSvg(const Board& board, const SheetLayout& layout) {
-  // One path for everything dark: neighbours drawn one by one would leave hairlines between them.
+  // One path for all dark areas, because separate neighbours would have hairlines between them.
   std::string path;
   for (const RectangleMm& r : OnPage(board, layout))
     fmt::format_to(std::back_inserter(path), "M{:.6g} {:.6g}h{:.6g}v{:.6g}h{:.6g}z", r.x, r.y, r.width,
@@ -110,7 +112,7 @@ std::string SheetSvg(const Board& board, const SheetLayout& layout) {
 }
 
 std::string SheetPdf(const Board& board, const SheetLayout& layout) {
-  // PDF counts points from the lower left; the matrix lets the rest be written in millimetres with y upwards.
+  // PDF counts points from the lower left; the matrix changes the unit to millimetres.
   std::string content = fmt::format("{0:.9f} 0 0 {0:.9f} 0 0 cm\n0 g\n", kPointsPerMm);
   for (const RectangleMm& r : OnPage(board, layout))
     fmt::format_to(std::back_inserter(content), "{:.6f} {:.6f} {:.6f} {:.6f} re\n", r.x,

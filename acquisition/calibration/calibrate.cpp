@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Some views distant from each other, which suffice for a start.
+// Some evenly chosen views, which suffice for a start.
 std::vector<BoardView> Subset(const std::vector<BoardView>& views) {
   constexpr std::size_t kFew = 12;  // guessed: a start needs no precision
   if (views.size() <= kFew) return views;
@@ -26,7 +26,7 @@ std::vector<BoardView> Subset(const std::vector<BoardView>& views) {
   return few;
 }
 
-const LensCandidate& CandidateLike(Distortion distortion, int coefficients, bool one_focal) {
+const LensCandidate& FindCandidate(Distortion distortion, int coefficients, bool one_focal) {
   for (const LensCandidate& candidate : LensCandidates())
     if (candidate.distortion == distortion && candidate.one_focal == one_focal &&
         std::count(candidate.estimated.begin(), candidate.estimated.end(), true) == coefficients)
@@ -34,9 +34,9 @@ const LensCandidate& CandidateLike(Distortion distortion, int coefficients, bool
   return LensCandidates().front();
 }
 
-// The middle of the residuals' lengths, which outliers do not move.
-double TypicalErrorPx(const std::vector<Vector3d>& points, const std::vector<BoardView>& views,
-                      const LensFit& fit) {
+// The median length of the residuals.
+double MedianErrorPx(const std::vector<Vector3d>& points, const std::vector<BoardView>& views,
+                     const LensFit& fit) {
   std::vector<double> lengths;
   for (std::size_t v = 0; v < views.size(); ++v)
     for (const Vector2d& residual : Residuals(points, views[v], fit.camera, fit.cam_from_board[v]))
@@ -44,16 +44,16 @@ double TypicalErrorPx(const std::vector<Vector3d>& points, const std::vector<Boa
   return Median(std::move(lengths));
 }
 
-// The richest model of either family, whichever fits better: what it cannot explain is no lens.
+// The better of the richest models of both families. Corners that it cannot explain are outliers.
 std::optional<LensFit> RichFit(const std::vector<Vector3d>& points, const std::vector<BoardView>& views,
                                const CameraModel& start) {
   std::optional<LensFit> best;
   double best_error = std::numeric_limits<double>::infinity();
   for (const Distortion family : {Distortion::kRadialTangential, Distortion::kFisheye}) {
-    const LensFit fit = FitLens(points, views, CandidateLike(family, 4, false), start,
+    const LensFit fit = FitLens(points, views, FindCandidate(family, 4, false), start,
                                 {.huber_px = 1, .max_iterations = 60, .with_sigma = false});
     if (!fit.usable) continue;
-    const double error = TypicalErrorPx(points, views, fit);
+    const double error = MedianErrorPx(points, views, fit);
     if (error < best_error) {
       best_error = error;
       best = fit;
@@ -62,7 +62,7 @@ std::optional<LensFit> RichFit(const std::vector<Vector3d>& points, const std::v
   return best;
 }
 
-// Drops views that repeat another; the reports say which.
+// The indices of views that do not repeat another; the reports name the others.
 std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, double least_shift_px,
                                        std::vector<ViewReport>& reports) {
   std::vector<std::size_t> kept;
@@ -71,7 +71,7 @@ std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, doub
       return MeanShiftPx(views[v], views[other]) < least_shift_px;
     });
     if (same != kept.end())
-      reports[v].left_out = fmt::format("the board stands as in {}", views[*same].name);
+      reports[v].left_out = fmt::format("the board is at the same place as in {}", views[*same].name);
     else
       kept.push_back(v);
   }
@@ -87,7 +87,7 @@ void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& star
   for (int round = 0; round < options.outlier_rounds; ++round) {
     const auto fit = RichFit(points, result.views, start);
     if (!fit) return;
-    const double sigma = TypicalErrorPx(points, result.views, *fit) / kRayleighMedian;
+    const double sigma = MedianErrorPx(points, result.views, *fit) / kRayleighMedian;
     const double gate = std::max(options.least_gate_px, options.gate_sigmas * sigma);
     std::vector<double> view_errors;
     std::vector<std::vector<Vector2d>> residuals;
@@ -100,13 +100,13 @@ void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& star
     const double usual = Median(view_errors);
     std::vector<BoardView> views;
     std::vector<std::size_t> kept_indices;
-    std::size_t taken_out = 0;
+    std::size_t removed = 0;
     for (std::size_t v = 0; v < result.views.size(); ++v) {
       ViewReport& report = result.reports[indices[v]];
       if (view_errors[v] > std::max(options.least_view_error_px, options.view_factor * usual)) {
-        report.left_out = fmt::format("its error of {:.2f} px is {:.1f} times the usual", view_errors[v],
-                                      view_errors[v] / usual);
-        ++taken_out;
+        report.left_out = fmt::format("its error of {:.2f} px is {:.1f} times the median of all views",
+                                      view_errors[v], view_errors[v] / usual);
+        ++removed;
         continue;
       }
       BoardView clean{result.views[v].name, {}, {}};
@@ -117,7 +117,7 @@ void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& star
       }
       const std::size_t lost = result.views[v].ids.size() - clean.ids.size();
       report.outliers += lost;
-      taken_out += lost;
+      removed += lost;
       if (clean.ids.size() < kLeastCorners) {
         report.left_out = "too few corners fit";
         continue;
@@ -127,7 +127,7 @@ void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& star
     }
     result.views = std::move(views);
     indices = std::move(kept_indices);
-    if (taken_out == 0 || result.views.size() < options.least_views) return;
+    if (removed == 0 || result.views.size() < options.least_views) return;
   }
 }
 
@@ -136,16 +136,16 @@ std::string TooFewViewsReason(const CalibrationResult& result, std::size_t given
   if (given == 0)
     return fmt::format(
         "the board {} was not found in any image; check its kind, counts (squares, not inner corners) and "
-        "dictionary, and that the whole of a chessboard is in sight",
+        "dictionary, and that the images show the whole of a chessboard",
         result.board.Text());
   if (distinct == 1 && given > 1)
     return fmt::format(
-        "the board stands at the same place in all {} images: one view says nothing about the lens; move and "
+        "the board is at the same place in all {} images: one view does not determine the lens; move and "
         "tilt it between images",
         given);
   if (given >= least_views)
     return fmt::format(
-        "the board stands at the same place in most of the {} images: {} different views, at least {} are "
+        "the board is at the same place in most of the {} images: {} different views, at least {} are "
         "needed; move and tilt it between images",
         given, distinct, least_views);
   return fmt::format("only {} of the board ({}), at least {} are needed; move and tilt it between images",
@@ -158,24 +158,24 @@ std::string UndeterminedReason(const CalibrationResult& result, const Calibratio
   if (result.coverage.orientation_spread < options.least_orientation_spread)
     return fmt::format(
         "the board has nearly the same orientation in all {} views (within {:.1f} degrees): focal length and "
-        "distance cannot be told apart; tilt it to all sides, by 20 to 40 degrees",
+        "distance cannot be distinguished; tilt it to all sides, by 20 to 40 degrees",
         result.views.size(), spread_deg);
   const double focal_sigma = std::max(result.sigma[0], result.sigma[1]) / camera.MeanFocalPx();
   if (!(focal_sigma < options.most_relative_sigma))
     return fmt::format(
         "the views do not determine the focal length ({:.0f} px +- {:.0f} %; orientations within {:.0f} "
-        "degrees); take more, with the board tilted to all sides by 20 to 40 degrees",
+        "degrees); take more views, with the board tilted to all sides by 20 to 40 degrees",
         camera.MeanFocalPx(), 100 * focal_sigma, spread_deg);
   const double center_sigma = std::max(result.sigma[2], result.sigma[3]) / camera.width;
   if (!(center_sigma < options.most_relative_sigma))
     return fmt::format(
-        "the views do not determine the principal point (+- {:.0f} % of the image's width); take more, with "
-        "the board in all parts of the image and tilted to all sides",
+        "the views do not determine the principal point (+- {:.0f} % of the image's width); take more views, "
+        "with the board in all parts of the image and tilted to all sides",
         100 * center_sigma);
   if (camera.MeanFocalPx() < options.shortest_focal * camera.width ||
       camera.MeanFocalPx() > options.longest_focal * camera.width)
     return fmt::format(
-        "a focal length of {:.0f} px for an image {} px wide is no lens; check the board's text",
+        "no lens has a focal length of {:.0f} px for an image {} px wide; check the board's text",
         camera.MeanFocalPx(), camera.width);
   return {};
 }
@@ -184,14 +184,13 @@ void AddWarnings(const CalibrationOptions& options, CalibrationResult& result) {
   const CameraModel& camera = result.camera;
   const BoardCoverage& coverage = result.coverage;
   const auto warn = [&](std::string_view text) { result.warnings.emplace_back(text); };
-  // First what makes the result wrong, then what makes it uncertain.
+  // First warnings about a wrong result, then about an uncertain one.
   const Vector2d off(camera.cx - 0.5 * camera.width, camera.cy - 0.5 * camera.height);
   if (off.norm() > options.warn_off_center * camera.width)
     warn(fmt::format(
-        "the principal point lies {:.0f} px ({:.0f} % of the width) from the image's middle, where hardly "
-        "any "
-        "lens has it: do not use this calibration unless the images were cropped; take more views, "
-        "with the board in all parts of the image and tilted to all sides",
+        "the principal point is {:.0f} px ({:.0f} % of the width) from the image's middle, which hardly any "
+        "lens has: do not use this calibration unless the images were cropped; take more views, with the "
+        "board in all parts of the image and tilted to all sides",
         off.norm(), 100 * off.norm() / camera.width));
   if (result.views.size() < options.warn_views)
     warn(fmt::format("only {}: take 15 or more", Counted(result.views.size(), "view")));
@@ -199,10 +198,10 @@ void AddWarnings(const CalibrationOptions& options, CalibrationResult& result) {
     warn(fmt::format("corners cover {:.0f} % of the image: bring the board to every part of it",
                      100 * coverage.CellShare()));
   if (coverage.reach < options.warn_reach)
-    warn(
-        fmt::format("no corner farther out than {:.0f} % of the half diagonal: beyond that the distortion is "
-                    "extrapolated",
-                    100 * coverage.reach));
+    warn(fmt::format(
+        "no corner is farther out than {:.0f} % of the half diagonal: beyond it the distortion is "
+        "extrapolated",
+        100 * coverage.reach));
   std::string missing;
   for (const auto& [tilt, name] : {std::pair{coverage.left, "left"}, std::pair{coverage.right, "right"},
                                    std::pair{coverage.upper, "upper"}, std::pair{coverage.lower, "lower"}})
@@ -219,8 +218,8 @@ void AddWarnings(const CalibrationOptions& options, CalibrationResult& result) {
     warn(fmt::format("the principal point is uncertain by +- {:.1f} px", center));
   if (result.rms_px > options.warn_rms_px)
     warn(
-        fmt::format("the error of {:.2f} px is large: is the board flat and true to its text, are the images "
-                    "sharp?",
+        fmt::format("the error of {:.2f} px is large: check that the board is flat and as its text says, and "
+                    "that the images are sharp",
                     result.rms_px));
   const std::size_t all = result.corners + result.outliers;
   if (static_cast<double>(result.outliers) > options.warn_outliers * static_cast<double>(all))
@@ -228,7 +227,7 @@ void AddWarnings(const CalibrationOptions& options, CalibrationResult& result) {
   if (result.choice.table[result.choice.chosen].folds_inside_image)
     warn("the distortion cannot be inverted in part of the image");
   if (!result.choice.table[result.choice.chosen].explains)
-    warn("no candidate explains the data and is usable over the whole image; the best of them was taken");
+    warn("no lens model explains the data and is usable over the whole image; the best one was chosen");
 }
 
 }  // namespace
@@ -266,7 +265,7 @@ BoardCoverage CoverageOf(int width, int height, const std::vector<BoardView>& vi
     }
   std::vector<Vector3d> normals;
   for (const Rigid3& pose : cam_from_board) {
-    // The board's z points away from the camera; where it leans is where that edge is nearer.
+    // The board's z points away from the camera and leans to the side whose opposite edge is farther away.
     const Vector3d n = pose.rotation * Vector3d::UnitZ();
     const double across = std::atan2(n.x(), n.z()), along = std::atan2(n.y(), n.z());
     coverage.left = std::max(coverage.left, across);
@@ -288,12 +287,12 @@ std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector
   double best_error = std::numeric_limits<double>::infinity();
   for (const double focal_in_widths : {0.35, 0.6, 1.0, 1.8, 4.0})
     for (const Distortion family : {Distortion::kRadialTangential, Distortion::kFisheye}) {
-      const LensFit fit = FitLens(points, few, CandidateLike(family, 1, true),
+      const LensFit fit = FitLens(points, few, FindCandidate(family, 1, true),
                                   CameraModel::Pinhole(width, height, focal_in_widths * width),
                                   {.huber_px = 2, .max_iterations = 40, .with_sigma = false});
       if (!fit.usable) continue;
-      const double error = TypicalErrorPx(points, few, fit);
-      // For a narrow lens the families are nearly the same: the later one must be better by 2 %. Guessed.
+      const double error = MedianErrorPx(points, few, fit);
+      // For a narrow lens the families are nearly the same: the second one must be better by 2 %. Guessed.
       constexpr double kClearlyLess = 0.98;
       if (error < kClearlyLess * best_error) {
         best_error = error;

@@ -23,7 +23,7 @@ class Streaming {
     try {
       device_.Stop();
     } catch (const std::exception&) {
-      // What has been collected is worth more than a clean end of the stream.
+      // The collected views are still good.
     }
   }
   Streaming(const Streaming&) = delete;
@@ -33,9 +33,11 @@ class Streaming {
   Device& device_;
 };
 
-// The next frame, where one comes within a moment and is complete.
+constexpr milliseconds kFrameWait(200);  // before the loop looks at `stop` again; guessed
+
+// The next frame; none: it is incomplete, or did not come in time.
 std::optional<Frame> NextComplete(Device& device) {
-  auto frame = device.Next(milliseconds(200));
+  auto frame = device.Next(kFrameWait);
   if (device.State() == DeviceState::kLost)
     throw Error("{}: lost during calibration ({}); connect it and start again", device.Info().uri,
                 device.Info().problem);
@@ -50,11 +52,13 @@ void RequireSize(CollectedViews& collected, const cv::Mat& gray, const std::stri
   }
   if (gray.cols != collected.width || gray.rows != collected.height)
     throw Error(
-        "{}: is {}x{}, the others are {}x{}: intrinsics are of one size; calibrate each size by itself", name,
-        gray.cols, gray.rows, collected.width, collected.height);
+        "{}: is {}x{}, the others are {}x{}: intrinsics belong to one size; calibrate each size separately",
+        name, gray.cols, gray.rows, collected.width, collected.height);
 }
 
-// Photographs that were asked for and have not come yet.
+constexpr const char* kNoPhotograph = "a photograph did not arrive";
+
+// Requested photographs that have not arrived.
 struct PendingStills {
   int count = 0;
   Clock::time_point last;
@@ -89,7 +93,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
         break;
       }
       if (pending.Overdue(options.still_timeout_s)) {
-        collected.ended = "a photograph did not come";
+        collected.ended = kNoPhotograph;
         break;
       }
       continue;
@@ -107,10 +111,10 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
       }
     } else if (frame->kind == FrameKind::kLive) {
       if (!guide) guide.emplace(board, gray.cols, gray.rows, options.guide);
-      // While a photograph is on its way the next live frame is not judged: the board may have to stay.
+      // Ignores live frames until the requested photograph arrives, because the board must stay until then.
       if (stills && pending.count > 0) {
         if (pending.Overdue(options.still_timeout_s)) {
-          collected.ended = "a photograph did not come";
+          collected.ended = kNoPhotograph;
           break;
         }
         continue;
@@ -161,7 +165,7 @@ std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCap
     if (stills && pending.count == 0 && device.RequestStill() == StillRequest::kAsked)
       pending = {1, Clock::now()};
     if (pending.Overdue(options.still_timeout_s))
-      throw Error("{}: a photograph did not come within {:g} s; look at the camera, and set it to JPEG",
+      throw Error("{}: a photograph did not arrive within {:g} s; check the camera, and set it to JPEG",
                   device.Info().uri, options.still_timeout_s);
     auto frame = NextComplete(device);
     options.show({static_cast<double>(frames.size()) / count, Counted(frames.size(), "frame")});
@@ -185,7 +189,7 @@ std::vector<std::string> ImagesIn(const std::vector<std::string>& paths) {
       if (entry.is_regular_file() && HasImageEnding(entry.path()) &&
           entry.path().filename().string()[0] != '.')
         inside.push_back(entry.path().string());
-    if (inside.empty()) throw Error("{}: holds no images", path);
+    if (inside.empty()) throw Error("{}: the folder contains no images; name another", path);
     std::sort(inside.begin(), inside.end(), NameOrder);
     files.insert(files.end(), inside.begin(), inside.end());
   }

@@ -1,5 +1,6 @@
 #include "acquisition/calibration/calibration_formats.h"
 
+#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -17,20 +18,16 @@ namespace {
 
 constexpr std::array kNames{"kalibr", "ros", "opencv", "colmap"};
 
-// The one that is asked for, or the only one.
+// The wanted name, or the only one.
 std::string Pick(const std::vector<std::string>& names, const std::string& wanted, const std::string& where) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  if (names.empty()) throw Error("{}: holds no camera", where);
-  if (wanted.empty()) {
-    if (names.size() > 1)
-      throw Error(
-          "{}: holds {} cameras ({}); take one out with ulf calibration {} --camera {} -o camera.json", where,
-          names.size(), list, where, names[0]);
-    return names[0];
-  }
+  if (names.empty()) throw Error("{}: contains no camera", where);
+  if (wanted.empty() && names.size() > 1)
+    throw Error(
+        "{}: contains {} cameras ({}); extract one with ulf calibration {} --camera {} -o camera.json", where,
+        names.size(), fmt::join(names, ", "), where, names[0]);
+  if (wanted.empty()) return names[0];
   if (std::find(names.begin(), names.end(), wanted) == names.end())
-    throw Error("{}: there is no camera '{}' (there are: {})", where, wanted, list);
+    throw Error("{}: there is no camera '{}' (there are: {})", where, wanted, fmt::join(names, ", "));
   return wanted;
 }
 
@@ -45,17 +42,17 @@ bool IsZeroFrom(const std::vector<double>& values, std::size_t first) {
                      values.end(), [](double value) { return value == 0; });
 }
 
-// k1 k2 p1 p2 [k3 [k4 k5 k6 [s1..s4 [tx ty]]]]: what OpenCV and ROS hold.
+// `d`: k1 k2 p1 p2 [k3 [k4 k5 k6 [s1..s4 [tx ty]]]], as in OpenCV and ROS.
 CameraModel FromOpenCvCoefficients(int width, int height, const std::vector<double>& k,
                                    const std::vector<double>& d, bool fisheye, const std::string& where) {
   if (width <= 0 || height <= 0) throw Error("{}: the image's size is missing", where);
   if (fisheye && d.size() > 4 && !IsZeroFrom(d, 4))
-    throw Error("{}: a fisheye model with {} coefficients; known is the one with k1 k2 k3 k4", where,
+    throw Error("{}: a fisheye model with {} coefficients; ulf reads the one with k1 k2 k3 k4", where,
                 d.size());
   if (!fisheye && !IsZeroFrom(d, 5))
     throw Error(
-        "{}: a rational, thin prism or tilted model ({} coefficients); known is k1 k2 p1 p2 k3: calibrate "
-        "again without CALIB_RATIONAL_MODEL and its like",
+        "{}: a rational, thin prism or tilted model ({} coefficients); ulf reads k1 k2 p1 p2 k3: calibrate "
+        "again without CALIB_RATIONAL_MODEL and similar flags",
         where, d.size());
   const bool plain = IsZeroFrom(d, 0);
   CameraModel camera = CameraModel::FromOpenCv(width, height, k[0], k[4], k[2], k[5],
@@ -63,8 +60,7 @@ CameraModel FromOpenCvCoefficients(int width, int height, const std::vector<doub
                                                : plain ? Distortion::kNone
                                                        : Distortion::kRadialTangential,
                                                Coefficients(d));
-  if (k[1] != 0)
-    throw Error("{}: the camera matrix has skew ({}), which no lens model here has", where, k[1]);
+  if (k[1] != 0) throw Error("{}: the camera matrix has skew ({}), which ulf does not support", where, k[1]);
   camera.Validate(where);
   return camera;
 }
@@ -75,7 +71,7 @@ T Get(const YAML::Node& node, const char* key, const std::string& where) {
   try {
     return node[key].as<T>();
   } catch (const YAML::Exception&) {
-    throw Error("{}: '{}' is not what was expected there", where, key);
+    throw Error("{}: '{}' has the wrong type", where, key);
   }
 }
 
@@ -96,7 +92,7 @@ CameraModel ReadKalibr(const std::string& text, const std::string& where, const 
   const YAML::Node camera = top[name];
   const auto model = Get<std::string>(camera, "camera_model", place);
   if (model != "pinhole")
-    throw Error("{}: camera model '{}' is not known here; calibrate with pinhole-radtan or pinhole-equi",
+    throw Error("{}: ulf does not read the camera model '{}'; calibrate with pinhole-radtan or pinhole-equi",
                 place, model);
   const auto intrinsics = Get<std::vector<double>>(camera, "intrinsics", place);
   const auto size = Get<std::vector<int>>(camera, "resolution", place);
@@ -106,8 +102,8 @@ CameraModel ReadKalibr(const std::string& text, const std::string& where, const 
   std::vector<double> coefficients;
   if (distortion != "none") coefficients = Get<std::vector<double>>(camera, "distortion_coeffs", place);
   if (distortion != "radtan" && distortion != "equidistant" && distortion != "none")
-    throw Error("{}: distortion model '{}' is not known here; known are radtan, equidistant and none", place,
-                distortion);
+    throw Error("{}: ulf does not read the distortion model '{}'; it reads radtan, equidistant and none",
+                place, distortion);
   if (distortion != "none" && coefficients.size() != 4)
     throw Error("{}: {} has 4 coefficients, not {}", place, distortion, coefficients.size());
   const std::vector<double> k = {intrinsics[0], 0, intrinsics[2], 0, intrinsics[1], intrinsics[3], 0, 0, 1};
@@ -121,9 +117,8 @@ CameraModel ReadRos(const std::string& text, const std::string& where) {
   const auto model = Get<std::string>(top, "distortion_model", where);
   if (model != "plumb_bob" && model != "equidistant" && model != "rational_polynomial")
     throw Error(
-        "{}: distortion model '{}' is not known here; known are plumb_bob, equidistant and "
-        "rational_polynomial "
-        "without k4 k5 k6",
+        "{}: ulf does not read the distortion model '{}'; it reads plumb_bob, equidistant and "
+        "rational_polynomial without k4 k5 k6",
         where, model);
   std::vector<double> d;
   if (top["distortion_coefficients"])
@@ -149,7 +144,7 @@ CameraModel ReadOpenCv(const std::string& text, const std::string& where) {
   } catch (const cv::Exception& error) {
     throw Error("{}: OpenCV cannot read it: {}", where, error.err);
   }
-  if (k.total() != 9) throw Error("{}: holds no 3x3 camera_matrix", where);
+  if (k.total() != 9) throw Error("{}: contains no 3x3 camera_matrix", where);
   k.convertTo(k, CV_64F);
   d.convertTo(d, CV_64F);
   const std::vector<double> matrix(k.begin<double>(), k.end<double>());
@@ -191,9 +186,8 @@ std::string JoinedCoefficients(const CameraModel& camera, std::size_t count) {
 std::string KalibrText(const CameraModel& camera) {
   if (camera.distortion == Distortion::kRadialTangential && camera.coefficients[4] != 0)
     throw Error(
-        "Kalibr's radtan has no k3, this calibration has ({}): calibrate with fewer coefficients, or write "
-        "ros, "
-        "opencv or colmap",
+        "Kalibr's radtan has no k3, but this calibration has ({}): calibrate with fewer coefficients, or "
+        "write ros, opencv or colmap",
         camera.coefficients[4]);
   const bool fisheye = camera.distortion == Distortion::kFisheye;
   return fmt::format(
@@ -231,11 +225,8 @@ std::string OpenCvText(const CameraModel& camera, bool xml) {
 
 std::string ColmapCameraText(const CameraModel& camera) {
   const auto& c = camera.coefficients;
-  std::string model = camera.fx == camera.fy ? "SIMPLE_PINHOLE" : "PINHOLE";
-  std::string parameters = camera.fx == camera.fy
-                               ? fmt::format("{} {} {}", camera.fx, camera.cx, camera.cy)
-                               : fmt::format("{} {} {} {}", camera.fx, camera.fy, camera.cx, camera.cy);
   const std::string four = fmt::format("{} {} {} {}", camera.fx, camera.fy, camera.cx, camera.cy);
+  std::string model = "PINHOLE", parameters = four;
   if (camera.distortion == Distortion::kFisheye) {
     model = "OPENCV_FISHEYE";
     parameters = fmt::format("{} {} {} {} {}", four, c[0], c[1], c[2], c[3]);
@@ -244,6 +235,9 @@ std::string ColmapCameraText(const CameraModel& camera) {
     model = full ? "FULL_OPENCV" : "OPENCV";
     parameters = fmt::format("{} {} {} {} {}", four, c[0], c[1], c[2], c[3]);
     if (full) parameters += fmt::format(" {} 0 0 0", c[4]);
+  } else if (camera.fx == camera.fy) {
+    model = "SIMPLE_PINHOLE";
+    parameters = fmt::format("{} {} {}", camera.fx, camera.cx, camera.cy);
   }
   return fmt::format("# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n1 {} {} {} {}\n", model, camera.width,
                      camera.height, parameters);
@@ -296,7 +290,7 @@ CameraModel ReadCalibrationText(CalibrationFormat format, const std::string& tex
         return ReadColmap(text, where, camera);
     }
   } catch (const YAML::Exception& error) {
-    throw Error("{}: its YAML is not laid out as a {} file's: {}", where, Name(format), error.what());
+    throw Error("{}: its YAML has not the structure of a {} file: {}", where, Name(format), error.what());
   }
 }
 

@@ -53,7 +53,7 @@ CalibrationGuide::Seen CalibrationGuide::SeenIn(const BoardView& view) const {
 
 void CalibrationGuide::Take(BoardView view) {
   views_.push_back(std::move(view));
-  // The rough intrinsics change what counts as a tilt, so all views are looked at again.
+  // New rough intrinsics change what counts as a tilt, so all views are judged again.
   if (views_.size() >= 4 && views_.size() % 4 == 0)
     if (const auto rough = RoughIntrinsics(board_, views_, width_, height_)) rough_ = *rough;
   std::fill(cells_.begin(), cells_.end(), false);
@@ -98,7 +98,7 @@ bool CalibrationGuide::Enough() const {
 }
 
 double CalibrationGuide::Share() const {
-  // Of the 20 parts all but one: a corner of the image may show nothing of a fisheye's circle.
+  // All parts but one, because a corner of the image may lie outside a fisheye's circle.
   const double cells = std::min(1.0, static_cast<double>(Count(cells_)) / (kColumns * kRows - 1));
   const double tilts = static_cast<double>(Count(tilts_)) / kTilts;
   const double views = std::min(1.0, static_cast<double>(views_.size()) / options_.least_views);
@@ -110,7 +110,7 @@ std::string CalibrationGuide::NextMove() const {
   constexpr std::array kEdges{"left", "right", "upper", "lower"};
   const auto missing_tilt = std::find(tilts_.begin(), tilts_.end(), false);
   const bool cells_missing = Count(cells_) < kColumns * kRows - 1;
-  // In turn, so that tilting is not left to the end.
+  // Alternates between parts and tilts, so that tilts do not all come at the end.
   if (missing_tilt != tilts_.end() && (!cells_missing || views_.size() % 2 == 1))
     return std::string("tilt the board: its ") +
            kEdges[static_cast<std::size_t>(missing_tilt - tilts_.begin())] + " edge away from the camera";

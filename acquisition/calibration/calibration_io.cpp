@@ -130,13 +130,13 @@ void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& 
   CalibrationFile file;
   if (std::filesystem::exists(path)) {
     file = ReadCalibrationFile(path);
-    const bool nobodys = file.identity.serial.empty() && file.identity.model.empty();
+    const bool unbound = file.identity.serial.empty() && file.identity.model.empty();
     const bool same = identity.serial.empty()
                           ? file.identity.serial.empty() && file.identity.model == identity.model
                           : file.identity.serial == identity.serial;
-    if (!nobodys && !same)
+    if (!unbound && !same)
       throw Error(
-          "{}: holds the calibration of another camera ('{}' {}; this one is '{}' {}); name another file",
+          "{}: contains the calibration of another camera ('{}' {}; this one is '{}' {}); name another file",
           path.string(), file.identity.serial, file.identity.model, identity.serial, identity.model);
     if (!same) file = {};
   }

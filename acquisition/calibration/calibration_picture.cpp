@@ -36,7 +36,7 @@ void DrawFrame(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
 
 constexpr double kSmallText = 0.38;
 
-// Where a small text written at `at` (its left end, on the line) covers the picture.
+// The box that a small text covers; `at` is the left end of its base line.
 cv::Rect BoxOf(const std::string& text, cv::Point at) {
   int below = 0;
   const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kSmallText, 1, &below);
@@ -53,7 +53,7 @@ struct Contour {
   std::vector<cv::Point> places;  // on the canvas
 };
 
-// Lines of equal value, for each level that is passed somewhere within the panel.
+// Draws lines of equal value, for each level that occurs within the panel.
 std::vector<Contour> DrawContours(cv::Mat& canvas, const Panel& panel, const cv::Mat& values,
                                   const std::vector<std::pair<double, std::string>>& levels,
                                   const cv::Scalar& color = kContour) {
@@ -70,12 +70,12 @@ std::vector<Contour> DrawContours(cv::Mat& canvas, const Panel& panel, const cv:
         if (inside_panel.contains(line[i])) contour.places.push_back(line[i]);
     if (!contour.places.empty()) contours.push_back(std::move(contour));
   }
-  // What runs along the panel's edge is no line of equal value.
+  // Removes the parts of the contours along the panel's edge.
   cv::rectangle(canvas, panel.origin, panel.origin + cv::Point(values.cols, values.rows), kPaper, 2);
   return contours;
 }
 
-// Each line's value on it, where it hides least of what is drawn there and no other value.
+// Writes each line's value on it, where it covers no other value and as little ink as possible.
 void LabelContours(cv::Mat& canvas, const Panel& panel, cv::Size size, const std::vector<Contour>& contours,
                    const cv::Mat& drawn) {
   cv::Mat sum;
@@ -107,7 +107,7 @@ void LabelContours(cv::Mat& canvas, const Panel& panel, cv::Size size, const std
   }
 }
 
-// How far the distortion moves a point: a line for each of a few distances.
+// Draws lines along which the distortion moves points by the same distance.
 std::vector<Contour> DrawDistortion(cv::Mat& canvas, const Panel& panel, const CameraModel& camera) {
   const CameraModel plain = camera.WithoutDistortion();
   const int width = static_cast<int>(camera.width * panel.scale),
@@ -127,7 +127,7 @@ std::vector<Contour> DrawDistortion(cv::Mat& canvas, const Panel& panel, const C
 }
 
 double ArrowScale(const CalibrationResult& result) {
-  // The usual residual becomes a fortieth of the image's width, rounded to 1, 2 or 5.
+  // The RMS residual becomes a fortieth of the image's width; the factor is rounded to 1, 2 or 5.
   const double wanted = result.camera.width / 40.0 / std::max(result.rms_px, 1e-6);
   const double decade = std::pow(10, std::floor(std::log10(wanted)));
   return decade * (wanted / decade >= 5 ? 5 : wanted / decade >= 2 ? 2 : 1);
@@ -206,7 +206,7 @@ cv::Mat DrawCalibration(const CalibrationResult& result) {
                                                : "lines: distortion in pixels; cross: principal point",
         {kMargin, kMargin + 14 + kTextLine});
   Write(canvas,
-        fmt::format("{} of {}; {:.0f} % of the cells hold one", Counted(result.corners, "corner"),
+        fmt::format("{} of {}, in {:.0f} % of the cells", Counted(result.corners, "corner"),
                     Counted(result.views.size(), "view"), 100 * result.coverage.CellShare()),
         {2 * kMargin + width, kMargin + 14});
   Write(canvas,
@@ -258,7 +258,7 @@ cv::Mat DrawFlatField(const FlatFieldResult& result) {
     std::vector<cv::Point> curve;
     for (int x = 0; x < width; ++x)
       curve.emplace_back(plot.x + x, y_of(bgr[c].at<float>(x * (height - 1) / std::max(1, width - 1), x)));
-    // Thinner from one to the next: where they agree all are seen.
+    // Each curve is thinner than the one before, so that all can be seen where they agree.
     cv::polylines(canvas, curve, false, colors[c], 7 - 3 * static_cast<int>(c), cv::LINE_AA);
   }
   cv::rectangle(canvas, plot, kFrame, 1);
@@ -270,7 +270,7 @@ cv::Mat DrawFlatField(const FlatFieldResult& result) {
                     100 * result.corner_bgr[1], 100 * result.corner_bgr[2]),
         {plot.x, kMargin + 14});
   Write(canvas,
-        fmt::format("left over {:.2f} %, lighting {:.1f} % over the card, {} dark spots",
+        fmt::format("residual {:.2f} %, lighting {:.1f} % over the card, {} dark spots",
                     100 * result.residual, 100 * result.gradient, result.dust),
         {plot.x, kMargin + 14 + kTextLine});
   Write(canvas, "upper left corner", {plot.x, plot.br().y + 16}, kSmallText);

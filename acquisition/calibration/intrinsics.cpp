@@ -29,14 +29,13 @@ CameraModel ForSize(const CameraModel& camera, int width, int height, const std:
   constexpr double kSameShape = 0.005;  // relative difference of aspect ratios; guessed: rounding of sizes
   if (std::abs(wide / high - 1) > kSameShape)
     throw Error(
-        "{}: made for {}x{}, but the frames are {}x{}, another shape: cropped, and where is not known; "
-        "calibrate at "
-        "this size",
+        "{}: made for {}x{}, but the frames are {}x{}, another shape: they were cropped at an unknown place; "
+        "calibrate at this size",
         owner, camera.width, camera.height, width, height);
   return camera.ScaledTo(width, height);
 }
 
-// Throws Error where the calibration is another camera's, and says what cannot be known.
+// Throws Error where the calibration is of another camera; warns where that is unknown.
 void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& used, const std::string& owner,
                        bool force, std::vector<std::string>& warnings) {
   const auto refuse = [&](const char* what, const std::string& theirs, const std::string& ours) {
@@ -45,37 +44,38 @@ void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& u
     if (!force)
       throw Error("{}; calibrate this camera (ulf calibrate), or accept the file (--force-calibration)",
                   text);
-    warnings.push_back(text + ": taken because it was forced");
+    warnings.push_back(text + ": used because of --force-calibration");
   };
   if (!calibrated.serial.empty() && !used.serial.empty()) {
     if (calibrated.serial != used.serial) refuse("serial", calibrated.serial, used.serial);
     return;
   }
-  // Folders of images and videos come from no camera that is known.
+  // The camera of a folder of images or a video is unknown.
   if (used.bus == "files") return;
   if (!calibrated.model.empty() && !used.model.empty() && calibrated.model != used.model)
     return refuse("model", calibrated.model, used.model);
   if (calibrated.serial.empty() && !used.serial.empty()) {
     warnings.push_back(fmt::format(
-        "{}: not bound to any {}, so nothing shows that it is of this one, serial '{}'. If it is, bind it: "
-        "ulf calibration FILE --serial '{}' -o NEW_FILE",
+        "{}: not bound to any {}, so it is unknown whether it belongs to this one, serial '{}'. If it does, "
+        "bind it: ulf calibration FILE --serial '{}' -o NEW_FILE",
         owner, calibrated.model.empty() ? "camera" : "single camera, only to the model", used.serial,
         used.serial));
     return;
   }
   if (calibrated.serial.empty() && !calibrated.model.empty() && calibrated.bus != used.bus)
     warnings.push_back(
-        fmt::format("{}: the camera has no serial and was at {} when calibrated, now it is at {}: make "
-                    "sure that it is the same one",
+        fmt::format("{}: the camera has no serial; it was at {} when calibrated and is now at {}: make sure "
+                    "that it is the same one",
                     owner, calibrated.bus.empty() ? "an unknown place" : calibrated.bus,
                     used.bus.empty() ? "an unknown place" : used.bus));
 }
 
-// Which part of the sensor a calibration is of that does not say it, for a device that says its own: the
-// whole one where it is of that size; the part in use where it is of that size (and a warning, because
-// another part could have it too). Any other size could come from a region or from binning: an Error.
-SensorWindow UnsaidWindow(const CameraModel& camera, const SensorWindow& used, const std::string& owner,
-                          std::vector<std::string>& warnings) {
+// The part of the sensor that a calibration without one is assumed to cover, for a device that reports its
+// own: the whole sensor where it has that size; the part in use where it has that size, with a warning,
+// because another part may have it too. Throws Error for any other size, which a region or binning may have
+// caused.
+SensorWindow AssumedWindow(const CameraModel& camera, const SensorWindow& used, const std::string& owner,
+                           std::vector<std::string>& warnings) {
   if (camera.width == used.sensor_width && camera.height == used.sensor_height)
     return {used.sensor_width, used.sensor_height, 0, 0, used.sensor_width, used.sensor_height};
   const std::string how =
@@ -83,14 +83,14 @@ SensorWindow UnsaidWindow(const CameraModel& camera, const SensorWindow& used, c
                   used.sensor_width, used.sensor_height);
   if (camera.width != used.width / used.binning_x || camera.height != used.height / used.binning_y)
     throw Error(
-        "{}: made for {}x{}, but the camera is set to {}, and which part of the sensor the calibration is of "
-        "is not said: a region and binning would give different intrinsics. Say it ({}), or calibrate as the "
-        "camera is set",
+        "{}: made for {}x{}, but the camera is set to {}, and the calibration does not say which part of the "
+        "sensor it covers: a region and binning would give different intrinsics. Add it ({}), or calibrate "
+        "with the present settings",
         owner, camera.width, camera.height, Describe(used), how);
-  warnings.push_back(
-      fmt::format("{}: does not say which part of the sensor it is of; taken for the part in use ({}). If it "
-                  "was another of the same size, the principal point is wrong: say it ({})",
-                  owner, Describe(used), how));
+  warnings.push_back(fmt::format(
+      "{}: does not say which part of the sensor it covers; ulf assumes the part in use ({}). If it "
+      "was another of the same size, the principal point is wrong: add it ({})",
+      owner, Describe(used), how));
   return used;
 }
 
@@ -103,7 +103,7 @@ ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<
   if (window) {
     const SensorWindow from = calibration.window
                                   ? *calibration.window
-                                  : UnsaidWindow(calibration.camera, *window, owner, resolved.warnings);
+                                  : AssumedWindow(calibration.camera, *window, owner, resolved.warnings);
     try {
       resolved.camera = ForWindow(calibration.camera, from, *window);
     } catch (const Error& error) {
@@ -112,16 +112,15 @@ ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<
     if (resolved.flat_field) resolved.flat_field = resolved.flat_field->ForWindow(from, *window);
     if (!any_size && (resolved.camera.width != width || resolved.camera.height != height))
       throw Error(
-          "{}: the frames are {}x{}, but the camera says that it sends {}: neither region nor binning "
-          "explains that; open the camera again",
+          "{}: the frames are {}x{}, but the camera reports {}: neither region nor binning explains that; "
+          "open the camera again",
           owner, width, height, Describe(*window));
     return resolved;
   }
   if (calibration.window && !any_size)
     resolved.warnings.push_back(
-        fmt::format("{}: of one part of the sensor ({}), but which part these frames show is not known: "
-                    "taken for the same. "
-                    "If it was another region, the principal point is wrong",
+        fmt::format("{}: covers one part of the sensor ({}), but it is unknown which part these frames show; "
+                    "ulf assumes the same. If it was another region, the principal point is wrong",
                     owner, Describe(*calibration.window)));
   if (!any_size && (resolved.camera.width != width || resolved.camera.height != height)) {
     resolved.camera = ForSize(resolved.camera, width, height, owner);
@@ -154,25 +153,11 @@ std::string FileName(const std::string& text) {
   return name + ".json";
 }
 
-}  // namespace
-
-fs::path StoredCalibrationPath(const std::string& serial) {
-  return ConfigurationFolder() / "ulf" / "calibrations" / FileName(serial);
-}
-
-fs::path StoredCalibrationPath(const CameraIdentity& identity) {
-  if (!identity.serial.empty()) return StoredCalibrationPath(identity.serial);
-  if (identity.model.empty() || identity.bus == "files") return {};
-  return ConfigurationFolder() / "ulf" / "calibrations" / FileName(identity.model + "_" + identity.bus);
-}
-
-namespace {
-
 ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, int width, int height,
                             const std::string& mode) {
   const DeviceInfo info = device.Info();
   const CameraIdentity identity = CameraIdentity::Of(info);
-  // Photographs of a tethered camera have a size of their own, the live frames' window says nothing of them.
+  // The live frames' window does not apply to photographs of a tethered camera.
   const auto window = mode == "live" ? device.Window() : std::nullopt;
   const auto from_file = [&](const fs::path& path, const std::string& from) {
     const CalibrationFile file = ReadCalibrationFile(path);
@@ -189,7 +174,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
   const fs::path stored = StoredCalibrationPath(identity);
   if (!stored.empty() && fs::exists(stored)) {
     const std::string camera = info.serial.empty() ? info.model + " at " + info.bus : "serial " + info.serial;
-    // One that has only the other mode is no answer for this one where the device knows itself.
+    // A file without this mode is not used where the device knows its own intrinsics.
     if (ReadCalibrationFile(stored).modes.count(mode) || !own)
       return from_file(stored, "stored for " + camera + ", " + stored.string());
   }
@@ -204,15 +189,23 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
   }
   throw Error(
       "{}: the camera's intrinsics are not known. Print a target (ulf board) and calibrate: ulf calibrate "
-      "{}; or give "
-      "--calibration FILE; or give --focal-px F for a lens with little distortion (F = image width in pixels "
-      "x focal "
-      "length / sensor width){}",
+      "{}; or give --calibration FILE; or give --focal-px F for a lens with little distortion (F = image "
+      "width in pixels x focal length / sensor width){}",
       info.uri, ShellWord(info.uri),
-      stored.empty() ? "" : ". What is calibrated is stored as " + stored.string());
+      stored.empty() ? "" : ". The calibration is then stored as " + stored.string());
 }
 
 }  // namespace
+
+fs::path StoredCalibrationPath(const std::string& serial) {
+  return ConfigurationFolder() / "ulf" / "calibrations" / FileName(serial);
+}
+
+fs::path StoredCalibrationPath(const CameraIdentity& identity) {
+  if (!identity.serial.empty()) return StoredCalibrationPath(identity.serial);
+  if (identity.model.empty() || identity.bus == "files") return {};
+  return ConfigurationFolder() / "ulf" / "calibrations" / FileName(identity.model + "_" + identity.bus);
+}
 
 ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArgs& args, int width,
                                        int height, const std::string& mode) {

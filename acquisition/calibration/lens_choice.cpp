@@ -10,6 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kNoPosePx2 = 1e6;  // mean squared error of a view without a pose or fit; guessed
+
 std::array<double, 9> Parameters(const CameraModel& camera) {
   std::array<double, 9> all{camera.fx, camera.fy, camera.cx, camera.cy};
   std::copy(camera.coefficients.begin(), camera.coefficients.end(), all.begin() + 4);
@@ -37,17 +39,17 @@ bool FoldsInside(const CameraModel& camera) {
 double MeanSquaredPx(const std::vector<Vector3d>& board_points, const BoardView& view,
                      const CameraModel& camera) {
   const auto pose = PoseOfBoard(board_points, view, camera);
-  if (!pose) return 1e6;
+  if (!pose) return kNoPosePx2;
   double sum = 0;
   for (const Eigen::Vector2d& residual : Residuals(board_points, view, camera, *pose))
     sum += residual.squaredNorm();
   return sum / static_cast<double>(view.ids.size());
 }
 
-// Fits without each fold in turn: errors of the left-out views, and how much the parameters move.
+// Fits without each fold in turn: sets the errors of the left-out views and the spread of the parameters.
 void LeaveOut(const std::vector<Vector3d>& board_points, const std::vector<BoardView>& views, int folds,
               CandidateResult& result) {
-  result.left_out_px2.assign(views.size(), 1e6);
+  result.left_out_px2.assign(views.size(), kNoPosePx2);
   std::vector<std::array<double, 9>> estimates;
   for (int fold = 0; fold < folds; ++fold) {
     std::vector<BoardView> kept;
@@ -101,7 +103,7 @@ LensChoice ChooseLens(const std::vector<Vector3d>& board_points, const std::vect
   const int count = static_cast<int>(views.size());
   choice.folds = count <= options.most_single_folds ? count : options.folds;
   for (const LensCandidate& candidate : LensCandidates()) {
-    // The nearest relation fitted so far is the best start; the given one is tried as well.
+    // The last fit of the same family is the best start; the given one is tried as well.
     std::optional<LensFit> best;
     std::vector<CameraModel> starts = {start};
     for (auto known = choice.table.rbegin(); known != choice.table.rend(); ++known)

@@ -126,8 +126,8 @@ class ViewCost final : public ceres::CostFunction {
   const CameraModel& like_;
 };
 
-// One corner's share of Huber's loss by the length of its residual, over a whole view's block: the mean
-// would let a bad corner hide among good ones, so a robust fit gives every corner a block of its own.
+// A view for each corner: a robust loss must apply to single corners, because in a block of many a bad corner
+// has little weight.
 std::vector<BoardView> OneCornerEach(const BoardView& view) {
   std::vector<BoardView> single;
   for (std::size_t i = 0; i < view.ids.size(); ++i)
@@ -135,7 +135,7 @@ std::vector<BoardView> OneCornerEach(const BoardView& view) {
   return single;
 }
 
-// Ceres wants a start from which everything can be evaluated.
+// Whether every corner can be projected, which Ceres needs at its start.
 bool CanStart(const std::vector<Vector3d>& board_points, const BoardView& view, const CameraModel& camera,
               const PoseBlock& pose) {
   const Rigid3 cam_from_board = PoseFromBlock(pose.data());
@@ -188,7 +188,7 @@ std::array<double, kIntrinsics> Sigmas(const std::vector<Vector3d>& board_points
   for (Eigen::Index r = 0; r < count; ++r)
     for (Eigen::Index c = 0; c < count; ++c)
       reduced(r, c) = normal(free[static_cast<std::size_t>(r)], free[static_cast<std::size_t>(c)]);
-  // Units differ by orders of magnitude: judged and inverted with a unit diagonal.
+  // Scales to a unit diagonal, because units differ by orders of magnitude.
   const Eigen::VectorXd scale = reduced.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * reduced *
                                                              scale.asDiagonal());
@@ -205,7 +205,7 @@ std::array<double, kIntrinsics> Sigmas(const std::vector<Vector3d>& board_points
       for (Eigen::Index c = 0; c < count; ++c)
         covariance(free[static_cast<std::size_t>(r)], free[static_cast<std::size_t>(c)]) =
             inverse(r, c) * fit.squared_px / freedom;
-    // Back from the ratio to fy.
+    // From the ratio back to fy.
     const double ratio = fit.camera.fy / fit.camera.fx, fx = fit.camera.fx;
     const double fy_variance =
         ratio * ratio * covariance(0, 0) + 2 * ratio * fx * covariance(0, 1) + fx * fx * covariance(1, 1);
@@ -219,6 +219,8 @@ std::array<double, kIntrinsics> Sigmas(const std::vector<Vector3d>& board_points
 }
 
 constexpr double kNotImagedPx = 1e3;  // residual of a corner that the model cannot project; guessed
+constexpr double kLeastRayZ = 0.17;   // of unit rays, about 80 degrees off the axis; guessed
+constexpr int kPoseIterations = 30;   // guessed
 
 }  // namespace
 
@@ -263,12 +265,12 @@ std::vector<Vector2d> Residuals(const std::vector<Vector3d>& board_points, const
 
 std::optional<Rigid3> PoseOfBoard(const std::vector<Vector3d>& board_points, const BoardView& view,
                                   const CameraModel& camera) {
-  // On the normalised plane, where every lens is a pinhole; corners beyond 80 degrees cannot be shown there.
+  // Starts on the normalised plane, where every lens is a pinhole, without corners far off the axis.
   std::vector<cv::Point3f> object;
   std::vector<cv::Point2f> plane;
   for (std::size_t i = 0; i < view.ids.size(); ++i) {
     const auto ray = camera.RayFromImg(view.img[i]);
-    if (!ray || ray->z() < 0.17) continue;
+    if (!ray || ray->z() < kLeastRayZ) continue;
     const Vector3d& point = board_points[static_cast<std::size_t>(view.ids[i])];
     object.emplace_back(static_cast<float>(point.x()), static_cast<float>(point.y()), 0.f);
     plane.emplace_back(static_cast<float>(ray->x() / ray->z()), static_cast<float>(ray->y() / ray->z()));
@@ -292,7 +294,7 @@ std::optional<Rigid3> PoseOfBoard(const std::vector<Vector3d>& board_points, con
     problem.AddResidualBlock(new ViewCost(board_points, view, camera), nullptr, intrinsics.data(),
                              pose.data());
     problem.SetParameterBlockConstant(intrinsics.data());
-    ceres::Solver::Options solver = SolverOptions(30);
+    ceres::Solver::Options solver = SolverOptions(kPoseIterations);
     solver.linear_solver_type = ceres::DENSE_QR;
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem, &summary);
@@ -321,7 +323,7 @@ LensFit FitLens(const std::vector<Vector3d>& board_points, const std::vector<Boa
     if (!pose) return fit;
     poses.push_back(ToBlock(*pose));
   }
-  std::vector<std::vector<BoardView>> blocks;  // what the cost functions refer to
+  std::vector<std::vector<BoardView>> blocks;  // the cost functions refer to them
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);

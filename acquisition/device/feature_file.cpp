@@ -21,7 +21,7 @@ constexpr int kMostRounds = 20;  // guessed: dependencies between settings are a
 
 using Selection = std::vector<std::pair<std::string, std::string>>;
 
-// The values of a selector that are gone through; its present one alone when there are too many.
+// The values of a selector under which features are saved; only the present one where there are too many.
 std::vector<std::string> ValuesOf(const CameraFeature& selector) {
   if (!selector.writable) return {selector.value};
   if (selector.type == FeatureType::kEnumeration) return selector.choices;
@@ -65,13 +65,12 @@ std::vector<Selection> CombinationsOf(const std::vector<CameraFeature>& selector
   return combinations;
 }
 
-// What a round did with one entry.
 struct Attempt {
-  bool as_wanted = false, wrote = false;
+  bool matches = false, changed = false;
   std::string reads, reason;
 };
 
-Attempt Try(FeatureAccess& access, const SavedFeature& wanted, bool write) {
+Attempt CompareOrWrite(FeatureAccess& access, const SavedFeature& wanted, bool write) {
   Attempt attempt;
   try {
     Select(access, wanted.selectors);
@@ -81,13 +80,13 @@ Attempt Try(FeatureAccess& access, const SavedFeature& wanted, bool write) {
       return attempt;
     }
     attempt.reads = feature->value;
-    attempt.as_wanted = SameValue(*feature, feature->value, wanted.value);
-    if (attempt.as_wanted || !write) return attempt;
+    attempt.matches = SameValue(*feature, feature->value, wanted.value);
+    if (attempt.matches || !write) return attempt;
     access.Set(wanted.name, wanted.value);
     feature = access.Find(wanted.name);
-    attempt.wrote = !SameValue(*feature, feature->value, attempt.reads);
+    attempt.changed = !SameValue(*feature, feature->value, attempt.reads);
     attempt.reads = feature->value;
-    attempt.as_wanted = SameValue(*feature, feature->value, wanted.value);
+    attempt.matches = SameValue(*feature, feature->value, wanted.value);
   } catch (const Error& error) {
     attempt.reason = error.what();
   }
@@ -110,11 +109,11 @@ FeatureFile CollectFeatures(FeatureAccess& access) {
   std::map<std::string, std::vector<CameraFeature>> selectors_of;
   for (const CameraFeature& feature : all)
     for (const std::string& selected : feature.selects) selectors_of[selected].push_back(feature);
-  std::vector<SavedFeature> positions;  // of the selectors: written last, so that they stay as they were
+  std::vector<SavedFeature> selectors;  // written last, so that loading the file ends with these selections
   for (const CameraFeature& feature : all) {
     const auto found = selectors_of.find(feature.name);
     if (!feature.selects.empty()) {
-      if (feature.writable) positions.push_back({feature.name, feature.value, {}});
+      if (feature.writable) selectors.push_back({feature.name, feature.value, {}});
       continue;
     }
     if (found == selectors_of.end()) {
@@ -135,7 +134,7 @@ FeatureFile CollectFeatures(FeatureAccess& access) {
     for (const CameraFeature& selector : found->second)
       if (selector.writable) Select(access, {{selector.name, selector.value}});
   }
-  file.features.insert(file.features.end(), positions.begin(), positions.end());
+  file.features.insert(file.features.end(), selectors.begin(), selectors.end());
   return file;
 }
 
@@ -202,7 +201,7 @@ FeatureFile ReadFeatureFile(const std::filesystem::path& path) {
 
 FeatureLoadSummary ApplyFeatures(const FeatureFile& file, FeatureAccess& access) {
   FeatureLoadSummary summary;
-  std::set<std::string> selectors;  // moved back and forth: that is no progress
+  std::set<std::string> selectors;  // every round changes them, so they do not count as progress
   for (const SavedFeature& saved : file.features)
     for (const auto& [selector, value] : saved.selectors) selectors.insert(selector);
   std::set<std::size_t> written;
@@ -212,18 +211,19 @@ FeatureLoadSummary ApplyFeatures(const FeatureFile& file, FeatureAccess& access)
     progress = false;
     ++summary.rounds;
     for (std::size_t i = 0; i < file.features.size(); ++i) {
-      const Attempt attempt = Try(access, file.features[i], true);
+      const Attempt attempt = CompareOrWrite(access, file.features[i], true);
       reasons[i] = attempt.reason;
-      if (attempt.wrote && !selectors.count(file.features[i].name)) {
+      if (attempt.changed && !selectors.count(file.features[i].name)) {
         written.insert(i);
         progress = true;
       }
     }
   }
   for (std::size_t i = 0; i < file.features.size(); ++i) {
-    // Reading under every selection moves the selectors; they stand last in the file and go back here.
-    const Attempt found = Try(access, file.features[i], selectors.count(file.features[i].name) > 0);
-    if (found.as_wanted) {
+    // Reading changes the selectors. They come last in the file and are restored here.
+    const bool is_selector = selectors.count(file.features[i].name) > 0;
+    const Attempt found = CompareOrWrite(access, file.features[i], is_selector);
+    if (found.matches) {
       ++summary.taken;
       summary.changed += written.count(i);
     } else {

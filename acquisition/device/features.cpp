@@ -14,6 +14,16 @@
 namespace ulf::acquisition {
 namespace {
 
+// A number may exceed a limit by this share: rounding of limits that the camera computes.
+constexpr double kRangeRounding = 1e-9;
+// Whole numbers below this are exact in a double.
+constexpr double kLargestExactInteger = 9e15;
+// Two floats closer than this share are the same value: cameras keep floats in 32 bits.
+constexpr double kSingleRounding = 1e-5;
+// A name that contains the wrong word, or is contained in it, ranks as one with so many spelling mistakes.
+// Guessed.
+constexpr std::size_t kContainedRank = 2;
+
 // Levenshtein's distance.
 std::size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -44,7 +54,7 @@ std::optional<long long> ParseInteger(const std::string& text) {
   if (!text.empty() && *end == '\0') return number;
   // 1e4 and 100.0 are whole numbers too.
   const auto real = ParseDouble(text);
-  if (!real || *real != std::floor(*real) || std::abs(*real) > 9e15) return std::nullopt;
+  if (!real || *real != std::floor(*real) || std::abs(*real) > kLargestExactInteger) return std::nullopt;
   return static_cast<long long>(*real);
 }
 
@@ -59,7 +69,7 @@ std::optional<bool> ParseBoolean(const std::string& text) {
 
 void CheckRange(const std::string& who, const CameraFeature& feature, double number,
                 const std::string& value) {
-  const double slack = 1e-9 * std::abs(number);
+  const double slack = kRangeRounding * std::abs(number);
   if ((feature.min && number < *feature.min - slack) || (feature.max && number > *feature.max + slack))
     throw UsageError("{}: {}={} is out of range; it takes {}", who, feature.name, value, RangeText(feature));
 }
@@ -102,13 +112,13 @@ std::string RangeText(const CameraFeature& feature) {
 std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,
                                       std::size_t count) {
   const std::string sought = Lowercase(wrong);
-  // A name that holds the word, or is held by it, is nearer than any spelling mistake.
   const auto rank = [&](const std::string& name) {
     const std::string lower = Lowercase(name);
     const std::size_t distance = EditDistance(sought, lower);
-    const bool holds = sought.size() > 2 && (lower.find(sought) != std::string::npos ||
-                                             (lower.size() > 2 && sought.find(lower) != std::string::npos));
-    return std::pair(holds && distance > 2 ? std::size_t{2} : distance, distance);
+    const bool contained =
+        sought.size() > 2 && (lower.find(sought) != std::string::npos ||
+                              (lower.size() > 2 && sought.find(lower) != std::string::npos));
+    return std::pair(contained ? std::min(kContainedRank, distance) : distance, distance);
   };
   std::vector<std::pair<std::pair<std::size_t, std::size_t>, std::string>> ranked;
   for (const std::string& name : names) ranked.emplace_back(rank(name), name);
@@ -170,8 +180,7 @@ bool SameValue(const CameraFeature& feature, const std::string& a, const std::st
   const auto first = ParseDouble(a), second = ParseDouble(b);
   if (!first || !second) return false;
   if (feature.type == FeatureType::kInteger) return ParseInteger(a) == ParseInteger(b);
-  // A camera keeps floats in 32 bits, or in steps of its own.
-  const double tolerance = std::max(1e-5 * std::max(std::abs(*first), std::abs(*second)),
+  const double tolerance = std::max(kSingleRounding * std::max(std::abs(*first), std::abs(*second)),
                                     feature.step ? 0.5 * *feature.step : 0.0);
   return std::abs(*first - *second) <= tolerance;
 }

@@ -1,21 +1,18 @@
 #include "acquisition/device/frame_id_counter.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace ulf::acquisition {
 namespace {
 
-constexpr std::uint64_t kIds16 = 65535;  // 1 to 65535: 0 is left out at the wrap
+constexpr std::int64_t kIds16 = 65535;  // 1 to 65535: 0 is left out at the wrap
 
 // How far `id` lies ahead of `newest`; negative when it is a late arrival.
 std::int64_t Ahead(std::uint64_t newest, std::uint64_t id) {
   const auto difference = static_cast<std::int64_t>(id - newest);
-  if (newest > kIds16 || id > kIds16) return difference;
-  if (difference < -static_cast<std::int64_t>(kIds16 / 2))
-    return difference + static_cast<std::int64_t>(kIds16);
-  if (difference > static_cast<std::int64_t>(kIds16 / 2))
-    return difference - static_cast<std::int64_t>(kIds16);
-  return difference;
+  if (std::max(newest, id) > kIds16 || std::abs(difference) <= kIds16 / 2) return difference;
+  return difference < 0 ? difference + kIds16 : difference - kIds16;
 }
 
 }  // namespace
@@ -23,7 +20,7 @@ std::int64_t Ahead(std::uint64_t newest, std::uint64_t id) {
 void FrameIdCounter::Arrived(std::uint64_t id) {
   if (!newest_) {
     newest_ = id;
-    without_id_ = 0;  // what came before the first number belongs before it
+    without_id_ = 0;  // frames before the first number fill no gap after it
     return;
   }
   const std::int64_t ahead = Ahead(*newest_, id);

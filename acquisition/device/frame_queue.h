@@ -1,7 +1,6 @@
-// A bounded queue between threads. When it is full:
-//   kDropOldest  Push() drops the oldest item and counts it (a live camera does not wait);
-//   kBlock       Push() waits for room; nothing is lost (views on their way to disk).
-// Any number of threads may push and pop. After Close() Push() fails and Pop() returns what is left.
+// A bounded queue between threads. When it is full, Push() drops the oldest item and counts it, because a
+// live camera does not wait. Any number of threads may push and pop. After Close() Push() fails and Pop()
+// returns what is left.
 #pragma once
 
 #include <chrono>
@@ -16,23 +15,19 @@
 
 namespace ulf::acquisition {
 
-enum class WhenFull { kDropOldest, kBlock };
-
 template <typename T>
 class BoundedQueue {
  public:
-  BoundedQueue(std::size_t capacity, WhenFull when_full) : capacity_(capacity), when_full_(when_full) {
+  explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {
     if (capacity == 0) throw Error("a queue needs room for at least one item");
   }
   BoundedQueue(const BoundedQueue&) = delete;
   BoundedQueue& operator=(const BoundedQueue&) = delete;
 
-  // False when the queue is closed or closes while Push() waits for room; the item then does not count as
-  // dropped. `dropped` receives the item that was dropped, if any.
+  // False when the queue is closed; the item then does not count as dropped. `dropped` receives the item that
+  // was dropped, if any.
   bool Push(T item, std::optional<T>* dropped = nullptr) {
     MutexLock lock(mutex_);
-    if (when_full_ == WhenFull::kBlock)
-      room_.wait(lock, [this]() ULF_REQUIRES(mutex_) { return closed_ || items_.size() < capacity_; });
     if (closed_) return false;
     if (items_.size() == capacity_) {
       if (dropped) *dropped = std::move(items_.front());
@@ -52,8 +47,6 @@ class BoundedQueue {
     if (items_.empty()) return std::nullopt;
     std::optional<T> item(std::move(items_.front()));
     items_.pop_front();
-    lock.unlock();
-    room_.notify_one();
     return item;
   }
 
@@ -63,7 +56,6 @@ class BoundedQueue {
       closed_ = true;
     }
     arrived_.notify_all();
-    room_.notify_all();
   }
 
   bool IsClosed() const {
@@ -82,10 +74,8 @@ class BoundedQueue {
 
  private:
   const std::size_t capacity_;
-  const WhenFull when_full_;
   mutable Mutex mutex_;
   ConditionVariable arrived_;
-  ConditionVariable room_;
   std::deque<T> items_ ULF_GUARDED_BY(mutex_);
   std::uint64_t dropped_ ULF_GUARDED_BY(mutex_) = 0;
   bool closed_ ULF_GUARDED_BY(mutex_) = false;

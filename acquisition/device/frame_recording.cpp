@@ -10,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include "acquisition/device/frame_recording_json.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -18,6 +17,7 @@
 #include "core/base/json_fields.h"
 #include "core/base/mutex.h"
 #include "core/base/output_path.h"
+#include "core/geometry/camera_json.h"
 #include "core/image/jpeg_file.h"
 #include "core/image/tiff_file.h"
 
@@ -30,8 +30,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kIndex = "frames.jsonl";
 constexpr const char* kFolder = "frames";
+constexpr std::chrono::milliseconds kBatchCheck(100);  // the writer checks so often whether a batch is due
 
-// A file being written, closed whatever happens.
 class OpenFile {
  public:
   OpenFile(const fs::path& path, int flags)
@@ -71,7 +71,7 @@ struct FrameFile {
   FileContent content;
 };
 
-// None of a photograph that has a raw file only.
+// None for a photograph that has only a raw file.
 std::optional<FrameFile> ImageFile(const Frame& frame) {
   if (frame.encoded && IsJpeg(frame.encoded->extension))
     return FrameFile{frame.encoded->extension, ContentOf(*frame.encoded->bytes)};
@@ -82,6 +82,111 @@ std::optional<FrameFile> ImageFile(const Frame& frame) {
 std::size_t BytesOf(const Frame& frame) {
   return frame.image.pixels.total() * frame.image.pixels.elemSize() +
          (frame.encoded ? frame.encoded->bytes->size() : 0) + (frame.raw ? frame.raw->bytes->size() : 0);
+}
+
+constexpr int kRecordingVersion = 2;  // version 1 has no photographs' files, sensor and flat field
+
+void AddCalibration(json& header, const std::string& prefix, const std::optional<CameraModel>& camera,
+                    const std::optional<FlatField>& flat_field) {
+  if (camera) header[prefix + "camera"] = CameraToJson(*camera);
+  if (flat_field) header[prefix + "flat_field"] = FlatFieldToJson(*flat_field);
+}
+
+void ReadCalibration(const JsonPlace& line, const std::string& prefix, std::optional<CameraModel>& camera,
+                     std::optional<FlatField>& flat_field) {
+  const std::string camera_key = prefix + "camera", flat_field_key = prefix + "flat_field";
+  if (line.Has(camera_key.c_str()))
+    camera = CameraFromJson({line.Raw(camera_key.c_str()), line.where + ", " + camera_key});
+  if (line.Has(flat_field_key.c_str()))
+    flat_field = FlatFieldFromJson(line.Raw(flat_field_key.c_str()), line.where + ", " + flat_field_key);
+}
+
+json RecordingHeaderToJson(const RecordingHeader& header) {
+  const DeviceInfo& device = header.device;
+  json line = {{"event", "header"},
+               {"version", kRecordingVersion},
+               {"device",
+                {{"uri", device.uri},
+                 {"maker", device.maker},
+                 {"model", device.model},
+                 {"serial", device.serial},
+                 {"bus", device.bus}}},
+               {"takes_stills", header.takes_stills}};
+  if (header.window) line["sensor"] = WindowToJson(*header.window);
+  AddCalibration(line, "", header.camera, header.flat_field);
+  AddCalibration(line, "still_", header.still_camera, header.still_flat_field);
+  return line;
+}
+
+// Throws Error for a recording of a newer version.
+RecordingHeader RecordingHeaderFromJson(const JsonPlace& line) {
+  if (line.Integer("version") > kRecordingVersion)
+    throw Error("{}: a recording of a newer version; use a newer ulf", line.where);
+  const JsonPlace device{line.Raw("device"), line.where + ", device"};
+  RecordingHeader header;
+  header.device = {.uri = device.Text("uri", ""),
+                   .maker = device.Text("maker", ""),
+                   .model = device.Text("model", ""),
+                   .serial = device.Text("serial", ""),
+                   .bus = device.Text("bus", "files"),
+                   .problem = ""};
+  if (line.Has("sensor")) header.window = WindowFromJson({line.Raw("sensor"), line.where + ", sensor"});
+  header.takes_stills = line.Has("takes_stills") && line.Raw("takes_stills") == true;
+  ReadCalibration(line, "", header.camera, header.flat_field);
+  ReadCalibration(line, "still_", header.still_camera, header.still_flat_field);
+  return header;
+}
+
+// `file` and `raw_file` are relative to the recording; empty: there is none.
+json FrameToJson(const Frame& frame, const std::string& file, const std::string& raw_file) {
+  json line = {{"event", "frame"},
+               {"id", frame.id},
+               {"device_time_s", frame.device_time_s},
+               {"host_time_s", frame.host_time_s},
+               {"exposure_s", frame.exposure_s},
+               {"gain", frame.gain},
+               {"black_level", frame.black_level},
+               {"transfer", frame.image.transfer == Transfer::kLinear ? "linear" : "srgb"}};
+  if (!file.empty()) line["file"] = file;
+  if (!raw_file.empty()) line["raw"] = raw_file;
+  if (frame.f_number) line["f_number"] = *frame.f_number;
+  if (frame.kind == FrameKind::kStill) line["still"] = true;
+  if (frame.requested_s) line["requested_s"] = *frame.requested_s;
+  if (frame.status == FrameStatus::kIncomplete) line["incomplete"] = true;
+  if (frame.image.mosaic != Mosaic::kNone) line["mosaic"] = Name(frame.image.mosaic);
+  if (frame.known_cam_from_world) {
+    const Eigen::Quaterniond& q = frame.known_cam_from_world->rotation;
+    const Eigen::Vector3d& t = frame.known_cam_from_world->translation;
+    line["known_cam_from_world"] = {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
+  }
+  return line;
+}
+
+// Without pixels.
+Frame FrameFromJson(const JsonPlace& line) {
+  Frame frame;
+  frame.id = static_cast<std::uint64_t>(line.Number("id"));
+  frame.device_time_s = line.Number("device_time_s");
+  frame.host_time_s = line.Number("host_time_s", 0);
+  frame.exposure_s = line.Number("exposure_s", 0);
+  frame.gain = line.Number("gain", 1);
+  frame.black_level = line.Number("black_level", 0);
+  if (line.Has("f_number")) frame.f_number = line.Number("f_number");
+  if (line.Has("still")) frame.kind = FrameKind::kStill;
+  if (line.Has("requested_s")) frame.requested_s = line.Number("requested_s");
+  if (line.Has("incomplete")) frame.status = FrameStatus::kIncomplete;
+  frame.image.transfer = line.Text("transfer", "srgb") == "linear" ? Transfer::kLinear : Transfer::kSrgb;
+  if (line.Has("mosaic")) {
+    const auto mosaic = MosaicByName(line.Text("mosaic"));
+    if (!mosaic) throw Error("{}: there is no mosaic '{}'", line.where, line.Text("mosaic"));
+    frame.image.mosaic = *mosaic;
+  }
+  if (line.Has("known_cam_from_world")) {
+    const std::vector<double> n = line.Numbers("known_cam_from_world", 7);
+    frame.known_cam_from_world =
+        Rigid3{Eigen::Quaterniond(n[0], n[1], n[2], n[3]), Eigen::Vector3d(n[4], n[5], n[6])};
+  }
+  return frame;
 }
 
 }  // namespace
@@ -105,7 +210,7 @@ struct FrameRecorder::State {
   std::string pause ULF_GUARDED_BY(mutex);
   FrameRecorderSummary summary ULF_GUARDED_BY(mutex);
 
-  // The writing thread's.
+  // Used by the writing thread alone.
   FileBatch files;
   std::string lines;
   std::uint64_t frames_in_batch = 0, bytes_in_batch = 0, next_name = 1;
@@ -115,15 +220,15 @@ struct FrameRecorder::State {
   void Loop();
   void Write(Item item);
   void EndBatch();
-  void Refused(const Error& error, std::uint64_t frames);
+  void LeaveOut(std::uint64_t frames, const Error& error);
 };
 
 void FrameRecorder::State::Loop() {
   MutexLock lock(mutex);
   for (;;) {
-    const bool any = changed.wait_for(lock, std::chrono::milliseconds(100),
-                                      [this]() ULF_REQUIRES(mutex) { return finishing || !waiting.empty(); });
-    if (any && !waiting.empty()) {
+    changed.wait_for(lock, kBatchCheck,
+                     [this]() ULF_REQUIRES(mutex) { return finishing || !waiting.empty(); });
+    if (!waiting.empty()) {
       Item item = std::move(waiting.front());
       waiting.pop_front();
       lock.unlock();
@@ -169,10 +274,10 @@ void FrameRecorder::State::Write(Item item) {
     const MutexLock lock(mutex);
     summary.disk_s += SecondsSince(start);
   } catch (const Error& error) {
-    Refused(error, 1);
+    LeaveOut(1, error);
     return;
   } catch (const std::exception& error) {  // no memory left
-    Refused(Error("frame {}: cannot be recorded: {}", frame.id, error.what()), 1);
+    LeaveOut(1, Error("frame {}: cannot be recorded: {}", frame.id, error.what()));
     return;
   }
   ++next_name;
@@ -195,14 +300,14 @@ void FrameRecorder::State::EndBatch() {
     pause.clear();
   } catch (const Error& error) {
     index->CutAt(before);
-    files.TakeBack();  // what is not named must not lie about
-    Refused(error, frames_in_batch);
+    files.TakeBack();  // no file may remain that the index does not name
+    LeaveOut(frames_in_batch, error);
   }
   lines.clear();
   frames_in_batch = bytes_in_batch = 0;
 }
 
-void FrameRecorder::State::Refused(const Error& error, std::uint64_t frames) {
+void FrameRecorder::State::LeaveOut(std::uint64_t frames, const Error& error) {
   const MutexLock lock(mutex);
   summary.left_out += frames;
   summary.problem = pause = error.what();
@@ -211,7 +316,7 @@ void FrameRecorder::State::Refused(const Error& error, std::uint64_t frames) {
 void RequireNewRecording(const fs::path& dir) {
   std::error_code unknown;
   if (fs::exists(dir, unknown) && !(fs::is_directory(dir, unknown) && fs::is_empty(dir, unknown)))
-    throw Error("{}: is there already; give a new folder for the recording", dir.string());
+    throw Error("{}: exists already; name a new folder for the recording", dir.string());
   RequireWritableFolder(dir.string());
 }
 
@@ -247,13 +352,13 @@ FrameRecorder::~FrameRecorder() {
 bool FrameRecorder::TryAdd(const Frame& frame) {
   Frame kept = frame;
   if (frame.kind == FrameKind::kStill && frame.encoded)
-    kept.image.pixels.release();  // its file is all that is written of it
+    kept.image.pixels.release();  // only its file is written
   else if (!kept.image.pixels.u)
-    kept.image.pixels = frame.image.pixels.clone();  // somebody else's memory
+    kept.image.pixels = frame.image.pixels.clone();  // the pixels are not the frame's own
   const std::size_t bytes = BytesOf(kept);
   {
     const MutexLock lock(state_->mutex);
-    // One frame may always wait, however large it is, and every photograph.
+    // An empty queue takes a frame of any size, and every queue takes photographs.
     if (frame.kind == FrameKind::kLive && !state_->waiting.empty() &&
         state_->bytes + bytes > state_->options.waiting_bytes) {
       ++state_->summary.left_out;
@@ -264,9 +369,6 @@ bool FrameRecorder::TryAdd(const Frame& frame) {
       }
       return false;
     }
-  }
-  {
-    const MutexLock lock(state_->mutex);
     state_->waiting.push_back({std::move(kept), ""});
     state_->bytes += bytes;
   }
@@ -315,47 +417,45 @@ FrameRecording ReadFrameRecording(const fs::path& dir) {
     try {
       object = json::parse(bytes.substr(begin, end - begin));
     } catch (const json::exception&) {
-      if (end + 1 == bytes.size()) break;  // torn
-      throw Error("{}: damaged; cut the file before this line to keep what came before", where);
+      if (end + 1 == bytes.size()) break;  // truncated
+      throw Error("{}: is damaged; truncate the file before this line to keep the frames before it", where);
     }
     const JsonPlace line{object, where};
     const std::string event = line.Text("event");
     if (event == "header") {
       recording.header = RecordingHeaderFromJson(line);
     } else if (event == "frame") {
-      const auto inside = [&](const char* key) -> fs::path {
+      const auto path_of = [&](const char* key) -> fs::path {
         const fs::path file = line.Text(key, "");
         if (file.is_absolute() || file.lexically_normal().string().starts_with(".."))
           throw Error("{}: '{}' lies outside the recording", where, file.string());
         return file.empty() ? file : dir / file;
       };
-      recording.entries.push_back({FrameFromJson(line), inside("file"), inside("raw")});
+      recording.entries.push_back({FrameFromJson(line), path_of("file"), path_of("raw")});
       recording.header.takes_stills |= recording.entries.back().frame.kind == FrameKind::kStill;
     }
   }
   if (recording.entries.empty())
-    throw Error("{}: the recording holds no frames; the device gave none, or it was killed at once",
-                dir.string());
+    throw Error("{}: the recording contains no frames; record it again", dir.string());
   return recording;
 }
 
 Frame ReadRecordedFrame(const FrameRecording::Entry& entry) {
+  const auto encoded = [](const fs::path& file) {
+    return EncodedImage{file.extension().string(), std::make_shared<const std::string>(ReadWholeFile(file))};
+  };
   Frame frame = entry.frame;
-  if (!entry.raw_file.empty())
-    frame.raw = EncodedImage{entry.raw_file.extension().string(),
-                             std::make_shared<const std::string>(ReadWholeFile(entry.raw_file))};
+  if (!entry.raw_file.empty()) frame.raw = encoded(entry.raw_file);
   if (entry.file.empty()) return frame;
-  if (IsJpeg(entry.file.extension()))
-    frame.encoded = EncodedImage{entry.file.extension().string(),
-                                 std::make_shared<const std::string>(ReadWholeFile(entry.file))};
+  if (IsJpeg(entry.file.extension())) frame.encoded = encoded(entry.file);
   if (frame.status == FrameStatus::kIncomplete) return frame;
-  // A photograph is decoded as the camera's driver does it.
+  // Decodes a photograph as the camera's driver does.
   if (frame.kind == FrameKind::kStill && frame.encoded)
     frame.image.pixels = DecodeJpeg(*frame.encoded->bytes);
   else
     frame.image.pixels = ReadImageFile(entry.file.string());
   if (frame.image.empty())
-    throw Error("{}: the photograph is damaged; copy it again from where it came, or remove its line in {}",
+    throw Error("{}: the photograph is damaged; copy it again from its source, or remove its line in {}",
                 entry.file.string(), kIndex);
   return frame;
 }

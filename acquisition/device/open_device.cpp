@@ -1,20 +1,21 @@
-// From a URI's scheme to the device behind it.
-#include <algorithm>
-
+// Opens the device, or the settings of the device, that a URI's scheme names.
 #include "acquisition/aravis/aravis_device.h"
 #include "acquisition/aravis/aravis_discovery.h"
+#include "acquisition/aravis/aravis_features.h"
 #include "acquisition/device/device.h"
+#include "acquisition/device/features.h"
 #include "acquisition/device/reconnecting_device.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/gphoto2/gphoto_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "acquisition/v4l2/v4l2_device.h"
+#include "acquisition/v4l2/v4l2_features.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
 namespace {
 
-constexpr const char* kWhatWorks =
+constexpr const char* kDeviceKinds =
     "sim:studio, replay:PATH, aravis:ID, v4l2:/dev/video0 and gphoto2:ID ('ulf devices' lists the cameras in "
     "reach)";
 
@@ -33,16 +34,16 @@ std::string FirstRealCamera() {
     refused += fmt::format("; {} {} {}: {}", info.maker, info.model, info.uri, info.problem);
   }
   throw Error(
-      "no camera can be used: looked for GigE Vision on every network, for USB3 Vision, tethered cameras and "
-      "webcams{}. Connect one, or name sim:studio for the simulated one",
+      "no camera can be used: searched for GigE Vision on every network, USB3 Vision, tethered cameras and "
+      "webcams{}. Connect a camera, or name sim:studio for the simulated one",
       refused);
 }
 
-// Removes the option `reconnect_s`, which no driver knows, and returns it: seconds to search for a lost
-// camera.
+// Removes the option `reconnect_s`, which no driver knows, and returns its value.
 double ExtractPatience(DeviceUri& uri) {
   const double patience_s = uri.Number("reconnect_s").value_or(Reconnection{}.patience_s);
-  if (patience_s < 0) throw UsageError("'{}': reconnect_s is 0 (do not) or the seconds to try", uri.Text());
+  if (patience_s < 0)
+    throw UsageError("'{}': reconnect_s must be 0 (do not search) or a number of seconds", uri.Text());
   std::erase_if(uri.options, [](const auto& option) { return option.first == "reconnect_s"; });
   return patience_s;
 }
@@ -53,7 +54,7 @@ std::unique_ptr<Device> OpenDriver(const DeviceUri& uri) {
   if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
   if (uri.scheme == "gphoto2") return OpenGphotoDevice(uri);
   throw UsageError("'{}': there is no kind of device called '{}'; there are {}", uri.Text(), uri.scheme,
-                   kWhatWorks);
+                   kDeviceKinds);
 }
 
 std::vector<DeviceInfo> ListOf(const std::string& scheme) {
@@ -63,8 +64,8 @@ std::vector<DeviceInfo> ListOf(const std::string& scheme) {
   return {};
 }
 
-// The same camera wherever it is now, with the options it had: by its serial number, or as the only one of
-// its kind where it has none.
+// Opens the same camera at its present address, with its old options. Finds it by its serial number, or as
+// the only camera of its model where it has none.
 std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known) {
   DeviceUri uri = DeviceUri::Parse(known.uri);
   std::vector<DeviceInfo> same;
@@ -92,9 +93,20 @@ std::unique_ptr<Device> OpenDevice(const std::string& text) {
        .patience_s = patience_s});
 }
 
+std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& text) {
+  const DeviceUri uri = DeviceUri::Parse(text);
+  if (uri.scheme == "aravis") return OpenAravisFeatures(uri);
+  if (uri.scheme == "v4l2") return OpenV4l2Features(uri);
+  if (uri.scheme == "gphoto2") return OpenGphotoFeatures(uri);
+  throw UsageError(
+      "'{}': only cameras have features (aravis:ID, v4l2:/dev/video0, gphoto2:ID); 'ulf devices' lists those "
+      "in reach",
+      text);
+}
+
 std::vector<DeviceInfo> ListDevices() {
   std::vector<DeviceInfo> devices = RealCameras();
-  // Named without being opened: building its scene takes seconds.
+  // Lists the simulated camera without opening it: building its scene takes seconds.
   devices.push_back({.uri = "sim:studio",
                      .maker = "ULF",
                      .model = "simulated hand-held camera",

@@ -66,7 +66,7 @@ class PacedDevice : public Device {
   }
 
   std::optional<Frame> Next(milliseconds timeout) override {
-    // Stopped, the photographs that have come can still be taken, as from the camera.
+    // After Stop() the reader can still take the photographs that have arrived, as from the camera.
     if (!queue_ || (!started_ && !recording_->TakesStills())) return std::nullopt;
     auto frame = queue_->Pop(timeout);
     if (frame) {
@@ -80,14 +80,14 @@ class PacedDevice : public Device {
 
   DeviceState State() const override {
     if (!started_) return DeviceState::kConnected;
-    // A failure is told by Next() before anybody takes this for the end.
+    // After a failure the state must not say that the recording ended: Next() throws the failure.
     return over_ && !failure_ && queue_->IsEmpty() ? DeviceState::kEnded : DeviceState::kStreaming;
   }
 
   DeviceStatistics Statistics() const override {
     const MutexLock lock(recording_mutex_);
     DeviceStatistics statistics = recording_->Statistics();
-    // What it played is not yet what was taken.
+    // The recording counts frames that it played; the reader may not have taken them yet.
     statistics.delivered = delivered_;
     statistics.bytes = bytes_;
     if (queue_) statistics.dropped += queue_->Dropped();
@@ -128,7 +128,7 @@ class PacedDevice : public Device {
     return frame;
   }
 
-  // Of the recording's frames, figures and requests; the rest of it does not change while it plays.
+  // Guards the recording's frames, statistics and requests; the rest of it does not change while it plays.
   mutable Mutex recording_mutex_;
   const std::unique_ptr<Device> recording_;
   const double speed_;

@@ -18,26 +18,14 @@ class PhotographInbox {
   explicit PhotographInbox(std::size_t live_capacity) : live_capacity_(live_capacity) {}
 
   void Push(Frame frame) {
-    if (frame.kind == FrameKind::kStill)
-      PushStill(std::move(frame));
-    else
-      PushLive(std::move(frame));
-  }
-  void PushLive(Frame frame) {
     {
       const MutexLock lock(mutex_);
-      if (live_.size() == live_capacity_) {
+      std::deque<Frame>& frames = frame.kind == FrameKind::kStill ? stills_ : live_;
+      if (&frames == &live_ && live_.size() == live_capacity_) {
         live_.pop_front();
         ++dropped_;
       }
-      live_.push_back(std::move(frame));
-    }
-    arrived_.notify_one();
-  }
-  void PushStill(Frame frame) {
-    {
-      const MutexLock lock(mutex_);
-      stills_.push_back(std::move(frame));
+      frames.push_back(std::move(frame));
     }
     arrived_.notify_one();
   }

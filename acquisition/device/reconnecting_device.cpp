@@ -20,28 +20,31 @@ Clock::duration Seconds(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+// The shortest gap in device time between the last frame before a clock's restart and the first one after it.
+constexpr double kShortestGapSeconds = 1e-3;
+
 std::string Describe(const DeviceInfo& info) {
   std::string text = info.maker + (info.maker.empty() ? "" : " ") + info.model;
   if (!info.serial.empty()) text += ", serial " + info.serial;
   return text;
 }
 
-// Without a serial number, one of a kind is as good as another.
+// Without a serial number, all cameras of a model count as the same.
 bool IsSameCamera(const DeviceInfo& known, const DeviceInfo& found) {
   if (!known.serial.empty()) return known.serial == found.serial;
   return known.maker == found.maker && known.model == found.model;
 }
 
-// The search for a camera that went away; shared by the thread that searches and the device that waits, which
-// may give up first.
+// The search for a lost camera, shared by the thread that searches and the device that waits. The device may
+// give up first.
 struct Search {
   Mutex mutex;
   ConditionVariable changed;
-  bool stop ULF_GUARDED_BY(mutex) = false;              // nobody waits any more
+  bool stop ULF_GUARDED_BY(mutex) = false;              // the device no longer waits
   bool over ULF_GUARDED_BY(mutex) = false;              // the patience is over
-  std::unique_ptr<Device> found ULF_GUARDED_BY(mutex);  // the camera itself, started
+  std::unique_ptr<Device> found ULF_GUARDED_BY(mutex);  // the same camera, started
   std::string problem ULF_GUARDED_BY(mutex);            // of the last attempt
-  std::string refused ULF_GUARDED_BY(mutex);            // what was found instead; empty: nothing
+  std::string refused ULF_GUARDED_BY(mutex);  // why another camera was refused; empty: none was found
 };
 
 // One attempt. Throws Error when the camera is not there; fills `refused` when another one is.
@@ -50,7 +53,7 @@ std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& kno
   const bool elsewhere = how.elsewhere && attempt % 2 == 1;
   std::unique_ptr<Device> driver = (elsewhere ? how.elsewhere : how.where_it_was)(known);
   if (!IsSameCamera(known, driver->Info())) {
-    *refused = fmt::format("{}: another camera ({}) is there now, in place of {}; connect that one again",
+    *refused = fmt::format("{}: found another camera ({}) instead of {}; connect the original camera again",
                            known.uri, Describe(driver->Info()), Describe(known));
     throw Error("{}", *refused);
   }
@@ -91,7 +94,7 @@ void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, c
   }
 }
 
-// Whether a figure of a transport is a counter, which adds up; of settings and rates the latest value counts.
+// Whether a transport's figure is a counter. Counters add up; of settings and rates the latest value counts.
 bool IsCounter(const std::string& name) {
   for (const char* word :
        {"packet size", "/s", "rate", "buffer", " ms", "(ms)", "(ns)", "priority", "resend on"})
@@ -121,7 +124,7 @@ void Add(const DeviceStatistics& more, DeviceStatistics& sum) {
   }
 }
 
-// What the images are like: after a gap they must be so again.
+// The size and kind of the images, which must be the same after a gap.
 struct ImageKind {
   cv::Size size;
   int type = 0;
@@ -206,7 +209,7 @@ class ReconnectingDevice : public Device {
     const MutexLock lock(mutex_);
     return time_shift_s_;
   }
-  void Say(DeviceEventKind kind, std::string text) {
+  void Report(DeviceEventKind kind, std::string text) {
     const MutexLock lock(mutex_);
     events_.push_back({kind, EpochSeconds(), std::move(text)});
   }
@@ -216,7 +219,7 @@ class ReconnectingDevice : public Device {
   void BeginSearch(Clock::time_point begin);
   void SearchAgain(const std::string& problem);
   void GiveUp(const std::string& problem);
-  bool PickUp(milliseconds timeout);
+  bool TakeFoundDriver(milliseconds timeout);
   std::optional<Frame> Deliver(Frame frame);
   std::string AlignClock(const Frame& frame);
 
@@ -226,20 +229,20 @@ class ReconnectingDevice : public Device {
   const bool live_, takes_stills_;
 
   std::atomic<DeviceState> state_{DeviceState::kConnected};
-  std::atomic<bool> problem_known_{false};  // info_ says more than the driver
+  std::atomic<bool> problem_known_{false};  // info_ holds the problem; the driver does not know it
   mutable Mutex mutex_;
-  // Of the driver that was last open; with the problem while there is none.
+  // Of the last open driver; with the problem while there is none.
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
-  std::shared_ptr<Device> driver_ ULF_GUARDED_BY(mutex_);  // none while it is looked for
-  DeviceStatistics past_ ULF_GUARDED_BY(mutex_);           // of drivers that are gone
+  std::shared_ptr<Device> driver_ ULF_GUARDED_BY(mutex_);  // null while it is searched for
+  DeviceStatistics past_ ULF_GUARDED_BY(mutex_);           // of closed drivers
   std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
   double time_shift_s_ ULF_GUARDED_BY(mutex_) = 0;  // session's time - driver's time
 
-  // Of the thread that calls Next().
+  // Used by the thread that calls Next() alone.
   std::shared_ptr<Search> search_;
   Clock::time_point fault_began_, give_up_;
-  bool awaiting_first_ = false;  // of the driver that was found again
-  std::string refused_;          // what was said last
+  bool awaiting_first_ = false;  // the first frame of a driver that was found again
+  std::string refused_;          // the last refusal that was reported
   std::optional<ImageKind> kind_;
   std::optional<double> last_device_time_s_, last_host_time_s_;
   Clock::time_point last_frame_at_;
@@ -291,7 +294,7 @@ void ReconnectingDevice::Stop() {
   if (auto driver = Driver()) {
     const bool over = IsOver(driver->State());
     if (!over) driver->Stop();
-    driver.reset();  // who retires it must be the last to hold it
+    driver.reset();  // Retire() must hold the last reference
     if (over) Retire();
   }
   state_ = DeviceState::kConnected;
@@ -322,17 +325,17 @@ void ReconnectingDevice::Fault(const std::string& problem) {
   fault_began_ = Clock::now();
   give_up_ = fault_began_ + Seconds(how_.patience_s);
   if (how_.patience_s <= 0) {
-    Say(DeviceEventKind::kFaulted, problem);
+    Report(DeviceEventKind::kFaulted, problem);
     state_ = DeviceState::kLost;
     return;
   }
-  Say(DeviceEventKind::kFaulted,
-      fmt::format("{}; it is looked for and opened again for up to {:g} s", problem, how_.patience_s));
+  Report(DeviceEventKind::kFaulted,
+         fmt::format("{}; ulf tries to open it again for up to {:g} s", problem, how_.patience_s));
   state_ = DeviceState::kFaulted;
   BeginSearch(fault_began_);
 }
 
-// Continues the search where the driver that was found is of no use.
+// Continues the search after a driver was found that cannot be used.
 void ReconnectingDevice::SearchAgain(const std::string& problem) {
   if (Clock::now() >= give_up_)
     GiveUp(problem);
@@ -341,8 +344,8 @@ void ReconnectingDevice::SearchAgain(const std::string& problem) {
 }
 
 void ReconnectingDevice::GiveUp(const std::string& problem) {
-  Say(DeviceEventKind::kFaulted,
-      fmt::format("{}: given up after {:.0f} s: {}", LastInfo().uri, SecondsSince(fault_began_), problem));
+  Report(DeviceEventKind::kFaulted,
+         fmt::format("{}: given up after {:.0f} s: {}", LastInfo().uri, SecondsSince(fault_began_), problem));
   state_ = DeviceState::kLost;
 }
 
@@ -354,8 +357,8 @@ void ReconnectingDevice::BeginSearch(Clock::time_point begin) {
       }));
 }
 
-// Takes over a driver that the search has found; false: there is none yet.
-bool ReconnectingDevice::PickUp(milliseconds timeout) {
+// Takes over the driver that the search has found; false: none yet.
+bool ReconnectingDevice::TakeFoundDriver(milliseconds timeout) {
   std::unique_ptr<Device> found;
   std::string refused, problem;
   bool over = false;
@@ -371,7 +374,7 @@ bool ReconnectingDevice::PickUp(milliseconds timeout) {
   }
   if (!refused.empty() && refused != refused_) {
     refused_ = refused;
-    Say(DeviceEventKind::kNotice, refused);
+    Report(DeviceEventKind::kNotice, refused);
   }
   if (found) {
     search_.reset();
@@ -393,25 +396,25 @@ std::string ReconnectingDevice::AlignClock(const Frame& frame) {
   double gap_s = SecondsSince(last_frame_at_);
   if (frame.host_time_s > *last_host_time_s_ && *last_host_time_s_ > 0)
     gap_s = frame.host_time_s - *last_host_time_s_;
-  const double expected_s = *last_device_time_s_ + std::max(gap_s, 1e-3);
-  const double as_it_counts_s = frame.device_time_s + TimeShiftSeconds();
-  const bool goes_on = as_it_counts_s > *last_device_time_s_ &&
-                       (!live_ || std::abs(as_it_counts_s - expected_s) < how_.same_clock_s);
-  if (goes_on) return "";
+  const double expected_s = *last_device_time_s_ + std::max(gap_s, kShortestGapSeconds);
+  const double time_s = frame.device_time_s + TimeShiftSeconds();
+  const bool same_clock =
+      time_s > *last_device_time_s_ && (!live_ || std::abs(time_s - expected_s) < how_.same_clock_s);
+  if (same_clock) return "";
   const MutexLock lock(mutex_);
   time_shift_s_ = expected_s - frame.device_time_s;
-  return fmt::format("; its clock restarted: {:.3f} s are added to its times", time_shift_s_);
+  return fmt::format("; its clock restarted: ulf adds {:.3f} s to its times", time_shift_s_);
 }
 
 std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
-  const bool measures = frame.status == FrameStatus::kComplete && frame.kind == FrameKind::kLive;
-  if (measures && awaiting_first_) {
+  const bool complete_live = frame.status == FrameStatus::kComplete && frame.kind == FrameKind::kLive;
+  if (complete_live && awaiting_first_) {
     const ImageKind kind = ImageKind::Of(frame.image);
     if (kind_ && !(kind == *kind_)) {
       const std::string text =
-          fmt::format("{}: came back with other images ({}; before: {}); set it as it was", LastInfo().uri,
-                      kind.Text(), kind_->Text());
-      if (text != std::exchange(refused_, text)) Say(DeviceEventKind::kNotice, text);
+          fmt::format("{}: came back with other images ({}; before: {}); restore its earlier settings",
+                      LastInfo().uri, kind.Text(), kind_->Text());
+      if (text != std::exchange(refused_, text)) Report(DeviceEventKind::kNotice, text);
       Retire();
       awaiting_first_ = false;
       SearchAgain(text);
@@ -428,13 +431,13 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
     problem_known_ = false;
     refused_.clear();
     state_ = DeviceState::kStreaming;
-    Say(DeviceEventKind::kRestored, fmt::format("{}: streams again, {:.1f} s after it was lost{}",
-                                                LastInfo().uri, SecondsSince(fault_began_), clock));
+    Report(DeviceEventKind::kRestored, fmt::format("{}: streams again, {:.1f} s after it was lost{}",
+                                                   LastInfo().uri, SecondsSince(fault_began_), clock));
   }
   const double time_shift_s = TimeShiftSeconds();
   frame.device_time_s += time_shift_s;
   if (frame.requested_s) *frame.requested_s += time_shift_s;
-  if (measures) {
+  if (complete_live) {
     if (!kind_) kind_ = ImageKind::Of(frame.image);
     last_device_time_s_ = frame.device_time_s;
     last_host_time_s_ = frame.host_time_s;
@@ -444,28 +447,28 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
 }
 
 std::optional<Frame> ReconnectingDevice::Next(milliseconds timeout) {
-  // A tethered camera that was stopped still hands out the photographs that were on their way.
+  // A stopped tethered camera still delivers the photographs that it was downloading.
   if (state_ == DeviceState::kConnected && takes_stills_)
     if (const auto driver = Driver()) return driver->Next(timeout);
   if (state_ == DeviceState::kConnected || IsOver(state_)) return std::nullopt;
   const auto until = Clock::now() + timeout;
   if (state_ == DeviceState::kFaulted) {
     state_ = DeviceState::kReconnecting;
-    Say(DeviceEventKind::kReconnecting, fmt::format("{}: looked for", LastInfo().uri));
+    Report(DeviceEventKind::kReconnecting, fmt::format("{}: searching for the camera", LastInfo().uri));
   }
-  if (search_ && !PickUp(timeout)) return std::nullopt;
+  if (search_ && !TakeFoundDriver(timeout)) return std::nullopt;
   const auto left = std::max(milliseconds(0), std::chrono::duration_cast<milliseconds>(until - Clock::now()));
   auto driver = Driver();
   auto frame = driver->Next(left);
   const DeviceState state = frame ? DeviceState::kStreaming : driver->State();
   const std::string problem = state == DeviceState::kLost ? driver->Info().problem : "";
-  driver.reset();  // who retires it must be the last to hold it
+  driver.reset();  // Retire() must hold the last reference
   if (frame) return Deliver(std::move(*frame));
   if (state == DeviceState::kEnded) state_ = DeviceState::kEnded;
   if (state == DeviceState::kLost) {
     Retire();
     if (std::exchange(awaiting_first_, false))
-      SearchAgain("it went again before its first frame: " + problem);
+      SearchAgain("it was lost again before its first frame: " + problem);
     else
       Fault(
           fmt::format("{}: {}", LastInfo().uri, problem.empty() ? "the camera no longer answers" : problem));

@@ -53,7 +53,7 @@ class Source {
     header.device.bus = "files";
     return header;
   }
-  virtual bool MoreWereAskedFor() const { return false; }  // photographs still to come
+  virtual bool HasRequestedPhotographs() const { return false; }  // still to come
   virtual void Rewind() = 0;
   virtual std::optional<Frame> Next() = 0;
   virtual double Length() const = 0;  // frames; 0: unknown
@@ -81,15 +81,14 @@ std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
     else
       ++others;
   }
-  if (files.empty()) {
-    if (options.glob)
-      throw Error("{}: none of the {} files in the folder matches '{}'; correct ?glob= or leave it out",
-                  options.uri, others, *options.glob);
+  if (files.empty() && options.glob)
+    throw Error("{}: none of the {} files in the folder matches '{}'; correct ?glob= or leave it out",
+                options.uri, others, *options.glob);
+  if (files.empty())
     throw Error(
-        "{}: the folder holds no images ({} other files); name a folder of photographs, a video or a light "
-        "field",
+        "{}: the folder contains no images ({} other files); name a folder of photographs, a video or a "
+        "light field",
         options.uri, others);
-  }
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return NameOrder(a.filename().string(), b.filename().string());
   });
@@ -102,8 +101,7 @@ class FolderSource : public Source {
     header_ = ReadImageHeader(files_.front().string());
     for (const fs::path& file : files_) {
       if (!ImageFileIsWhole(file.string()))
-        throw Error("{}: the image is truncated; copy it again from where it came, or remove it",
-                    file.string());
+        throw Error("{}: the image is truncated; copy it again from its source, or remove it", file.string());
       const auto header = ReadImageHeader(file.string());
       if (header != header_) ThrowMixed(file, header ? header->Text() : "another kind of file");
     }
@@ -177,7 +175,7 @@ class VideoSource : public Source {
 
   std::optional<Frame> Next() override {
     if (!Decode()) {
-      NoteShort();
+      WarnIfTruncated();
       return std::nullopt;
     }
     Frame frame;
@@ -212,7 +210,8 @@ class VideoSource : public Source {
     }
   }
 
-  // The container's time of the picture, from the first one on; by the frame rate where it does not increase.
+  // The container's time of the picture since the first one. Where that time does not increase, the frame
+  // rate gives it.
   double ContainerTime() {
     const double time_s = 1e-3 * video_.get(cv::CAP_PROP_POS_MSEC);
     if (!first_time_s_) first_time_s_ = time_s;
@@ -221,10 +220,10 @@ class VideoSource : public Source {
     return last_time_s_ + 1 / (frame_rate_ > 0 ? frame_rate_ : kDefaultFps);
   }
 
-  void NoteShort() {
+  void WarnIfTruncated() {
     if (announced_ > 0 && static_cast<double>(next_) < kCompleteVideo * announced_ - 1)
-      spdlog::warn("{}: the video ends after {} of {:.0f} frames: it is truncated or damaged there",
-                   options_.uri, next_, announced_);
+      spdlog::warn("{}: the video is truncated or damaged: it ends after {} of {:.0f} frames", options_.uri,
+                   next_, announced_);
     announced_ = 0;
   }
 
@@ -251,9 +250,9 @@ class LightFieldSource : public Source {
             "{}: views {} and {} have different cameras, but a device has one; replay its images folder with "
             "--calibration instead",
             options_.uri, views.front().id, view.id);
-    times_increase_ = !options_.fps;
-    for (std::size_t i = 1; i < views.size(); ++i)
-      if (!(views[i].device_time_s > views[i - 1].device_time_s)) times_increase_ = false;
+    const auto not_later = [](const View& a, const View& b) { return !(b.device_time_s > a.device_time_s); };
+    has_own_times_ =
+        !options_.fps && std::adjacent_find(views.begin(), views.end(), not_later) == views.end();
   }
 
   std::string Describe() const override {
@@ -282,7 +281,7 @@ class LightFieldSource : public Source {
     frame.image = ReadRecordedImage(light_field_, view);
     if (options_.transfer) frame.image.transfer = *options_.transfer;
     frame.id = static_cast<std::uint64_t>(view.id);
-    frame.device_time_s = times_increase_ ? view.device_time_s : options_.TimeOf(next_);
+    frame.device_time_s = has_own_times_ ? view.device_time_s : options_.TimeOf(next_);
     frame.host_time_s = view.host_time_s;
     frame.exposure_s = view.exposure_s;
     frame.gain = view.gain;
@@ -297,18 +296,18 @@ class LightFieldSource : public Source {
  private:
   ReplayOptions options_;
   LightField light_field_;
-  bool times_increase_ = true;
+  bool has_own_times_ = true;
   std::size_t next_ = 0;
 };
 
-// Everything as it was; `fps` alone changes the times: photographs go with the live frame that was the last
-// before their time.
+// All frames as they were recorded. `fps` replaces their times: a photograph gets the time of the last live
+// frame before it.
 class RecordedSource : public Source {
  public:
   explicit RecordedSource(const ReplayOptions& options)
       : options_(options), recording_(ReadFrameRecording(options.path)) {
     if (options_.fps) SpaceEvenly();
-    for (const auto& entry : recording_.entries) asked_for_ += entry.frame.requested_s.has_value();
+    for (const auto& entry : recording_.entries) requested_ += entry.frame.requested_s.has_value();
   }
 
   std::string Describe() const override {
@@ -316,40 +315,41 @@ class RecordedSource : public Source {
                        recording_.header.device.uri);
   }
   RecordingHeader Header() const override { return recording_.header; }
-  bool MoreWereAskedFor() const override { return came_ < asked_for_; }
-  void Rewind() override { next_ = came_ = 0; }
+  bool HasRequestedPhotographs() const override { return delivered_ < requested_; }
+  void Rewind() override { next_ = delivered_ = 0; }
   double Length() const override { return static_cast<double>(recording_.entries.size()); }
 
   std::optional<Frame> Next() override {
     if (next_ >= recording_.entries.size()) return std::nullopt;
     Frame frame = ReadRecordedFrame(recording_.entries[next_]);
     if (options_.transfer) frame.image.transfer = *options_.transfer;
-    came_ += frame.requested_s.has_value();
+    delivered_ += frame.requested_s.has_value();
     ++next_;
     return frame;
   }
 
  private:
   void SpaceEvenly() {
-    std::vector<std::pair<double, double>> live;  // time as it was, time now
+    std::vector<std::pair<double, double>> live;  // recorded time, new time
     for (const auto& entry : recording_.entries)
       if (entry.frame.kind == FrameKind::kLive)
         live.emplace_back(entry.frame.device_time_s, options_.TimeOf(live.size()));
-    const auto now_of = [&](double time_s) {
+    const auto new_time = [&](double time_s) {
       const auto after = std::upper_bound(live.begin(), live.end(), std::pair(time_s, HUGE_VAL));
       return after == live.begin() ? 0.0 : std::prev(after)->second;
     };
     std::size_t index = 0;
     for (auto& [frame, file, raw_file] : recording_.entries) {
       frame.device_time_s =
-          frame.kind == FrameKind::kLive ? live[index++].second : now_of(frame.device_time_s);
-      if (frame.requested_s) frame.requested_s = now_of(*frame.requested_s);
+          frame.kind == FrameKind::kLive ? live[index++].second : new_time(frame.device_time_s);
+      if (frame.requested_s) frame.requested_s = new_time(*frame.requested_s);
     }
   }
 
   ReplayOptions options_;
   FrameRecording recording_;
-  std::size_t next_ = 0, came_ = 0, asked_for_ = 0;
+  std::size_t next_ = 0;
+  std::size_t requested_ = 0, delivered_ = 0;  // photographs that the session requested
 };
 
 class ReplayDevice : public Device {
@@ -363,7 +363,7 @@ class ReplayDevice : public Device {
     still_flat_field_ = shared(header_.still_flat_field);
   }
 
-  // The camera's; what the files are, where it is not known.
+  // The camera's; where it is unknown, the model is a description of the files.
   DeviceInfo Info() const override {
     DeviceInfo info = header_.device;
     info.uri = uri_;
@@ -378,9 +378,9 @@ class ReplayDevice : public Device {
   std::optional<SensorWindow> Window() const override { return header_.window; }
   bool IsLive() const override { return false; }
   bool TakesStills() const override { return header_.takes_stills; }
-  // Asked for again before the photograph has come, the camera would have been busy as well.
+  // As a camera, it is busy until the requested photograph has come.
   StillRequest RequestStill() override {
-    if (!running_ || asked_ || !source_->MoreWereAskedFor()) return StillRequest::kBusy;
+    if (!running_ || asked_ || !source_->HasRequestedPhotographs()) return StillRequest::kBusy;
     asked_ = true;
     return StillRequest::kAsked;
   }
@@ -442,7 +442,8 @@ ReplayOptions OptionsOf(const DeviceUri& uri) {
                         .transfer = {},
                         .speed = uri.Number("speed").value_or(0)};
   if (options.speed < 0)
-    throw UsageError("{}: speed is 0 (as fast as frames are taken), 1 (in time) or more", options.uri);
+    throw UsageError("{}: speed must be 0 (as fast as frames are read) or a factor (1: as recorded)",
+                     options.uri);
   if (uri.path.empty())
     throw UsageError("'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD");
   if (options.fps && *options.fps <= 0) throw UsageError("{}: fps must be positive", options.uri);
@@ -460,7 +461,7 @@ std::string WithReplaySpeed(const std::string& text, const std::optional<double>
   if (!speed) return text;
   DeviceUri uri = DeviceUri::Parse(text);
   if (uri.scheme != "replay")
-    throw UsageError("--speed {:g}: '{}' is not a recording; a camera has its own time", *speed, text);
+    throw UsageError("--speed {:g}: '{}' is not a recording; leave --speed out for a camera", *speed, text);
   uri.Set("speed", fmt::format("{:g}", *speed));
   return uri.Text();
 }
@@ -471,7 +472,8 @@ std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri) {
     throw Error("{}: there is no file or folder '{}'; check the path", options.uri, options.path.string());
   std::unique_ptr<Source> source;
   if (!fs::is_directory(options.path)) {
-    if (options.glob) throw UsageError("{}: glob chooses files of a folder, and this is a file", options.uri);
+    if (options.glob)
+      throw UsageError("{}: glob chooses files of a folder, but this is a file; leave it out", options.uri);
     source = std::make_unique<VideoSource>(options);
   } else if (!options.glob && IsFrameRecording(options.path)) {
     source = std::make_unique<RecordedSource>(options);

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A whole rule, without spaces and in lower case.
+// `rule`: a whole rule, without spaces and in lower case.
 bool Covers(const std::string& rule, UdevCameraKind kind) {
   const auto has = [&](const char* text) { return rule.find(text) != std::string::npos; };
   if (!has("uaccess") && !has("mode=") && !has("mode:=") && !has("group=") && !has("group:=")) return false;
@@ -30,7 +30,7 @@ bool Covers(const std::string& rule, UdevCameraKind kind) {
   return false;
 }
 
-// What stands behind a '#' at a line's start is no rule; one ends in '\\' when it goes on.
+// Lines that start with '#' are comments. A line that ends with '\\' continues in the next one.
 bool Covers(const fs::path& file, UdevCameraKind kind) {
   std::ifstream rules(file);
   std::string line, joined;
@@ -80,8 +80,8 @@ std::optional<std::string> MissingUdevRulesHint(const std::vector<fs::path>& fol
     if (!InstalledUdevRules(kind, folders)) missing += (missing.empty() ? "" : ", ") + std::string(name);
   if (missing.empty()) return std::nullopt;
   return "No udev rule lets you open " + missing +
-         " here: install udev/70-ulf-cameras.rules (sudo cp udev/70-ulf-cameras.rules /etc/udev/rules.d/ && "
-         "sudo udevadm control --reload), then plug the camera out and in.";
+         ": install udev/70-ulf-cameras.rules (sudo cp udev/70-ulf-cameras.rules /etc/udev/rules.d/ && "
+         "sudo udevadm control --reload), then unplug the camera and plug it in again.";
 }
 
 std::optional<std::string> MissingUdevRulesHintForThisUser() {

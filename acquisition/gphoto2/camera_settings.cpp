@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
+#include <limits>
 #include <thread>
 
 #include <fmt/format.h>
@@ -16,9 +18,17 @@
 namespace ulf::acquisition {
 namespace {
 
+// Two values closer than this many stops are the same setting. Cameras count in thirds of a stop; this is
+// less than half of one, and more than their rounding. Guessed.
+constexpr double kSameStops = 0.12;
+// A camera may be busy, or report a new value late: tries to write a setting, and the pause between two.
+// Guessed.
+constexpr int kWriteTries = 10;
+constexpr std::chrono::milliseconds kWritePause(100);
+
 struct SettingNames {
   const char* name;
-  std::vector<const char*> drivers;  // the first that the camera has
+  std::vector<const char*> drivers;  // in the drivers; the first that the camera has is used
 };
 const SettingNames& NamesOf(ShotSetting setting) {
   // In the order of ShotSetting.
@@ -38,11 +48,10 @@ std::string FormatsWithJpeg(GphotoCamera& camera) {
   for (const char* name : {"imageformat", "imagequality"}) {
     const auto setting = camera.Setting(name);
     if (!setting) continue;
-    std::string with_jpeg;
-    for (const std::string& choice : setting->choices) {
-      if (ComesWithJpeg(choice)) with_jpeg += (with_jpeg.empty() ? "" : ", ") + choice;
-    }
-    return with_jpeg;
+    std::vector<std::string> with_jpeg;
+    std::copy_if(setting->choices.begin(), setting->choices.end(), std::back_inserter(with_jpeg),
+                 ComesWithJpeg);
+    return fmt::format("{}", fmt::join(with_jpeg, ", "));
   }
   return "";
 }
@@ -76,8 +85,7 @@ std::optional<double> PhotographicNumber(const std::string& text) {
 
 bool IsSameSetting(const std::string& a, const std::string& b) {
   const auto x = PhotographicNumber(a), y = PhotographicNumber(b);
-  // Half of the third of a stop in which cameras count, and some for their rounding.
-  if (x && y) return std::abs(std::log2(*x / *y)) < 0.12;
+  if (x && y) return std::abs(std::log2(*x / *y)) < kSameStops;
   return Lowercase(a) == Lowercase(b);
 }
 
@@ -86,7 +94,7 @@ std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, co
     if (Lowercase(choice) == Lowercase(value)) return choice;
   const auto number = PhotographicNumber(value);
   std::optional<std::string> nearest;
-  double least = 1e9;
+  double least = std::numeric_limits<double>::infinity();
   for (const std::string& choice : choices) {
     const auto other = PhotographicNumber(choice);
     if (!number || !other || !IsSameSetting(choice, value)) continue;
@@ -96,11 +104,11 @@ std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, co
     nearest = choice;
   }
   if (nearest) return nearest;
-  // A part of the name is enough when it names one choice: "fine" of "JPEG Fine".
-  std::vector<std::string> holding;
+  // A part of the name is enough when only one choice contains it: "fine" of "JPEG Fine".
+  std::vector<std::string> containing;
   for (const std::string& choice : choices)
-    if (Lowercase(choice).find(Lowercase(value)) != std::string::npos) holding.push_back(choice);
-  return holding.size() == 1 && !number ? std::optional(holding.front()) : std::nullopt;
+    if (Lowercase(choice).find(Lowercase(value)) != std::string::npos) containing.push_back(choice);
+  return containing.size() == 1 && !number ? std::optional(containing.front()) : std::nullopt;
 }
 
 std::optional<std::string> ManualChoice(const std::vector<std::string>& choices) {
@@ -119,9 +127,41 @@ bool IsAutomatic(const std::string& value) {
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format) {
   if (ComesWithJpeg(image_format)) return "";
   return fmt::format(
-      "the image format is '{}': its photographs are kept in unposed/ but cannot be used, raw is not decoded "
-      "here; set imageformat= to one of {}",
+      "the image format is '{}': ulf keeps its photographs in unposed/ but cannot use them, because it does "
+      "not decode raw files; set imageformat= to one of {}",
       image_format, FormatsWithJpeg(camera));
+}
+
+bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card) {
+  const auto target = camera.Setting("capturetarget");
+  if (!target) return false;
+  const auto choice = [&](const char* word) -> std::optional<std::string> {
+    for (const std::string& offered : target->choices)
+      if (offered.find(word) != std::string::npos) return offered;
+    return std::nullopt;
+  };
+  const auto card = choice("card"), ram = choice("RAM");
+  bool wants_card = to_card.value_or(false);
+  std::vector<GphotoStorage> storages;
+  if (!to_card && camera.Storages(storages).ok())
+    wants_card = std::any_of(storages.begin(), storages.end(), [](const GphotoStorage& storage) {
+      return storage.is_card && !storage.is_full;
+    });
+  const auto wanted = wants_card ? card : ram;
+  if (to_card && !wanted)
+    throw UsageError("{}: this camera does not offer target={}; leave it out", uri,
+                     wants_card ? "card" : "ram");
+  if (wanted && target->value != *wanted) {
+    const GphotoResult result = camera.Set("capturetarget", *wanted);
+    if (!result.ok() && to_card)
+      throw Error("{}: the target cannot be set ({}); leave target= out", uri, result.text);
+  }
+  const auto now = camera.Setting("capturetarget");
+  return now && now->value.find("RAM") != std::string::npos;
+}
+
+bool IsInCameraMemory(const std::string& folder, bool target_is_memory) {
+  return target_is_memory && !folder.starts_with("/store_");
 }
 
 CameraSettings::CameraSettings(GphotoCamera& camera, const std::string& uri) : camera_(camera), uri_(uri) {
@@ -145,14 +185,12 @@ void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
                                           : ChoiceFor(choices, value);
   if (!wanted && choices.empty()) wanted = value;
   if (!wanted)
-    throw UsageError("{}: {}={} is not among what the camera offers now: {}", uri_, Name(setting), value,
+    throw UsageError("{}: the camera does not offer {}={} now; it offers {}", uri_, Name(setting), value,
                      fmt::join(choices, ", "));
   GphotoResult result;
   std::string kept = now ? now->value : "";
-  // A camera may be busy, or report a new value late. Guessed: a second in all.
-  constexpr int kTries = 10;
-  for (int i = 0; i < kTries && !IsSameSetting(kept, *wanted); ++i) {
-    if (i > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  for (int i = 0; i < kWriteTries && !IsSameSetting(kept, *wanted); ++i) {
+    if (i > 0) std::this_thread::sleep_for(kWritePause);
     if (now && now->read_only) break;
     result = camera_.Set(known->second.name, *wanted);
     if (const auto read = camera_.Setting(known->second.name)) kept = read->value;
@@ -174,8 +212,8 @@ std::vector<std::string> CameraSettings::LockRemaining(const std::vector<ShotSet
     if (const auto read = camera_.Setting(program->second.name)) program->second.value = read->value;
     if (manual && program->second.value != *manual)
       automatic.push_back(
-          fmt::format("the exposure program is '{}': turn the camera's dial to M, or brightness "
-                      "changes from photograph to photograph",
+          fmt::format("the exposure program is '{}': turn the camera's dial to M, or the brightness "
+                      "will change from photograph to photograph",
                       program->second.value));
   }
   for (const ShotSetting setting :
@@ -184,10 +222,9 @@ std::vector<std::string> CameraSettings::LockRemaining(const std::vector<ShotSet
     if (known == known_.end() || std::find(given.begin(), given.end(), setting) != given.end()) continue;
     if (const auto read = camera_.Setting(known->second.name)) known->second.value = read->value;
     if (IsAutomatic(known->second.value))
-      automatic.push_back(
-          fmt::format("{} is automatic ('{}'): it may change from photograph to photograph; give "
-                      "{}=",
-                      Name(setting), known->second.value, Name(setting)));
+      automatic.push_back(fmt::format(
+          "{} is automatic ('{}'): it may change from photograph to photograph; give {}=", Name(setting),
+          known->second.value, Name(setting)));
   }
   return automatic;
 }

@@ -32,6 +32,14 @@ bool IsAutomatic(const std::string& value);
 // A message that tells which image format to set when this one has no JPEG; empty when it has one.
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format);
 
+// Selects card or memory; `to_card` none: the card if there is one with free space. True: photographs go to
+// memory. Throws UsageError for a target that the camera does not offer, Error when it refuses one.
+bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card);
+
+// Whether a file is in the camera's volatile memory, from which it is deleted after its download. Files on a
+// card are never deleted.
+bool IsInCameraMemory(const std::string& folder, bool target_is_memory);
+
 class CameraSettings {
  public:
   // Finds the settings that the camera has. Errors name `uri`.

@@ -19,7 +19,8 @@
 namespace ulf::acquisition {
 namespace {
 
-// A write into a broken connection signals the thread that wrote: blocked there, taken back afterwards.
+// Blocks SIGPIPE in this thread, which a write into a broken connection sends to it, and removes it
+// afterwards.
 class WithoutSigpipe {
  public:
   WithoutSigpipe() {
@@ -45,14 +46,14 @@ class WithoutSigpipe {
   bool was_pending_ = false;
 };
 
-// An answer that comes too late leaves a PTP/IP connection out of step: it is taken for the next question's,
-// and so on for ever; photographs come without names, settings are another's. The library (2.5.30) says so in
-// its log alone. That an answer refuses what was asked is no such case.
+// An answer that comes too late leaves a PTP/IP connection out of step: the library takes it for the answer
+// to the next request, and so on for all that follow, so that photographs come without names and settings
+// with other values. The library (2.5.30) reports this in its log only. A refusal is no such case.
 thread_local bool answers_are_out_of_step = false;
 
 void OnLibraryError(GPLogLevel /*level*/, const char* function, const char* text, void* /*none*/) {
   const std::string_view words(text);
-  const bool is_closed = words.starts_with("End of stream");  // which results do say
+  const bool is_closed = words.starts_with("End of stream");  // results report that
   if (std::string_view(function).starts_with("ptp_ptpip_") && !is_closed &&
       !words.starts_with("Unexpected ptp response"))
     answers_are_out_of_step = true;
@@ -69,15 +70,10 @@ using File = std::unique_ptr<CameraFile, Releaser<CameraFile, gp_file_unref>>;
 using Context = std::unique_ptr<GPContext, Releaser<GPContext, gp_context_unref>>;
 using List = std::unique_ptr<CameraList, Releaser<CameraList, gp_list_unref>>;
 
-File NewFile() {
-  CameraFile* file = nullptr;
-  gp_file_new(&file);
-  return File(file);
-}
-
-// Drivers are loaded when a camera is opened and let go when it is closed: never by two threads at once. The
-// list of drivers is read from disk once: a tenth of a second.
+// Held while a camera is opened or closed, which loads or unloads drivers: no two threads may do that at
+// once.
 Mutex library_mutex;
+// The list of drivers, read from disk once, which takes a tenth of a second.
 CameraAbilitiesList* AllAbilities(GPContext* context) ULF_REQUIRES(library_mutex) {
   static const Abilities all = [&] {
     CameraAbilitiesList* list = nullptr;
@@ -216,7 +212,7 @@ std::string UsbNode(const std::string& port, const std::string& usb) {
 }  // namespace
 
 bool GphotoResult::Busy() const { return code == GP_ERROR_CAMERA_BUSY; }
-// The ptp2 driver says it in words only.
+// The ptp2 driver reports a full card only in its text.
 bool GphotoResult::CardFull() const {
   return code == GP_ERROR_NO_SPACE || text.find("Store Full") != std::string::npos;
 }
@@ -234,7 +230,7 @@ struct GphotoCamera::State {
   Context context;
   Camera* camera = nullptr;
   PtpipDescriptors descriptors;
-  std::string said;  // by the driver, since the last call began
+  std::string said;  // the driver's messages since the last call began
   bool out_of_step = false;
 
   static void OnError(GPContext* /*context*/, const char* text, void* self) {
@@ -250,7 +246,6 @@ struct GphotoCamera::State {
     gp_context_set_error_func(context.get(), &State::OnError, this);
     gp_camera_new(&camera);
   }
-  // Leaves the camera as it was before, whether or not it was opened.
   ~State() {
     const WithoutSigpipe guard;
     const MutexLock lock(library_mutex);
@@ -273,6 +268,21 @@ struct GphotoCamera::State {
       if (!said.empty()) result.text += ": " + said;
     }
     return result;
+  }
+
+  // Runs a call that fills a file of the library, and copies its bytes.
+  template <typename Call>
+  GphotoResult Fetch(std::string& bytes, Call&& call) {
+    return Do([&](Camera* of_camera, GPContext* of_context) {
+      CameraFile* raw = nullptr;
+      gp_file_new(&raw);
+      const File file(raw);
+      const int result = call(of_camera, raw, of_context);
+      const char* data = nullptr;
+      unsigned long size = 0;
+      if (result >= 0 && gp_file_get_data_and_size(raw, &data, &size) >= 0 && data) bytes.assign(data, size);
+      return result;
+    });
   }
 };
 
@@ -371,14 +381,8 @@ GphotoResult GphotoCamera::Set(const std::string& name, const std::string& value
 }
 
 GphotoResult GphotoCamera::LiveView(std::string& jpeg) {
-  return state_->Do([&](Camera* camera, GPContext* context) {
-    const File file = NewFile();
-    const int result = gp_camera_capture_preview(camera, file.get(), context);
-    const char* data = nullptr;
-    unsigned long size = 0;
-    if (result >= 0 && gp_file_get_data_and_size(file.get(), &data, &size) >= 0 && data)
-      jpeg.assign(data, size);
-    return result;
+  return state_->Fetch(jpeg, [](Camera* camera, CameraFile* file, GPContext* context) {
+    return gp_camera_capture_preview(camera, file, context);
   });
 }
 
@@ -408,15 +412,9 @@ GphotoResult GphotoCamera::WaitForEvent(int timeout_ms, GphotoEvent& event) {
 }
 
 GphotoResult GphotoCamera::Download(const GphotoFile& from, std::string& bytes) {
-  return state_->Do([&](Camera* camera, GPContext* context) {
-    const File file = NewFile();
-    const int result = gp_camera_file_get(camera, from.folder.c_str(), from.name.c_str(), GP_FILE_TYPE_NORMAL,
-                                          file.get(), context);
-    const char* data = nullptr;
-    unsigned long size = 0;
-    if (result >= 0 && gp_file_get_data_and_size(file.get(), &data, &size) >= 0 && data)
-      bytes.assign(data, size);
-    return result;
+  return state_->Fetch(bytes, [&](Camera* camera, CameraFile* file, GPContext* context) {
+    return gp_camera_file_get(camera, from.folder.c_str(), from.name.c_str(), GP_FILE_TYPE_NORMAL, file,
+                              context);
   });
 }
 
@@ -457,8 +455,8 @@ std::string UsbObstacle(const std::string& port) {
   if (node.empty()) return {};
   if (access(node.c_str(), F_OK) == 0 && access(node.c_str(), W_OK) != 0)
     return fmt::format(
-        "this user may not write to {}; install the rules in udev/ (see docs/devices.md) and "
-        "plug the camera in again",
+        "this user may not write to {}; install the rules in udev/ (see docs/devices.md) and plug the camera "
+        "in again",
         node);
   const std::vector<std::string> programs = ProgramsHolding(node);
   if (programs.empty()) return {};
@@ -466,10 +464,10 @@ std::string UsbObstacle(const std::string& port) {
   if (std::any_of(programs.begin(), programs.end(),
                   [](const std::string& program) { return program.starts_with("gvfs"); }))
     return fmt::format(
-        "the desktop has mounted it ({} holds it); release it with 'gio mount -s gphoto2' or by "
-        "ejecting it in the file manager",
+        "the desktop has mounted it ({} uses it); release it with 'gio mount -s gphoto2' or by ejecting it "
+        "in the file manager",
         holders);
-  return fmt::format("{} holds it; close that program", holders);
+  return fmt::format("{} uses it; close that program", holders);
 }
 
 }  // namespace ulf::acquisition

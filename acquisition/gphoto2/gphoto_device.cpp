@@ -10,11 +10,9 @@
 
 #include "acquisition/device/photograph_inbox.h"
 #include "acquisition/gphoto2/camera_settings.h"
-#include "acquisition/gphoto2/capture_target.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
 #include "acquisition/gphoto2/gphoto_options.h"
 #include "acquisition/gphoto2/photograph_downloads.h"
-#include "acquisition/gphoto2/photograph_frame.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -29,7 +27,15 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
+// All guessed: how long the camera's thread waits for its events at least (0 would not yield) and at most (a
+// request must not wait longer), the pause after a call that failed at once, and the wait after a changed
+// property, because several change together.
+constexpr Clock::duration kLeastWait = milliseconds(1), kMostWait = milliseconds(100);
+constexpr milliseconds kFailurePause(20), kPropertyPause(200);
+
 double NowS() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
+
+milliseconds Milliseconds(double seconds) { return milliseconds(static_cast<int>(1000 * seconds)); }
 
 class GphotoDevice : public Device {
  public:
@@ -79,7 +85,7 @@ class GphotoDevice : public Device {
     stop_ = false;
     stopping_since_.reset();
     lost_ = false;
-    DoneWithStill();
+    EndRequest();
     state_ = DeviceState::kStreaming;
     thread_ = std::thread([this] {
       InstallSignalStack();
@@ -119,7 +125,7 @@ class GphotoDevice : public Device {
   }
 
   DeviceState State() const override {
-    // What was downloaded before the cable came off is still to be taken.
+    // The reader can still take photographs that were downloaded before the loss.
     if (state_ == DeviceState::kLost && inbox_ && !inbox_->IsEmpty()) return DeviceState::kStreaming;
     return state_;
   }
@@ -148,18 +154,16 @@ class GphotoDevice : public Device {
     const auto period = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(1 / options_.live_view_fps));
     Clock::time_point next_live = Clock::now();
-    next_watch_ = Clock::now() + milliseconds(static_cast<int>(1000 * options_.patience.watch_every_s));
+    next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
     while (!MayStop() && !lost_) {
       if (still_wanted_) Release();
       if (has_live_view_ && !stop_ && Clock::now() >= next_live) {
         LiveView();
         next_live = std::max(next_live + period, Clock::now());
-        if (live_view_pause_s_ > 0) next_live += milliseconds(static_cast<int>(1000 * live_view_pause_s_));
+        if (live_view_pause_s_ > 0) next_live += Milliseconds(live_view_pause_s_);
       }
-      const auto free = has_live_view_ ? next_live - Clock::now() : Clock::duration(milliseconds(100));
-      constexpr Clock::duration kLeast = milliseconds(1), kMost = milliseconds(100);
-      Drain(static_cast<int>(
-          std::chrono::duration_cast<milliseconds>(std::clamp(free, kLeast, kMost)).count()));
+      const auto free = has_live_view_ ? next_live - Clock::now() : kMostWait;
+      HandleEvents(std::chrono::duration_cast<milliseconds>(std::clamp(free, kLeastWait, kMostWait)));
       if (!lost_) Download();
       Deliver(false);
       if (!lost_ && Clock::now() >= next_watch_) Watch();
@@ -167,7 +171,7 @@ class GphotoDevice : public Device {
     }
   }
 
-  // Ends the thread: delivers what is downloaded, names what is not, and only then reports the loss.
+  // Ends the thread: delivers downloaded photographs, names the others, and only then reports a loss.
   void End() {
     Deliver(true);
     {
@@ -177,12 +181,12 @@ class GphotoDevice : public Device {
     if (const std::string names = downloads_.GiveUpAll(); !names.empty()) Notice(names);
     if (!lost_) return;
     if (released_at_)
-      Notice("a photograph was asked for and has not come: if it was taken, it is in the camera");
+      Notice("the requested photograph has not arrived: if it was taken, it is in the camera");
     inbox_->Close();
     state_ = DeviceState::kLost;
   }
 
-  // Told to stop, with no photograph on its way any more.
+  // Whether the thread is to stop and no photograph is still expected.
   bool MayStop() {
     if (!stop_) return false;
     if (!released_at_ && downloads_.Count() == 0) return true;
@@ -190,13 +194,13 @@ class GphotoDevice : public Device {
     return SecondsSince(*stopping_since_) > options_.patience.last_photograph_s;
   }
 
-  // Asks for a photograph; a busy camera is asked again on the next round, with its events taken meanwhile.
+  // Releases the shutter. A busy camera is asked again in the next round, after its events were handled.
   void Release() {
     if (released_at_) {
       if (SecondsSince(*released_at_) < options_.patience.photograph_s) return;
-      Notice(fmt::format("no photograph came within {:.0f} s of its release; asking again is possible",
+      Notice(fmt::format("no photograph came within {:.0f} s of its release; another can be requested",
                          options_.patience.photograph_s));
-      return DoneWithStill();
+      return EndRequest();
     }
     if (!asked_since_) asked_since_ = Clock::now();
     const double host_time_s = EpochSeconds();
@@ -213,7 +217,7 @@ class GphotoDevice : public Device {
       Notice(
           fmt::format("the camera was busy for {:.0f} s: no photograph was taken", options_.patience.busy_s));
       said_busy_ = false;
-      return DoneWithStill();
+      return EndRequest();
     }
     if (Gone(result)) return;
     if (result.CardFull())
@@ -221,15 +225,15 @@ class GphotoDevice : public Device {
     else
       Notice(fmt::format("no photograph was taken: {}; focus=manual avoids refusals by the autofocus",
                          result.text));
-    DoneWithStill();
+    EndRequest();
   }
 
-  // What was released then has come, or will not; another may have been asked for since.
-  void Answered(double released_s) {
-    if (released_at_ && released_s == released_host_s_) DoneWithStill();
+  // Ends the request that was released at this time, unless another one followed it.
+  void EndRequestReleasedAt(double released_s) {
+    if (released_at_ && released_s == released_host_s_) EndRequest();
   }
 
-  void DoneWithStill() {
+  void EndRequest() {
     released_at_.reset();
     answer_stem_.reset();
     asked_since_.reset();
@@ -247,7 +251,7 @@ class GphotoDevice : public Device {
       frame.id = ++next_id_;
       frame.device_time_s = frame.host_time_s = host_time_s;
       frame.encoded = EncodedImage{".jpg", std::make_shared<const std::string>(std::move(jpeg))};
-      inbox_->PushLive(std::move(frame));
+      inbox_->Push(std::move(frame));
       return;
     }
     {
@@ -256,7 +260,7 @@ class GphotoDevice : public Device {
     }
     if (result.NotSupported()) {
       has_live_view_ = false;
-      Notice("this camera gives no live view over its driver: photographs only, nothing to track by");
+      Notice("this camera's driver has no live view: it takes photographs only, and ulf cannot track it");
       return;
     }
     if (result.Busy() || released_at_) return;  // the mirror is up
@@ -265,43 +269,41 @@ class GphotoDevice : public Device {
     if (!live_view_trouble_since_) live_view_trouble_since_ = Clock::now();
     live_view_pause_s_ = options_.patience.live_view_pause_s;
     if (SecondsSince(*live_view_trouble_since_) < options_.patience.live_view_trouble_s) return;
-    live_view_trouble_since_ =
-        Clock::now() + milliseconds(static_cast<int>(1000 * options_.patience.live_view_repeat_s));
-    Event(DeviceEventKind::kStalled,
-          fmt::format("no live view: {}; look at the camera's display, its mode dial and its lens",
-                      result.text));
+    live_view_trouble_since_ = Clock::now() + Milliseconds(options_.patience.live_view_repeat_s);
+    Event(
+        DeviceEventKind::kStalled,
+        fmt::format("no live view: {}; check the camera's display, its mode dial and its lens", result.text));
   }
 
-  // Handles all events of the camera; waits up to `timeout_ms` for the first.
-  void Drain(int timeout_ms) {
+  // Handles all events of the camera; waits up to `timeout` for the first.
+  void HandleEvents(milliseconds timeout) {
     while (!lost_) {
       GphotoEvent event;
-      const GphotoResult result = camera_->WaitForEvent(timeout_ms, event);
+      const GphotoResult result = camera_->WaitForEvent(static_cast<int>(timeout.count()), event);
       if (OutOfStep()) return;
       if (!result.ok()) {
         if (result.Busy() || result.NotSupported()) return;
-        if (!Gone(result))
-          std::this_thread::sleep_for(milliseconds(20));  // the call may fail without waiting
+        if (!Gone(result)) std::this_thread::sleep_for(kFailurePause);  // the call may fail without waiting
         return;
       }
       failures_ = 0;
       if (event.kind == GphotoEventKind::kNothing) return;
-      if (event.kind == GphotoEventKind::kFileAdded) Announced(event.file);
+      if (event.kind == GphotoEventKind::kFileAdded) QueueDownload(event.file);
       // A property has changed, perhaps one of those that are watched.
       if (event.kind == GphotoEventKind::kOther && event.text.find("ropert") != std::string::npos)
-        next_watch_ = std::min(next_watch_, Clock::now() + milliseconds(200));
-      timeout_ms = 1;
+        next_watch_ = std::min(next_watch_, Clock::now() + kPropertyPause);
+      timeout = milliseconds(1);
     }
   }
 
-  // PTP's events name the transaction that they belong to, but libgphoto2 does not hand that on: the first
-  // photograph announced after a release is taken for its answer, and may be one from the body.
-  void Announced(const GphotoFile& announced) {
+  // The first photograph announced after a release counts as its answer, although the photographer may have
+  // released it on the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
+  void QueueDownload(const GphotoFile& announced) {
     DownloadedFile file;
     file.name = announced.name;
     file.announced_s = EpochSeconds();
     if (auto late = pairing_.LateFile(announced.name, NowS())) {
-      file = std::move(*late);  // of an earlier photograph, and no answer to what was asked for since
+      file = std::move(*late);  // of an earlier photograph, so it answers no later request
     } else {
       if (released_at_ && !answer_stem_) {
         answer_stem_ = StemOf(announced.name);
@@ -316,15 +318,15 @@ class GphotoDevice : public Device {
 
   void Download() {
     PhotographDownloads::Outcome outcome = downloads_.Work(NowS());
-    for (auto& [where, file] : outcome.here) {
+    for (auto& [where, file] : outcome.downloaded) {
       if (IsInCameraMemory(where.folder, target_is_memory_)) camera_->Delete(where);
       pairing_.Add(std::move(file), NowS());
     }
-    for (const std::string& words : outcome.words) Notice(words);
+    for (const std::string& message : outcome.messages) Notice(message);
     for (const DownloadedFile& file : outcome.given_up) {
       // The other file of this photograph may answer the request.
       const std::string stem = StemOf(file.name);
-      if (!downloads_.Awaits(stem) && !pairing_.Holds(stem)) Answered(file.released_s);
+      if (!downloads_.Awaits(stem) && !pairing_.Holds(stem)) EndRequestReleasedAt(file.released_s);
       const MutexLock lock(mutex_);
       ++not_downloaded_;
     }
@@ -342,27 +344,27 @@ class GphotoDevice : public Device {
       frame.host_time_s = EpochSeconds();
       if (exif.orientation != 1 && !std::exchange(said_turned_, true))
         Notice(
-            "photographs carry a note that they are to be turned: other programs follow it, this one does "
+            "photographs are marked to be turned when they are shown: other programs turn them, ulf does "
             "not; switch the camera's automatic rotation off");
       if (is_late)
-        Notice(fmt::format("{} came long after its photograph's other file: it is kept by itself", name));
+        Notice(fmt::format("{} came long after its photograph's other file: ulf keeps it by itself", name));
       else if (!frame.encoded)
         Notice(
-            fmt::format("{} has no JPEG beside it: it is kept, but raw is not decoded here; set the image "
+            fmt::format("{} came without a JPEG: ulf keeps it, but does not decode raw files; set the image "
                         "format to one with JPEG (imageformat=)",
                         name));
       {
         const MutexLock lock(mutex_);
         if (!is_late) ++photographs_;
       }
-      Answered(frame.requested_s.value_or(0));
-      inbox_->PushStill(std::move(frame));
+      EndRequestReleasedAt(frame.requested_s.value_or(0));
+      inbox_->Push(std::move(frame));
     }
   }
 
-  // Checks what changes slowly: settings, battery, card.
+  // Checks settings, battery and card.
   void Watch() {
-    next_watch_ = Clock::now() + milliseconds(static_cast<int>(1000 * options_.patience.watch_every_s));
+    next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
     for (const std::string& change : settings_.Changes()) Notice(change);
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     NoticeRawOnly();
@@ -386,7 +388,7 @@ class GphotoDevice : public Device {
       const bool low = battery->value.find('%') != std::string::npos ? percent <= options_.battery_low
                                                                      : battery->value.starts_with("Low");
       if (low && !said_battery_)
-        Notice(fmt::format("the battery is low ({}); have another ready", battery->value));
+        Notice(fmt::format("the battery is low ({}); keep another ready", battery->value));
       said_battery_ = low;
     }
     const bool full =
@@ -397,8 +399,7 @@ class GphotoDevice : public Device {
     said_full_ = full;
   }
 
-  // Whether the camera is disconnected after this failure; asks it for its storage when the error code alone
-  // does not tell.
+  // Whether the camera is disconnected. Where the error code does not tell, asks the camera for its storage.
   bool Gone(const GphotoResult& result) {
     if (OutOfStep()) return true;
     bool gone = result.LinkIsGone();
@@ -410,15 +411,15 @@ class GphotoDevice : public Device {
     if (!gone && !watches_storage_) gone = ++failures_ >= options_.failures_in_row;
     if (gone)
       Lose(
-          fmt::format("the camera no longer answers ({}); check its cable or network, that it is on and its "
-                      "battery charged",
+          fmt::format("the camera no longer answers ({}); check its cable or network, its switch and its "
+                      "battery",
                       result.text));
     return gone;
   }
 
   bool OutOfStep() {
     if (camera_->OutOfStep())
-      Lose("an answer of the camera came too late: the connection must be opened again");
+      Lose("an answer of the camera came too late; its connection must be opened again");
     return lost_;
   }
 
@@ -446,7 +447,7 @@ class GphotoDevice : public Device {
   PhotographDownloads downloads_;
   PhotographPairing pairing_;
 
-  // The camera's thread.
+  // Used by the camera's thread.
   std::vector<GphotoStorage> storages_;
   bool target_is_memory_ = false;
   bool watches_storage_ = false;

@@ -1,8 +1,4 @@
 // `ulf features gphoto2:...`: the configuration tree of a tethered camera.
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-
 #include <fmt/format.h>
 
 #include "acquisition/gphoto2/camera_settings.h"
@@ -38,7 +34,7 @@ CameraFeature FeatureOf(const GphotoSetting& setting) {
   feature.category = setting.category;
   feature.type = TypeOf(setting.type);
   feature.value = setting.value;
-  // Libgphoto2 runs buttons by callbacks of its own: there is nothing to write.
+  // libgphoto2 runs buttons by its own callbacks, so they cannot be written.
   feature.readable = setting.type != GphotoSettingType::kButton;
   feature.writable = !setting.read_only && setting.type != GphotoSettingType::kButton;
   feature.read_only = setting.type == GphotoSettingType::kButton;
@@ -79,30 +75,18 @@ class GphotoFeatures : public FeatureAccess {
                        ShellWord(uri_));
     if (!feature->writable) throw UsageError("{}: {} cannot be written", uri_, name);
     std::string written = value;
-    if (feature->type == FeatureType::kEnumeration && !feature->choices.empty()) {
+    if (feature->type != FeatureType::kEnumeration) {
+      written = CheckedValue(uri_, *feature, value);
+    } else if (!feature->choices.empty()) {
       const auto choice = ChoiceFor(feature->choices, value);
-      if (!choice) {
-        throw UsageError("{}: {} cannot be '{}'; it is one of {}", uri_, name, value,
+      if (!choice)
+        throw UsageError("{}: {} cannot be '{}'; it takes {}", uri_, name, value,
                          fmt::join(feature->choices, ", "));
-      }
       written = *choice;
     }
-    if (feature->type == FeatureType::kBoolean) {
-      const bool on = value == "true" || value == "on" || value == "1";
-      if (!on && value != "false" && value != "off" && value != "0")
-        throw UsageError("{}: {} is true or false, not '{}'", uri_, name, value);
-      written.assign(1, on ? '1' : '0');
-    }
-    if (feature->type == FeatureType::kFloat || feature->type == FeatureType::kInteger) {
-      char* end = nullptr;
-      const double number = std::strtod(value.c_str(), &end);
-      if (value.empty() || *end != '\0' || !std::isfinite(number))
-        throw UsageError("{}: {} must be a number, not '{}'", uri_, name, value);
-      if ((feature->min && number < *feature->min) || (feature->max && number > *feature->max))
-        throw UsageError("{}: {} must be {} to {}, not {}", uri_, name, *feature->min, *feature->max, value);
-    }
+    if (feature->type == FeatureType::kBoolean) written = written == "true" ? "1" : "0";
     const GphotoResult result = camera_.Set(name, written);
-    if (!result.ok()) throw Error("{}: {}={} was refused: {}", uri_, name, value, result.text);
+    if (!result.ok()) throw Error("{}: the camera refused {}={}: {}", uri_, name, value, result.text);
   }
 
  private:

@@ -46,7 +46,7 @@ bool HasSerial(const DeviceUri& uri, const GphotoAddress& address) {
     const auto serial = camera.Setting("serialnumber");
     return serial && Lowercase(serial->value) == Lowercase(uri.path);
   } catch (const Error&) {
-    return false;  // another program's: not this one by its serial, as far as anybody can see
+    return false;  // a camera that cannot be opened does not tell its serial number
   }
 }
 
@@ -57,13 +57,13 @@ GphotoOptions GphotoOptions::Of(const DeviceUri& uri) {
   for (const ShotSetting setting : kShotSettings) known.push_back(Name(setting));
   uri.AllowOnly(known);
   GphotoOptions options;
-  // The exposure program first: what else may be set depends on it.
+  // In the order in which they are written: the exposure program decides what else can be set.
   for (const ShotSetting setting : {ShotSetting::kProgram, ShotSetting::kFormat, ShotSetting::kFocus,
                                     ShotSetting::kAperture, ShotSetting::kShutter, ShotSetting::kIso})
     if (const auto value = uri.Option(Name(setting))) options.settings.emplace_back(setting, *value);
   if (const auto target = uri.Option("target")) {
     if (*target != "card" && *target != "ram")
-      throw UsageError("'{}': target is card or ram, not '{}'", uri.Text(), *target);
+      throw UsageError("'{}': target must be card or ram, not '{}'", uri.Text(), *target);
     options.to_card = *target == "card";
   }
   options.live_view_fps = uri.Number("liveview_fps", options.live_view_fps, 0.1, 120);
@@ -77,7 +77,7 @@ GphotoAddress ResolveGphotoAddress(const DeviceUri& uri) {
   const std::vector<GphotoAddress> found = DetectGphotoCameras();
   if (found.empty())
     throw Error(
-        "{}: no tethered camera is at a USB port; connect it, switch it on and choose PTP (not mass "
+        "{}: found no tethered camera at a USB port; connect one, switch it on and choose PTP (not mass "
         "storage) in its menu, or name a network camera: gphoto2:ptpip:ADDRESS",
         uri.Text());
   if (uri.path.empty()) return found.front();
@@ -91,9 +91,8 @@ GphotoAddress ResolveGphotoAddress(const DeviceUri& uri) {
       if (HasSerial(uri, camera)) matching.push_back(camera);
   if (matching.size() == 1) return matching.front();
   if (matching.empty())
-    throw Error("{}: no camera of this port, model or serial number; there are: {}", uri.Text(),
-                ListOf(found));
-  throw Error("{}: names more than one camera; say which by its port: {}", uri.Text(), ListOf(matching));
+    throw Error("{}: no camera has this port, model or serial number; found: {}", uri.Text(), ListOf(found));
+  throw Error("{}: names more than one camera; give a port: {}", uri.Text(), ListOf(matching));
 }
 
 DeviceInfo DescribeGphoto(GphotoCamera& camera, const std::string& uri, const std::string& bus) {

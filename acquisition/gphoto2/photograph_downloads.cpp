@@ -12,8 +12,8 @@
 namespace ulf::acquisition {
 namespace {
 
-// Guessed: the pauses double, so that a file is given up after 6 s; a busy camera writes to its card
-// meanwhile and gets longer.
+// The pauses double, so that a file is given up after 6 s. A busy camera, which writes to its card, gets
+// longer. All guessed.
 constexpr int kTries = 6;
 constexpr double kFirstPauseS = 0.2, kBusyPauseS = 0.1;
 constexpr double kBusyPatienceS = 20;
@@ -45,9 +45,9 @@ PhotographDownloads::Outcome PhotographDownloads::Work(double now_s) {
     if (result.ok()) {
       spdlog::debug("{}, {} bytes in {:.3f} s", PathOf(waiting.where), waiting.file.bytes.size(),
                     SecondsSince(began));
-      outcome.here.emplace_back(waiting.where, std::move(waiting.file));
+      outcome.downloaded.emplace_back(waiting.where, std::move(waiting.file));
     } else {
-      Failed(result, now_s, waiting, done, outcome);
+      done = GivesUp(result, now_s, waiting, outcome);
       if (done) outcome.given_up.push_back(std::move(waiting.file));
     }
     if (done)
@@ -60,29 +60,28 @@ PhotographDownloads::Outcome PhotographDownloads::Work(double now_s) {
   return outcome;
 }
 
-void PhotographDownloads::Failed(const GphotoResult& result, double now_s, Waiting& waiting, bool& given_up,
-                                 Outcome& outcome) {
+bool PhotographDownloads::GivesUp(const GphotoResult& result, double now_s, Waiting& waiting,
+                                  Outcome& outcome) {
   waiting.file.bytes.clear();
   if (!result.Busy()) outcome.failure = result;
   if (result.Busy() && now_s - waiting.announced_s < kBusyPatienceS) {
     waiting.again_s = now_s + kBusyPauseS;
-    given_up = false;
-    return;
+    return false;
   }
   const std::string path = PathOf(waiting.where);
-  given_up = result.Busy() || result.NoSuchFile() || ++waiting.failures >= kTries;
-  if (!given_up) {
+  if (!result.Busy() && !result.NoSuchFile() && ++waiting.failures < kTries) {
     waiting.again_s = now_s + std::ldexp(kFirstPauseS, waiting.failures - 1);
     if (waiting.failures == 1)
-      outcome.words.push_back(
-          fmt::format("{} could not be downloaded ({}); it is tried again", path, result.text));
-    return;
+      outcome.messages.push_back(
+          fmt::format("{} could not be downloaded ({}); ulf tries again", path, result.text));
+    return false;
   }
-  outcome.words.push_back(
+  outcome.messages.push_back(
       result.NoSuchFile()
           ? fmt::format("{} was announced, but is no longer in the camera: this photograph is lost", path)
           : fmt::format("{} was not downloaded ({}); it is still in the camera: copy it from the card", path,
                         result.text));
+  return true;
 }
 
 std::string PhotographDownloads::GiveUpAll() {

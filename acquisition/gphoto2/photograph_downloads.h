@@ -19,9 +19,9 @@ class PhotographDownloads {
   void Announced(const GphotoFile& where, DownloadedFile file, double now_s);
 
   struct Outcome {
-    std::vector<std::pair<GphotoFile, DownloadedFile>> here;  // downloaded, with bytes
-    std::vector<DownloadedFile> given_up;                     // without
-    std::vector<std::string> words;                           // messages about failures
+    std::vector<std::pair<GphotoFile, DownloadedFile>> downloaded;  // with bytes
+    std::vector<DownloadedFile> given_up;                           // without
+    std::vector<std::string> messages;                              // about failures
     GphotoResult failure;  // the last failure; the camera may be disconnected
   };
   // Tries the downloads that are due.
@@ -39,7 +39,8 @@ class PhotographDownloads {
     double announced_s = 0, again_s = 0;  // of now_s
     int failures = 0;
   };
-  void Failed(const GphotoResult& result, double now_s, Waiting& waiting, bool& given_up, Outcome& outcome);
+  // Whether the file is given up after this failure.
+  bool GivesUp(const GphotoResult& result, double now_s, Waiting& waiting, Outcome& outcome);
 
   GphotoCamera& camera_;
   std::vector<Waiting> waiting_;

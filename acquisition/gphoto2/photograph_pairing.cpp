@@ -1,13 +1,14 @@
 #include "acquisition/gphoto2/photograph_pairing.h"
-#include "core/base/lowercase.h"
 
-#include <cctype>
 #include <utility>
+
+#include "core/base/lowercase.h"
 
 namespace ulf::acquisition {
 namespace {
 
-constexpr double kRememberedS = 60;  // a photograph delivered without its second file; guessed
+// How long a photograph that was delivered without its second file is remembered. Guessed.
+constexpr double kRememberedS = 60;
 
 struct Files {
   bool raw = false, jpeg = true;
@@ -70,7 +71,7 @@ void PhotographPairing::Add(DownloadedFile file, double now_s) {
   }
   Waiting& waiting = waiting_[stem];
   const bool taken = !(is_jpeg ? waiting.photograph.jpeg : waiting.photograph.raw).name.empty();
-  // The camera has begun to count again: another photograph.
+  // A second file of this name is of another photograph: the camera's count has started again.
   if (taken) ready_.push_back(std::exchange(waiting, {}).photograph);
   if (waiting.photograph.First().name.empty()) waiting.since_s = now_s;
   (is_jpeg ? waiting.photograph.jpeg : waiting.photograph.raw) = std::move(file);
@@ -103,6 +104,25 @@ std::vector<DownloadedPhotograph> PhotographPairing::TakeAll() {
   for (auto& [stem, waiting] : waiting_) ready_.push_back(std::move(waiting.photograph));
   waiting_.clear();
   return std::exchange(ready_, {});
+}
+
+Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const CameraSettings& settings,
+              double shutter_lag_s) {
+  Frame frame;
+  frame.kind = FrameKind::kStill;
+  const DownloadedFile& first = photograph.First();
+  const bool asked = first.released_s > 0;
+  if (asked && !first.is_late) frame.requested_s = first.released_s;
+  frame.device_time_s = asked ? first.released_s + shutter_lag_s : first.announced_s;
+  frame.exposure_s = exif.exposure_s.value_or(settings.Number(ShotSetting::kShutter).value_or(0));
+  frame.gain = exif.iso.value_or(settings.Number(ShotSetting::kIso).value_or(100)) / 100;
+  frame.f_number = exif.f_number ? exif.f_number : settings.Number(ShotSetting::kAperture);
+  const auto file = [](DownloadedFile& from, const std::string& extension) {
+    return EncodedImage{extension, std::make_shared<const std::string>(std::move(from.bytes))};
+  };
+  if (!photograph.jpeg.bytes.empty()) frame.encoded = file(photograph.jpeg, ".jpg");
+  if (!photograph.raw.bytes.empty()) frame.raw = file(photograph.raw, ExtensionOf(photograph.raw.name));
+  return frame;
 }
 
 }  // namespace ulf::acquisition

@@ -11,6 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/gphoto2/camera_settings.h"
+#include "core/image/frame.h"
+#include "core/image/jpeg_file.h"
+
 namespace ulf::acquisition {
 
 struct DownloadedFile {
@@ -76,5 +80,11 @@ class PhotographPairing {
   std::map<std::string, HandedOut> incomplete_;  // of the last minute, by stem
   std::vector<DownloadedPhotograph> ready_;
 };
+
+// Makes a frame of a downloaded photograph; its pixels stay encoded. Exposure and gain come from `exif`, else
+// from the camera's settings. The time is that of the request plus the lag, or that of the announcement for a
+// photograph released on the body.
+Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const CameraSettings& settings,
+              double shutter_lag_s);
 
 }  // namespace ulf::acquisition

@@ -64,7 +64,7 @@ void PtpipDescriptors::Opened() {
 
 void PtpipDescriptors::Close(const std::function<void()>& close_camera) {
   if (!is_ptpip_) return close_camera();
-  RunWithOwnDescriptors(close_camera);  // where it may not run, the library keeps its memory, no more
+  RunWithOwnDescriptors(close_camera);  // where the system does not allow it, only the library's memory leaks
   for (const Connection& connection : connections_)
     if (InodeOf(connection.descriptor) == connection.inode) close(connection.descriptor);
 }

@@ -10,11 +10,13 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kRoundingS = 0.35;       // corners of the path are rounded over twice this; all guessed
+// All guessed.
+constexpr double kRoundingS = 0.35;       // corners of the path are rounded over twice this
 constexpr double kGlanceS = 1.5;          // duration of a look away
 constexpr double kPauseRampS = 0.3;       // the hand stops and starts over this time
 constexpr double kDistanceChange = 0.05;  // at most, as a share of HandOptions::distance_m
 constexpr double kPlannedS = 3 * 3600;    // afterwards the hand rests
+constexpr double kAwayShare = 0.1;        // of a glance: above it the hand counts as looking away
 enum WaveStream {
   kPositionX,
   kPositionY,
@@ -30,6 +32,17 @@ enum WaveStream {
 
 double Uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
 
+// The path time that a pause has cost, `since` seconds after its start. The path's speed falls along a
+// cosine, rests, and rises again.
+double PauseSpent(double since, double rest_s) {
+  const double ramp = kPauseRampS;
+  const auto lost_in_ramp = [&](double t) { return 0.5 * (t - ramp / M_PI * std::sin(M_PI * t / ramp)); };
+  double spent = lost_in_ramp(std::clamp(since, 0.0, ramp));
+  spent += std::clamp(since - ramp, 0.0, rest_s);
+  const double after = std::clamp(since - ramp - rest_s, 0.0, ramp);
+  return spent + after - lost_in_ramp(after);
+}
+
 }  // namespace
 
 Hand::Hand(const HandOptions& options) : options_(options) {
@@ -37,8 +50,8 @@ Hand::Hand(const HandOptions& options) : options_(options) {
   up_ = (options.up_in_world - options.up_in_world.dot(forward_) * forward_).normalized();
   side_ = up_.cross(forward_);
 
-  // Heights are the sum of all waves' heights: the most that can occur. Positions in metres, angles in
-  // radians.
+  // A height is the sum of the heights of all waves: the largest possible deflection. Positions in metres,
+  // angles in radians.
   waves_.resize(kStreams);
   const auto draw = [&](int stream, int count, double low_hz, double high_hz, double height) {
     return Waves(options.seed, stream, count, low_hz, high_hz, height);
@@ -75,7 +88,7 @@ void Hand::PlanPath() {
   const auto go_to = [&](const Vector2d& angles, double speed_share) {
     AddStop(std::max(0.15, (angles - stops_.back().angles).norm() / (options_.speed * speed_share)), angles);
   };
-  // Sideways first: translation, which looking around alone would not give.
+  // Sideways first, because a tracker needs translation to initialise.
   AddStop(0, {0, 0});
   AddStop(0.3, {0, 0});
   go_to({Radians(3.5), 0}, 0.6);
@@ -96,7 +109,7 @@ void Hand::PlanPath() {
     }
     if (pass == 0) first_pass_end_path_s_ = stops_.back().time_s;
     downwards = !downwards;
-    // 1/2, 1/4, 3/4, 1/8, ...: halves what is left between the rows so far (van der Corput's sequence).
+    // 1/2, 1/4, 3/4, 1/8, ... (van der Corput's sequence): halves the gaps between the rows so far.
     shift = 0;
     for (int bits = pass + 1, step = 2; bits > 0; bits >>= 1, step *= 2)
       shift += (bits & 1) / static_cast<double>(step);
@@ -115,7 +128,7 @@ void Hand::PlanGlances() {
   }
 }
 
-// The angles of the plan integrated over path time: piecewise parabolas.
+// The integral of the planned angles over path time: piecewise parabolas.
 Vector2d Hand::PathIntegral(double path_s) const {
   if (path_s <= stops_.front().time_s) return path_s * stops_.front().angles;
   if (path_s >= stops_.back().time_s)
@@ -128,25 +141,11 @@ Vector2d Hand::PathIntegral(double path_s) const {
   return from->integral + since * from->angles + 0.5 * since * since * rate;
 }
 
-// A mean over a window turns the plan's corners into parabolas: position and velocity are continuous.
+// The mean over a window turns the plan's corners into parabolas, so that position and velocity are
+// continuous.
 Vector2d Hand::PathAngles(double path_s) const {
   return (PathIntegral(path_s + kRoundingS) - PathIntegral(path_s - kRoundingS)) / (2 * kRoundingS);
 }
-
-namespace {
-
-// Integral from the start of a pause until `since`: how much path time it has cost. The path's speed falls
-// along a cosine, rests, and rises again.
-double PauseSpent(double since, double rest_s) {
-  const double ramp = kPauseRampS;
-  const auto lost_in_ramp = [&](double t) { return 0.5 * (t - ramp / M_PI * std::sin(M_PI * t / ramp)); };
-  double spent = lost_in_ramp(std::clamp(since, 0.0, ramp));
-  spent += std::clamp(since - ramp, 0.0, rest_s);
-  const double after = std::clamp(since - ramp - rest_s, 0.0, ramp);
-  return spent + after - lost_in_ramp(after);
-}
-
-}  // namespace
 
 double Hand::PathTime(double time_s) const {
   double path_s = time_s;
@@ -155,7 +154,7 @@ double Hand::PathTime(double time_s) const {
     if (time_s <= pause_start) break;
     path_s -= PauseSpent(time_s - pause_start, kGlanceS);
   }
-  // A hand is not a motor: its speed swings by the sum of these waves, and never turns back.
+  // The hand's speed varies by the sum of these waves and never becomes negative.
   for (const Waves::Wave& wave : waves_[kSpeed].parts()) {
     const double rate = 2 * M_PI * wave.frequency_hz;
     path_s += wave.height / rate * (std::cos(wave.phase) - std::cos(rate * path_s + wave.phase));
@@ -172,7 +171,7 @@ double Hand::GlanceShare(double time_s, const Glance& glance) const {
 
 bool Hand::LooksAway(double time_s) const {
   return std::any_of(glances_.begin(), glances_.end(),
-                     [&](const Glance& glance) { return GlanceShare(time_s, glance) > 0.1; });
+                     [&](const Glance& glance) { return GlanceShare(time_s, glance) > kAwayShare; });
 }
 
 double Hand::FirstPassEndS() const {

@@ -33,7 +33,7 @@ std::optional<SensorFormat> FormatWhere(Predicate&& fits) {
   return std::nullopt;
 }
 
-// The standard normal quantiles at the middles of 4096 equal shares, scaled to variance 1 again: noise by one
+// The standard normal quantiles at the middles of 4096 equal shares, scaled to variance 1: noise by a table
 // look-up, with tails to 3.7 sigma.
 const std::array<float, 4096>& NormalTable() {
   static const std::array<float, 4096> table = [] {
@@ -86,7 +86,7 @@ struct Electrons {
   bool noise;
 };
 
-// The bits spread over 16 as pixel_format.h does it: the high bits fill the low ones.
+// Scales a number to 16 bits as pixel_format.h does: its high bits fill the low ones.
 template <int kBits>
 struct Spread {
   static_assert(kBits > 8 && kBits <= 16);
@@ -99,7 +99,7 @@ struct Spread<8> {
   static std::uint8_t To(std::uint32_t value) { return static_cast<std::uint8_t>(value); }
 };
 
-// A row of radiances to a row of numbers. Light and noise are shares of the full well.
+// Converts a row of radiances to a row of numbers. Light and noise are shares of the full well.
 template <int kBits, typename Number>
 void Convert(const std::vector<float>& radiance, const Electrons& e, NormalSource& source,
              std::vector<float>& noise, Number* out) {
@@ -123,7 +123,7 @@ void Convert(const std::vector<float>& radiance, const Electrons& e, NormalSourc
 void GatherRow(const F4* light, int y, int width, const PixelFormat& format, std::vector<float>& row) {
   row.resize(static_cast<std::size_t>(format.channels) * static_cast<std::size_t>(width));
   if (format.mosaic != Mosaic::kNone) {
-    // All four orders are R G / G B from another corner on.
+    // All four orders are R G / G B, starting at different corners.
     const int from_x = format.mosaic == Mosaic::kGrbg || format.mosaic == Mosaic::kBggr ? 1 : 0;
     const int from_y = format.mosaic == Mosaic::kGbrg || format.mosaic == Mosaic::kBggr ? 1 : 0;
     for (int x = 0; x < width; ++x)

@@ -21,7 +21,8 @@ using Eigen::Vector3f;
 
 constexpr int kCellsPerMm = 8;
 constexpr double kPaperMarginMm = 12;
-constexpr float kInk = 0.04f, kPaper = 0.8f, kRoom = 0.25f;
+constexpr float kInk = 0.04f, kPaper = 0.8f, kRoom = 0.25f;  // radiances
+constexpr double kStopS = 1.2;  // the time of one stop: half of it held still, half of it moved to the next
 
 double UnitNumber(std::uint64_t seed, std::uint64_t index, int which) {
   return UnitFloat(
@@ -39,7 +40,7 @@ cv::Mat DarkCells(const Board& board) {
   return cells;
 }
 
-// cos^4 of an angle that grows with the distance from the middle as the tangent.
+// cos^4 of an angle whose tangent grows with the distance from the middle.
 cv::Mat VignettingOf(const CameraModel& camera, double lost_in_the_corner) {
   const double tangent = std::sqrt(1 / std::sqrt(1 - lost_in_the_corner) - 1);
   const Vector2d middle(0.5 * camera.width, 0.5 * camera.height);
@@ -103,7 +104,7 @@ BoardScene::BoardScene(const BoardSceneOptions& options) : options_(options) {
 cv::Mat BoardScene::BoardLight(const Rigid3& cam_from_board) const {
   const CameraModel& camera = options_.camera;
   const double board_width = options_.board->WidthMm(), board_height = options_.board->HeightMm();
-  // Where each pixel corner's ray meets the board, in millimetres; far outside where it does not.
+  // Where each pixel corner's ray meets the board, in millimetres; a point far outside where it does not.
   const Rigid3 board_from_cam = cam_from_board.Inverse();
   const Eigen::Matrix3f rotation = board_from_cam.RotationMatrix().cast<float>();
   const Vector3f eye = board_from_cam.translation.cast<float>();
@@ -173,7 +174,7 @@ cv::Mat BoardScene::Render(const Rigid3& cam_from_board, std::uint64_t noise_see
   return pixels;
 }
 
-// The places go round the image on a 5 x 4 grid in an order that jumps; tilts and sizes go on independently.
+// Visits the places of a 5 x 4 grid over the image in a scattered order; tilts and sizes vary independently.
 Rigid3 BoardScene::Place(std::uint64_t stop) const {
   constexpr int kColumns = 5, kRows = 4, kJump = 7;  // coprime to the number of places
   const CameraModel& camera = options_.camera;
@@ -233,8 +234,6 @@ class SimulatedBoardDevice : public Device {
 
   std::optional<Frame> Next(std::chrono::milliseconds /*timeout*/) override {
     if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
-    // Half of the time held, half of it carried.
-    constexpr double kStopS = 1.2;
     const double time_s = static_cast<double>(next_) / fps_, stops = time_s / kStopS;
     const double within = stops - std::floor(stops);
     Frame frame;
@@ -248,7 +247,7 @@ class SimulatedBoardDevice : public Device {
   }
   DeviceState State() const override {
     if (!started_) return DeviceState::kConnected;
-    const bool over = static_cast<double>(next_) / fps_ >= 1.2 * static_cast<double>(stops_);
+    const bool over = static_cast<double>(next_) / fps_ >= kStopS * static_cast<double>(stops_);
     return over ? DeviceState::kEnded : DeviceState::kStreaming;
   }
   DeviceStatistics Statistics() const override { return statistics_; }

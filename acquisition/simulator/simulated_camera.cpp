@@ -17,7 +17,7 @@ std::uint64_t SeedOf(const DeviceUri& uri, std::uint64_t otherwise) {
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), seed);
   if (error != std::errc() || end != text->data() + text->size())
-    throw UsageError("'{}': seed must be a whole number from 0 on, not '{}'", uri.Text(), *text);
+    throw UsageError("'{}': seed must be a whole number, 0 or more, not '{}'", uri.Text(), *text);
   return seed;
 }
 
@@ -34,23 +34,20 @@ void ReadCap(const DeviceUri& uri, SimulationOptions& options) {
 
 void RequireRange(const char* what, double value, double low, double high) {
   if (!(value >= low && value <= high))
-    throw UsageError("the simulated camera's {} is {:g}; it must be from {:g} to {:g}", what, value, low,
-                     high);
+    throw UsageError("the simulated camera's {} is {:g}; it must be {:g} to {:g}", what, value, low, high);
 }
 
 HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
-  HandOptions hand;
-  hand.subject_in_world = scene.subject().center_in_world;
-  hand.up_in_world = scene.UpInWorld();
-  hand.first_direction = scene.FirstDirection();
-  hand.distance_m = scene.FirstDistance();
-  hand.cap_azimuth = options.cap_azimuth;
-  hand.cap_elevation = options.cap_elevation;
-  hand.row_spacing = options.row_spacing;
-  hand.speed = options.speed;
-  hand.looks_away = options.looks_away;
-  hand.seed = options.seed;
-  return hand;
+  return {.subject_in_world = scene.subject().center_in_world,
+          .up_in_world = scene.UpInWorld(),
+          .first_direction = scene.FirstDirection(),
+          .distance_m = scene.FirstDistance(),
+          .cap_azimuth = options.cap_azimuth,
+          .cap_elevation = options.cap_elevation,
+          .row_spacing = options.row_spacing,
+          .speed = options.speed,
+          .looks_away = options.looks_away,
+          .seed = options.seed};
 }
 
 const SimulationOptions& Validated(const SimulationOptions& options) {

@@ -21,11 +21,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// A camera whose cable is out: the world outside the device, which outlives it. By URI.
+// A simulated camera that is unplugged.
 struct Absence {
   Clock::time_point back;
   std::uint64_t next_frame = 0;
 };
+// The unplugged cameras by URI. They outlive their device, which is closed meanwhile.
 class Absences {
  public:
   static Absences& Instance() {
@@ -36,13 +37,14 @@ class Absences {
     const MutexLock lock(mutex_);
     away_[uri] = absence;
   }
-  // The frame to go on with. Throws Error while the camera is away.
+  // The number of the next frame. Throws Error while the camera is unplugged.
   std::uint64_t End(const std::string& uri) {
     const MutexLock lock(mutex_);
     const auto found = away_.find(uri);
     if (found == away_.end()) return 0;
     const double left_s = std::chrono::duration<double>(found->second.back - Clock::now()).count();
-    if (left_s > 0) throw Error("{}: the simulated cable is out; it is put back in {:.1f} s", uri, left_s);
+    if (left_s > 0)
+      throw Error("{}: the simulated cable is unplugged; it is plugged in again in {:.1f} s", uri, left_s);
     const std::uint64_t next_frame = found->second.next_frame;
     away_.erase(found);
     return next_frame;
@@ -62,7 +64,7 @@ class SimulatedDevice : public Device {
     const GigeLinkFaults& link = faults_.link;
     if (link.lost > 0 || link.doubled > 0 || link.swapped > 0 || link.late > 0 || !faults_.resends)
       throw UsageError(
-          "{}: lost, doubled, swapped, late and resend are faults of a network; serve the camera there with "
+          "{}: lost, doubled, swapped, late and resend are faults of a network; serve the camera on one with "
           "'ulf simulate --fault ...' and open it by aravis:",
           uri.Text());
     next_ = Absences::Instance().End(uri.Text());
@@ -75,7 +77,7 @@ class SimulatedDevice : public Device {
             .serial = "sim-" + camera_.options().scene + "-" + std::to_string(camera_.options().seed),
             .bus = "simulated",
             .available = !lost_,
-            .problem = lost_ ? "the simulated cable is out" : ""};
+            .problem = lost_ ? "the simulated cable is unplugged" : ""};
   }
   std::optional<CameraModel> Camera() const override { return camera_.camera(); }
   bool IsLive() const override { return false; }
@@ -90,14 +92,14 @@ class SimulatedDevice : public Device {
 
   std::optional<Frame> Next(std::chrono::milliseconds timeout) override {
     if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
-    if (const FaultSpan* out = Holding(faults_.disconnects)) {
+    if (const FaultSpan* out = ActiveSpan(faults_.disconnects)) {
       lost_ = true;
-      Absences::Instance().Begin(uri_.Text(), {Clock::now() + Real(out->for_s), FrameAfter(*out)});
+      Absences::Instance().Begin(uri_.Text(), {Clock::now() + Duration(out->for_s), FrameAfter(*out)});
       return std::nullopt;
     }
-    if (const FaultSpan* frozen = Holding(faults_.freezes))
-      if (!Thawed(*frozen, timeout)) return std::nullopt;
-    return Take();
+    if (const FaultSpan* frozen = ActiveSpan(faults_.freezes))
+      if (!WaitForEnd(*frozen, timeout)) return std::nullopt;
+    return CaptureNext();
   }
 
   DeviceState State() const override {
@@ -113,10 +115,10 @@ class SimulatedDevice : public Device {
 
  private:
   double Now() const { return static_cast<double>(next_) / camera_.options().fps; }
-  static Clock::duration Real(double seconds) {
+  static Clock::duration Duration(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   }
-  const FaultSpan* Holding(const std::vector<FaultSpan>& spans) const {
+  const FaultSpan* ActiveSpan(const std::vector<FaultSpan>& spans) const {
     const auto found =
         std::find_if(spans.begin(), spans.end(), [&](const FaultSpan& s) { return s.Holds(Now()); });
     return found == spans.end() ? nullptr : &*found;
@@ -127,9 +129,9 @@ class SimulatedDevice : public Device {
     return std::max(next_ + 1, frame);
   }
 
-  // Waits for the end of a freeze, for no longer than the timeout.
-  bool Thawed(const FaultSpan& frozen, std::chrono::milliseconds timeout) {
-    if (!thaw_) thaw_ = Clock::now() + Real(frozen.for_s);
+  // Waits for the end of a freeze, at most for the timeout; true: frames come again.
+  bool WaitForEnd(const FaultSpan& frozen, std::chrono::milliseconds timeout) {
+    if (!thaw_) thaw_ = Clock::now() + Duration(frozen.for_s);
     std::this_thread::sleep_until(std::min(*thaw_, Clock::now() + timeout));
     if (Clock::now() < *thaw_) return false;
     thaw_.reset();
@@ -137,7 +139,7 @@ class SimulatedDevice : public Device {
     return State() == DeviceState::kStreaming;
   }
 
-  Frame Take() {
+  Frame CaptureNext() {
     Frame frame = camera_.Capture(next_++);
     frame.host_time_s = EpochSeconds();
     ids_.Arrived(frame.id);
@@ -170,9 +172,8 @@ std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri, std::shared_pt
   if (uri.path == "board" || uri.path == "card") return OpenSimulatedBoard(uri);
   const std::vector<std::string> scenes = Scene::Names();
   if (std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
-    throw UsageError(
-        "'{}': there is no '{}' to simulate; there are the scenes {}, and for calibration board and card",
-        uri.Text(), uri.path, fmt::join(scenes, ", "));
+    throw UsageError("'{}': there is no scene '{}'; there are {}, and for calibration board and card",
+                     uri.Text(), uri.path, fmt::join(scenes, ", "));
   return std::make_unique<SimulatedDevice>(uri, std::move(hand));
 }
 

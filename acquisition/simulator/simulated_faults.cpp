@@ -1,5 +1,7 @@
 #include "acquisition/simulator/simulated_faults.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
 #include <functional>
@@ -71,9 +73,8 @@ void SimulatedFaults::Add(const std::string& text) {
   const std::string name = text.substr(0, equals);
   for (const auto& [known, setter] : Setters())
     if (known == name && equals != std::string::npos) return setter(*this, name, text.substr(equals + 1));
-  std::string list;
-  for (const std::string& known : SimulatedFaultNames()) list += (list.empty() ? "" : ", ") + known;
-  throw UsageError("'{}' is not a fault; write name=value with one of: {}", text, list);
+  throw UsageError("'{}' is not a fault; write name=value with one of: {}", text,
+                   fmt::join(SimulatedFaultNames(), ", "));
 }
 
 bool SimulatedFaults::NeedRelay() const {

@@ -13,6 +13,7 @@
 // Seconds count from the first frame.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -39,16 +40,14 @@ struct SimulatedFaults {
   // Whether these faults need a GigeRelay.
   bool NeedRelay() const;
 
-  bool Frozen(double t_s) const { return Any(freezes, t_s); }
-  bool Disconnected(double t_s) const { return Any(disconnects, t_s); }
+  bool Frozen(double t_s) const { return AnyHolds(freezes, t_s); }
+  bool Disconnected(double t_s) const { return AnyHolds(disconnects, t_s); }
   // The factor on the light at a time.
   double Light(double t_s) const;
 
  private:
-  static bool Any(const std::vector<FaultSpan>& spans, double t_s) {
-    for (const FaultSpan& span : spans)
-      if (span.Holds(t_s)) return true;
-    return false;
+  static bool AnyHolds(const std::vector<FaultSpan>& spans, double t_s) {
+    return std::any_of(spans.begin(), spans.end(), [t_s](const FaultSpan& span) { return span.Holds(t_s); });
   }
 };
 

@@ -13,7 +13,7 @@ struct Segment {
   std::size_t begin = 0, end = 0;  // with its marker
 };
 
-// The header's segments up to the first scan's.
+// The segments of the header, up to that of the first scan.
 std::vector<Segment> Segments(std::span<const std::uint8_t> jpeg) {
   std::vector<Segment> segments;
   std::size_t at = 2;
@@ -26,7 +26,7 @@ std::vector<Segment> Segments(std::span<const std::uint8_t> jpeg) {
   return segments;
 }
 
-// The standard's tables (ITU-T T.81, annex K.3), as any encoder that does not optimise writes them.
+// The standard's tables (ITU-T T.81, Annex K.3), taken from an encoder that does not optimise.
 const std::string& StandardTables() {
   static const std::string tables = [] {
     std::vector<std::uint8_t> jpeg;
@@ -45,7 +45,7 @@ const std::string& StandardTables() {
 
 std::optional<std::string> StandaloneJpeg(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != kStart) return std::nullopt;
-  // Behind the end marker there may be padding; inside the scan it cannot stand.
+  // Padding may follow the end marker, which cannot occur inside the scan.
   std::size_t end = bytes.size();
   while (end >= 4 && !(bytes[end - 2] == 0xFF && bytes[end - 1] == kEnd)) --end;
   if (end < 4) return std::nullopt;

@@ -11,6 +11,8 @@
 namespace ulf::acquisition {
 namespace {
 
+constexpr int kMostControls = 1000;  // against a driver whose list does not end; guessed
+
 struct ShortName {
   std::uint32_t id;
   const char* name;
@@ -27,15 +29,14 @@ constexpr std::array kShortNames = {
     ShortName{V4L2_CID_FOCUS_AUTO, "auto_focus"},
 };
 
-// An automatic, how it is switched off, and the control that it moves.
 struct Automatic {
   std::uint32_t id;
-  int off;
-  std::uint32_t moves;  // 0: none that can be read
+  int off;               // the value that switches it off
+  std::uint32_t target;  // the control that it changes; 0: none that can be read
 };
 constexpr std::array kAutomatics = {
     Automatic{V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, V4L2_CID_EXPOSURE_ABSOLUTE},
-    Automatic{V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, 0},  // would lengthen the frame for the exposure's sake
+    Automatic{V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0, 0},  // lowers the frame rate for a longer exposure
     Automatic{V4L2_CID_AUTOGAIN, 0, V4L2_CID_GAIN},
     Automatic{V4L2_CID_AUTO_WHITE_BALANCE, 0, V4L2_CID_WHITE_BALANCE_TEMPERATURE},
     Automatic{V4L2_CID_AUTO_N_PRESET_WHITE_BALANCE, V4L2_WHITE_BALANCE_MANUAL, 0},
@@ -82,15 +83,10 @@ bool HasChoice(const V4l2Control& control, int value) {
                      [value](const auto& entry) { return entry.first == value; });
 }
 
-const char* WhyRefused(int error) {
-  switch (error) {
-    case EBUSY:
-      return "another control or program holds it";
-    case EACCES:
-      return "it cannot be written now";
-    default:
-      return std::strerror(error);
-  }
+const char* RefusalText(int error) {
+  if (error == 0) return "the driver does not switch it off";
+  if (error == EBUSY) return "another control or program locks it";
+  return error == EACCES ? "it cannot be written now" : std::strerror(error);
 }
 
 }  // namespace
@@ -100,7 +96,7 @@ std::vector<V4l2Control> V4l2Controls(const V4l2Node& node) {
   std::string category = "User Controls";
   v4l2_queryctrl query{};
   query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
-  for (int i = 0; i < 1000 && node.Call(VIDIOC_QUERYCTRL, &query) == 0; ++i) {
+  for (int i = 0; i < kMostControls && node.Call(VIDIOC_QUERYCTRL, &query) == 0; ++i) {
     const std::string title = V4l2Text(query.name, sizeof query.name);
     if (query.type == V4L2_CTRL_TYPE_CTRL_CLASS) category = title;
     const bool is_number = query.type == V4L2_CTRL_TYPE_INTEGER || query.type == V4L2_CTRL_TYPE_BOOLEAN ||
@@ -151,10 +147,8 @@ std::string V4l2ControlText(const V4l2Control& control, int value) {
 }
 
 int V4l2ControlValue(const std::string& who, const V4l2Control& control, const std::string& text) {
-  if (control.IsMenu()) {
-    for (const auto& [number, words] : control.menu)
-      if (text == words || NameOf(text) == NameOf(words)) return number;
-  }
+  for (const auto& [number, words] : control.menu)
+    if (text == words || NameOf(text) == NameOf(words)) return number;
   if (control.type == V4L2_CTRL_TYPE_BOOLEAN) {
     if (text == "true" || text == "on" || text == "yes") return 1;
     if (text == "false" || text == "off" || text == "no") return 0;
@@ -186,27 +180,27 @@ V4l2Frozen FreezeV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Cont
                                 [&](const std::string& name) { return control->Answers(name); }))
       continue;
     int off = automatic.off;
-    // A camera without a manual mode may still hold the time and move something else.
+    // A camera without a manual mode may still keep its exposure time and change something else.
     if (automatic.id == V4L2_CID_EXPOSURE_AUTO && !HasChoice(*control, off))
       off = V4L2_EXPOSURE_SHUTTER_PRIORITY;
-    const auto before = GetV4l2Control(node, automatic.id);
-    if (before == off) continue;
-    const V4l2Control* moved = automatic.moves ? Find(controls, automatic.moves) : nullptr;
-    const auto reached = moved ? GetV4l2Control(node, moved->id) : std::nullopt;
+    if (GetV4l2Control(node, automatic.id) == off) continue;
+    const V4l2Control* target = automatic.target ? Find(controls, automatic.target) : nullptr;
+    const auto reached = target ? GetV4l2Control(node, target->id) : std::nullopt;
     const int error = SetV4l2Control(node, automatic.id, off);
     if (error != 0 || GetV4l2Control(node, automatic.id).value_or(off) != off) {
       frozen.refused.push_back(fmt::format("{} stays on ({}): pictures may change between views",
-                                           control->name, error ? WhyRefused(error) : "the driver keeps it"));
+                                           control->name, RefusalText(error)));
       continue;
     }
-    std::string words = control->name + " off";
-    if (moved && reached) {
-      SetV4l2Control(node, moved->id, *reached);
-      const auto held = GetV4l2Control(node, moved->id);
-      if (held) frozen.values.emplace_back(moved->name, *held);
-      if (held) words += fmt::format(", {} held at {}", moved->name, V4l2ControlText(*moved, *held));
+    std::string message = control->name + " off";
+    if (reached) {
+      SetV4l2Control(node, target->id, *reached);
+      if (const auto held = GetV4l2Control(node, target->id)) {
+        frozen.values.emplace_back(target->name, *held);
+        message += fmt::format(", {} held at {}", target->name, V4l2ControlText(*target, *held));
+      }
     }
-    frozen.held.push_back(std::move(words));
+    frozen.held.push_back(std::move(message));
   }
   return frozen;
 }
@@ -225,7 +219,7 @@ HeldAutomatics HeldV4l2Automatics(const V4l2Node& node, const std::vector<V4l2Co
 }
 
 double V4l2ExposureSeconds(const V4l2Node& node, const std::vector<V4l2Control>& controls) {
-  constexpr double kStepSeconds = 100e-6;
+  constexpr double kStepSeconds = 100e-6;  // V4L2's unit of exposure
   if (!Find(controls, V4L2_CID_EXPOSURE_ABSOLUTE)) return 0;
   if (Find(controls, V4L2_CID_EXPOSURE_AUTO)) {
     const auto mode = GetV4l2Control(node, V4L2_CID_EXPOSURE_AUTO);

@@ -31,6 +31,10 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
+// How long the capture thread waits for a frame before it does its other work, and its pause where no buffer
+// is filled yet. Guessed.
+constexpr milliseconds kFrameWait(100), kEmptyPause(2);
+
 class V4l2Device : public Device {
  public:
   explicit V4l2Device(const DeviceUri& uri) : options_(V4l2OptionsOf(uri)) {
@@ -44,9 +48,9 @@ class V4l2Device : public Device {
     const V4l2Mode mode = ChooseV4l2Mode(uri_, V4l2Modes(*node_, options_.request.size), options_.request);
     configured_ = SetV4l2Mode(*node_, mode, options_.request.fps);
     controls_ = V4l2Controls(*node_);
-    RequireControls();
+    CheckControls();
     stop_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (stop_ < 0) throw Error("{}: no descriptor is left for stopping it; close other programs", uri_);
+    if (stop_ < 0) throw Error("{}: the system has no file descriptors left; close other programs", uri_);
     spdlog::debug("{}: {} {} {} {}x{}, period {:.4f} s", uri_, info_.maker, info_.model,
                   configured_.format.name, configured_.width, configured_.height, configured_.period_s);
   }
@@ -72,7 +76,7 @@ class V4l2Device : public Device {
     stream_ = std::make_unique<V4l2Stream>(*node_, options_.io, configured_.image_bytes);
     {
       const MutexLock lock(mutex_);
-      queue_ = std::make_unique<FrameQueue>(options_.queue, WhenFull::kDropOldest);
+      queue_ = std::make_unique<FrameQueue>(options_.queue);
       statistics_ = {};
       ids_ = {};
       while_settling_ = 0;
@@ -104,10 +108,10 @@ class V4l2Device : public Device {
   void Stop() override {
     if (!thread_.joinable()) return;
     const std::uint64_t one = 1;
-    if (write(stop_, &one, sizeof one) < 0) spdlog::error("{}: cannot be told to stop", uri_);
+    if (write(stop_, &one, sizeof one) < 0) spdlog::error("{}: the stop signal cannot be sent", uri_);
     thread_.join();
     std::uint64_t taken = 0;
-    if (read(stop_, &taken, sizeof taken) < 0) spdlog::debug("{}: was not told to stop", uri_);
+    if (read(stop_, &taken, sizeof taken) < 0) spdlog::debug("{}: no stop signal was sent", uri_);
     queue_->Close();
     stream_.reset();
     const MutexLock lock(mutex_);
@@ -144,8 +148,8 @@ class V4l2Device : public Device {
     events_.push_back({kind, EpochSeconds(), text});
   }
 
-  // Names and values of the URI's controls, before anything is written.
-  void RequireControls() const {
+  // Throws UsageError for an invalid name or value of the URI's controls, before anything is written.
+  void CheckControls() const {
     for (const auto& [name, value] : options_.controls) {
       const auto control = FindControl(name);
       if (control == controls_.end()) {
@@ -155,7 +159,7 @@ class V4l2Device : public Device {
         throw UsageError("'{}' has no option or control '{}'; known are: {}", uri_, name, list);
       }
       if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
-        throw UsageError("'{}': the control {} can only be read", uri_, name);
+        throw UsageError("'{}': the control {} is read-only", uri_, name);
       V4l2ControlValue(uri_, *control, value);
     }
   }
@@ -178,8 +182,8 @@ class V4l2Device : public Device {
       const int error = SetV4l2Control(*node_, control.id, value);
       const auto got = GetV4l2Control(*node_, control.id);
       if (error != 0 || (got && *got != value))
-        Say(DeviceEventKind::kNotice, fmt::format("{} was asked for {} and is {}{}", name, text,
-                                                  got ? V4l2ControlText(control, *got) : "unknown",
+        Say(DeviceEventKind::kNotice, fmt::format("the camera changed {}={} to {}{}", name, text,
+                                                  got ? V4l2ControlText(control, *got) : "an unknown value",
                                                   error ? fmt::format(" ({})", std::strerror(error)) : ""));
     }
     exposure_s_ = V4l2ExposureSeconds(*node_, controls_);
@@ -187,11 +191,11 @@ class V4l2Device : public Device {
       const MutexLock lock(mutex_);
       held_ = HeldV4l2Automatics(*node_, controls_);
     }
-    HoldInUri(frozen.values);
+    AddToUri(frozen.values);
   }
 
-  // From here on the URI contains the held values: a camera opened again by it takes the same pictures.
-  void HoldInUri(const std::vector<std::pair<std::string, int>>& values) {
+  // Adds the held values to the URI, so that a camera opened again by it takes the same pictures.
+  void AddToUri(const std::vector<std::pair<std::string, int>>& values) {
     if (values.empty()) return;
     const MutexLock lock(mutex_);
     DeviceUri uri = DeviceUri::Parse(info_.uri);
@@ -215,38 +219,39 @@ class V4l2Device : public Device {
     auto last_frame = begun;
     bool stalled = false, settled = options_.settle_s == 0;
     if (settled) FreezeAndSet();
-    while (!WaitForFrame(milliseconds(100))) {
+    while (!WaitForFrame(kFrameWait)) {
       if (!settled && SecondsSince(begun) >= options_.settle_s) {
         settled = true;
         FreezeAndSet();
-        // The buffers still contain frames that were exposed earlier.
+        // The buffers still contain frames that were exposed before.
         settled_at_ = Clock::now();
       }
       std::optional<V4l2Stream::Filled> filled;
       const int error = stream_->Dequeue(filled);
       if (filled) {
-        settled ? Take(*filled) : CountWhileSettling(*filled);
-        if (const int refused = stream_->Requeue(*filled); refused != 0) return LoseBy(refused);
+        settled ? Take(*filled) : CountSettling(*filled);
+        if (const int refused = stream_->Requeue(*filled); refused != 0)
+          return Lose(V4l2Problem(node_->Path(), refused));
         if (stalled) Say(DeviceEventKind::kNotice, "frames come again");
         stalled = false;
         last_frame = Clock::now();
         continue;
       }
-      if (error != EAGAIN) return LoseBy(error);
+      if (error != EAGAIN) return Lose(V4l2Problem(node_->Path(), error));
       // Some drivers wake their readers before a buffer is filled.
-      if (Pause(milliseconds(2))) return;
+      if (Pause(kEmptyPause)) return;
       const double silence_s = SecondsSince(last_frame);
-      if (silence_s > stall_s && !std::exchange(stalled, silence_s > stall_s))
+      if (silence_s > stall_s && !std::exchange(stalled, true))
         Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
       if (silence_s > lost_s)
         return Lose(
-            fmt::format("no frame for {:.1f} s although the camera is there; unplug it and plug it in "
-                        "again, or take another USB socket",
+            fmt::format("no frame for {:.1f} s although the camera is connected; unplug it and plug it in "
+                        "again, or use another USB socket",
                         silence_s));
     }
   }
 
-  // True when told to stop; else a frame may be there, or the time is over.
+  // True when the thread is to stop; else a frame may have arrived, or the time is over.
   bool WaitForFrame(milliseconds timeout) const {
     std::array<pollfd, 2> waiting{{{stop_, POLLIN, 0}, {node_->Descriptor(), POLLIN, 0}}};
     poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count()));
@@ -256,8 +261,6 @@ class V4l2Device : public Device {
     pollfd waiting{stop_, POLLIN, 0};
     return poll(&waiting, 1, static_cast<int>(time.count())) > 0;
   }
-
-  void LoseBy(int error) { Lose(V4l2Problem(node_->Path(), error)); }
 
   void Lose(const std::string& problem) {
     {
@@ -270,7 +273,7 @@ class V4l2Device : public Device {
   }
 
   // Discards a frame; gaps between discarded frames count as missing too.
-  void CountWhileSettling(const V4l2Stream::Filled& filled) {
+  void CountSettling(const V4l2Stream::Filled& filled) {
     const MutexLock lock(mutex_);
     ids_.Arrived(filled.header.sequence);
     ++while_settling_;
@@ -280,12 +283,12 @@ class V4l2Device : public Device {
     const v4l2_buffer& header = filled.header;
     const double stamp_s =
         static_cast<double>(header.timestamp.tv_sec) + 1e-6 * static_cast<double>(header.timestamp.tv_usec);
-    // These frames were exposed, at least in part, while the automatics were on.
     const bool monotonic = (header.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+    // Discards frames that were exposed, at least in part, while the automatics were on.
     if (monotonic && settled_at_ != Clock::time_point() &&
         stamp_s <
             std::chrono::duration<double>(settled_at_.time_since_epoch()).count() + configured_.period_s)
-      return CountWhileSettling(filled);
+      return CountSettling(filled);
     Frame frame;
     frame.id = header.sequence;
     frame.host_time_s = EpochSeconds();
@@ -309,7 +312,7 @@ class V4l2Device : public Device {
     queue_->Push(std::move(frame));
   }
 
-  // False when the buffer does not hold the picture that was configured.
+  // False when the buffer does not contain the configured picture.
   bool Fill(std::span<const std::uint8_t> bytes, Frame& frame) {
     try {
       if (configured_.format.packing == PixelPacking::kJpeg) {
@@ -341,7 +344,7 @@ class V4l2Device : public Device {
   int stop_ = -1;
   std::thread thread_;
   std::atomic<DeviceState> state_{DeviceState::kConnected};
-  // The capture thread's.
+  // Used by the capture thread.
   double exposure_s_ = 0;
   Clock::time_point settled_at_;
   bool said_incomplete_ = false;

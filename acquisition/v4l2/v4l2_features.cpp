@@ -1,5 +1,7 @@
 #include "acquisition/v4l2/v4l2_features.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -19,7 +21,7 @@ FeatureType TypeOf(const V4l2Control& control) {
 
 const char* UnitOf(const V4l2Control& control) {
   if (control.id == V4L2_CID_EXPOSURE_ABSOLUTE) return "100 us";
-  // No standard says what one step of it is.
+  // No standard defines their unit.
   if (control.id == V4L2_CID_GAIN || control.id == V4L2_CID_ANALOGUE_GAIN ||
       control.id == V4L2_CID_DIGITAL_GAIN)
     return "driver units";
@@ -31,7 +33,7 @@ class V4l2Features : public FeatureAccess {
   explicit V4l2Features(const DeviceUri& uri)
       : camera_(ResolveV4l2Camera(uri.Text(), uri.path)), node_(camera_.node) {
     if (!uri.options.empty())
-      throw UsageError("'{}': features are set by name, not in the address; leave out what follows '?'",
+      throw UsageError("'{}': ulf features sets features by name; leave the options after '?' out",
                        uri.Text());
   }
 
@@ -53,7 +55,7 @@ class V4l2Features : public FeatureAccess {
 
   std::vector<CameraFeature> List() override {
     std::vector<CameraFeature> features;
-    // Asked anew each time: an automatic that is switched off frees the control that it moved.
+    // Queried each time, because switching an automatic off makes the control that it changed writable.
     for (const V4l2Control& control : V4l2Controls(node_)) features.push_back(FeatureOf(control));
     return features;
   }
@@ -69,17 +71,16 @@ class V4l2Features : public FeatureAccess {
       std::vector<std::string> names;
       for (const V4l2Control& known : V4l2Controls(node_))
         if (!(known.flags & V4L2_CTRL_FLAG_READ_ONLY)) names.push_back(known.name);
-      std::string list;
-      for (const std::string& near : NearestNames(name, names)) list += (list.empty() ? "" : ", ") + near;
-      throw UsageError("{}: there is no control '{}'; the nearest are {}", camera_.info.uri, name, list);
+      throw UsageError("{}: there is no control '{}'; the nearest are {}", camera_.info.uri, name,
+                       fmt::join(NearestNames(name, names), ", "));
     }
     if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
-      throw UsageError("{}: {} can only be read", camera_.info.uri, name);
+      throw UsageError("{}: {} is read-only", camera_.info.uri, name);
     const bool is_button = control->type == V4L2_CTRL_TYPE_BUTTON;
     const int number = is_button ? 1 : V4l2ControlValue(camera_.info.uri, *control, value);
     if (const int error = SetV4l2Control(node_, control->id, number); error != 0)
       throw Error("{}: {} cannot be set to {}: {}", camera_.info.uri, name, value,
-                  control->flags & V4L2_CTRL_FLAG_INACTIVE ? "an automatic moves it; switch that off first"
+                  control->flags & V4L2_CTRL_FLAG_INACTIVE ? "an automatic sets it; switch that off first"
                                                            : std::strerror(error));
   }
 

@@ -1,5 +1,7 @@
 #include "acquisition/v4l2/v4l2_modes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -38,9 +40,12 @@ using Size = std::pair<int, int>;
 constexpr std::array<Size, 8> kUsualSizes{
     {{320, 240}, {640, 480}, {800, 600}, {1024, 768}, {1280, 720}, {1280, 960}, {1920, 1080}, {3840, 2160}}};
 
-// Frames per second that the chosen size must reach; slower modes only if there is no other. Guessed: the
-// rate of film, at which a hand moves little between two frames.
+// A mode that the URI leaves open should have at most so many pixels and at least so many frames per second;
+// others are chosen only where there is none. Guessed: 24 is the rate of film, at which a hand moves little
+// between two frames.
+constexpr int kMostPixels = 1920 * 1080;
 constexpr double kFastEnough = 24;
+constexpr std::uint32_t kMostEntries = 1000;  // against a driver whose lists do not end; guessed
 // Relative difference up to which two frame rates are the same: 29.97 is 30.
 constexpr double kSameFps = 0.01;
 
@@ -50,7 +55,7 @@ double FpsOf(const v4l2_fract& interval) {
 
 std::vector<Size> SizesOf(const V4l2Node& node, std::uint32_t fourcc, std::optional<Size> also) {
   std::vector<Size> sizes;
-  for (std::uint32_t i = 0; i < 1000; ++i) {
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
     v4l2_frmsizeenum offered{};
     offered.index = i;
     offered.pixel_format = fourcc;
@@ -73,7 +78,7 @@ std::vector<Size> SizesOf(const V4l2Node& node, std::uint32_t fourcc, std::optio
     }
     break;
   }
-  if (sizes.empty()) {  // an old driver: what it has now
+  if (sizes.empty()) {  // an old driver, which offers only its present size
     v4l2_format format{};
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (node.Call(VIDIOC_G_FMT, &format) == 0)
@@ -83,7 +88,7 @@ std::vector<Size> SizesOf(const V4l2Node& node, std::uint32_t fourcc, std::optio
 }
 
 void FillFps(const V4l2Node& node, V4l2Mode& mode) {
-  for (std::uint32_t i = 0; i < 1000; ++i) {
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
     v4l2_frmivalenum offered{};
     offered.index = i;
     offered.pixel_format = mode.fourcc;
@@ -102,27 +107,38 @@ void FillFps(const V4l2Node& node, V4l2Mode& mode) {
 
 std::string FpsList(const V4l2Mode& mode) {
   if (mode.any_fps) return fmt::format("{:g} to {:g}", mode.fps.front(), mode.fps.back());
-  std::string list;
-  for (const double fps : mode.fps) list += fmt::format("{}{:g}", list.empty() ? "" : ", ", fps);
-  return list;
+  return fmt::format("{:g}", fmt::join(mode.fps, ", "));
 }
 
-// Distinct words about the modes that `keep` keeps, joined.
-template <typename Keep, typename Say>
-std::string ListOf(const std::vector<V4l2Mode>& modes, Keep keep, Say say) {
+// The distinct descriptions of the modes that `keep` selects, joined.
+template <typename Keep, typename Describe>
+std::string ListOf(const std::vector<V4l2Mode>& modes, Keep keep, Describe describe) {
   std::string list;
-  std::set<std::string> said;
+  std::set<std::string> listed;
   for (const V4l2Mode& mode : modes)
-    if (keep(mode) && said.insert(say(mode)).second) list += (list.empty() ? "" : ", ") + say(mode);
+    if (keep(mode) && listed.insert(describe(mode)).second)
+      list += (list.empty() ? "" : ", ") + describe(mode);
   return list;
 }
 
-bool Better(const V4l2Mode& a, const V4l2Mode& b) {
+bool IsBetter(const V4l2Mode& a, const V4l2Mode& b) {
   const auto pixels = [](const V4l2Mode& mode) { return mode.width * mode.height; };
   if (pixels(a) != pixels(b)) return pixels(a) > pixels(b);
   if (a.format.name == b.format.name) return a.FastestFps() > b.FastestFps();
   return PreferredPixelFormat({std::string(a.format.name), std::string(b.format.name)})->name ==
          a.format.name;
+}
+
+std::vector<v4l2_fmtdesc> OfferedFormats(const V4l2Node& node) {
+  std::vector<v4l2_fmtdesc> list;
+  for (std::uint32_t i = 0; i < kMostEntries; ++i) {
+    v4l2_fmtdesc offered{};
+    offered.index = i;
+    offered.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (node.Call(VIDIOC_ENUM_FMT, &offered) != 0) break;
+    if (!(offered.flags & V4L2_FMT_FLAG_EMULATED)) list.push_back(offered);
+  }
+  return list;
 }
 
 }  // namespace
@@ -149,27 +165,11 @@ std::optional<std::uint32_t> FourccByName(const std::string& name) {
 double V4l2Mode::FastestFps() const { return fps.empty() ? 0 : *std::max_element(fps.begin(), fps.end()); }
 
 bool V4l2Mode::Offers(double wanted) const {
-  if (fps.empty()) return true;  // the driver says when it is asked
+  if (fps.empty()) return true;  // unknown until the rate is set
   if (any_fps) return wanted >= fps.front() * (1 - kSameFps) && wanted <= fps.back() * (1 + kSameFps);
   return std::any_of(fps.begin(), fps.end(),
                      [&](double offered) { return std::abs(offered - wanted) <= kSameFps * wanted; });
 }
-
-namespace {
-
-std::vector<v4l2_fmtdesc> OfferedFormats(const V4l2Node& node) {
-  std::vector<v4l2_fmtdesc> list;
-  for (std::uint32_t i = 0; i < 1000; ++i) {
-    v4l2_fmtdesc offered{};
-    offered.index = i;
-    offered.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (node.Call(VIDIOC_ENUM_FMT, &offered) != 0) break;
-    if (!(offered.flags & V4L2_FMT_FLAG_EMULATED)) list.push_back(offered);
-  }
-  return list;
-}
-
-}  // namespace
 
 std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<Size> also) {
   std::vector<V4l2Mode> modes;
@@ -195,7 +195,7 @@ std::vector<std::uint32_t> UnreadV4l2Formats(const V4l2Node& node) {
 V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& all,
                         const V4l2ModeRequest& request) {
   if (all.empty())
-    throw Error("{}: the camera has no pixel format that this program reads; it reads {}", uri,
+    throw Error("{}: the camera has no pixel format that ulf reads; ulf reads {}", uri,
                 SupportedPixelFormats());
   const auto any = [](const V4l2Mode&) { return true; };
   const auto is_format = [&](const V4l2Mode& mode) {
@@ -218,20 +218,20 @@ V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& all
                        return fmt::format("{}x{}", mode.width, mode.height);
                      }));
   if (std::none_of(all.begin(), all.end(), is_rate))
-    throw UsageError("{}: the camera does not send {:g} frames a second there; it sends {}", uri,
+    throw UsageError("{}: the camera does not send {:g} frames a second in this mode; it sends {}", uri,
                      *request.fps, ListOf(all, is_size, [](const V4l2Mode& mode) {
                        return fmt::format("{} {}x{} at {}", mode.format.name, mode.width, mode.height,
                                           FpsList(mode));
                      }));
   const auto comfortable = [&](const V4l2Mode& mode) {
-    return is_rate(mode) && (request.size || mode.width * mode.height <= 1920 * 1080) &&
+    return is_rate(mode) && (request.size || mode.width * mode.height <= kMostPixels) &&
            (request.fps || mode.fps.empty() || mode.FastestFps() >= kFastEnough);
   };
   const bool any_comfortable = std::any_of(all.begin(), all.end(), comfortable);
   const V4l2Mode* best = nullptr;
   for (const V4l2Mode& mode : all)
     if (any_comfortable ? comfortable(mode) : is_rate(mode))
-      if (!best || Better(mode, *best)) best = &mode;
+      if (!best || IsBetter(mode, *best)) best = &mode;
   return *best;
 }
 
@@ -256,7 +256,7 @@ Transfer TransferOf(const v4l2_pix_format& pixels) {
   if (const auto format = PixelFormatOfFourcc(pixels.pixelformat);
       format && format->mosaic != Mosaic::kNone && pixels.xfer_func == V4L2_XFER_FUNC_DEFAULT)
     return Transfer::kLinear;  // the sensor's own numbers
-  // The other curves are near enough to sRGB's to be taken for it.
+  // The other curves are close enough to sRGB's.
   return transfer == V4L2_XFER_FUNC_NONE ? Transfer::kLinear : Transfer::kSrgb;
 }
 
@@ -271,9 +271,9 @@ V4l2Configured SetV4l2Mode(const V4l2Node& node, const V4l2Mode& mode, std::opti
   const v4l2_pix_format& got = format.fmt.pix;
   if (got.pixelformat != mode.fourcc || static_cast<int>(got.width) != mode.width ||
       static_cast<int>(got.height) != mode.height)
-    throw Error("{}: was asked for {} {}x{}, the driver made {} {}x{} of it; choose another size or format",
-                node.Path(), FourccText(mode.fourcc), mode.width, mode.height, FourccText(got.pixelformat),
-                got.width, got.height);
+    throw Error("{}: the driver changed {} {}x{} to {} {}x{}; choose another size or format", node.Path(),
+                FourccText(mode.fourcc), mode.width, mode.height, FourccText(got.pixelformat), got.width,
+                got.height);
   if (got.field != V4L2_FIELD_NONE && got.field != V4L2_FIELD_ANY)
     throw Error("{}: sends interlaced pictures, which cannot be used; choose a progressive size",
                 node.Path());
@@ -285,9 +285,9 @@ V4l2Configured SetV4l2Mode(const V4l2Node& node, const V4l2Mode& mode, std::opti
     const int error = node.Call(VIDIOC_S_PARM, &rate);
     const double given = error == 0 ? FpsOf(rate.parm.capture.timeperframe) : 0;
     if (fps && std::abs(given - wanted) > kSameFps * wanted)
-      throw Error("{}: was asked for {:g} frames a second, the driver {}; leave out fps or choose another",
-                  node.Path(), wanted,
-                  error != 0 ? std::string("refuses") : fmt::format("made {:g} of it", given));
+      throw Error("{}: the driver {}; leave fps out or choose another", node.Path(),
+                  error != 0 ? fmt::format("refuses {:g} frames a second", wanted)
+                             : fmt::format("changed {:g} frames a second to {:g}", wanted, given));
   } else if (node.Call(VIDIOC_G_PARM, &rate) != 0) {
     rate = {};
   }

@@ -1,6 +1,5 @@
 #include "acquisition/v4l2/v4l2_node.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <grp.h>
@@ -11,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 
@@ -20,9 +20,11 @@
 namespace ulf::acquisition {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr const char* kClass = "/sys/class/video4linux";
 
-// The first line of a file of the kernel's; empty when it is not there.
+// The first line of a file in /sys; empty where there is none.
 std::string Line(const std::string& path) {
   std::ifstream file(path);
   std::string line;
@@ -31,21 +33,8 @@ std::string Line(const std::string& path) {
 }
 
 std::string RealPath(const std::string& path) {
-  char* resolved = realpath(path.c_str(), nullptr);
-  if (!resolved) return "";
-  std::string result(resolved);
-  free(resolved);
-  return result;
-}
-
-std::vector<std::string> Names(const std::string& folder) {
-  std::vector<std::string> names;
-  DIR* entries = opendir(folder.c_str());
-  if (!entries) return names;
-  while (const dirent* entry = readdir(entries))
-    if (entry->d_name[0] != '.') names.emplace_back(entry->d_name);
-  closedir(entries);
-  return names;
+  std::error_code missing;
+  return std::filesystem::canonical(path, missing).string();
 }
 
 std::string PermissionProblem(const std::string& path) {
@@ -55,9 +44,8 @@ std::string PermissionProblem(const std::string& path) {
     if (const ::group* entry = getgrgid(status.st_gid)) group = entry->gr_name;
   return fmt::format(
       "no permission to open {}, which belongs to the group {}: add yourself to it (sudo usermod -aG {} "
-      "$USER, "
-      "then log in again), or install udev/70-ulf-cameras.rules, which gives it to whoever sits at this "
-      "computer",
+      "$USER, then log in again), or install udev/70-ulf-cameras.rules, which lets the user at this computer "
+      "open it",
       path, group, group);
 }
 
@@ -65,18 +53,14 @@ int Number(const std::string& node_name) {  // "video12"
   return std::atoi(node_name.c_str() + std::string_view("video").size());
 }
 
-// The USB device above a node, by what its folder in /sys holds.
-std::string UsbFolder(std::string folder) {
-  for (int i = 0; i < 12 && folder.size() > 4; ++i) {
-    if (!Line(folder + "/idVendor").empty()) return folder;
-    const std::size_t slash = folder.rfind('/');
-    if (slash == std::string::npos) break;
-    folder.resize(slash);
-  }
+// The folder of the USB device above a node's folder in /sys; empty where it is not a USB device.
+std::string UsbFolder(fs::path folder) {
+  for (; folder.has_relative_path(); folder = folder.parent_path())
+    if (!Line(folder / "idVendor").empty()) return folder;
   return "";
 }
 
-std::optional<V4l2Camera> Look(const std::string& name) {
+std::optional<V4l2Camera> Describe(const std::string& name) {
   V4l2Camera camera;
   camera.node = "/dev/" + name;
   camera.info.uri = "v4l2:" + camera.node;
@@ -99,10 +83,10 @@ std::optional<V4l2Camera> Look(const std::string& name) {
     if (camera.info.model.empty()) camera.info.model = V4l2Text(capability.card, sizeof capability.card);
     if (!(can & V4L2_CAP_VIDEO_CAPTURE))
       camera.info.problem =
-          "its pictures come in several planes, which this program does not read; use the "
-          "node of the image processor behind it, if it has one";
+          "its pictures come in several planes, which ulf does not read; use the node of the image processor "
+          "behind it, if it has one";
     else if (!(can & V4L2_CAP_STREAMING))
-      camera.info.problem = "its driver does not stream; this program needs a driver that does";
+      camera.info.problem = "its driver does not stream; ulf needs a driver that does";
   } catch (const Error& error) {
     camera.info.problem = error.what();
   }
@@ -170,13 +154,15 @@ void V4l2Node::Must(const char* what, unsigned long request, void* argument) con
 }
 
 std::vector<V4l2Camera> FindV4l2Cameras() {
-  std::vector<std::string> names = Names(kClass);
-  std::erase_if(names, [](const std::string& name) { return !name.starts_with("video"); });
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(kClass, none))
+    if (const std::string name = entry.path().filename(); name.starts_with("video")) names.push_back(name);
   std::sort(names.begin(), names.end(),
             [](const std::string& a, const std::string& b) { return Number(a) < Number(b); });
   std::vector<V4l2Camera> cameras;
   for (const std::string& name : names)
-    if (auto camera = Look(name)) cameras.push_back(std::move(*camera));
+    if (auto camera = Describe(name)) cameras.push_back(std::move(*camera));
   return cameras;
 }
 
@@ -188,25 +174,25 @@ V4l2Camera ResolveV4l2Camera(const std::string& uri, const std::string& path) {
   for (const V4l2Camera& camera : cameras) {
     list += fmt::format("{}{} ({} {}, {})", list.empty() ? "" : "; ", camera.node, camera.info.maker,
                         camera.info.model, camera.info.serial);
-    const bool answers = path.empty()
-                             ? camera.info.available
-                             : path == camera.node || node == camera.node || path == camera.info.serial ||
-                                   path == camera.bus_info || path == camera.info.model;
-    if (answers) matching.push_back(&camera);
+    const bool is_named = path.empty()
+                              ? camera.info.available
+                              : path == camera.node || node == camera.node || path == camera.info.serial ||
+                                    path == camera.bus_info || path == camera.info.model;
+    if (is_named) matching.push_back(&camera);
   }
   if (matching.empty() && !node.empty()) {
-    const V4l2Node opened(node);  // says why, if that is the reason
-    throw Error("{}: {} is not a camera that captures pictures; found are: {}", uri, path,
+    const V4l2Node opened(node);  // throws where the node cannot be opened
+    throw Error("{}: {} is not a camera that captures pictures; found: {}", uri, path,
                 list.empty() ? "none" : list);
   }
   if (matching.empty() && path.starts_with("/")) throw Error("{}: {}", uri, V4l2Problem(path, ENOENT));
   if (matching.empty())
-    throw Error("{}: no webcam {}; found are: {}", uri,
-                path.empty() ? "can be used" : "is called '" + path + "'", list.empty() ? "none" : list);
+    throw Error("{}: no webcam {}; found: {}", uri, path.empty() ? "can be used" : "is called '" + path + "'",
+                list.empty() ? "none" : list);
   // One camera may have several nodes; they share its serial.
   for (const V4l2Camera* other : matching)
     if (!path.empty() && other->bus_info != matching.front()->bus_info)
-      throw Error("{}: '{}' names more than one camera; say which by its node: {}", uri, path, list);
+      throw Error("{}: '{}' names more than one camera; give a node: {}", uri, path, list);
   if (!matching.front()->info.available) throw Error("{}: {}", uri, matching.front()->info.problem);
   return *matching.front();
 }

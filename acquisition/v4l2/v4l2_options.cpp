@@ -15,10 +15,8 @@ V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
     if (key == "format") {
       options.request.fourcc = FourccByName(value);
       if (!options.request.fourcc)
-        throw UsageError(
-            "'{}': the pixel format {} is not one that webcams send and this program reads; "
-            "YUYV, NV12 and MJPEG are the usual ones",
-            uri.Text(), value);
+        throw UsageError("'{}': ulf does not read the pixel format {} from webcams; use YUYV, NV12 or MJPEG",
+                         uri.Text(), value);
     } else if (key == "size") {
       int width = 0, height = 0;
       char rest = 0;

@@ -13,7 +13,7 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr std::uint32_t kBuffers = 4;  // one being filled, one being read, two in reserve
+constexpr std::uint32_t kBuffers = 4;  // one being filled, one being read, two in reserve; guessed
 constexpr std::size_t kPage = 4096;
 
 }  // namespace
@@ -26,10 +26,10 @@ V4l2Stream::V4l2Stream(const V4l2Node& node, V4l2Io io, std::size_t image_bytes)
   request.memory = memory_;
   const int error = node.Call(VIDIOC_REQBUFS, &request);
   if (error == EINVAL && io == V4l2Io::kUserPtr)
-    throw Error("{}: its driver does not fill buffers of ours; use io=mmap", node.Path());
+    throw Error("{}: its driver does not support io=userptr; use io=mmap", node.Path());
   if (error != 0) node.Throw("request for buffers", error);
   if (request.count < 2)
-    throw Error("{}: its driver has {} buffers, too few to stream; free memory and try again", node.Path(),
+    throw Error("{}: its driver grants {} buffers, too few to stream; free memory and try again", node.Path(),
                 request.count);
   try {
     for (std::uint32_t i = 0; i < request.count; ++i) {

@@ -56,7 +56,7 @@ Source OpenSource(const CalibrateArgs& args) {
   if (is_device) {
     source.device = acquisition::OpenDevice(args.sources[0]);
     const acquisition::DeviceInfo info = source.device->Info();
-    // Of images and videos nobody knows the camera.
+    // The camera of images and videos is unknown.
     if (info.bus != "files" || !info.serial.empty()) source.identity = acquisition::CameraIdentity::Of(info);
     if (args.mode == "live") source.window = source.device->Window();
     if (args.mode == "live") source.truth = source.device->Camera();
@@ -67,15 +67,15 @@ Source OpenSource(const CalibrateArgs& args) {
   return source;
 }
 
-// A name that no earlier result has: what was calibrated from images is of no camera that is known.
+// A new name in this folder, for images whose camera is unknown.
 fs::path UnusedName() {
   fs::path path = "calibration.json";
   for (int number = 2; fs::exists(path); ++number) path = fmt::format("calibration-{}.json", number);
   return path;
 }
 
-// The file named, else the one that later commands look for, else one in this folder. Throws before the work
-// where it could not be written.
+// The named file, else the stored one of the camera, else one in this folder. Throws where it cannot be
+// written.
 std::string OutputOf(const CalibrateArgs& args, const Source& source) {
   const fs::path stored = acquisition::StoredCalibrationPath(source.identity);
   if (args.output.empty() && !stored.empty()) {
@@ -87,7 +87,7 @@ std::string OutputOf(const CalibrateArgs& args, const Source& source) {
   return output;
 }
 
-// Found out before the board is held, not after.
+// Called before the frames are taken, so that the user does not hold the board in vain.
 void RequireReportFolder(const CalibrateArgs& args) {
   if (!args.report.empty()) RequireWritableFolder(args.report);
 }
@@ -98,7 +98,7 @@ void WriteReport(const fs::path& folder, const acquisition::CalibrationResult& r
   WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
   if (result.ok())
     WriteFileAtomically(folder / "residuals.png", PngBytes(acquisition::DrawCalibration(result)));
-  // What a device gave, so that the calibration can be done again from the folder.
+  // The frames of a device, so that the calibration can be repeated from the folder.
   if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
   for (std::size_t i = 0; i < collected.pictures.size(); ++i)
     WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), PngBytes(collected.pictures[i]));
@@ -107,9 +107,18 @@ void WriteReport(const fs::path& folder, const acquisition::CalibrationResult& r
 void WarnOfNoSerial(const Source& source, std::vector<std::string>& warnings) {
   if (source.device && source.identity.serial.empty() && !source.identity.model.empty())
     warnings.push_back(fmt::format(
-        "the camera has no serial: the calibration is bound to model '{}' at {}, and a "
-        "camera of the same kind plugged in there would be taken for it",
+        "the camera has no serial: the calibration is bound to model '{}' at {}, and also applies to any "
+        "other camera of this model there",
         source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
+}
+
+acquisition::CalibrationCaptureOptions CaptureOptions(const CalibrateArgs& args, Progress& progress) {
+  acquisition::CalibrationCaptureOptions options;
+  options.mode = args.mode;
+  options.guide.least_views = args.views;
+  options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
+  options.stop = [] { return StopOnSignal::Asked(); };
+  return options;
 }
 
 int RunBoardCalibration(const CalibrateArgs& args) {
@@ -120,12 +129,8 @@ int RunBoardCalibration(const CalibrateArgs& args) {
   const StopOnSignal stop_on_signal;
   acquisition::CollectedViews collected;
   {
-    Progress progress(source.device ? "calibrating" : "looking for the board", args.json);
-    acquisition::CalibrationCaptureOptions options;
-    options.mode = args.mode;
-    options.guide.least_views = args.views;
-    options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
-    options.stop = [] { return StopOnSignal::Asked(); };
+    Progress progress(source.device ? "calibrating" : "searching for the board", args.json);
+    const acquisition::CalibrationCaptureOptions options = CaptureOptions(args, progress);
     collected = source.device ? acquisition::CollectViews(*source.device, board, options)
                               : acquisition::CollectViews(source.files, board, options);
   }
@@ -133,7 +138,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
       acquisition::CalibrateFromViews(board, collected.views, collected.width, collected.height);
   if (result.ok()) WarnOfNoSerial(source, result.warnings);
   if (result.ok() && !collected.ended.empty() && collected.ended != "the device has ended")
-    result.warnings.push_back("ended before all was seen: " + collected.ended);
+    result.warnings.push_back("ended before the views were complete: " + collected.ended);
   const std::string text =
       result.ok() ? ReportText(result, source.truth) : "refused: " + result.refusal + "\n";
   if (!args.report.empty()) WriteReport(args.report, result, collected, text);
@@ -162,7 +167,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
         "not bound to any camera: ulf calibration {} --serial SERIAL -o FILE does so ('ulf devices')\n",
         ShellWord(output));
   else if (args.output.empty())
-    fmt::print("commands that use this camera find it by themselves\n");
+    fmt::print("commands that use this camera find this file automatically\n");
   return kOk;
 }
 
@@ -170,11 +175,8 @@ std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& blac
   std::vector<Image> cards;
   if (source.device) {
     Progress progress("looking at the card", args.json);
-    acquisition::CalibrationCaptureOptions options;
-    options.mode = args.mode;
-    options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
-    options.stop = [] { return StopOnSignal::Asked(); };
-    for (Frame& frame : acquisition::CollectFrames(*source.device, args.frames, options)) {
+    for (Frame& frame :
+         acquisition::CollectFrames(*source.device, args.frames, CaptureOptions(args, progress))) {
       black_level = frame.black_level;
       cards.push_back(std::move(frame.image));
     }
@@ -204,25 +206,25 @@ std::string FlatFieldText(const FlatFieldResult& result) {
   std::string text = fmt::format(
       "model            {}\ncorners          {:.1f} % of the light in the middle (darkest of B, G, R)\n",
       result.model, 100 * std::min({result.corner_bgr[0], result.corner_bgr[1], result.corner_bgr[2]}));
-  text += fmt::format("left over        {:.2f} %, lighting falls off by {:.1f} % over the card\n",
+  text += fmt::format("residual         {:.2f} %, lighting falls off by {:.1f} % over the card\n",
                       100 * result.residual, 100 * result.gradient);
   if (result.dust > 0)
     text += fmt::format("warning          {} dark spots: clean the sensor and the lens\n", result.dust);
   return text;
 }
 
-// Throws Error where these cards are not of the camera, or the part of its sensor, that was calibrated.
+// Throws Error where the cards are of another camera, or another part of its sensor, than the calibration.
 void RequireAsCalibrated(const Source& source, const acquisition::CalibrationFile& file,
                          const acquisition::ModeCalibration& mode, const std::vector<Image>& cards,
                          const std::string& output) {
   if (!source.identity.serial.empty() && !file.identity.serial.empty() &&
       source.identity.serial != file.identity.serial)
-    throw Error("{}: is of serial '{}', this camera has '{}'; name its own file", output,
+    throw Error("{}: belongs to serial '{}', this camera has '{}'; name its own file", output,
                 file.identity.serial, source.identity.serial);
   if (source.window && mode.window && *source.window != *mode.window)
     throw Error(
-        "{}: was calibrated with {}, the camera is set to {}: the light would be put at the wrong place; set "
-        "region and binning as they were",
+        "{}: was calibrated with {}, the camera is set to {}: the flat field would be at the wrong place; "
+        "set region and binning as in the calibration",
         output, Describe(*mode.window), Describe(*source.window));
   if (!cards.empty() && (cards[0].width() != mode.camera.width || cards[0].height() != mode.camera.height))
     throw Error("{}: the frames are {}x{}, the calibration is for {}x{}; set the camera as it was calibrated",

@@ -34,7 +34,7 @@ acquisition::CalibrationFile Read(const CalibrationArgs& args) {
   if (args.camera.empty()) return acquisition::ReadCalibrationFile(args.path);
   const std::string text = ReadWholeFile(args.path);
   const auto format = acquisition::DetectCalibrationFormat(text);
-  if (!format) throw UsageError("--camera {}: {} holds one camera", args.camera, args.path);
+  if (!format) throw UsageError("--camera {}: {} contains only one camera", args.camera, args.path);
   return {{},
           std::string(Name(*format)) + " file",
           {{"live", {acquisition::ReadCalibrationText(*format, text, args.path, args.camera)}}}};
@@ -46,7 +46,7 @@ bool Parse(const std::string& text, const char* form, int count, Numbers*... num
   return std::sscanf(text.c_str(), form, numbers..., &rest) == count;
 }
 
-// The part of the sensor as the device's URI says it: the region counts pixels of the image, after binning.
+// The part of the sensor, given as in a device's URI: the region counts pixels of the image, after binning.
 SensorWindow WindowOf(const CalibrationArgs& args, const CameraModel& camera) {
   SensorWindow window;
   if (!Parse(args.sensor, "%dx%d%c", 2, &window.sensor_width, &window.sensor_height))
@@ -61,7 +61,8 @@ SensorWindow WindowOf(const CalibrationArgs& args, const CameraModel& camera) {
     throw UsageError("--roi {}: must read WIDTHxHEIGHT+X+Y", args.roi);
   if (width != camera.width || height != camera.height)
     throw UsageError(
-        "--roi {}: the calibration is for {}x{} images; calibrate that part, or give the one it is of",
+        "--roi {}: the calibration is for {}x{} images; calibrate that part, or give the part of these "
+        "images",
         args.roi, camera.width, camera.height);
   window.x = x * window.binning_x;
   window.y = y * window.binning_y;
@@ -71,7 +72,7 @@ SensorWindow WindowOf(const CalibrationArgs& args, const CameraModel& camera) {
                      window.height == window.sensor_height / window.binning_y * window.binning_y;
   if (args.roi.empty() && !whole)
     throw UsageError(
-        "--sensor {}: the calibration's {}x{} are not the whole of it{}; say which part with --roi "
+        "--sensor {}: the calibration's {}x{} are not the whole sensor{}; give the part with --roi "
         "{}x{}+X+Y, or the binning with --binning",
         args.sensor, width, height, args.binning.empty() ? "" : " at this binning", width, height);
   if (x < 0 || y < 0 || window.x + window.width > window.sensor_width ||
@@ -80,12 +81,12 @@ SensorWindow WindowOf(const CalibrationArgs& args, const CameraModel& camera) {
   return window;
 }
 
-// What another program's file leaves out: which camera it is of, and which part of its sensor.
+// Adds what files of other programs do not contain: the camera and the part of its sensor.
 void Bind(const CalibrationArgs& args, acquisition::CalibrationFile& file) {
   if (!args.serial.empty() && !file.identity.serial.empty() && file.identity.serial != args.serial)
     throw UsageError(
-        "--serial {}: {} is already bound to '{}'; a calibration is one camera's: calibrate that one (ulf "
-        "calibrate), or take this file for both when capturing (--force-calibration)",
+        "--serial {}: {} is already bound to '{}'; a calibration belongs to one camera: calibrate the other "
+        "one (ulf calibrate), or use this file for both when capturing (--force-calibration)",
         args.serial, args.path, file.identity.serial);
   if (!args.model.empty() && !file.identity.model.empty() && file.identity.model != args.model)
     throw UsageError("--model {}: {} is already bound to a '{}'", args.model, args.path, file.identity.model);
@@ -96,12 +97,12 @@ void Bind(const CalibrationArgs& args, acquisition::CalibrationFile& file) {
   acquisition::ModeCalibration& mode = file.modes[args.mode];
   const SensorWindow window = WindowOf(args, mode.camera);
   if (mode.window && *mode.window != window)
-    throw UsageError("{}: already says which part of the sensor it is of ({}); calibrate again", args.path,
-                     Describe(*mode.window));
+    throw UsageError("{}: contains already which part of the sensor it covers ({}); calibrate again",
+                     args.path, Describe(*mode.window));
   mode.window = window;
 }
 
-// None: ulf's own. Where the name of the file leaves it open, it must be said.
+// None: ulf's own format. Throws UsageError where neither --to nor the file's name determines it.
 std::optional<acquisition::CalibrationFormat> FormatOf(const CalibrationArgs& args) {
   if (args.to == "ulf") return std::nullopt;
   if (!args.to.empty()) {
@@ -114,12 +115,11 @@ std::optional<acquisition::CalibrationFormat> FormatOf(const CalibrationArgs& ar
   if (extension == ".xml") return acquisition::CalibrationFormat::kOpenCv;
   if (extension == ".txt") return acquisition::CalibrationFormat::kColmap;
   if (extension == ".yaml" || extension == ".yml")
-    throw UsageError("-o {}: Kalibr, ROS and OpenCV all write {}; say which: --to kalibr, ros or opencv",
+    throw UsageError("-o {}: Kalibr, ROS and OpenCV all write {}; choose one: --to kalibr, ros or opencv",
                      args.output, extension);
   throw UsageError(
-      "-o {}: the name does not tell the format; end it in .json (ulf), .xml (OpenCV) or .txt (COLMAP), or "
-      "say "
-      "--to ulf, kalibr, ros, opencv or colmap",
+      "-o {}: the name does not determine the format; end it in .json (ulf), .xml (OpenCV) or .txt (COLMAP), "
+      "or give --to ulf, kalibr, ros, opencv or colmap",
       args.output);
 }
 
@@ -154,7 +154,7 @@ int RunCalibration(const CalibrationArgs& args) {
     const std::string stored = args.serial.empty()
                                    ? ""
                                    : ", such as " + acquisition::StoredCalibrationPath(args.serial).string() +
-                                         " where commands find it by themselves";
+                                         " where commands find it automatically";
     if (args.Binds()) throw UsageError("{}: name the file to write (-o FILE){}", args.path, stored);
     if (!args.to.empty()) throw UsageError("--to {}: name the file to write (-o FILE)", args.to);
   } else {
@@ -203,8 +203,7 @@ void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("FILE", args->path, "Calibration file; its format is detected")->required();
   command->add_option("--to", args->to,
                       "Format to write: ulf, kalibr, ros, opencv (.yml or .xml) or colmap (cameras.txt) "
-                      "(default: by the name "
-                      "of the output)");
+                      "(default: by the name of the output)");
   command->add_option("-o,--output", args->output, "File to write");
   command->add_option("--camera", args->camera, "Camera of a file with several: cam1, or COLMAP's number");
   command->add_option("--mode", args->mode, "Mode to write")

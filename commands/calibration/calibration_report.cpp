@@ -44,7 +44,7 @@ double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double re
       in_a.push_back(*ray_a);
       in_b.push_back(*ray_b);
     }
-  // A turn of the camera is no difference of the lens (Wahba's problem, by singular values).
+  // A rotation of the camera is not a difference between lenses (Wahba's problem, by singular values).
   Eigen::Matrix3d mixed = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < imgs.size(); ++i) mixed += in_b[i] * in_a[i].transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(mixed, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -69,9 +69,10 @@ std::string CandidateTable(const acquisition::LensChoice& choice) {
                    row.folds_inside_image ? "  not invertible everywhere" : "");
   }
   text +=
-      "  A model explains the data when no other is better both by BIC (by more than 10) and on views left "
-      "out\n"
-      "  (by more than two standard errors). Chosen (*): the fewest parameters that explain the data.\n";
+      "  A model explains the data when no other is better both by BIC (by more than 10) and on left-out "
+      "views\n"
+      "  (by more than two standard errors). Chosen (*): the model with the fewest parameters that explains "
+      "the data.\n";
   return text;
 }
 
@@ -112,8 +113,7 @@ std::string ReportText(const acquisition::CalibrationResult& result,
   if (truth)
     fmt::format_to(out,
                    "truth            fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f} px; images differ by at most "
-                   "{:.2f} px where "
-                   "corners were seen, {:.2f} px anywhere\n",
+                   "{:.2f} px where corners were seen, {:.2f} px anywhere\n",
                    truth->fx, truth->fy, truth->cx, truth->cy,
                    LargestDifferencePx(*truth, camera, result.coverage.reach),
                    LargestDifferencePx(*truth, camera));

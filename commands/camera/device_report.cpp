@@ -14,9 +14,9 @@ std::string Number(double value) {
   return value == std::round(value) ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
 }
 
-// What is zero has not happened and need not be read; --json has all of it.
+// The counters that are not zero; --json has all of them.
 std::string TransportText(const acquisition::DeviceStatistics& statistics) {
-  constexpr std::size_t kWidth = 110;
+  constexpr std::size_t kLineWidth = 93;  // after the indent
   constexpr const char* kIndent = "\n               ";
   std::string text, line;
   for (const auto& [name, value] : statistics.transport) {
@@ -24,7 +24,7 @@ std::string TransportText(const acquisition::DeviceStatistics& statistics) {
     const std::string item = name + " " + Number(value);
     if (text.empty() && line.empty())
       text = "\ntransport      ";
-    else if (line.size() + item.size() > kWidth - 17) {
+    else if (line.size() + item.size() > kLineWidth) {
       text += line + "," + kIndent;
       line.clear();
     }

@@ -17,14 +17,16 @@ struct DevicesArgs {
   bool json = false;
 };
 
-// Missing permissions are spoken of where they may be the reason: nothing is found, or a camera is refused.
+bool HasRealCamera(const std::vector<acquisition::DeviceInfo>& devices) {
+  return std::any_of(devices.begin(), devices.end(),
+                     [](const acquisition::DeviceInfo& info) { return info.bus != "simulated"; });
+}
+
+// Mentions missing udev rules only where they may be the reason: no camera is found, or one is not available.
 std::optional<std::string> UdevHint(const std::vector<acquisition::DeviceInfo>& devices) {
-  const bool all_well = std::all_of(devices.begin(), devices.end(),
-                                    [](const acquisition::DeviceInfo& info) { return info.available; });
-  const bool any_real = std::any_of(devices.begin(), devices.end(), [](const acquisition::DeviceInfo& info) {
-    return info.bus != "simulated";
-  });
-  if (any_real && all_well) return std::nullopt;
+  const bool all_available = std::all_of(devices.begin(), devices.end(),
+                                         [](const acquisition::DeviceInfo& info) { return info.available; });
+  if (all_available && HasRealCamera(devices)) return std::nullopt;
   return acquisition::MissingUdevRulesHintForThisUser();
 }
 
@@ -57,14 +59,11 @@ void PrintTable(const std::vector<acquisition::DeviceInfo>& devices) {
   for (const acquisition::DeviceInfo& info : devices)
     fmt::print("{:<{}}  {:<{}}  {:<{}}  {}\n", info.uri, uri_width, camera_of(info), camera_width, info.bus,
                bus_width, info.available ? "ready" : "not available: " + info.problem);
-  const bool any_real = std::any_of(devices.begin(), devices.end(), [](const acquisition::DeviceInfo& info) {
-    return info.bus != "simulated";
-  });
-  if (!any_real)
+  if (!HasRealCamera(devices))
     fmt::print(
-        "No real camera answers: looked for GigE Vision on every network, for USB3 Vision and for webcams. "
-        "Check power, cable and firewall (UDP port 3956); a camera behind a router opens by address, "
-        "aravis:192.0.2.7.\n");
+        "No real camera answers: searched for GigE Vision on every network, USB3 Vision, tethered cameras "
+        "and webcams. Check power, cable and firewall (UDP port 3956); a camera behind a router opens by "
+        "address, aravis:192.0.2.7.\n");
   if (const auto hint = UdevHint(devices)) fmt::print("{}\n", *hint);
 }
 

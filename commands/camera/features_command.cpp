@@ -69,24 +69,24 @@ Json ToJson(const acquisition::FeatureLoadSummary& summary) {
           {"refused", refused}};
 }
 
-// `to_set`: only what can be set is of help.
-[[noreturn]] void RefuseUnknown(acquisition::FeatureAccess& access, const std::string& uri,
-                                const std::string& name, bool to_set) {
+std::string NearestFeatures(acquisition::FeatureAccess& access, const std::string& name, bool only_writable) {
   std::vector<std::string> names;
   for (const acquisition::CameraFeature& feature : access.List())
-    if (feature.writable || !to_set) names.push_back(feature.name);
+    if (feature.writable || !only_writable) names.push_back(feature.name);
+  return fmt::format("{}", fmt::join(acquisition::NearestNames(name, names), ", "));
+}
+
+[[noreturn]] void RefuseUnknown(acquisition::FeatureAccess& access, const std::string& uri,
+                                const std::string& name, bool only_writable) {
   throw UsageError("{}: has no feature '{}'; nearest are {}", uri, name,
-                   fmt::join(acquisition::NearestNames(name, names), ", "));
+                   NearestFeatures(access, name, only_writable));
 }
 
 [[noreturn]] void RefuseReadOnly(acquisition::FeatureAccess& access, const std::string& uri,
                                  const acquisition::CameraFeature& feature) {
-  std::vector<std::string> names;
-  for (const acquisition::CameraFeature& other : access.List())
-    if (other.writable) names.push_back(other.name);
   throw UsageError("{}: {} cannot be written just now ({}); nearest that can are {}", uri, feature.name,
                    feature.readable ? "read-only, or locked by another setting" : "not available",
-                   fmt::join(acquisition::NearestNames(feature.name, names), ", "));
+                   NearestFeatures(access, feature.name, true));
 }
 
 SetResult ApplySetting(acquisition::FeatureAccess& access, const std::string& uri, const std::string& name,
@@ -99,8 +99,8 @@ SetResult ApplySetting(acquisition::FeatureAccess& access, const std::string& ur
   return result;
 }
 
-// Before the first is written all are known, and none is read-only for good. One that is merely locked is
-// judged in its turn, because one before it may free it: ExposureAuto=Off ExposureTime=5000.
+// Throws before anything is written where a feature is unknown or always read-only. A locked one is checked
+// in its turn, because an earlier setting may unlock it: ExposureAuto=Off ExposureTime=5000.
 std::vector<SetResult> ApplySettings(acquisition::FeatureAccess& access, const std::string& uri,
                                      const std::vector<std::pair<std::string, std::string>>& settings) {
   for (const auto& [name, value] : settings) {
@@ -139,7 +139,7 @@ Json ToJson(const acquisition::OfferedFormat& format) {
   return json;
 }
 
-// Sizes and rates behind their format: "YUYV  640x480 at 30, 15; 1280x720 at 10".
+// A line for each size, with its rates: "YUYV  640x480 at 30, 15".
 void PrintFormats(const std::vector<acquisition::OfferedFormat>& formats) {
   if (formats.empty()) return;
   fmt::print("formats (size, frames a second)\n");
@@ -157,7 +157,7 @@ void PrintFormats(const std::vector<acquisition::OfferedFormat>& formats) {
     for (const double fps : format.fps)
       rates += fmt::format("{}{:g}", rates.empty() ? "" : format.any_fps ? " to " : ", ", fps);
     fmt::print("  {:<{}}  {}\n", same, name_width,
-               !format.supported ? "not read by this program"
+               !format.supported ? "not read by ulf"
                                  : fmt::format("{}{}x{}{}", format.any_size ? "up to " : "", format.width,
                                                format.height, rates.empty() ? "" : " at " + rates));
   }
@@ -250,13 +250,13 @@ int RunFeatures(const FeaturesArgs& args) {
   }
   json["set"] = Json::array();
   for (const SetResult& set : ApplySettings(*access, args.uri, settings)) {
-    const bool as_wanted = set.feature.type == acquisition::FeatureType::kCommand || !set.feature.readable ||
-                           acquisition::SameValue(set.feature, set.feature.value, set.wanted);
+    const bool matches = set.feature.type == acquisition::FeatureType::kCommand || !set.feature.readable ||
+                         acquisition::SameValue(set.feature, set.feature.value, set.wanted);
     if (!args.json && set.feature.type == acquisition::FeatureType::kCommand)
       fmt::print("{} executed\n", set.feature.name);
     else if (!args.json)
       fmt::print("{} = {} (was {}){}\n", set.feature.name, set.feature.value, set.before,
-                 as_wanted ? "" : ": the camera made this of " + set.wanted);
+                 matches ? "" : ": the camera changed " + set.wanted + " to this");
     json["set"].push_back({{"name", set.feature.name},
                            {"wanted", set.wanted},
                            {"value", set.feature.value},
@@ -296,7 +296,7 @@ int RunFeatures(const FeaturesArgs& args) {
     PrintFormats(formats);
     PrintTree(shown);
     if (shown.empty() && !args.filter.empty())
-      fmt::print("No feature's name, category or description holds '{}'.\n", args.filter);
+      fmt::print("No feature's name, category or description contains '{}'.\n", args.filter);
   }
   return result;
 }

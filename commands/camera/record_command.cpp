@@ -35,7 +35,7 @@ struct RecordRun {
   bool lost = false;
 };
 
-bool Enough(const RecordArgs& args, std::uint64_t frames, double seconds) {
+bool IsComplete(const RecordArgs& args, std::uint64_t frames, double seconds) {
   return StopOnSignal::Asked() || (args.frames > 0 && frames >= args.frames) ||
          (args.max_seconds > 0 && seconds >= args.max_seconds);
 }
@@ -45,8 +45,8 @@ bool IsKept(const Frame& frame) {
   return frame.kind == FrameKind::kStill || frame.status == FrameStatus::kComplete;
 }
 
-// Reports when the recorder begins and ends to leave frames out.
-void TellPause(const acquisition::FrameRecorder& recorder, Progress& progress, bool& paused) {
+// Reports when the recorder starts and stops leaving frames out.
+void ReportPause(const acquisition::FrameRecorder& recorder, Progress& progress, bool& paused) {
   const auto why = recorder.Pause();
   if (why && !paused) progress.Say("frames are left out: " + *why);
   if (!why && paused) progress.Say("frames are kept again");
@@ -65,13 +65,13 @@ RecordRun Record(const RecordArgs& args) {
   const auto start = Clock::now();
   while (!acquisition::IsOver(device->State())) {
     run.seconds = SecondsSince(start);
-    if (Enough(args, frames, run.seconds)) break;
+    if (IsComplete(args, frames, run.seconds)) break;
     const auto frame = device->Next(std::chrono::milliseconds(100));
     for (const acquisition::DeviceEvent& event : device->TakeEvents()) {
       progress.Say(event.text);
       recorder.Note(event.text);
     }
-    TellPause(recorder, progress, paused);
+    ReportPause(recorder, progress, paused);
     if (frame && IsKept(*frame)) {
       ++frames;
       recorder.TryAdd(*frame);
@@ -116,12 +116,11 @@ int RunRecord(const RecordArgs& args) {
   }
   if (run.lost) fmt::print(stderr, "ulf: {}: the device was lost; what came before is recorded\n", args.uri);
   if (!run.lost && summary.written == 0)
-    fmt::print(
-        stderr, "ulf: nothing was recorded: {}\n",
-        run.device.incomplete > 0
-            ? "every frame came incomplete (packets lost); see the receive buffer and packet size above, and "
-              "docs/devices.md"
-            : "no frame came; is the camera waiting for a trigger?");
+    fmt::print(stderr, "ulf: nothing was recorded: {}\n",
+               run.device.incomplete > 0 ? "every frame arrived incomplete (packets lost); see the receive "
+                                           "buffer and packet size above, and "
+                                           "docs/devices.md"
+                                         : "no frame arrived; check whether the camera waits for a trigger");
   return run.lost || summary.written == 0 || summary.left_out > 0 ? kFailed : kOk;
 }
 

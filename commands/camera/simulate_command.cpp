@@ -33,14 +33,14 @@ void RequireOneEach(const char* option, const std::vector<T>& values, std::size_
                      values.size(), cameras);
 }
 
-// What each camera of the command line is to be.
+// The options of each camera of the command line.
 std::vector<acquisition::GigeServerOptions> CamerasOf(const SimulateArgs& args) {
   const std::size_t count = args.interfaces.size();
   RequireOneEach("--serial", args.serials, count);
   RequireOneEach("--seed", args.seeds, count);
   RequireOneEach("--poses", args.poses, count);
   RequireOneEach("--calibration-out", args.calibrations, count);
-  // What `sim:` URIs know is said here in the same words; the plain options win.
+  // --options takes options of `sim:` URIs; the command's own options take precedence.
   std::string uri = "sim:" + args.scene;
   if (!args.options.empty()) uri += "?" + args.options;
   acquisition::SimulationOptions simulation = acquisition::SimulationOptions::FromUri(DeviceUri::Parse(uri));
@@ -71,7 +71,7 @@ std::string Describe(const acquisition::GigeRelayStatistics& link) {
 int RunSimulate(const SimulateArgs& args) {
   const std::vector<acquisition::GigeServerOptions> cameras = CamerasOf(args);
 
-  // Blocked before any thread starts, so that only the wait below sees them.
+  // Blocks the signals before any thread starts, so that only the wait below receives them.
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGINT);
@@ -149,8 +149,7 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
       "         ulf capture aravis:ULF-ULF-SIM-1 --calibration sim.json -o studio --until-covered 60x40\n"
       "         ulf simulate --interface 127.0.0.1,127.0.0.2 --fault lost=0.005 --fault disconnect=20:3\n"
       "Runs until SIGINT or SIGTERM. Prints a line for each camera when it can be opened and one with "
-      "figures "
-      "at its end. Seconds of faults count from the first frame taken.");
+      "figures at its end. Seconds of faults count from the first frame taken.");
   sub->callback([&chosen, args] { chosen = [args] { return RunSimulate(*args); }; });
 }
 

@@ -95,7 +95,7 @@ class ScriptedDriver : public Device {
   std::shared_ptr<ScriptedCamera> camera_;
   DeviceInfo info_;
   cv::Size size_;
-  FrameQueue queue_{8, WhenFull::kDropOldest};
+  FrameQueue queue_{8};
   std::atomic<bool> lost_{false}, stop_{false};
   std::atomic<std::uint64_t> delivered_{0};
   std::thread thread_;

@@ -30,8 +30,7 @@ std::string Description(const std::string& text) {
   return text.empty() ? "" : fmt::format("    <Description>{}</Description>\n", text);
 }
 
-// `space`: "Standard" for a name of the GenICam Standard Features Naming Convention, "Custom" for one of
-// ours.
+// `space`: "Standard" for a name of the GenICam Standard Features Naming Convention, else "Custom".
 std::string Node(const char* kind, const std::string& name, const char* space, const std::string& inside) {
   return fmt::format("  <{0} Name=\"{1}\" NameSpace=\"{2}\">\n{3}  </{0}>\n", kind, name, space, inside);
 }
@@ -91,7 +90,7 @@ std::string Command(const std::string& name, const char* value, int number) {
               fmt::format("    <pValue>{}</pValue><CommandValue>{}</CommandValue>\n", value, number));
 }
 
-// A real number that is kept in `reg` as a whole one. The two formulas turn it into that and back.
+// A real number that the register `reg` stores as a whole one. The formulas convert it to that and back.
 struct Converted {
   const char* name;
   const char* space;
@@ -179,7 +178,7 @@ std::string AcquisitionControl() {
          Number("TriggerSoftwareReg", "Custom", "0x30c", "RW");
 }
 
-// Gain is kept in tenths of a decibel.
+// The register of the gain counts tenths of a decibel.
 std::string AnalogControl() {
   return Category("AnalogControl", "Standard", {"Gain"}) +
          Real({"Gain", "Standard",
@@ -198,10 +197,10 @@ std::string LastFrame() {
          fact("LastExposureTime", "0x1008", "Exposure of the last frame, in microseconds.") +
          fact("LastGain", "0x100c", "Gain of the last frame, in tenths of a decibel.") +
          fact("LastHandTime", "0x1010",
-              "How far the simulated hand had come at the last frame, in milliseconds.");
+              "Time of the simulated hand's motion at the last frame, in milliseconds.");
 }
 
-// The payload's size follows from the bits per pixel, which PFNC keeps in bits 16 to 23 of a format's code.
+// The payload's size follows from the bits per pixel: bits 16 to 23 of a format's code (PFNC).
 std::string TransportLayerControl() {
   return Category("TransportLayerControl", "Standard", {"PayloadSize"}) +
          Node("IntSwissKnife", "PayloadSize", "Standard",

@@ -18,7 +18,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// In host order; none when the text is not one.
+// In host order; none when the text is not an address.
 std::optional<std::uint32_t> Ipv4(const std::string& text) {
   in_addr parsed{};
   if (inet_pton(AF_INET, text.c_str(), &parsed) != 1) return std::nullopt;
@@ -27,7 +27,7 @@ std::optional<std::uint32_t> Ipv4(const std::string& text) {
 
 bool IsLoopback(std::uint32_t address) { return address >> 24 == 127; }
 
-// 0, or what went wrong.
+// 0, or the error number.
 int AddAlias(const std::string& label, std::uint32_t address) {
   const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket_fd < 0) return errno;
@@ -48,20 +48,22 @@ void RemoveAlias(const std::string& label) {
   ifreq request{};
   std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
   if (ioctl(socket_fd, SIOCGIFFLAGS, &request) == 0) {
-    request.ifr_flags = static_cast<short>(request.ifr_flags & ~IFF_UP);  // an alias that is down is gone
+    request.ifr_flags =
+        static_cast<short>(request.ifr_flags & ~IFF_UP);  // the kernel removes an alias that is down
     ioctl(socket_fd, SIOCSIFFLAGS, &request);
   }
   close(socket_fd);
 }
 
-// A name that one process of this network can have, and that is free when the process is gone, however it
-// ended. -1: another has it.
+// Reserves the label for this process until it ends, also by a signal: a descriptor; -1: another process has
+// it.
 int Claim(const std::string& label) {
   const int socket_fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket_fd < 0) return -1;
   sockaddr_un name{};
   name.sun_family = AF_UNIX;
-  const std::string text = "ulf loopback address " + label;  // behind a zero: no file
+  const std::string text =
+      "ulf loopback address " + label;  // after a zero byte: an abstract name, not a file
   text.copy(name.sun_path + 1, sizeof(name.sun_path) - 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
   if (bind(socket_fd, reinterpret_cast<const sockaddr*>(&name), size) == 0) return socket_fd;
@@ -69,7 +71,7 @@ int Claim(const std::string& label) {
   return -1;
 }
 
-constexpr char kLabelBegins[] = "lo:ulf";
+constexpr char kLabelPrefix[] = "lo:ulf";
 
 }  // namespace
 
@@ -96,14 +98,14 @@ void RequireFreeGigeAddress(const std::string& address) {
 LoopbackAddress::LoopbackAddress(const std::string& address) {
   const auto number = Ipv4(address);
   if (!number || !IsLoopback(*number)) return;
-  // A label has 15 characters; the three lower bytes make it this address's own.
-  const std::string label = fmt::format("{}{:06x}", kLabelBegins, *number & 0xFFFFFF);
+  // A label has at most 15 characters; the three lower bytes identify the address.
+  const std::string label = fmt::format("{}{:06x}", kLabelPrefix, *number & 0xFFFFFF);
   bool is_there = false;
   for (const NetworkInterface& interface : NetworkInterfaces()) {
     is_there = is_there || interface.address == address;
-    if (!interface.name.starts_with(kLabelBegins)) continue;
+    if (!interface.name.starts_with(kLabelPrefix)) continue;
     const int claim = Claim(interface.name);
-    if (claim < 0) continue;  // somebody lives there
+    if (claim < 0) continue;  // another process uses it
     if (interface.name == label) {
       claim_ = claim;
       label_ = label;
@@ -118,7 +120,7 @@ LoopbackAddress::LoopbackAddress(const std::string& address) {
     if (claim_ >= 0) close(claim_);
     throw Error(
         "a simulated camera needs the address {} on the loopback interface, and it could not be added ({}); "
-        "run 'sudo ip addr add {}/8 dev lo' once, or work in a network of your own: unshare -rn",
+        "run 'sudo ip addr add {}/8 dev lo' once, or use a private network: unshare -rn",
         address, std::strerror(failed), address);
   }
   label_ = label;

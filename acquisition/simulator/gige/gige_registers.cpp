@@ -5,12 +5,12 @@
 namespace ulf::acquisition {
 namespace {
 
-// As the description has them.
+// Addresses of the GenICam description.
 constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x110, kExposureAt = 0x120,
                         kAcquisitionAt = 0x124, kPixelFormatAt = 0x128, kAcquisitionModeAt = 0x12C,
                         kOffsetXAt = 0x130, kOffsetYAt = 0x134, kFramePeriodAt = 0x138,
                         kTriggerModeAt = 0x300, kTriggerSoftwareAt = 0x30C;
-// The standard's own.
+// Bootstrap registers of GigE Vision.
 constexpr std::uint32_t kHeartbeatTimeoutAt = 0x938, kControlPrivilegeAt = 0xA00, kStreamPortAt = 0xD00,
                         kPacketSizeAt = 0xD04, kPacketDelayAt = 0xD08, kStreamAddressAt = 0xD18,
                         kUserNameAt = 0xE8, kUserNameBytes = 16;
@@ -20,7 +20,7 @@ WritableRegister Between(std::uint32_t address, std::uint32_t low, std::uint32_t
   return {address, [low, high](std::uint32_t value) { return low <= value && value <= high; }};
 }
 
-WritableRegister Anything(std::uint32_t address) {
+WritableRegister AnyValue(std::uint32_t address) {
   return {address, [](std::uint32_t) { return true; }};
 }
 
@@ -51,11 +51,11 @@ std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulat
          const std::uint32_t bytes = value & ~kDoNotFragment;
          return kSmallestPacket <= bytes && bytes <= 0xFFFF;
        }},
-      Anything(kStreamPortAt),
-      Anything(kPacketDelayAt),
-      Anything(kStreamAddressAt)};
+      AnyValue(kStreamPortAt),
+      AnyValue(kPacketDelayAt),
+      AnyValue(kStreamAddressAt)};
   for (std::uint32_t at = kUserNameAt; at < kUserNameAt + kUserNameBytes; at += 4)
-    writable.push_back(Anything(at));
+    writable.push_back(AnyValue(at));
   return writable;
 }
 

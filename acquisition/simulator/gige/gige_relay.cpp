@@ -40,6 +40,10 @@ constexpr int kLeader = 1, kTrailer = 2;
 constexpr std::size_t kFramesKept = 8;     // whose packets can be resent; guessed
 constexpr std::size_t kMostClients = 64;   // guessed
 constexpr std::size_t kMostBytes = 65536;  // of a UDP packet
+// Stream packets read in one round: with more, a fast camera would delay resend requests. Guessed.
+constexpr int kPacketsInARound = 64;
+constexpr int kReceiveBufferBytes = 32 << 20;  // of the stream's socket; guessed
+constexpr std::uint64_t kDecisions = 8;  // room for those that Draw() makes about one attempt of a packet
 
 class Socket {
  public:
@@ -68,7 +72,7 @@ class Socket {
   void SendTo(const sockaddr_in& to, const std::uint8_t* bytes, std::size_t size) const {
     sendto(fd_, bytes, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof(to));
   }
-  // The size of what came, or none.
+  // The size of a packet; none: no packet waits.
   std::optional<std::size_t> Receive(Bytes& into, sockaddr_in& from) const {
     socklen_t size = sizeof(from);
     const ssize_t got =
@@ -76,10 +80,9 @@ class Socket {
     if (got < 0) return std::nullopt;
     return static_cast<std::size_t>(got);
   }
-  void KeepMuch() const {
-    const int wanted = 32 << 20;
-    if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &wanted, sizeof(wanted)) != 0)
-      setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &wanted, sizeof(wanted));
+  void EnlargeReceiveBuffer() const {
+    for (const int option : {SO_RCVBUFFORCE, SO_RCVBUF})
+      if (setsockopt(fd_, SOL_SOCKET, option, &kReceiveBufferBytes, sizeof(kReceiveBufferBytes)) == 0) return;
   }
 
  private:
@@ -121,7 +124,7 @@ struct GigeRelay::State {
     camera.sin_port = htons(kGvcpPort);
     inet_pton(AF_INET, o.camera.c_str(), &camera.sin_addr);
     inet_pton(AF_INET, o.address.c_str(), &public_address);
-    camera_stream.KeepMuch();
+    camera_stream.EnlargeReceiveBuffer();
     thread = std::thread([this] { Run(); });
   }
   ~State() {
@@ -138,8 +141,8 @@ struct GigeRelay::State {
         : address(a), to_camera(camera_address, 0) {}
     sockaddr_in address;
     Socket to_camera;
-    // Of requests under way, by their number: a register that is another one here, and its word in the
-    // answer.
+    // Requests that wait for an answer, by their number: a register whose value the relay changes, and its
+    // offset in the answer.
     std::map<std::uint16_t, std::pair<std::uint32_t, std::size_t>> rewritten;
     Clock::time_point last_heard = Clock::now();
   };
@@ -178,12 +181,12 @@ struct GigeRelay::State {
   sockaddr_in camera{};
   in_addr public_address{};
 
-  // The relay's thread alone:
-  sockaddr_in stream_client{};  // port 0: nobody streams
+  // Used by the relay's thread alone.
+  sockaddr_in stream_client{};  // port 0: none
   std::vector<std::unique_ptr<Client>> clients;
   std::deque<KeptFrame> kept;
   std::deque<Held> held;
-  std::optional<Bytes> swapped;  // goes behind its successor
+  std::optional<Bytes> swapped;  // to be sent after its successor
   Bytes buffer = Bytes(kMostBytes);
   std::thread thread;
 };
@@ -247,7 +250,7 @@ void GigeRelay::State::FromClient() {
   }
 }
 
-// The camera sends the stream to the relay, which forwards it to this client.
+// Changes the stream's destination to the relay, which forwards the stream to the client.
 void GigeRelay::State::RewriteWrites(std::uint8_t* request, std::size_t size) {
   for (std::size_t at = kHeaderBytes; at + 8 <= size; at += 8) {
     const std::uint32_t which = Word(request + at), value = Word(request + at + 4);
@@ -286,8 +289,7 @@ void GigeRelay::State::FromCamera(Client& client) {
 
 void GigeRelay::State::FromStream() {
   sockaddr_in from{};
-  // A few at a time, so that requests to send again are not kept waiting by a fast camera.
-  for (int i = 0; i < 64; ++i) {
+  for (int i = 0; i < kPacketsInARound; ++i) {
     const auto size = camera_stream.Receive(buffer, from);
     if (!size) break;
     if (*size < kHeaderBytes) continue;
@@ -298,8 +300,8 @@ void GigeRelay::State::FromStream() {
       ++statistics.packets;
     }
     const std::uint32_t number = packet.Number();
-    StreamPacket& stays = frame.packets[number] = std::move(packet);
-    Forward(stays, frame.late);
+    StreamPacket& kept_packet = frame.packets[number] = std::move(packet);
+    Forward(kept_packet, frame.late);
   }
 }
 
@@ -316,17 +318,18 @@ GigeRelay::State::KeptFrame& GigeRelay::State::FrameOf(std::uint16_t number) {
   return frame;
 }
 
-// One packet tries the link.
+// Sends one packet over the faulty link.
 void GigeRelay::State::Forward(StreamPacket& packet, bool late) {
   const GigeLinkFaults& faults = options.faults;
   const std::uint64_t attempt = packet.times_sent++;
   const auto happens = [&](double share, std::uint64_t decision) {
-    return share > 0 && Draw(options.seed, packet.Frame(), packet.Number(), 8 * attempt + decision) < share;
+    return share > 0 &&
+           Draw(options.seed, packet.Frame(), packet.Number(), kDecisions * attempt + decision) < share;
   };
   if (!stream_passes) return;
-  std::optional<Bytes> behind = std::exchange(swapped, std::nullopt);
+  const std::optional<Bytes> predecessor = std::exchange(swapped, std::nullopt);
   const bool lost = happens(faults.lost, 1), doubled = !lost && happens(faults.doubled, 2),
-             stands_back = !lost && !behind && packet.Kind() != kTrailer && happens(faults.swapped, 3);
+             swap = !lost && !predecessor && packet.Kind() != kTrailer && happens(faults.swapped, 3);
   const auto send = [&](const Bytes& bytes) {
     if (late)
       Hold(bytes, Clock::now() + faults.late_by);
@@ -335,16 +338,16 @@ void GigeRelay::State::Forward(StreamPacket& packet, bool late) {
     else
       ToClient(bytes);
   };
-  if (stands_back)
+  if (swap)
     swapped = packet.bytes;
   else if (!lost)
     send(packet.bytes);
   if (doubled) send(packet.bytes);
-  if (behind) send(*behind);
+  if (predecessor) send(*predecessor);
   const MutexLock lock(mutex);
   statistics.lost += lost;
   statistics.doubled += doubled;
-  statistics.swapped += stands_back;
+  statistics.swapped += swap;
 }
 
 void GigeRelay::State::Hold(const Bytes& bytes, Clock::time_point until) {
@@ -358,7 +361,7 @@ void GigeRelay::State::SendHeld() {
     if (stream_passes) ToClient(held.front().bytes);
 }
 
-// Stream channel (2), frame (2), first packet (4), last packet (4).
+// `request`: after the header stream channel (2), frame (2), first packet (4), last packet (4).
 void GigeRelay::State::Resend(const std::uint8_t* request, std::size_t size) {
   if (size < kHeaderBytes + 12) return;
   const std::uint16_t number = Half(request + 10);

@@ -35,6 +35,7 @@ enum Status : std::uint16_t {
 constexpr std::uint32_t kMostRead = 536;  // bytes of memory in one answer, as the standard has it
 constexpr std::uint32_t kControlPrivilege = 0x0A00, kHeartbeatTimeout = 0x0938;
 constexpr std::chrono::seconds kPatience(3);  // wait for Aravis, which answers between two frames; guessed
+constexpr int kStopCheckMs = 100;             // the thread checks so often whether it is to stop; guessed
 
 using Buffer = std::array<std::uint8_t, 2048>;  // more than any request that is answered
 
@@ -48,7 +49,7 @@ struct Request {
   const std::uint8_t* Body() const { return bytes + kHeaderBytes; }
   std::size_t BodySize() const { return size - kHeaderBytes; }
   bool Writes() const { return Command() == kWriteRegister || Command() == kWriteMemory; }
-  // Of well-formed requests.
+  // The following need a well-formed request.
   bool AsksForControl() const { return Writes() && Word(Body()) == kControlPrivilege && BodySize() == 8; }
   bool WritesTo(std::uint32_t address) const {
     const std::size_t bytes_written = BodySize() - 4;
@@ -69,7 +70,7 @@ struct GvcpFilter::State {
   }
 
   void Run();
-  void TakeFrom(int socket);
+  void Receive(int socket);
   void Answer(int socket, const sockaddr_in& client, const Request& request);
   Status Check(const Request& request, const sockaddr_in& client);
   Status CheckRange(std::uint32_t address, std::size_t bytes) const;
@@ -80,13 +81,14 @@ struct GvcpFilter::State {
            controller->sin_addr.s_addr == client.sin_addr.s_addr;
   }
   bool AnotherControls(const sockaddr_in& client);
-  // Aravis's answer; empty: none.
-  std::size_t Ask(const Request& request);
+  // Fills `answer` with Aravis's answer; returns its size, 0: none.
+  std::size_t AskCamera(const Request& request);
 
   const GvcpFilterOptions options;
   std::atomic<std::uint64_t> refused{0};
   std::atomic<bool> stopping{false};
-  std::optional<sockaddr_in> controller;  // the thread's alone, like:
+  // Used by the thread alone.
+  std::optional<sockaddr_in> controller;
   Buffer incoming{}, answer{};
   std::thread thread;
 };
@@ -95,16 +97,16 @@ void GvcpFilter::State::Run() {
   std::vector<pollfd> waits{{options.unicast, POLLIN, 0}};
   for (const int socket : options.broadcasts) waits.push_back({socket, POLLIN, 0});
   while (!stopping) {
-    if (poll(waits.data(), waits.size(), 100) < 1) continue;
+    if (poll(waits.data(), waits.size(), kStopCheckMs) < 1) continue;
     for (const pollfd& ready : waits)
-      if (ready.revents != 0) TakeFrom(ready.fd);
+      if (ready.revents != 0) Receive(ready.fd);
   }
 }
 
-void GvcpFilter::State::TakeFrom(int socket) {
+void GvcpFilter::State::Receive(int socket) {
   sockaddr_in client{};
   socklen_t size = sizeof client;
-  // A longer packet is cut, and its length then not what it says.
+  // A longer packet is truncated, and then refused because its length differs from its header's.
   const ssize_t got = recvfrom(socket, incoming.data(), incoming.size(), MSG_DONTWAIT,
                                reinterpret_cast<sockaddr*>(&client), &size);
   if (got < static_cast<ssize_t>(kHeaderBytes) || incoming[0] != kKey) return;
@@ -129,13 +131,14 @@ void GvcpFilter::State::Answer(int socket, const sockaddr_in& client, const Requ
     if (!by_broadcast && (request.bytes[1] & kWantsAnswer) != 0) send(begin(status, 0));
     return;
   }
-  // In the library whoever reads this register keeps the camera under control.
+  // Aravis takes any client's read of this register for the controller's heartbeat, so that a silent
+  // controller would keep the camera. The filter answers other clients itself.
   if (request.Command() == kReadRegister && Word(request.Body()) == kControlPrivilege &&
       AnotherControls(client)) {
     PutWord(&answer[kHeaderBytes], options.privilege());
     return send(begin(kGood, 4));
   }
-  const std::size_t size = Ask(request);
+  const std::size_t size = AskCamera(request);
   if (size == 0) return;
   if (request.WritesTo(kControlPrivilege)) {
     controller.reset();
@@ -198,24 +201,24 @@ Status GvcpFilter::State::CheckWrites(const Request& request) const {
   return kGood;
 }
 
-// A controller that has not been heard of loses the camera; the library finds that with the next request,
-// here with one that changes nothing.
+// A controller that sends no heartbeat loses the camera. Aravis checks that only at the next request, so this
+// function sends one that changes nothing.
 bool GvcpFilter::State::AnotherControls(const sockaddr_in& client) {
   if (IsController(client) || options.privilege() == 0) return false;
-  std::array<std::uint8_t, 12> look{kKey, kWantsAnswer, 0, kReadRegister, 0, 4, 0xFF, 0xFF};
-  PutWord(&look[kHeaderBytes], kHeartbeatTimeout);
-  Ask({look.data(), look.size()});
+  std::array<std::uint8_t, 12> read{kKey, kWantsAnswer, 0, kReadRegister, 0, 4, 0xFF, 0xFF};
+  PutWord(&read[kHeaderBytes], kHeartbeatTimeout);
+  AskCamera({read.data(), read.size()});
   return options.privilege() != 0;
 }
 
-std::size_t GvcpFilter::State::Ask(const Request& request) {
+std::size_t GvcpFilter::State::AskCamera(const Request& request) {
   while (recv(options.camera, answer.data(), answer.size(), MSG_DONTWAIT) > 0)
-    continue;  // too late for the last
+    continue;  // discards late answers to earlier requests
   if (::send(options.camera, request.bytes, request.size, 0) < 0) return 0;
   const auto give_up = Clock::now() + kPatience;
   while (!stopping && Clock::now() < give_up) {
     pollfd wait{options.camera, POLLIN, 0};
-    if (poll(&wait, 1, 100) != 1) continue;
+    if (poll(&wait, 1, kStopCheckMs) != 1) continue;
     const ssize_t size = recv(options.camera, answer.data(), answer.size(), MSG_DONTWAIT);
     if (size >= static_cast<ssize_t>(kHeaderBytes) && Half(&answer[2]) == request.Command() + 1 &&
         Half(&answer[6]) == request.Number())

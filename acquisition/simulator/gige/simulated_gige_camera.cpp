@@ -36,6 +36,11 @@ constexpr std::size_t kFramesAhead = 12;  // in the ring; guessed: they bridge a
 constexpr guint32 kLine0 = 0;
 constexpr double kPauseS = 1.0;  // after so long without a request for a frame the hand rests; guessed
 constexpr std::chrono::milliseconds kRenderPatience(1500);  // wait for a frame, then none is sent; guessed
+constexpr std::size_t kMostRenderThreads = 8;               // for the loop; guessed
+// The camera counts as started when it answers discovery: so many tries, each with this wait. Guessed.
+constexpr int kAnswerTries = 10;
+constexpr std::chrono::milliseconds kAnswerPatience(200);
+constexpr guint32 kShortestPeriodUs = 1000;  // of frames and pulses: guards against a register of 0
 
 struct Settings {
   guint32 exposure_us = 0, gain_tenths_db = 0;
@@ -43,8 +48,7 @@ struct Settings {
   bool operator==(const Settings&) const = default;
 };
 
-// A GenICam description has to come from a file; Aravis maps it, so its name is needed only while the camera
-// is made.
+// Aravis reads the GenICam description from a file, only while the camera is constructed.
 class DescriptionFile {
  public:
   DescriptionFile() {
@@ -78,8 +82,8 @@ struct SimulatedGigeCamera::State {
   void WriteRegisters();
   void RenderLoop();
   void Render();
-  Frame Picture(double hand_s, const Settings& settings);
-  Frame Shoot(double hand_s, const Settings& settings, double light_s) const;
+  Frame FrameAt(double hand_s, const Settings& settings);
+  Frame Capture(double hand_s, const Settings& settings, double light_s) const;
   void PulseLine();
   void RunFaults();
   void DescribeFrame(ArvBuffer* buffer, const Settings& wanted, std::uint64_t number, double hand_s);
@@ -181,15 +185,16 @@ void SimulatedGigeCamera::State::Serve() {
     throw UsageError("--serial '{}': must have 1 to 15 characters, as GigE Vision allows", options.serial);
   if (options.simulation.faults.incomplete > 0)
     throw UsageError(
-        "fault incomplete is for sim: devices; over the network, lose packets: lost=0.005 with resend=0");
+        "fault incomplete works with sim: only; over the network, lose packets with lost=0.005 and resend=0");
   if (!(options.line_hz >= 0.1 && options.line_hz <= 200))
-    throw UsageError("{:g} pulses a second on Line0; there may be 0.1 to 200", options.line_hz);
+    throw UsageError("{:g} pulses a second on Line0: must be 0.1 to 200", options.line_hz);
   if (options.loop < 0 || options.loop > 10000)
-    throw UsageError("a loop of {} pictures; there may be up to 10000", options.loop);
+    throw UsageError("a loop of {} pictures: must be at most 10000", options.loop);
   if (options.loop > 0 && options.simulation.faults.drift_stops_per_minute != 0)
-    throw UsageError("fault drift: the pictures of a loop are rendered once; leave one of the two out");
+    throw UsageError(
+        "fault drift does not work with a loop, whose pictures are rendered once; leave one of the two out");
   const std::string address = AddAddresses();
-  RequireFreeGigeAddress(address);  // Aravis does not say when it fails to bind
+  RequireFreeGigeAddress(address);  // Aravis does not report when it cannot bind
   OpenPoses();
   RenderLoop();
   const std::vector<BoundSocket> before = BoundUdpSockets();
@@ -198,7 +203,7 @@ void SimulatedGigeCamera::State::Serve() {
     server = arv_gv_fake_camera_new_full(address.c_str(), options.serial.c_str(), description.path());
   }
   if (!server || !arv_gv_fake_camera_is_running(server))
-    throw Error("no GigE Vision camera could be started at {}; is the address one of this machine's?",
+    throw Error("no GigE Vision camera could be started at {}; check that it is an address of this machine",
                 address);
   registers = arv_gv_fake_camera_get_fake_camera(server);
   InsertFilter(before, address);
@@ -209,18 +214,19 @@ void SimulatedGigeCamera::State::Serve() {
   line = std::thread([this] { PulseLine(); });
   if (relay) faults = std::thread([this] { RunFaults(); });
 
-  for (int attempt = 0; attempt < 10; ++attempt) {
-    const auto answer = AskGigeCamera(options.interface, std::chrono::milliseconds(200));
+  for (int attempt = 0; attempt < kAnswerTries; ++attempt) {
+    const auto answer = AskGigeCamera(options.interface, kAnswerPatience);
     if (answer && answer->serial == options.serial) return;
   }
-  throw Error("the camera '{}' does not answer at {}:{}; a firewall, or another camera there?",
+  throw Error("the camera '{}' does not answer at {}:{}; check the firewall, and for another camera there",
               options.serial, options.interface, kGvcpPort);
 }
 
 void SimulatedGigeCamera::State::InsertFilter(const std::vector<BoundSocket>& before,
                                               const std::string& address) {
   const TakenSockets taken = TakeControlSockets(before, address);
-  if (taken.unicast < 0) throw Error("{}:{} cannot be opened; another camera there?", address, kGvcpPort);
+  if (taken.unicast < 0)
+    throw Error("{}:{} cannot be opened; check for another camera there", address, kGvcpPort);
   arv_fake_camera_write_register(registers, kStreamSourcePortAt, static_cast<guint32>(taken.stream_port));
   filter = std::make_unique<GvcpFilter>(GvcpFilterOptions{
       .unicast = taken.unicast,
@@ -253,18 +259,18 @@ void SimulatedGigeCamera::State::WriteRegisters() {
   set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US, 1e6 * simulation.exposure_s);
   set(ARV_FAKE_CAMERA_REGISTER_GAIN_RAW, 10 * simulation.gain_db);
   set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, PixelsOf(simulation.format).code);
-  // Aravis's camera fires by software only; which source the client chose is our own register.
+  // Aravis's camera has software triggers only; the register at kTriggerSourceAt holds the client's choice.
   set(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE, 1);
   set(kTriggerSourceAt, 1);
   set(kLinePeriodAt, 1e6 / options.line_hz);
   if (!relay) return;
-  // Its answers to discovery by broadcast pass the relay by: they are to name where clients shall go.
+  // The camera's answers to broadcast discovery do not go through the relay, so they must give its address.
   in_addr public_bytes{};
   inet_pton(AF_INET, options.interface.c_str(), &public_bytes);
   arv_fake_camera_write_memory(registers, kCurrentAddressAt, sizeof(public_bytes), &public_bytes);
 }
 
-// Pulses on the emulated input line, whether or not anybody has armed the camera for them.
+// Sends pulses on the simulated input line, also while no client waits for them.
 void SimulatedGigeCamera::State::PulseLine() {
   auto next = std::chrono::steady_clock::now();
   MutexLock lock(mutex);
@@ -272,7 +278,7 @@ void SimulatedGigeCamera::State::PulseLine() {
     guint32 chosen = 0, line_us = 0;
     arv_fake_camera_read_register(registers, kTriggerSourceAt, &chosen);
     arv_fake_camera_read_register(registers, kLinePeriodAt, &line_us);
-    next = std::max(next + std::chrono::microseconds(std::max(1000u, line_us)),
+    next = std::max(next + std::chrono::microseconds(std::max(kShortestPeriodUs, line_us)),
                     std::chrono::steady_clock::now());
     if (line_due.wait_until(lock, next, [this]() ULF_REQUIRES(mutex) { return stopping; })) return;
     if (chosen == kLine0)
@@ -280,7 +286,7 @@ void SimulatedGigeCamera::State::PulseLine() {
   }
 }
 
-// Lets pass what passes now, then sleeps until that changes.
+// Opens and closes the relay's channels at the times of the faults.
 void SimulatedGigeCamera::State::RunFaults() {
   std::vector<double> changes;
   for (const auto& spans : {options.simulation.faults.freezes, options.simulation.faults.disconnects})
@@ -295,20 +301,21 @@ void SimulatedGigeCamera::State::RunFaults() {
     const auto due = *first_frame + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                         std::chrono::duration<double>(t_s));
     if (faults_due.wait_until(lock, due, [this]() ULF_REQUIRES(mutex) { return stopping; })) return;
-    const bool there = !options.simulation.faults.Disconnected(t_s);
-    relay->PassControl(there);
-    relay->PassStream(there && !options.simulation.faults.Frozen(t_s));
+    const bool connected = !options.simulation.faults.Disconnected(t_s);
+    relay->PassControl(connected);
+    relay->PassStream(connected && !options.simulation.faults.Frozen(t_s));
   }
 }
 
-// The moment that the camera fires at now, and what changed since the last one.
+// Takes over the moment at which the camera fires now: restarts the hand after a pause or with a new frame
+// period, and empties the ring when settings changed.
 void SimulatedGigeCamera::State::FollowClock(std::int64_t moment, std::int64_t new_period_us,
                                              const Settings& wanted, double now_s) {
   const bool free_running = arv_fake_camera_is_in_free_running_mode(registers);
   const bool paused =
       free_running && now_s - last_fill_s > std::max(kPauseS, 5e-6 * static_cast<double>(period_us));
   if (!streaming || paused || new_period_us != period_us) {
-    // The hand goes on from where it was when the last frame was taken.
+    // The hand continues from its place at the last frame.
     const double hand_s = streaming ? statistics.hand_s + 1e-6 * static_cast<double>(new_period_us) : 0;
     origin_hand_s = hand_s;
     origin_moment = moment;
@@ -332,15 +339,14 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
   guint32 register_us = 0;
   arv_fake_camera_read_register(registers, ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US,
                                 &register_us);
-  const std::int64_t new_period_us = std::max<guint32>(1000, register_us);
+  const std::int64_t new_period_us = std::max(kShortestPeriodUs, register_us);
   const auto moment = static_cast<std::int64_t>(device_ns / 1000) / new_period_us;
 
   MutexLock lock(mutex);
   FollowClock(moment, new_period_us, wanted, 1e-9 * static_cast<double>(device_ns));
   const bool late = ring.empty();
   asked.notify_one();
-  // Rendering one frame takes far less than the heartbeat of a client's control channel, which waits behind
-  // us.
+  // Control requests wait meanwhile; rendering a frame takes much less than a client's heartbeat time-out.
   rendered.wait_for(lock, kRenderPatience,
                     [this]() ULF_REQUIRES(mutex) { return stopping || !ring.empty(); });
   if (stopping || ring.empty()) return;
@@ -367,7 +373,7 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
   WritePose(arv_buffer_get_frame_id(buffer), device_ns, ready.frame, ready.hand_s);
 }
 
-// Requests are answered by the thread that fills frames: a block of registers read at once is one frame's.
+// This thread also answers requests, so that registers that are read in one request describe one frame.
 void SimulatedGigeCamera::State::DescribeFrame(ArvBuffer* buffer, const Settings& wanted,
                                                std::uint64_t number, double hand_s) {
   const std::array<guint32, 5> values{static_cast<guint32>(arv_buffer_get_frame_id(buffer)),
@@ -389,7 +395,7 @@ void SimulatedGigeCamera::State::WritePose(std::uint64_t frame_id, std::uint64_t
   std::fflush(poses);
 }
 
-Frame SimulatedGigeCamera::State::Shoot(double hand_s, const Settings& now, double light_s) const {
+Frame SimulatedGigeCamera::State::Capture(double hand_s, const Settings& now, double light_s) const {
   return camera.Capture({.open_s = hand_s,
                          .exposure_s = 1e-6 * std::max(10u, now.exposure_us),
                          .gain = std::pow(10, now.gain_tenths_db / 200.0),
@@ -398,7 +404,7 @@ Frame SimulatedGigeCamera::State::Shoot(double hand_s, const Settings& now, doub
                          .light = options.simulation.faults.Light(light_s)});
 }
 
-// The loop at the settings that the camera starts with, on all cores.
+// Renders the loop with the settings that the camera starts with, on several cores.
 void SimulatedGigeCamera::State::RenderLoop() {
   const SimulationOptions& simulation = options.simulation;
   loop_settings = {static_cast<guint32>(std::lround(1e6 * simulation.exposure_s)),
@@ -408,27 +414,27 @@ void SimulatedGigeCamera::State::RenderLoop() {
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < loop.size(); i = next++)
-      loop[i] = Shoot(static_cast<double>(i) / simulation.fps, loop_settings, 0);
+      loop[i] = Capture(static_cast<double>(i) / simulation.fps, loop_settings, 0);
   };
   std::vector<std::thread> helpers;
-  for (unsigned i = 1; i < std::min<std::size_t>(8, loop.size()) && i < std::thread::hardware_concurrency();
-       ++i)
+  const std::size_t threads = std::min(kMostRenderThreads, loop.size());
+  for (unsigned i = 1; i < threads && i < std::thread::hardware_concurrency(); ++i)
     helpers.emplace_back(work);
   work();
   for (std::thread& helper : helpers) helper.join();
 }
 
-// What the sensor sees when the hand has gone so long; with a loop, to and fro over its first stretch.
-Frame SimulatedGigeCamera::State::Picture(double hand_s, const Settings& now) {
-  if (loop.empty()) return Shoot(hand_s, now, hand_s);
+// The frame at a time of the hand's motion; a loop plays forwards and backwards.
+Frame SimulatedGigeCamera::State::FrameAt(double hand_s, const Settings& now) {
+  if (loop.empty()) return Capture(hand_s, now, hand_s);
   if (!(now == loop_settings)) {
     loop.assign(loop.size(), std::nullopt);
     loop_settings = now;
   }
   const auto step = static_cast<std::size_t>(std::llround(hand_s * options.simulation.fps));
-  const std::size_t last = loop.size() - 1, there = last == 0 ? 0 : step % (2 * last);
-  const std::size_t index = there <= last ? there : 2 * last - there;
-  if (!loop[index]) loop[index] = Shoot(static_cast<double>(index) / options.simulation.fps, now, 0);
+  const std::size_t last = loop.size() - 1, place = last == 0 ? 0 : step % (2 * last);
+  const std::size_t index = place <= last ? place : 2 * last - place;
+  if (!loop[index]) loop[index] = Capture(static_cast<double>(index) / options.simulation.fps, now, 0);
   return *loop[index];
 }
 
@@ -444,7 +450,7 @@ void SimulatedGigeCamera::State::Render() {
     const double hand_s = HandTime(moment);
     lock.unlock();
     const auto begin = std::chrono::steady_clock::now();
-    Frame frame = Picture(hand_s, now);
+    Frame frame = FrameAt(hand_s, now);
     const double took_s = SecondsSince(begin);
     lock.lock();
     render_s += took_s;
@@ -452,8 +458,8 @@ void SimulatedGigeCamera::State::Render() {
     if (epoch != now_epoch) continue;
     rendered_moment = moment;
     if (moment < wanted_moment && !ring.empty()) continue;
-    // Even when its moment has passed: better the latest picture that there is than none.
-    // A looped picture is of another time of the hand than the one that is asked for.
+    // Keeps the frame although its moment may have passed, because a late frame is better than none. A frame
+    // of the loop is of another time of the hand than `hand_s`.
     const double seen_s = frame.device_time_s - 0.5 * frame.exposure_s;
     ring.push_back({moment, seen_s, std::move(frame)});
     rendered.notify_one();

@@ -14,9 +14,13 @@
 namespace ulf::acquisition {
 namespace {
 
+void CheckSocketCall(int result) {
+  if (result < 0) throw Error("there is no socket for the simulated camera: {}", std::strerror(errno));
+}
+
 int NewSocket() {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0) throw Error("the simulated camera gets no socket: {}", std::strerror(errno));
+  CheckSocketCall(fd);
   return fd;
 }
 
@@ -28,13 +32,11 @@ std::pair<int, int> ConnectedPair() {
     at[i].sin_family = AF_INET;
     at[i].sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t size = sizeof at[i];
-    if (bind(ends[i], reinterpret_cast<sockaddr*>(&at[i]), size) != 0 ||
-        getsockname(ends[i], reinterpret_cast<sockaddr*>(&at[i]), &size) != 0)
-      throw Error("the simulated camera gets no socket: {}", std::strerror(errno));
+    CheckSocketCall(bind(ends[i], reinterpret_cast<sockaddr*>(&at[i]), size));
+    CheckSocketCall(getsockname(ends[i], reinterpret_cast<sockaddr*>(&at[i]), &size));
   }
   for (int i = 0; i < 2; ++i)
-    if (connect(ends[i], reinterpret_cast<sockaddr*>(&at[1 - i]), sizeof at[0]) != 0)
-      throw Error("the simulated camera gets no socket: {}", std::strerror(errno));
+    CheckSocketCall(connect(ends[i], reinterpret_cast<sockaddr*>(&at[1 - i]), sizeof at[0]));
   return {ends[0], ends[1]};
 }
 

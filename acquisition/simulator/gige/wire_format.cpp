@@ -20,16 +20,17 @@ void PackImage(const cv::Mat& pixels, const cv::Rect& part, const PixelFormat& f
   }
   CV_Assert(from.type() == CV_16UC1);
   const int unused_bits = 16 - format.bits;
-  std::uint32_t window = 0;  // LSB packing: bits that are not a whole byte yet, across rows
-  int held = 0;
+  std::uint32_t pending = 0;  // LSB packing: bits that do not fill a byte yet; they continue in the next row
+  int pending_bits = 0;
   for (int y = 0; y < part.height; ++y) {
     const auto* row = from.ptr<std::uint16_t>(y);
     for (int x = 0; x < part.width; ++x) {
       const std::uint32_t value = row[x] >> unused_bits;
       if (format.packing == PixelPacking::kLsbPacked) {
-        window |= value << held;
-        held += format.bits;
-        for (; held >= 8; held -= 8, window >>= 8) *out++ = static_cast<std::uint8_t>(window);
+        pending |= value << pending_bits;
+        pending_bits += format.bits;
+        for (; pending_bits >= 8; pending_bits -= 8, pending >>= 8)
+          *out++ = static_cast<std::uint8_t>(pending);
       } else if (format.packing == PixelPacking::kWholeBytes) {
         *out++ = static_cast<std::uint8_t>(value);
         *out++ = static_cast<std::uint8_t>(value >> 8);
@@ -38,7 +39,7 @@ void PackImage(const cv::Mat& pixels, const cv::Rect& part, const PixelFormat& f
       }
     }
   }
-  if (held > 0) *out = static_cast<std::uint8_t>(window);
+  if (pending_bits > 0) *out = static_cast<std::uint8_t>(pending);
 }
 
 }  // namespace ulf::acquisition

@@ -14,8 +14,11 @@ using Eigen::Vector3f;
 constexpr F4 kSky{0.27f, 0.245f, 0.23f, 0};     // blue-ish fill from above
 constexpr F4 kBounce{0.085f, 0.1f, 0.115f, 0};  // warm, from table and floor
 constexpr F4 kKeyColor{0.93f, 0.98f, 1.03f, 0};
-constexpr int kLampGrid = 6;  // samples per side of a lamp
+constexpr int kLampGrid = 6;  // samples per side of a lamp; guessed, as the following
 constexpr int kAmbientRays = 32;
+constexpr unsigned kMostBakeThreads = 8;
+constexpr float kAmbientReach = 0.6f;  // metres; farther surfaces are part of the room's light
+constexpr float kUnseenTexelM = 0.02f, kUnseenLightM = 0.1f;  // resolution of charts that no camera sees
 static_assert(kLampGrid * kLampGrid % 4 == 0 && kAmbientRays % kLanes == 0);
 
 class Illumination {
@@ -54,7 +57,7 @@ class Illumination {
     Vector3f translation;
   };
 
-  // Which of eight rays are stopped before `reach`.
+  // Which of eight rays meet a surface before `reach`.
   I8 Blocked(const Vector3f& from, const Vec3<F8>& directions, F8 reach) const {
     I8 blocked{};
     for (const Occluder& occluder : occluders_) {
@@ -121,8 +124,7 @@ class Illumination {
         directions.y[lane] = d.y();
         directions.z[lane] = d.z();
       }
-      constexpr float kReach = 0.6f;  // what is farther away is part of the room's light
-      const I8 blocked = Blocked(from, directions, F8{} + kReach);
+      const I8 blocked = Blocked(from, directions, F8{} + kAmbientReach);
       for (int lane = 0; lane < kLanes; ++lane) {
         const float up = std::clamp(0.5f + directions.z[lane], 0.0f, 1.0f);
         const F4 open = kBounce + up * (kSky - kBounce);
@@ -137,7 +139,7 @@ class Illumination {
   std::vector<Occluder> occluders_;
 };
 
-// A coarse map of light over a chart, read back between its samples.
+// A coarse map of the light over a chart, interpolated between its samples.
 struct LightMap {
   int width = 0, height = 0;
   std::vector<F4> values;
@@ -163,8 +165,8 @@ MipTexture BakeChart(const Illumination& light, const Primitive& primitive, int 
   const ChartSize size = SizeOfChart(primitive, chart);
   const bool unseen = (primitive.shape == Shape::kFrustum && chart == 2) ||
                       (primitive.main_chart >= 0 && primitive.main_chart != chart);
-  const float texel_m = unseen ? 0.02f : primitive.texel_m;
-  const float light_step_m = unseen ? std::max(0.1f, primitive.light_m) : primitive.light_m;
+  const float texel_m = unseen ? kUnseenTexelM : primitive.texel_m;
+  const float light_step_m = unseen ? std::max(kUnseenLightM, primitive.light_m) : primitive.light_m;
   const Rigid3 world_from_local = primitive.local_from_world.Inverse();
   LightMap map{std::max(4, RoundedUp(size.width_m, light_step_m, 1)),
                std::max(4, RoundedUp(size.height_m, light_step_m, 1)),
@@ -177,7 +179,7 @@ MipTexture BakeChart(const Illumination& light, const Primitive& primitive, int 
                                     (world_from_local.rotation * at.normal.cast<double>()).cast<float>()));
     }
 
-  constexpr int kMultiple = 32;  // so that halving never leaves an odd texel over
+  constexpr int kMultiple = 32;  // so that every mip level has an even size
   const int width = RoundedUp(size.width_m, texel_m, kMultiple),
             height = RoundedUp(size.height_m, texel_m, kMultiple);
   std::vector<F4> bgr;
@@ -207,7 +209,8 @@ std::vector<MipTexture> BakeCharts(const Scene& scene) {
       charts[i] = BakeChart(light, *work[i].first, work[i].second);
   };
   std::vector<std::thread> helpers;
-  for (unsigned i = 1; i < std::min(8u, std::thread::hardware_concurrency()); ++i) helpers.emplace_back(bake);
+  for (unsigned i = 1; i < std::min(kMostBakeThreads, std::thread::hardware_concurrency()); ++i)
+    helpers.emplace_back(bake);
   bake();
   for (std::thread& helper : helpers) helper.join();
   return charts;

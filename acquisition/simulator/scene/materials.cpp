@@ -9,12 +9,12 @@ namespace {
 
 using Eigen::Vector3f;
 
-// From red, green, blue as one names colours, in linear light.
+// Linear light, given in the order red, green, blue.
 constexpr F4 Rgb(float r, float g, float b) { return F4{b, g, r, 0}; }
 
 F4 Mix(F4 a, F4 b, float share) { return a + share * (b - a); }
 
-// 0 below the edge, 1 above, a straight ramp of `width` between.
+// 0 below the edge, 1 above it, a linear ramp of `width` between.
 float SoftStep(float edge, float width, float x) {
   return std::clamp((x - edge) / std::max(width, 1e-6f) + 0.5f, 0.0f, 1.0f);
 }
@@ -25,7 +25,7 @@ F4 Pick(const F4 (&palette)[N], std::uint32_t hash) {
   return color * (0.82f + 0.36f * UnitFloat(Rehash(hash)));
 }
 
-// Chips of stone set into `base`: `share` of the cells of that size hold one.
+// `base` with chips of stone: `share` of the cells of that size contain one.
 template <std::size_t N>
 F4 WithChips(F4 base, float x, float y, float cell_m, float share, const F4 (&palette)[N], float texel_m,
              std::uint32_t seed) {
@@ -62,7 +62,7 @@ F4 Fieldstone(const PaintedPoint& at) {
   const float bend_u = FractalNoise({6 * at.u_m, 6 * at.v_m, 3}, 2, 21) - 0.5f;
   const float bend_v = FractalNoise({6 * at.u_m, 6 * at.v_m, 8}, 2, 22) - 0.5f;
   const float u = at.u_m + 0.06f * bend_u, v = at.v_m + 0.06f * bend_v;
-  constexpr float kWidth = 0.19f, kHeight = 0.105f;  // stones lie
+  constexpr float kWidth = 0.19f, kHeight = 0.105f;  // of a stone
   const Cell stone = ScatteredCell2(u / kWidth, v / kHeight, 23);
   const Vector3f own_offset(static_cast<float>(stone.hash % 97), static_cast<float>(stone.hash % 89), 0);
   const float grain = FractalNoise(Vector3f(34 * u, 34 * v, 0) + own_offset, 4, 24);
@@ -114,7 +114,7 @@ F4 Glaze(const PaintedPoint& at) {
   return WithChips3(color, at.local, 0.006f, 0.2f, kFleck, at.texel_m, 63);
 }
 
-// Marks as a press leaves them: strokes, blocks and dots in cells of their own size, none like another.
+// Printed strokes, blocks and dots of random sizes.
 F4 Printed(const PaintedPoint& at) {
   static const F4 kInk[] = {Rgb(.05f, .06f, .09f), Rgb(.55f, .07f, .06f), Rgb(.06f, .18f, .38f)};
   const Vector3f grain_at(at.u_m * 220, at.v_m * 220, static_cast<float>(at.chart));
@@ -152,7 +152,7 @@ F4 Label(const PaintedPoint& at) {
     static const F4 kDent[] = {Rgb(.16f, .16f, .17f), Rgb(.66f, .66f, .66f)};
     return WithChips(Rgb(metal, metal, metal * 1.02f), at.u_m, at.v_m, 0.012f, 0.4f, kDent, at.texel_m, 82);
   }
-  // Rows of blocks of random widths: a cell's border is moved by its own hash.
+  // Rows of blocks of random widths, because hashes move the borders of cells.
   const float row_m = 0.0125f;
   const float row = std::floor(z / row_m);
   const float shift = UnitFloat(HashLattice(static_cast<int>(row), 3, 0, 83));
@@ -193,7 +193,7 @@ F4 RedTerrazzo(const PaintedPoint& at) {
   return WithChips3(color, at.local, 0.0065f, 0.3f, kChip, at.texel_m, 113);
 }
 
-// Overlapping paper: one sheet for each cell of a coarse grid, piled by hash.
+// Overlapping sheets of paper: one for each cell of a coarse grid, piled by hash.
 F4 Posters(const PaintedPoint& at) {
   static const F4 kPaper[] = {Rgb(.70f, .62f, .46f), Rgb(.55f, .13f, .09f), Rgb(.09f, .22f, .38f),
                               Rgb(.80f, .76f, .68f), Rgb(.14f, .30f, .18f), Rgb(.06f, .06f, .08f)};
@@ -228,7 +228,7 @@ F4 Posters(const PaintedPoint& at) {
   return color;
 }
 
-// The board's ink at a point of the sheet, in quarters of a millimetre: finer than any texel.
+// Whether a point of the sheet is dark, by a raster of a quarter of a millimetre, finer than any texel.
 bool IsInk(double x_mm, double y_mm) {
   constexpr int kPerMm = 4;
   struct Raster {

@@ -7,7 +7,7 @@ namespace ulf::acquisition {
 namespace {
 
 struct Site {
-  float x = 0, y = 0, z = 0, distance2 = 1e9f;  // from the point asked about
+  float x = 0, y = 0, z = 0, distance2 = 1e9f;  // from the query point
   std::uint32_t hash = 0;
 };
 
@@ -34,8 +34,8 @@ struct Nearest {
   }
 };
 
-// What the last call with a seed looked up. Textures are painted texel by texel, many to a lattice cell, so
-// that the next call nearly always asks for the same.
+// Caches the last look-up for each seed. Textures are painted texel by texel, many to a lattice cell, so that
+// the next call nearly always needs the same one.
 template <typename Lookup>
 class LastLookups {
  public:
@@ -94,7 +94,7 @@ float FractalNoise(const Eigen::Vector3f& p, int octaves, std::uint32_t seed) {
     sum += height * ValueNoise(q, seed + static_cast<std::uint32_t>(i) * 101u);
     total += height;
     height *= 0.5f;
-    q = 2.03f * q + Eigen::Vector3f(13.7f, 5.1f, 9.2f);  // off the lattice of the octave before
+    q = 2.03f * q + Eigen::Vector3f(13.7f, 5.1f, 9.2f);  // so that lattices of octaves do not coincide
   }
   return sum / total;
 }

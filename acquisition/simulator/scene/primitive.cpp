@@ -10,9 +10,8 @@ T Infinity() {
   return Splat<T>(0) + Splat<T>(std::numeric_limits<float>::infinity());
 }
 
-// All solids but the room are met from near their own frame's origin: first walk to the point of the ray
-// closest to it, so that single precision works on numbers of the solid's size and not of the camera's
-// distance.
+// The distance to the point of the ray closest to the solid's origin. Intersections are computed from there,
+// so that single precision works with numbers of the solid's size instead of the camera's distance.
 template <typename T>
 T Approach(const Vec3<T>& o, const Vec3<T>& d) {
   return -Dot(o, d);
@@ -37,7 +36,7 @@ T IntersectSphere(float radius, const Vec3<T>& o, const Vec3<T>& d) {
 }
 
 template <typename T>
-T Guarded(T x) {  // never zero, so that it can be divided by
+T Guarded(T x) {  // never zero, for divisions
   const T tiny = Splat<T>(1e-12);
   return Select(Abs(x) < tiny, tiny, x);
 }
@@ -101,7 +100,7 @@ T IntersectFrustum(const std::array<float, 3>& size, const Vec3<T>& o, const Vec
   return best;
 }
 
-// Sphere tracing: the distance to a torus is known in closed form, the crossing is not.
+// Sphere tracing, because the distance to a torus has a simple closed form and the intersection does not.
 template <typename T>
 T IntersectTorus(const std::array<float, 3>& size, const Vec3<T>& o, const Vec3<T>& d) {
   const T zero = Splat<T>(0), ring = Splat<T>(size[0]), tube = Splat<T>(size[1]);
@@ -115,7 +114,7 @@ T IntersectTorus(const std::array<float, 3>& size, const Vec3<T>& o, const Vec3<
   if (!Any(active)) return Infinity<T>();
   const T close = Splat<T>(sizeof(T) == sizeof(double) ? 1e-10 : 5e-7);
   T step = enter;
-  auto found = step > Splat<T>(1e30);  // nobody yet
+  auto found = step > Splat<T>(1e30);  // none yet
   T distance = zero;
   for (int i = 0; i < (sizeof(T) == sizeof(double) ? 500 : 96); ++i) {
     const Vec3<T> p = closest + step * d;
@@ -126,7 +125,7 @@ T IntersectTorus(const std::array<float, 3>& size, const Vec3<T>& o, const Vec3<
     if (!Any(active)) break;
     step = Select(active, step + distance, step);
   }
-  // What still creeps along a silhouette comes as close as this and no closer.
+  // Rays along a silhouette converge slowly: those that are this close count as hits.
   found = found | (active & (distance < Splat<T>(1e-5)));
   return Select(found & (step <= half_chord), walk + step, Infinity<T>());
 }
@@ -172,7 +171,7 @@ SurfacePoint OnSphere(const Eigen::Vector3f& p) {
           ToVec3(p.normalized())};
 }
 
-float Turn(float y, float x) {  // the angle as a share of a whole turn, 0 to 1
+float Turn(float y, float x) {  // the angle as a share of a full turn, 0 to 1
   const float turn = std::atan2(y, x) / (2 * kPi);
   return turn < 0 ? turn + 1 : turn;
 }
@@ -206,7 +205,7 @@ double Primitive::FarthestFrom(const Eigen::Vector3d& point_in_world) const {
       return p.norm() + size[0];
     case Shape::kFrustum:  // one of the two rims
       return std::max(std::hypot(across + size[0], p.z()), std::hypot(across + size[1], p.z() - size[2]));
-    case Shape::kTorus:  // on the far side of the ring, away through its tube's middle
+    case Shape::kTorus:  // on the far side of the ring, in the direction of the tube's middle
       return std::hypot(across + size[0], p.z()) + size[1];
     default:
       return std::hypot(std::abs(p.x()) + size[0], std::abs(p.y()) + size[1], std::abs(p.z()) + size[2]);
@@ -298,7 +297,7 @@ ChartSize SizeOfChart(const Primitive& primitive, int chart) {
               false};
     }
     case Shape::kSphere:
-      return {2 * size[0], 2 * size[0], false, false};  // a cube's face; its middle is as wide as that
+      return {2 * size[0], 2 * size[0], false, false};  // the face of a cube, in scale at its middle
     case Shape::kFrustum: {
       if (chart == 0) return {2 * kPi * std::max(size[0], size[1]), size[2], true, false};
       const float radius = chart == 1 ? size[1] : size[0];

@@ -44,7 +44,7 @@ struct RayCaster::Tile {
   float half_angle;
 };
 
-// The scene as this camera pose sees it.
+// The scene relative to one camera pose.
 struct RayCaster::Pose {
   struct Part {
     const Primitive* primitive;
@@ -90,7 +90,7 @@ struct RayCaster::Pose {
     }
   }
 
-  // The parts that rays of the tile can meet; the room is asked only where nothing else answers.
+  // The parts that rays of the tile can meet, except the room, which is tried only where no other is met.
   std::vector<int> Candidates(const Tile& tile) const {
     std::vector<int> list;
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -127,7 +127,7 @@ struct RayCaster::Pose {
       if (parts[i].primitive->shape == Shape::kRoom) offer(static_cast<int>(i));
   }
 
-  // Radiance where a ray meets a part; `key` tells charts apart.
+  // The radiance where a ray meets a part; `key` identifies the chart.
   F4 Radiance(int index, float t, const Vector3f& direction_in_cam, int& key) const {
     const Part& part = parts[static_cast<std::size_t>(index)];
     const Vector3f d = part.local_from_cam * direction_in_cam;
@@ -135,7 +135,7 @@ struct RayCaster::Pose {
     return part.flat ? OnFlat(part, t, p, d, key) : OnCurved(part, t, p, d, direction_in_cam, key);
   }
 
-  // A wall, table or carton, mostly seen at a slant: up to four looks along the pixel's long shadow on it.
+  // Surfaces that are seen at a slant get up to four samples along the pixel's elongated footprint.
   F4 OnFlat(const Part& part, float t, const Vector3f& p, const Vector3f& d, int& key) const {
     const Vector3f share = p.cwiseProduct(part.inverse_half), away = share.cwiseAbs();
     const int axis = away.x() >= away.y() ? (away.x() >= away.z() ? 0 : 2) : (away.y() >= away.z() ? 1 : 2);
@@ -145,15 +145,15 @@ struct RayCaster::Pose {
     const float u = 0.5f + 0.5f * share[axis_u], v = 0.5f + 0.5f * share[axis_v];
     const float facing = std::max(0.04f, std::abs(d[axis]));
     const float width_m = t * pixel_angle, width = width_m * chart.texels_per_m;
-    const int looks = std::min(4, static_cast<int>(1 / facing + 0.4f));
-    if (looks <= 1) return chart.texture->Sample(u, v, width / std::sqrt(facing));
-    const float each = 1.0f / static_cast<float>(looks);
+    const int samples = std::min(4, static_cast<int>(1 / facing + 0.4f));
+    if (samples <= 1) return chart.texture->Sample(u, v, width / std::sqrt(facing));
+    const float each = 1.0f / static_cast<float>(samples);
     const float step = each * width_m / (facing * std::sqrt(std::max(1e-6f, 1 - d[axis] * d[axis])));
     const float du = d[axis_u] * step * chart.inverse_width_m, dv = d[axis_v] * step * chart.inverse_height_m;
     const float footprint = width * std::max(1.0f, each / facing);
     F4 color{};
-    for (int i = 0; i < looks; ++i) {
-      const float place = static_cast<float>(i) - 0.5f * static_cast<float>(looks - 1);
+    for (int i = 0; i < samples; ++i) {
+      const float place = static_cast<float>(i) - 0.5f * static_cast<float>(samples - 1);
       color += chart.texture->Sample(u + place * du, v + place * dv, footprint);
     }
     return each * color;
@@ -194,8 +194,7 @@ RayCaster::RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& came
     for (int x = -1; x <= width; ++x) {
       const auto ray = camera_.RayFromImg({x + 0.5, y + 0.5});
       if (!ray)
-        throw Error("the simulated camera's distortion cannot be inverted at pixel {},{}; make it smaller", x,
-                    y);
+        throw Error("the simulated camera's distortion cannot be inverted at pixel {},{}; reduce it", x, y);
       grid.push_back(ray->cast<float>());
     }
   Rays& rays = *rays_;
@@ -277,7 +276,7 @@ void RayCaster::Shade(const Pose& pose, float weight, Hits& hits, cv::Mat& sum) 
   }
 }
 
-// Replaces the one look at a pixel on a silhouette by the mean of four, placed as a rotated grid.
+// Replaces the single sample of a pixel on a silhouette by the mean of four on a rotated grid.
 void RayCaster::SmoothEdges(const Pose& pose, float weight, const Hits& hits, cv::Mat& sum) const {
   constexpr float kPlaces[4][2] = {
       {-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}};

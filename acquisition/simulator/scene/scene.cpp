@@ -1,5 +1,7 @@
 #include "acquisition/simulator/scene/scene.h"
 
+#include <fmt/format.h>
+
 #include <map>
 
 #include "acquisition/simulator/scene/bake.h"
@@ -13,7 +15,7 @@ namespace ulf::acquisition {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-// Puts solids into place, then bakes their charts.
+// Places solids, then bakes their charts.
 class SceneBuilder {
  public:
   struct Solid {
@@ -53,7 +55,7 @@ class SceneBuilder {
 
   void SetSubject(const Vector3d& center, double radius) { scene_->subject_ = {center, radius}; }
 
-  // A sheet of markers, its front towards -y of `world_from_local`.
+  // Adds a sheet of markers whose front faces -y of `world_from_local`.
   void AddBoard(const Rigid3& world_from_local) {
     const Board board = MarkerSheet::PrintedBoard();
     constexpr float kHalfThickness = 0.003f;
@@ -210,13 +212,12 @@ struct NamedScene {
 };
 constexpr NamedScene kScenes[] = {{"studio", BuildStudio}, {"easel", BuildEasel}, {"wall", BuildWall}};
 
-struct Meeting {
+struct Hit {
   double distance = std::numeric_limits<double>::infinity();
   int part = -1;
 };
-Meeting FirstMeeting(const std::vector<Primitive>& primitives, const Vector3d& origin,
-                     const Vector3d& direction) {
-  Meeting first;
+Hit FirstHit(const std::vector<Primitive>& primitives, const Vector3d& origin, const Vector3d& direction) {
+  Hit first;
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     const Vector3d o = primitives[i].local_from_world * origin;
     const Vector3d d = primitives[i].local_from_world.rotation * direction;
@@ -241,17 +242,15 @@ std::shared_ptr<const Scene> Scene::Named(const std::string& name) {
   if (const auto found = built.find(name); found != built.end()) return found->second;
   for (const NamedScene& scene : kScenes)
     if (name == scene.name) return built[name] = scene.build();
-  std::string list;
-  for (const NamedScene& scene : kScenes) list += (list.empty() ? "" : ", ") + std::string(scene.name);
-  throw UsageError("there is no scene '{}' to simulate; there are: {}", name, list);
+  throw UsageError("there is no scene '{}' to simulate; there are: {}", name, fmt::join(Names(), ", "));
 }
 
 double Scene::DepthAlong(const Vector3d& origin_in_world, const Vector3d& direction_in_world) const {
-  return FirstMeeting(primitives_, origin_in_world, direction_in_world).distance;
+  return FirstHit(primitives_, origin_in_world, direction_in_world).distance;
 }
 
 int Scene::PartAlong(const Vector3d& origin_in_world, const Vector3d& direction_in_world) const {
-  return FirstMeeting(primitives_, origin_in_world, direction_in_world).part;
+  return FirstHit(primitives_, origin_in_world, direction_in_world).part;
 }
 
 F4 Scene::GlossRadiance(const Vector3f& point, const Vector3f& normal, const Vector3f& direction) const {

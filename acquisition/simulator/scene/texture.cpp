@@ -2,13 +2,14 @@
 
 #include <bit>
 #include <cstring>
+#include <utility>
 
 namespace ulf::acquisition {
 namespace {
 
 using U4 = std::uint16_t __attribute__((vector_size(8)));
 
-// log2, within 0.09: the choice of a mip level needs no more. `x` is at least 1.
+// log2 within 0.09, which is enough to choose a mip level. `x` is at least 1.
 float RoughLog2(float x) {
   const auto bits = std::bit_cast<std::uint32_t>(x);
   const float exponent = static_cast<float>(static_cast<int>(bits >> 23) - 127);
@@ -50,23 +51,13 @@ F4 MipTexture::Bilinear(const Level& level, float u, float v) const {
   const float x = u * static_cast<float>(level.width) - 0.5f, y = v * static_cast<float>(level.height) - 0.5f;
   const float floor_x = std::floor(x), floor_y = std::floor(y);
   const float ax = x - floor_x, ay = y - floor_y;
-  int x0 = static_cast<int>(floor_x), y0 = static_cast<int>(floor_y);
-  int x1 = x0 + 1, y1 = y0 + 1;
-  const int last_x = level.width - 1, last_y = level.height - 1;
-  if (wrap_u_) {
-    x0 = x0 < 0 ? last_x : std::min(x0, last_x);
-    x1 = x1 > last_x ? 0 : std::max(x1, 0);
-  } else {
-    x0 = std::clamp(x0, 0, last_x);
-    x1 = std::clamp(x1, 0, last_x);
-  }
-  if (wrap_v_) {
-    y0 = y0 < 0 ? last_y : std::min(y0, last_y);
-    y1 = y1 > last_y ? 0 : std::max(y1, 0);
-  } else {
-    y0 = std::clamp(y0, 0, last_y);
-    y1 = std::clamp(y1, 0, last_y);
-  }
+  const auto neighbours = [](int first, int last, bool wrap) -> std::pair<int, int> {
+    const int second = first + 1;
+    if (!wrap) return {std::clamp(first, 0, last), std::clamp(second, 0, last)};
+    return {first < 0 ? last : std::min(first, last), second > last ? 0 : std::max(second, 0)};
+  };
+  const auto [x0, x1] = neighbours(static_cast<int>(floor_x), level.width - 1, wrap_u_);
+  const auto [y0, y1] = neighbours(static_cast<int>(floor_y), level.height - 1, wrap_v_);
   const Texel* row0 = texels_.data() + level.first + static_cast<std::size_t>(y0) * level.width;
   const Texel* row1 = texels_.data() + level.first + static_cast<std::size_t>(y1) * level.width;
   const auto load = [](const Texel& texel) {
@@ -84,7 +75,7 @@ F4 MipTexture::Sample(float u, float v, float footprint) const {
   const int last = static_cast<int>(levels_.size()) - 1;
   const float lod = RoughLog2(std::max(1.0f, footprint));
   const int fine = std::min(static_cast<int>(lod), last);
-  // Levels are blended over the middle half of the way between them: half the look-ups, and no seam.
+  // Blends two levels only over the middle half of the way between them, which saves half the look-ups.
   const float part = std::clamp(2 * (lod - static_cast<float>(fine)) - 0.5f, 0.0f, 1.0f);
   if (fine < last && part >= 1) return kScale * Bilinear(levels_[static_cast<std::size_t>(fine) + 1], u, v);
   const F4 a = Bilinear(levels_[static_cast<std::size_t>(fine)], u, v);

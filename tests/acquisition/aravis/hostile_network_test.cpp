@@ -174,7 +174,7 @@ TEST_F(HostileNetwork, AStreamOutlivesWhatPretendsToBeTheCameras) {
   EXPECT_EQ(Transport(*device, "packets refused"), refused);
   bool said = false;
   for (const DeviceEvent& event : device->TakeEvents())
-    said = said || event.text.find("counted as 'packets refused'") != std::string::npos;
+    said = said || event.text.find("counts them as 'packets refused'") != std::string::npos;
   EXPECT_TRUE(said);
 }
 
@@ -188,7 +188,7 @@ TEST_F(HostileNetwork, ACameraThatTellsTheWrongPortIsBelievedByItsAddress) {
   Take(*device, 5);
   std::string said;
   for (const DeviceEvent& event : device->TakeEvents()) said += event.text + "\n";
-  EXPECT_THAT(said, HasSubstr("from another port than the camera says"));
+  EXPECT_THAT(said, HasSubstr("from another port than it reports"));
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <atomic>
 #include <numeric>
 #include <set>
 #include <thread>
@@ -24,7 +23,7 @@ std::vector<int> Drain(BoundedQueue<int>& queue) {
 }
 
 TEST(BoundedQueue, KeepsOrder) {
-  BoundedQueue<int> queue(3, WhenFull::kBlock);
+  BoundedQueue<int> queue(3);
   for (const int i : {1, 2, 3}) EXPECT_TRUE(queue.Push(i));
   EXPECT_EQ(queue.Size(), 3u);
   EXPECT_THAT(Drain(queue), ElementsAre(1, 2, 3));
@@ -32,7 +31,7 @@ TEST(BoundedQueue, KeepsOrder) {
 }
 
 TEST(BoundedQueue, DropsTheOldestCountsItAndHandsItBack) {
-  BoundedQueue<int> queue(2, WhenFull::kDropOldest);
+  BoundedQueue<int> queue(2);
   std::vector<int> made_room;
   for (const int i : {1, 2, 3, 4, 5}) {
     std::optional<int> dropped;
@@ -45,39 +44,18 @@ TEST(BoundedQueue, DropsTheOldestCountsItAndHandsItBack) {
 }
 
 TEST(BoundedQueue, PopTimesOutWhenEmpty) {
-  BoundedQueue<int> queue(1, WhenFull::kBlock);
+  BoundedQueue<int> queue(1);
   const auto start = std::chrono::steady_clock::now();
   EXPECT_FALSE(queue.Pop(30ms));
   EXPECT_GE(std::chrono::steady_clock::now() - start, 29ms);
 }
 
-TEST(BoundedQueue, PushWaitsForRoomWhenBlocking) {
-  BoundedQueue<int> queue(1, WhenFull::kBlock);
+TEST(BoundedQueue, CloseRefusesNewItemsAndLeavesWhatIsInside) {
+  BoundedQueue<int> queue(1);
   ASSERT_TRUE(queue.Push(1));
-  std::atomic<bool> pushed{false};
-  std::thread producer([&] {
-    queue.Push(2);
-    pushed = true;
-  });
-  std::this_thread::sleep_for(30ms);
-  EXPECT_FALSE(pushed);
-  EXPECT_EQ(queue.Pop(1s), 1);
-  EXPECT_EQ(queue.Pop(1s), 2);
-  producer.join();
-  EXPECT_TRUE(pushed);
-  EXPECT_EQ(queue.Dropped(), 0u);
-}
-
-TEST(BoundedQueue, CloseEndsWaitersAndLeavesWhatIsInside) {
-  BoundedQueue<int> queue(1, WhenFull::kBlock);
-  ASSERT_TRUE(queue.Push(1));
-  std::atomic<int> refused{0};
-  std::thread producer([&] { refused += queue.Push(2) ? 0 : 1; });
-  std::this_thread::sleep_for(20ms);
   queue.Close();
-  producer.join();
-  EXPECT_EQ(refused, 1);
   EXPECT_FALSE(queue.Push(3));
+  EXPECT_EQ(queue.Dropped(), 0u);
   EXPECT_EQ(queue.Pop(0ms), 1);
   const auto start = std::chrono::steady_clock::now();
   EXPECT_FALSE(queue.Pop(10s)) << "closed and drained: nothing to wait for";
@@ -85,7 +63,7 @@ TEST(BoundedQueue, CloseEndsWaitersAndLeavesWhatIsInside) {
 }
 
 TEST(BoundedQueue, CloseEndsAWaitingPop) {
-  BoundedQueue<int> queue(1, WhenFull::kBlock);
+  BoundedQueue<int> queue(1);
   std::thread closer([&] {
     std::this_thread::sleep_for(20ms);
     queue.Close();
@@ -94,42 +72,38 @@ TEST(BoundedQueue, CloseEndsAWaitingPop) {
   closer.join();
 }
 
-TEST(BoundedQueue, RefusesNoRoom) { EXPECT_THROW((BoundedQueue<int>(0, WhenFull::kBlock)), Error); }
+TEST(BoundedQueue, RefusesNoRoom) { EXPECT_THROW((BoundedQueue<int>(0)), Error); }
 
-// Every item is either taken once or counted as dropped; with blocking none is dropped.
+// Every item is either taken once or counted as dropped.
 TEST(BoundedQueue, AccountsForEveryItemAmongThreads) {
-  for (const WhenFull when_full : {WhenFull::kBlock, WhenFull::kDropOldest})
-    for (const std::size_t capacity : {1u, 3u, 16u}) {
-      constexpr int kProducers = 3, kEach = 2000;
-      BoundedQueue<int> queue(capacity, when_full);
-      std::vector<std::thread> producers;
-      for (int p = 0; p < kProducers; ++p)
-        producers.emplace_back([&, p] {
-          for (int i = 0; i < kEach; ++i) queue.Push(p * kEach + i);
-        });
-      std::mutex mutex;
-      std::multiset<int> taken;
-      std::vector<std::thread> consumers;
-      for (int c = 0; c < 2; ++c)
-        consumers.emplace_back([&] {
-          int last_of_producer[kProducers] = {-1, -1, -1};
-          while (const auto item = queue.Pop(10s)) {
-            const int producer = *item / kEach;
-            EXPECT_GT(*item, last_of_producer[producer]) << "out of order within one producer";
-            last_of_producer[producer] = *item;
-            const std::lock_guard lock(mutex);
-            taken.insert(*item);
-          }
-        });
-      for (std::thread& producer : producers) producer.join();
-      queue.Close();
-      for (std::thread& consumer : consumers) consumer.join();
-      EXPECT_EQ(taken.size() + queue.Dropped(), static_cast<std::size_t>(kProducers * kEach)) << capacity;
-      EXPECT_EQ(std::set<int>(taken.begin(), taken.end()).size(), taken.size()) << "an item was taken twice";
-      if (when_full == WhenFull::kBlock) {
-        EXPECT_EQ(queue.Dropped(), 0u);
-      }
-    }
+  for (const std::size_t capacity : {1u, 3u, 16u}) {
+    constexpr int kProducers = 3, kEach = 2000;
+    BoundedQueue<int> queue(capacity);
+    std::vector<std::thread> producers;
+    for (int p = 0; p < kProducers; ++p)
+      producers.emplace_back([&, p] {
+        for (int i = 0; i < kEach; ++i) queue.Push(p * kEach + i);
+      });
+    std::mutex mutex;
+    std::multiset<int> taken;
+    std::vector<std::thread> consumers;
+    for (int c = 0; c < 2; ++c)
+      consumers.emplace_back([&] {
+        int last_of_producer[kProducers] = {-1, -1, -1};
+        while (const auto item = queue.Pop(10s)) {
+          const int producer = *item / kEach;
+          EXPECT_GT(*item, last_of_producer[producer]) << "out of order within one producer";
+          last_of_producer[producer] = *item;
+          const std::lock_guard lock(mutex);
+          taken.insert(*item);
+        }
+      });
+    for (std::thread& producer : producers) producer.join();
+    queue.Close();
+    for (std::thread& consumer : consumers) consumer.join();
+    EXPECT_EQ(taken.size() + queue.Dropped(), static_cast<std::size_t>(kProducers * kEach)) << capacity;
+    EXPECT_EQ(std::set<int>(taken.begin(), taken.end()).size(), taken.size()) << "an item was taken twice";
+  }
 }
 
 std::uint64_t MissingAfter(const std::vector<std::uint64_t>& ids) {

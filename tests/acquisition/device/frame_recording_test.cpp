@@ -1,5 +1,5 @@
-// Tests: acquisition/device/frame_recording, acquisition/device/frame_recording_json,
-// acquisition/device/replay_device, acquisition/device/paced_device, core/image/jpeg_file.
+// Tests: acquisition/device/frame_recording, acquisition/device/replay_device,
+// acquisition/device/paced_device, core/image/jpeg_file.
 #include "acquisition/device/frame_recording.h"
 
 #include <gmock/gmock.h>

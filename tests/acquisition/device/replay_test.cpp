@@ -410,7 +410,7 @@ TEST(ReplayLightField, SaysWhoseItIsAndWhichPartOfTheSensor) {
   const ResolvedCalibration scaled = resolve(WriteLightField(scratch / "unknown", {0, 1}));
   EXPECT_EQ(scaled.camera.fx, 35);
   EXPECT_THAT(scaled.warnings,
-              ::testing::ElementsAre(HasSubstr("which part these frames show is not known")));
+              ::testing::ElementsAre(HasSubstr("unknown which part these frames show")));
 }
 
 TEST(ReplayLightField, TimesThatDoNotIncreaseAreReplaced) {

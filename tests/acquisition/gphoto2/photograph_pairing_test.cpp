@@ -83,7 +83,7 @@ TEST_F(GphotoTest, ARawFileThatIsFetchedAtLastIsStillPartOfItsPhotograph) {
   device->Start();
   camera_->FailDownloadsOfRaw(true);
   ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
-  ASSERT_TRUE(Until(*device, [&] { return Said(*device).find("tried again") != std::string::npos; }));
+  ASSERT_TRUE(Until(*device, [&] { return Said(*device).find("tries again") != std::string::npos; }));
   // Attempts at 0, 0.2, 0.6, 1.4 and 3 s fail, that at 6.2 s does not.
   const auto failing_until = std::chrono::steady_clock::now() + std::chrono::milliseconds(4000);
   while (std::chrono::steady_clock::now() < failing_until) {

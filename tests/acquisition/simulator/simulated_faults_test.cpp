@@ -77,7 +77,7 @@ TEST(SimDevice, IsLostAndComesBackLater) {
     OpenSim(uri);
     FAIL() << "the cable is out";
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("put back in"));
+    EXPECT_THAT(error.what(), HasSubstr("plugged in again in"));
   }
   EXPECT_NO_THROW(OpenSim(kSmall)) << "another camera";
   const auto begin = Clock::now();

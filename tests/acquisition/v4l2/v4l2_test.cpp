@@ -558,7 +558,7 @@ TEST_F(V4l2, ProgramListsFormatsSizesAndRates) {
   EXPECT_THAT(shown.output,
               AllOf(HasSubstr("YUYV"), HasSubstr("640x480 at 30, 15"), HasSubstr("1280x720 at 10"),
                     HasSubstr("Mono8 (GREY)"), HasSubstr("640x480 at 60"), HasSubstr("H264"),
-                    HasSubstr("not read by this program")));
+                    HasSubstr("not read by ulf")));
   const auto json = nlohmann::json::parse(test::RunUlf("features v4l2:/dev/video0 --json").output);
   ASSERT_EQ(json["formats"].size(), 4u);
   EXPECT_EQ(json["formats"][1]["fourcc"], "YUYV");

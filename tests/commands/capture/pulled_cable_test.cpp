@@ -76,7 +76,7 @@ TEST_F(PulledCable, TheCaptureGoesOnWithinThreeSecondsAndLosesNothing) {
   const auto capture = StartCapture();
   ASSERT_TRUE(WaitForViews(dir, 3, 60)) << capture->ReadUntil("nothing of the kind", 1);
   camera_->relay()->Pull();
-  EXPECT_THAT(capture->ReadUntil("looked for", 15), HasSubstr("looked for and opened again"));
+  EXPECT_THAT(capture->ReadUntil("tries to open", 15), HasSubstr("tries to open it again"));
   const std::size_t views_before = ViewsIn(dir);
   const std::string journal_before = ReadWholeFile(dir / "journal.jsonl");
   std::this_thread::sleep_for(2s);
@@ -151,7 +151,7 @@ TEST_F(PulledCable, AStopWhileItIsOutClosesTheLightField) {
   const auto capture = StartCapture();
   ASSERT_TRUE(WaitForViews(dir, 2, 60));
   camera_->relay()->Pull();
-  EXPECT_THAT(capture->ReadUntil("looked for", 15), HasSubstr("looked for and opened again"));
+  EXPECT_THAT(capture->ReadUntil("tries to open", 15), HasSubstr("tries to open it again"));
   capture->Signal(SIGINT);
   EXPECT_THAT(capture->ReadUntil("stopped_because", 10), HasSubstr("\"signal\""));
   EXPECT_EQ(capture->Wait(30), 0);

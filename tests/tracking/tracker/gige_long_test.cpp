@@ -32,7 +32,7 @@ double SecondsSince(Clock::time_point start) {
 
 // Takes the newest frame there is, again and again, and keeps count.
 struct TrackingWork {
-  FrameQueue newest{1, WhenFull::kDropOldest};
+  FrameQueue newest{1};
   Tracker tracker{SimulatedIntrinsics(1280, 1024)};
   int stepped = 0, tracked = 0;
   std::vector<double> latencies_ms;
