@@ -8,6 +8,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/view_decision.h"
 #include "render/viewpoints/viewpoint_mesh.h"
@@ -45,8 +46,8 @@ LightFieldReport::Distances DistancesOf(const LightField& light_field, const Sub
   std::vector<double> distances;
   for (const View& view : light_field.views)
     distances.push_back((view.CenterInWorld() - subject.center_in_world).norm());
-  std::sort(distances.begin(), distances.end());
-  return {distances.front(), distances[distances.size() / 2], distances.back()};
+  const auto [nearest, farthest] = std::ranges::minmax(distances);
+  return {nearest, Median(distances), farthest};
 }
 
 std::size_t CountDuplicates(const std::vector<coverage::CriterionView>& views, const Subject& subject,

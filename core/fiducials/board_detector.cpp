@@ -6,6 +6,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/quantile.h"
+
 namespace ulf {
 namespace {
 
@@ -146,11 +148,7 @@ double EdgeBlurPx(const BoardView& view, const cv::Mat& gray) {
   cv::Sobel(region, dy, CV_32F, 0, 1, 3, 1.0 / 8);
   cv::magnitude(dx, dy, steepness);
   const auto share_of = [](const cv::Mat& values, double share) {
-    std::vector<float> sorted(values.begin<float>(), values.end<float>());
-    const auto nth =
-        sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
-    std::nth_element(sorted.begin(), nth, sorted.end());
-    return static_cast<double>(*nth);
+    return Quantile({values.begin<float>(), values.end<float>()}, share);
   };
   const double contrast = share_of(region, 0.95) - share_of(region, 0.05);
   const double steepest = share_of(steepness, 0.98);

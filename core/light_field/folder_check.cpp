@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <fstream>
 #include <functional>
 #include <opencv2/core.hpp>
 #include <set>
-#include <thread>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
+#include "core/base/parallel_for.h"
 #include "core/base/shell_word.h"
 #include "core/image/image_header.h"
 #include "core/light_field/exchange/colmap_text.h"
@@ -331,20 +330,14 @@ PictureCheck CheckPictures(const LightField& light_field) {
     Mutex mutex;
     PictureCheck found ULF_GUARDED_BY(mutex);
   } shared;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i; (i = next++) < light_field.views.size();) {
-      PictureCheck one;
-      CheckPicture(light_field, light_field.views[i], one);
-      const MutexLock lock(shared.mutex);
-      shared.found.others.merge(one.others);
-      shared.found.damaged.merge(one.damaged);
-      shared.found.damaged_masters.merge(one.damaged_masters);
-    }
-  };
-  std::vector<std::jthread> threads;
-  for (unsigned n = 0; n < std::max(1u, std::thread::hardware_concurrency()); ++n) threads.emplace_back(work);
-  threads.clear();
+  ParallelFor(light_field.views.size(), [&](std::size_t i) {
+    PictureCheck one;
+    CheckPicture(light_field, light_field.views[i], one);
+    const MutexLock lock(shared.mutex);
+    shared.found.others.merge(one.others);
+    shared.found.damaged.merge(one.damaged);
+    shared.found.damaged_masters.merge(one.damaged_masters);
+  });
   const MutexLock lock(shared.mutex);
   return shared.found;
 }

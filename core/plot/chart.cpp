@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/quantile.h"
 #include "core/plot/chart_layout.h"
 #include "core/plot/gnuplot.h"
 
@@ -199,9 +200,8 @@ void ChartScript::Panel(std::size_t index, const std::vector<std::string>& serie
 
 ChartSpread ChartSpread::Of(const std::vector<double>& values) {
   if (values.empty()) return Exactly(std::numeric_limits<double>::quiet_NaN());
-  std::vector<double> sorted = values;
-  std::ranges::sort(sorted);
-  return {sorted[sorted.size() / 2], sorted.front(), sorted.back()};
+  const auto [lowest, highest] = std::ranges::minmax(values);
+  return {Median(values), lowest, highest};
 }
 
 std::vector<std::size_t> ParetoFront(const ChartPanel& panel) {

@@ -62,7 +62,7 @@ Cap Cap::FromDegrees(const Eigen::Vector2d& width_and_height) {
   return {Radians(width_and_height.x()), Radians(width_and_height.y())};
 }
 
-Eigen::Vector2d Cap::Degrees() const { return Eigen::Vector2d{width, height} * (180 / M_PI); }
+Eigen::Vector2d Cap::Degrees() const { return {ulf::Degrees(width), ulf::Degrees(height)}; }
 
 Cap Cap::WholeSphere() { return {2 * M_PI, M_PI}; }
 

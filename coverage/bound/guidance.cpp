@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"
 
 namespace ulf::coverage {
@@ -76,7 +77,7 @@ void Guide::UpdateSpeed(const Vector3d& direction, double time_s) {
 }
 
 double Guide::Angle(const Place& a, const Place& b) const {
-  return std::acos(std::clamp(DirectionOf(a).dot(DirectionOf(b)), -1.0, 1.0));
+  return AngleBetween(DirectionOf(a), DirectionOf(b));
 }
 
 // The elevation at which a row at about `level` passes an open run: its own level while there is room for
@@ -183,7 +184,7 @@ std::optional<Guide::Place> Guide::BestPlace(const Place& hand) const {
   for (int column = 0; column < open_.columns(); ++column)
     for (const OpenDirections::Run& run : open_.Runs(column)) {
       const Place place{open_.Azimuth(column), Path(run, hand.elevation)};
-      const double way = std::acos(std::clamp(here.dot(DirectionOf(place)), -1.0, 1.0));
+      const double way = AngleBetween(here, DirectionOf(place));
       if ((way / radius + options_.turn_cost) >= least) continue;  // no gain is more than one
       const double gain = std::min(1.0, open_.Gain(place.azimuth, place.elevation));
       if (gain < options_.worth_the_way || IsSkipped(place)) continue;

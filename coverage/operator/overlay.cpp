@@ -8,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "core/geometry/angles.h"
 #include "coverage/bound/sphere_outline.h"
 
 namespace ulf::coverage {
@@ -16,7 +17,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
 const render::Rgba kWhite{255, 255, 255}, kShade{0, 0, 0, 190};
 
 // The shown sphere with the camera that projects its directions into the picture.
@@ -66,11 +66,11 @@ void AddWireframe(const Sphere& sphere, const render::Rgba& color, render::Overl
   constexpr int kSpacingDeg = 10;
   for (int deg = -180; deg < 180; deg += kSpacingDeg)
     AddCurve(
-        sphere, [&](double t) { return frame.Direction(deg * kDegree, (t - 0.5) * M_PI); }, 45, 1, color,
+        sphere, [&](double t) { return frame.Direction(Radians(deg), (t - 0.5) * M_PI); }, 45, 1, color,
         overlay);
   for (int deg = -80; deg <= 80; deg += kSpacingDeg)
     AddCurve(
-        sphere, [&](double t) { return frame.Direction((2 * t - 1) * M_PI, deg * kDegree); }, 90, 1, color,
+        sphere, [&](double t) { return frame.Direction((2 * t - 1) * M_PI, Radians(deg)); }, 90, 1, color,
         overlay);
 }
 

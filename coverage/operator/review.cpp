@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/angles.h"
 #include "coverage/operator/key_actions.h"
 #include "tracking/sources/marker_locator.h"
 
@@ -12,8 +13,6 @@ namespace ulf::coverage {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180;
 
 // The viewpoints, as a scene for MarkerMouse.
 render::RenderScene ViewpointsOf(const CaptureState& state) {
@@ -73,7 +72,7 @@ void Review::FollowSubject(const CaptureState& state) {
 }
 
 void Review::Turn(double azimuth, double elevation) {
-  constexpr double kSteepest = 80 * kDegree;
+  constexpr double kSteepest = Radians(80);
   control_ = Control::kMouseAndKeys;
   if (!orbit_) return;
   orbit_->azimuth = std::remainder(orbit_->azimuth + azimuth, 2 * M_PI);
@@ -97,7 +96,7 @@ void Review::ToggleCompare(Compare compare) {
 }
 
 bool Review::Handle(const render::InputEvent& event, const CaptureState& state) {
-  constexpr double kStep = 2 * kDegree, kZoom = 1.05, kWipeStep = 0.05;
+  constexpr double kStep = Radians(2), kZoom = 1.05, kWipeStep = 0.05;
   if (!open_) return false;
   if (const auto* key = std::get_if<render::KeyPressed>(&event))
     return Act(key->key, {{render::Key::kEscape, [&] { open_ = false; }},
@@ -123,7 +122,7 @@ bool Review::Handle(const render::InputEvent& event, const CaptureState& state) 
     return true;
   }
   if (const auto* moved = std::get_if<render::MouseMoved>(&event)) {
-    constexpr double kRadiansAPixel = 0.25 * kDegree;
+    constexpr double kRadiansAPixel = Radians(0.25);
     // The subject follows the mouse: the camera moves the other way.
     if (mouse_ && dragging_)
       Turn(-kRadiansAPixel * (moved->at.x() - mouse_->x()), kRadiansAPixel * (moved->at.y() - mouse_->y()));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/geometry/angles.h"
 #include "coverage/operator/palette.h"
 
 namespace ulf::coverage {
@@ -13,14 +14,12 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
-
 // The map's painted cells; neighbours that one view paints are one patch.
 void AddPaint(const CoverageMap& map, double distance, ShownSphere& sphere) {
   const DistanceColors colors(map, distance, Palette::Standard());
   std::vector<double> nearer;
   for (const CriterionView& view : map.views()) nearer.push_back(colors.Nearer(colors.Distance(view)));
-  constexpr double kWidest = 5 * kDegree;
+  constexpr double kWidest = Radians(5);
   for (const CoverageMap::PaintedRun& run : map.PaintedRuns(kWidest)) {
     const CapFrame& frame = sphere.frame;
     const std::array corners{frame.Direction(run.left, run.bottom), frame.Direction(run.right, run.bottom),
@@ -74,7 +73,7 @@ Vector3d ShownSphere::Along(const Vector3d& direction, double angle) const {
 }
 
 double ShownSphere::AngleFromDot(const Vector3d& direction) const {
-  return std::acos(std::clamp(direction.dot(toward_camera), -1.0, 1.0));
+  return AngleBetween(direction, toward_camera);
 }
 
 std::optional<ShownSphere> ShownSphere::Of(const CaptureState& state, double reach) {
@@ -109,7 +108,7 @@ std::optional<ShownSphere> ShownSphere::Of(const CaptureState& state, double rea
   if (const auto& toward = state.guidance.toward) {
     const double radius_shown = state.guidance.disc_radius;
     Target target{.direction = cam_from_world * *toward,
-                  .ring = radius_shown > 0 ? std::min(radius_shown, 0.5) : 3 * kDegree};
+                  .ring = radius_shown > 0 ? std::min(radius_shown, 0.5) : Radians(3)};
     target.hidden = !sphere.Faces(target.direction);
     if (target.hidden) target.direction = sphere.Along(target.direction, limb);
     sphere.target = target;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/at.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::coverage {
 namespace {
@@ -71,7 +72,7 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
     from_ = direction;
     return std::nullopt;
   }
-  const double step = from_ ? std::acos(std::clamp(from_->dot(direction), -1.0, 1.0)) : 0;
+  const double step = from_ ? AngleBetween(*from_, direction) : 0;
   if (!from_ || step >= options_.step) {
     from_ = direction;
     moved_ += step;

@@ -13,6 +13,7 @@
 #include "acquisition/simulator/waves.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/geometry/angles.h"
 #include "coverage/operator/overlay.h"
 #include "coverage/simulated_operator/rows_by_eye.h"
 
@@ -23,7 +24,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
+constexpr double kDegree = Radians(1);
 constexpr double kStepS = 1.0 / 120;  // of the hand's movement
 constexpr double kRememberedS = 3;    // of the hand's places
 

@@ -1,4 +1,3 @@
-// Tests: main.
 // The test of a file is found by its name: a test file begins with the units that it tests,
 //     // Tests: core/base/error, core/base/counted,
 //     // core/base/lowercase.

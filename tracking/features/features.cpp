@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/at.h"
+#include "core/geometry/angles.h"
 
 namespace ulf::tracking {
 namespace {
@@ -286,7 +287,7 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
     keypoints.clear();
     for (const Corner& corner : corners) {
       cv::KeyPoint keypoint(static_cast<float>(corner.x), static_cast<float>(corner.y), 2 * kPatchRadius + 1);
-      keypoint.angle = Orientation(image, corner.x, corner.y) * static_cast<float>(180 / M_PI);
+      keypoint.angle = Orientation(image, corner.x, corner.y) * static_cast<float>(Degrees(1));
       if (keypoint.angle < 0) keypoint.angle += 360;
       keypoint.octave = 0;
       keypoint.class_id = static_cast<int>(keypoints.size());
@@ -305,7 +306,7 @@ FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
       const auto ray = state_->camera.RayFromImg(feature.img);
       if (!ray) continue;
       feature.ray = *ray;
-      feature.angle_rad = keypoint.angle * static_cast<float>(M_PI / 180);
+      feature.angle_rad = keypoint.angle * static_cast<float>(Radians(1));
       feature.level = level;
       std::memcpy(feature.descriptor.data(), descriptors.ptr(k), sizeof(Descriptor));
       features.push_back(feature);

@@ -160,7 +160,7 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
 
 bool CaptureRecord::IsCapCovered(double share, const tracking::PoseSource& poses) {
   if (!options_.map.cap || !map_ || map_->CoveredShare() < share) return false;
-  CorrectPoses(poses, false);
+  if (!CorrectPoses(poses, false)) return false;
   if (!painted_anew_) PaintAnew();
   return map_->CoveredShare() >= share;
 }

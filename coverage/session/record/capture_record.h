@@ -74,7 +74,7 @@ class CaptureRecord {
   bool CorrectPoses(const tracking::PoseSource& poses, bool last);
   // Whether `share` of the cap is covered. Where the present map says so, it corrects the poses, paints the
   // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
-  // decided.
+  // decided. False while the disk is behind a correction.
   bool IsCapCovered(double share, const tracking::PoseSource& poses);
   // Writes the waiting views, the final poses, `points`, and the time and the counts of this session added to
   // those of earlier ones.
