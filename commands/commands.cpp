@@ -1,27 +1,6 @@
 #include "commands/commands.h"
 
-#include "commands/calibration/board_command.h"
-#include "commands/calibration/calibrate_command.h"
-#include "commands/calibration/calibration_command.h"
-#include "commands/camera/devices_command.h"
-#include "commands/camera/features_command.h"
-#include "commands/camera/record_command.h"
-#include "commands/camera/simulate_command.h"
-#include "commands/capture/capture_command.h"
 #include "commands/capture/crash_handler.h"
-#include "commands/capture/plan_command.h"
-#include "commands/light_field/export_command.h"
-#include "commands/light_field/import_command.h"
-#include "commands/light_field/info_command.h"
-#include "commands/light_field/repair_command.h"
-#include "commands/light_field/sheet_command.h"
-#include "commands/rendering/evaluate_command.h"
-#include "commands/rendering/proxy_command.h"
-#include "commands/rendering/render_command.h"
-#include "commands/rendering/review_command.h"
-#include "commands/rendering/view_command.h"
-#include "commands/tracking/refine_command.h"
-#include "commands/tracking/track_command.h"
 
 namespace ulf::commands {
 

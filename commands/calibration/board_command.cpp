@@ -1,11 +1,11 @@
-#include "commands/calibration/board_command.h"
-
+// `ulf board`: draws a calibration target for printing.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "acquisition/calibration/board_sheet.h"
+#include "commands/commands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"

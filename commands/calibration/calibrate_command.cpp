@@ -1,5 +1,4 @@
-#include "commands/calibration/calibrate_command.h"
-
+// `ulf calibrate`: estimates intrinsics from a board, or the flat field from a card.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
@@ -10,6 +9,7 @@
 #include "acquisition/calibration/calibration_picture.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "commands/calibration/calibration_report.h"
+#include "commands/commands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

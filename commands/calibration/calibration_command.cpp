@@ -1,5 +1,4 @@
-#include "commands/calibration/calibration_command.h"
-
+// `ulf calibration`: prints a calibration file and converts it to other formats.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +10,7 @@
 #include "acquisition/calibration/calibration_formats.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
+#include "commands/commands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"

@@ -1,5 +1,3 @@
-#include "commands/camera/devices_command.h"
-
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +7,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/udev_rules.h"
+#include "commands/commands.h"
 
 namespace ulf::commands {
 namespace {

@@ -1,5 +1,3 @@
-#include "commands/camera/features_command.h"
-
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +8,7 @@
 
 #include "acquisition/device/feature_file.h"
 #include "acquisition/device/features.h"
+#include "commands/commands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"

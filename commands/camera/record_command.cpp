@@ -1,5 +1,4 @@
-#include "commands/camera/record_command.h"
-
+// `ulf record`: records every frame of a device, so that a session can be run again.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <memory>
@@ -8,6 +7,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
 #include "commands/camera/device_report.h"
+#include "commands/commands.h"
 #include "commands/number_checks.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -1,5 +1,3 @@
-#include "commands/camera/simulate_command.h"
-
 #include <fmt/core.h>
 #include <signal.h>
 
@@ -9,6 +7,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
+#include "commands/commands.h"
 #include "commands/number_checks.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

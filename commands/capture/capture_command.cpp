@@ -1,5 +1,4 @@
 // ulf capture: the main job, from a device's URI to a light field on disk.
-#include "commands/capture/capture_command.h"
 
 #include <spdlog/spdlog.h>
 
@@ -13,6 +12,7 @@
 #include "commands/calibration/intrinsics_options.h"
 #include "commands/capture/capture_report.h"
 #include "commands/capture/crash_handler.h"
+#include "commands/commands.h"
 #include "commands/light_field/light_field_report.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/readout_option.h"

@@ -1,11 +1,11 @@
 // ulf plan: what a capture will ask for, before there is one.
-#include "commands/capture/plan_command.h"
 
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/commands.h"
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"

@@ -1,5 +1,4 @@
-#include "commands/light_field/export_command.h"
-
+// `ulf export colmap|nerfstudio`: exports a light field for other programs, with points measured again.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 
+#include "commands/commands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"

@@ -1,8 +1,7 @@
-#include "commands/light_field/import_command.h"
-
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "commands/commands.h"
 #include "core/base/counted.h"
 #include "core/light_field/exchange/import_light_field.h"
 

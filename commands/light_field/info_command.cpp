@@ -1,5 +1,4 @@
 // ulf info: a light field in one row.
-#include "commands/light_field/info_command.h"
 
 #include <fmt/core.h>
 
@@ -7,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/commands.h"
 #include "commands/light_field/light_field_report.h"
 #include "core/light_field/light_field_io.h"
 

@@ -1,10 +1,10 @@
 // ulf repair: a light field's folder put in order, first as a plan.
-#include "commands/light_field/repair_command.h"
 
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/commands.h"
 #include "core/base/counted.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder_repair.h"

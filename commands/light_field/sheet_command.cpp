@@ -1,5 +1,3 @@
-#include "commands/light_field/sheet_command.h"
-
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +5,7 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "commands/commands.h"
 #include "commands/light_field/contact_sheet.h"
 #include "commands/light_field/light_field_report.h"
 #include "core/base/counted.h"

@@ -1,5 +1,3 @@
-#include "commands/rendering/evaluate_command.h"
-
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
@@ -8,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/commands.h"
 #include "commands/rendering/scene_options.h"
 #include "commands/rendering/temporal_command.h"
 #include "core/base/counted.h"

@@ -1,5 +1,3 @@
-#include "commands/rendering/render_command.h"
-
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
@@ -10,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/commands.h"
 #include "commands/number_checks.h"
 #include "commands/rendering/aperture_options.h"
 #include "commands/rendering/scene_options.h"

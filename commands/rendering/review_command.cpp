@@ -1,5 +1,4 @@
-#include "commands/rendering/review_command.h"
-
+// `ulf review`: shows a light field from where the user holds a marker.
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +10,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/replay_device.h"
 #include "commands/calibration/intrinsics_options.h"
+#include "commands/commands.h"
 #include "commands/number_checks.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

@@ -1,5 +1,3 @@
-#include "commands/rendering/view_command.h"
-
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
@@ -11,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/commands.h"
 #include "commands/rendering/aperture_options.h"
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"

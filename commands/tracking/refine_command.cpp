@@ -1,5 +1,4 @@
-#include "commands/tracking/refine_command.h"
-
+// `ulf refine`: the poses of a light field made better, and what that does to its coverage.
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -15,6 +14,7 @@
 #include <opencv2/core/utility.hpp>
 #include <optional>
 
+#include "commands/commands.h"
 #include "commands/number_checks.h"
 #include "core/base/at.h"
 #include "core/base/counted.h"

@@ -1,5 +1,4 @@
-#include "commands/tracking/track_command.h"
-
+// `ulf track`: poses of a sequence, its error against a truth, and what tracking costs.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -15,6 +14,7 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/replay_device.h"
+#include "commands/commands.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/readout_option.h"
 #include "commands/tracking/track_report.h"
