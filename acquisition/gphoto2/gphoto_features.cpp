@@ -84,7 +84,7 @@ class GphotoFeatures : public FeatureAccess {
                          fmt::join(feature->choices, ", "));
       written = *choice;
     }
-    if (feature->type == FeatureType::kBoolean) written = written == "true" ? "1" : "0";
+    if (feature->type == FeatureType::kBoolean) written = std::string(written == "true" ? "1" : "0");
     const GphotoResult result = camera_.Set(name, written);
     if (!result.ok()) throw Error("{}: the camera refused {}={}: {}", uri_, name, value, result.text);
   }

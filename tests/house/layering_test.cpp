@@ -323,15 +323,17 @@ TEST(Layering, PagesNameWhatIsThere) {
 
 TEST(Layering, EveryPageNamesFilesThatAreThere) {
   for (const std::string& page : FilesUnder(Checkout()))
-    if (page.ends_with(".md") && page != "CHANGELOG.md")
+    if (page.ends_with(".md") && page != "CHANGELOG.md") {
       EXPECT_THAT(FilesOfNothing(Checkout(), House::Read(TextOf(Checkout() / page)).prose), IsEmpty())
           << page;
+    }
 }
 
 TEST(Layering, SourcesNamePagesAndSectionsThatAreThere) {
   for (const std::string& source : FilesUnder(Checkout()))
-    if (IsSource(source) && source != "tests/house/layering_test.cpp")
+    if (IsSource(source) && source != "tests/house/layering_test.cpp") {
       EXPECT_THAT(PagesOfNothing(Checkout(), TextOf(Checkout() / source)), IsEmpty()) << source;
+    }
 }
 
 TEST(Layering, LooksAtTheSources) {
