@@ -51,7 +51,7 @@ TEST(CaptureRecord, ACapIsNotCoveredByPosesThatTheDiskHasYetToTake) {
   EXPECT_LT(record.map()->CoveredShare(), share) << "the views have moved";
   EXPECT_FALSE(record.IsCapCovered(share, poses));
   const ClosedRecord closed = record.Close(1, {}, {});
-  EXPECT_FALSE(closed.problem);
+  EXPECT_EQ(closed.problem, "");
   EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), record.views().views().size()) << "nothing is lost";
 }
 
