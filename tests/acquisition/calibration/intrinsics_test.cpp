@@ -143,7 +143,7 @@ TEST_F(Intrinsics, AnotherSerialIsAnErrorUnlessForced) {
   args.force = true;
   const ResolvedCalibration forced = ResolveCalibration(StillDevice("S2"), args, 640, 480);
   EXPECT_DOUBLE_EQ(forced.camera.fx, 100);
-  EXPECT_THAT(forced.warnings, ::testing::Contains(HasSubstr("forced")));
+  EXPECT_THAT(forced.warnings, ::testing::Contains(HasSubstr("--force-calibration")));
   args.force = false;
   EXPECT_TRUE(ResolveCalibration(StillDevice("S1"), args, 640, 480).warnings.empty());
   EXPECT_NO_THROW(ResolveCalibration(StillDevice(""), args, 640, 480)) << "images have no serial";
@@ -233,7 +233,8 @@ TEST_F(RecordedIntrinsics, AreBoundToTheCameraAndFoundForIt) {
   EXPECT_THAT(ErrorOf(*of_s2, args, 640, 480),
               AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("--force-calibration")));
   args.force = true;
-  EXPECT_THAT(ResolveCalibration(*of_s2, args, 640, 480).warnings, ::testing::Contains(HasSubstr("forced")));
+  EXPECT_THAT(ResolveCalibration(*of_s2, args, 640, 480).warnings,
+              ::testing::Contains(HasSubstr("--force-calibration")));
   Store("S2", 200);
   EXPECT_DOUBLE_EQ(ResolveCalibration(*of_s2, {}, 640, 480).camera.fx, 200);
   EXPECT_THAT(ErrorOf(*of_s1, {}, 640, 480), HasSubstr("S1.json"));

@@ -178,7 +178,7 @@ TEST(UdevRules, MissingOnesAreNoticed) {
   EXPECT_FALSE(InstalledUdevRules(kStill, folders)) << "somebody must say which they are";
   Write(lib / "60-libgphoto2.rules",
         "ENV{ID_USB_INTERFACES}==\"*:060101:*\", ENV{ID_GPHOTO2}=\"1\", MODE=\"0664\", GROUP=\"plugdev\"\n");
-  EXPECT_THAT(*MissingUdevRulesHint(folders), AllOf(HasSubstr("open USB3 Vision cameras here"),
+  EXPECT_THAT(*MissingUdevRulesHint(folders), AllOf(HasSubstr("open USB3 Vision cameras"),
                                                     Not(HasSubstr("DSLR")), Not(HasSubstr("webcams"))));
 
   Write(lib / "70-ulf-cameras.rules", Read(fs::path(ULF_SOURCE_DIR) / "udev/70-ulf-cameras.rules"));
