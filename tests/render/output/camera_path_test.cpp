@@ -100,8 +100,8 @@ TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {
   std::ofstream(scratch / "bad.txt") << "0.0 1 2 3 0 0 0 1\n0.1 1 2 four 0 0 0 1\n";
   std::ofstream(scratch / "zero.txt") << "0.0 1 2 3 0 0 0 1\n\n0.1 1 2 3 0 0 0 0\n";
   std::ofstream(scratch / "empty.txt") << "# nothing\n";
-  for (const auto& [name, says] : {std::pair{"bad.txt", "line 2"},
-                                   {"zero.txt", "line 3"},
+  for (const auto& [name, says] : {std::pair{"bad.txt", "bad.txt:2: expected eight numbers"},
+                                   {"zero.txt", "zero.txt:3: not a pose"},
                                    {"empty.txt", "no pose"},
                                    {"none.txt", "no such"}})
     try {

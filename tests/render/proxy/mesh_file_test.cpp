@@ -152,7 +152,7 @@ TEST(MeshFile, SaysWhatIsWrongWithAFile) {
            Case{"empty.ply", "", "empty"},
            Case{"a.stl", "solid thing\n", "neither a PLY file nor an OBJ file"},
            Case{"head.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", "header has no end"},
-           Case{"format.ply", "ply\nelement vertex 0\nend_header\n", "no format"},
+           Case{"format.ply", "ply\nelement vertex 0\nend_header\n", "no known format"},
            Case{"type.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n1\n",
                 "'property half x' is unknown"},
            Case{"short.ply", good.substr(0, good.size() - 3), "truncated"},
