@@ -157,8 +157,8 @@ TEST(RecordedPictures, WhatCannotBeReadIsLeftOutAndSaidOnce) {
         EXPECT_NE(nearest->key, static_cast<std::uint64_t>(id));
       while (const auto problem = pictures.TakeProblem()) said.push_back(*problem);
     }
-  EXPECT_THAT(said, UnorderedElementsAre(AllOf(HasSubstr("000002.png"), HasSubstr("without view 2")),
-                                         AllOf(HasSubstr("000005.png"), HasSubstr("without view 5"))));
+  EXPECT_THAT(said, UnorderedElementsAre(AllOf(HasSubstr("000002.png"), HasSubstr("leaves out view 2")),
+                                         AllOf(HasSubstr("000005.png"), HasSubstr("leaves out view 5"))));
 }
 
 TEST(RecordedPictures, AFolderThatIsGoneIsSaidOnce) {
