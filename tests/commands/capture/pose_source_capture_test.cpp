@@ -122,7 +122,7 @@ TEST(PoseSourceCapture, GoesOnInTheBoardsFrame) {
   EXPECT_EQ(alone.exit_code, 0) << alone.errors;
   const auto several = capture("markers:marker:45:DICT_4X4_50", 3, "--resume");
   EXPECT_EQ(several.exit_code, 2);
-  EXPECT_THAT(several.errors, HasSubstr("name the marker that was the first"));
+  EXPECT_THAT(several.errors, HasSubstr("name the marker of the session before"));
 }
 
 // Views round a subject, each a plain colour: which one is shown, and that it lies where the reference has
