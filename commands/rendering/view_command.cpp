@@ -182,6 +182,7 @@ int RunView(const ViewArgs& args) {
   const std::filesystem::path screenshot(args.screenshot);
   if (!args.screenshot.empty() && screenshot.extension() != ".png" && screenshot.extension() != ".jpg")
     throw UsageError("--screenshot {}: give a name ending in .png or .jpg", args.screenshot);
+  if (!std::filesystem::exists(args.dir)) Load(args);  // throws: where nothing is, no display helps
   auto surface = OpenSurface(args);
   std::unique_ptr<render::Viewer> viewer;
   try {

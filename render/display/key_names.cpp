@@ -9,12 +9,22 @@ namespace ulf::render {
 namespace {
 
 InputEvent KeyFromName(const std::string& name) {
-  static const std::map<std::string, Key> kKeys{
-      {"Left", Key::kLeft},     {"Right", Key::kRight},   {"Up", Key::kUp},
-      {"Down", Key::kDown},     {"PageUp", Key::kPageUp}, {"PageDown", Key::kPageDown},
-      {"PgUp", Key::kPageUp},   {"PgDn", Key::kPageDown}, {"Home", Key::kHome},
-      {"Enter", Key::kEnter},   {"Escape", Key::kEscape}, {"Backspace", Key::kBackspace},
-      {"Delete", Key::kDelete}, {"F1", Key::kF1},         {"F11", Key::kF11}};
+  static const std::map<std::string, Key> kKeys{{"Left", Key::kLeft},
+                                                {"Right", Key::kRight},
+                                                {"Up", Key::kUp},
+                                                {"Down", Key::kDown},
+                                                {"PageUp", Key::kPageUp},
+                                                {"PageDown", Key::kPageDown},
+                                                {"PgUp", Key::kPageUp},
+                                                {"PgDn", Key::kPageDown},
+                                                {"Home", Key::kHome},
+                                                {"Enter", Key::kEnter},
+                                                {"Escape", Key::kEscape},
+                                                {"Esc", Key::kEscape},
+                                                {"Backspace", Key::kBackspace},
+                                                {"Delete", Key::kDelete},
+                                                {"F1", Key::kF1},
+                                                {"F11", Key::kF11}};
   constexpr char kShift[] = "Shift+";
   if (name.size() == 1) return Typed{static_cast<unsigned char>(name.front())};
   if (name == "comma") return Typed{U','};

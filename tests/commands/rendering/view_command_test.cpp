@@ -112,6 +112,12 @@ TEST_F(ViewCommand, WithoutADisplayItSaysWhatToDo) {
                                  std::getenv("ULF_BINARY"), dir_.string())});
   EXPECT_THAT(view.ReadUntil("--screenshot", 30), HasSubstr("--screenshot FILE.png"));
   EXPECT_EQ(view.Wait(30), 1);
+
+  ChildProcess missing({"/bin/bash", "-c",
+                        fmt::format("env -u DISPLAY -u WAYLAND_DISPLAY {} view {} 2>&1",
+                                    std::getenv("ULF_BINARY"), (scratch_ / "missing").string())});
+  EXPECT_THAT(missing.ReadUntil("folder", 30), HasSubstr("no such folder")) << "before it asks for a display";
+  EXPECT_EQ(missing.Wait(30), 1);
 }
 
 TEST_F(ViewCommand, WithoutOpenGlItSaysWhatDoesWithoutIt) {

@@ -129,6 +129,9 @@ TEST(KeyNames, AreCharactersOrKeys) {
   EXPECT_EQ(std::get<Typed>(keys[1]).character, U',');
   EXPECT_EQ(std::get<KeyPressed>(keys[2]).key, Key::kUp);
   EXPECT_TRUE(std::get<KeyPressed>(keys[2]).shift);
+  // As the screens write them.
+  EXPECT_EQ(std::get<KeyPressed>(KeysFromNames("Esc")[0]).key, Key::kEscape);
+  EXPECT_EQ(std::get<KeyPressed>(KeysFromNames("PgUp")[0]).key, Key::kPageUp);
   EXPECT_THROW(KeysFromNames("Nowhere"), UsageError);
 }
 
