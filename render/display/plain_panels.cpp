@@ -95,11 +95,12 @@ void PlainPanels::Mode(const std::vector<TableRow>& rows) const {
 
 void PlainPanels::Keys(const std::vector<TableRow>& rows) const {
   painter_.Box({0, 0, double(screen_.width), double(screen_.height)}, {0, 0, 0, 150}, 0);
-  const Vector2d middle(0.5 * screen_.width, 0.5 * screen_.height);
   const auto gap = std::ranges::find_if(rows, [](const TableRow& row) { return row.left.empty(); });
-  if (gap == rows.end()) return Table(rows, middle, {0.5, 0.5});
-  Table({rows.begin(), gap}, middle - Vector2d(Px(6), 0), {1, 0.5});
-  Table({gap + 1, rows.end()}, middle + Vector2d(Px(6), 0), {0, 0.5});
+  const double middle = 0.5 * screen_.width;
+  if (gap == rows.end()) return Table(rows, {middle, 0.5 * screen_.height}, {0.5, 0.5});
+  const double top = Px(80), half_a_space = Px(6);
+  Table({rows.begin(), gap}, {middle - half_a_space, top}, {1, 0});
+  Table({gap + 1, rows.end()}, {middle + half_a_space, top}, {0, 0});
 }
 
 void PlainPanels::Flash(const Rgba& color) const {
