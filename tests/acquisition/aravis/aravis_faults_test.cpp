@@ -154,7 +154,8 @@ TEST_F(AravisFaults, ABusyCameraIsSaidAtOnceByEveryCommand) {
 
 TEST_F(AravisFaults, NobodyAtTheAddressIsKnownSoon) {
   const auto start = Clock::now();
-  EXPECT_THAT(ErrorOf("aravis:127.0.0.1"), AllOf(HasSubstr("no GigE Vision camera answers"), HasSubstr("3956")));
+  EXPECT_THAT(ErrorOf("aravis:127.0.0.1"),
+              AllOf(HasSubstr("no GigE Vision camera answers"), HasSubstr("3956")));
   EXPECT_LT(SecondsSince(start), 2);
   EXPECT_THAT(ErrorOf("aravis:10.1.2.3"), HasSubstr("wrong network"));
 }

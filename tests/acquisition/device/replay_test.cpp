@@ -409,8 +409,7 @@ TEST(ReplayLightField, SaysWhoseItIsAndWhichPartOfTheSensor) {
 
   const ResolvedCalibration scaled = resolve(WriteLightField(scratch / "unknown", {0, 1}));
   EXPECT_EQ(scaled.camera.fx, 35);
-  EXPECT_THAT(scaled.warnings,
-              ::testing::ElementsAre(HasSubstr("unknown which part these frames show")));
+  EXPECT_THAT(scaled.warnings, ::testing::ElementsAre(HasSubstr("unknown which part these frames show")));
 }
 
 TEST(ReplayLightField, TimesThatDoNotIncreaseAreReplaced) {
