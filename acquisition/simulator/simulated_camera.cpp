@@ -59,7 +59,8 @@ const SimulationOptions& Validated(const SimulationOptions& options) {
 
 SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   uri.AllowOnly({"seed", "fps", "width", "height", "format", "exposure_us", "readout_ms", "gain_db", "noise",
-                 "cap", "row_deg", "speed_deg_s", "look_away", "duration_s", "fault"});
+                 "cap", "row_deg", "speed_deg_s", "look_away", "duration_s", "sways_from_s", "sways_s",
+                 "fault"});
   SimulationOptions options;
   const auto read = [&](const char* key, double scale, double& value) {
     if (const auto number = uri.Number(key)) value = scale * *number;
@@ -83,6 +84,8 @@ SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   read("readout_ms", 1e-3, options.readout_s);
   read("gain_db", 1, options.gain_db);
   read("duration_s", 1, options.duration_s);
+  read("sways_from_s", 1, options.sways_from_s);
+  read("sways_s", 1, options.sways_s);
   if (const auto degrees = uri.Number("row_deg")) options.row_spacing = Radians(*degrees);
   if (const auto degrees = uri.Number("speed_deg_s")) options.speed = Radians(*degrees);
   ReadCap(uri, options);
@@ -105,6 +108,8 @@ void SimulationOptions::Validate() const {
   RequireRange("cap's height in degrees", Degrees(cap_elevation), 1, 50);
   RequireRange("row spacing in degrees", Degrees(row_spacing), 0.1, 20);
   RequireRange("speed in degrees per second", Degrees(speed), 0.1, 90);
+  RequireRange("start of the swaying in seconds", sways_from_s, 0, 1e6);
+  RequireRange("time of swaying in seconds", sways_s, 0, 1e6);
   if (!(duration_s > 0))
     throw UsageError("the simulated camera's duration is {:g} s; it must be positive", duration_s);
 }
@@ -133,9 +138,14 @@ Frame SimulatedCamera::Capture(std::uint64_t index) const {
                   .light = options_.faults.Light(open_s)});
 }
 
+double SimulatedCamera::SwayAngle(double time_s) const {
+  return scene().SwayAngle(time_s - options_.sways_from_s, options_.sways_s);
+}
+
 double SimulatedCamera::BlurPx(double open_s, double exposure_s) const {
   const Rigid3 before = hand_->CamFromWorld(open_s), after = hand_->CamFromWorld(open_s + exposure_s);
   const Rigid3 world_from_before = before.Inverse();
+  const double sway_before = SwayAngle(open_s), sway_after = SwayAngle(open_s + exposure_s);
   constexpr int kGrid = 5;
   double longest = 0;
   for (int i = 0; i < kGrid * kGrid; ++i) {
@@ -144,8 +154,11 @@ double SimulatedCamera::BlurPx(double open_s, double exposure_s) const {
     const auto ray = camera().RayFromImg(img);
     if (!ray) continue;
     const Eigen::Vector3d direction = world_from_before.rotation * *ray;
-    const double distance = scene().DepthAlong(world_from_before.translation, direction);
-    const auto moved = camera().ImgFromCam(after * (world_from_before.translation + distance * direction));
+    const Hit hit = scene().FirstHit(world_from_before.translation, direction, sway_before);
+    Eigen::Vector3d point = world_from_before.translation + hit.distance * direction;
+    if (hit.part >= 0 && scene().primitives()[static_cast<std::size_t>(hit.part)].moves)
+      point = scene().MovedFromRest(sway_after) * (scene().MovedFromRest(sway_before).Inverse() * point);
+    const auto moved = camera().ImgFromCam(after * point);
     if (moved) longest = std::max(longest, (*moved - img).norm());
   }
   return longest;
@@ -160,9 +173,9 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
     const int end = std::min(row + band, camera().height);
     const double opens_s = shot.open_s + options_.readout_s * 0.5 * (row + end) / camera().height;
     for (int i = 0; i < instants; ++i) {
-      const double share = (i + 0.5) / instants;
-      caster_.AccumulateRows(hand_->CamFromWorld(opens_s + share * shot.exposure_s),
-                             1.0f / static_cast<float>(instants), row, end, radiance);
+      const double at_s = opens_s + (i + 0.5) / instants * shot.exposure_s;
+      caster_.AccumulateRows(hand_->CamFromWorld(at_s), 1.0f / static_cast<float>(instants), row, end,
+                             radiance, SwayAngle(at_s));
     }
   }
   Frame frame;

@@ -38,11 +38,12 @@ struct SimulationOptions {
   double speed = Radians(13);  // of azimuth, per second
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
-  SimulatedFaults faults;  // `fault=drift=0.5`, may be repeated (simulated_faults.h)
+  double sways_from_s = 6, sways_s = 8;  // when what can move in the scene begins to, and for how long
+  SimulatedFaults faults;                // `fault=drift=0.5`, may be repeated (simulated_faults.h)
 
   // Parses a URI such as
   //   sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0
-  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&look_away=1&duration_s=20
+  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&look_away=1&duration_s=20&sways_from_s=6&sways_s=8
   // Throws UsageError that names an unknown option or a value out of range.
   static SimulationOptions FromUri(const DeviceUri& uri);
   void Validate() const;  // throws UsageError
@@ -78,7 +79,10 @@ class SimulatedCamera {
   // device_time_s and known_cam_from_world are those of the middle of the exposure (of the middle row).
   Frame Capture(const Shot& shot) const;
 
-  // Without noise, blur and sensor: CV_32FC3, linear B, G, R, on the sensor's scale at the options' exposure
+  // Of what moves in the scene, at a time of the hand's clock (Scene::SwayAngle).
+  double SwayAngle(double time_s) const;
+
+  // Without noise, blur and sensor, everything at rest: CV_32FC3, linear B, G, R, on the sensor's scale at the options' exposure
   // and gain.
   cv::Mat CleanLinear(const Rigid3& cam_from_world) const;
   // The same as 8-bit sRGB.
@@ -86,7 +90,7 @@ class SimulatedCamera {
   // The factor from RayCaster's radiance to that scale.
   double LightScale() const;
 
-  // The length of the motion blur of such an exposure in pixels.
+  // The length of the motion blur of such an exposure in pixels, the camera's motion and the scene's.
   double BlurPx(double open_s, double exposure_s) const;
 
  private:

@@ -1,4 +1,4 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +7,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
+#include "acquisition/simulator/scene/scene.h"
 #include "commands/commands.h"
 #include "commands/number_checks.h"
 #include "core/base/counted.h"
@@ -110,7 +111,9 @@ int RunSimulate(const SimulateArgs& args) {
 void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<SimulateArgs>();
   auto* sub = app.add_subcommand("simulate", "Serves the simulated camera as a real GigE Vision device");
-  sub->add_option("scene", args->scene, "Scene: studio, easel, or wall (flat)")->capture_default_str();
+  sub->add_option("scene", args->scene,
+                  fmt::format("Scene: {} (docs/devices.md)", fmt::join(acquisition::Scene::Names(), ", ")))
+      ->capture_default_str();
   sub->add_option("--interface", args->interfaces,
                   "IPv4 addresses of this machine, separated by commas; one camera each")
       ->delimiter(',')

@@ -31,7 +31,7 @@ class Illumination {
       hemisphere_.emplace_back(across * std::cos(angle), across * std::sin(angle), std::sqrt(1 - share));
     }
     for (const Primitive& primitive : scene.primitives()) {
-      if (primitive.shape == Shape::kRoom) continue;
+      if (primitive.shape == Shape::kRoom || primitive.finish == Finish::kGlass) continue;
       const Vec3<float> center = primitive.BoundCenter();
       const Eigen::Vector3d in_world =
           primitive.local_from_world.Inverse() * Eigen::Vector3d(center.x, center.y, center.z);

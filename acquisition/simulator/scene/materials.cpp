@@ -266,6 +266,68 @@ F4 PrintedSheet(const PaintedPoint& at) {
   return Mix(Rgb(.82f, .82f, .80f), Rgb(.04f, .04f, .04f), static_cast<float>(ink) / (kSide * kSide));
 }
 
+F4 Stucco(const PaintedPoint& at) {
+  return Rgb(.62f, .60f, .56f) * (0.98f + 0.04f * FractalNoise(at.local * 14, 2, 141));
+}
+
+F4 Porcelain(const PaintedPoint& at) {
+  const Vector3f bend(FractalNoise(at.local * 45, 2, 151), FractalNoise(at.local * 45, 2, 152),
+                      FractalNoise(at.local * 45, 2, 153));
+  const Cell stroke = ScatteredCell3((at.local + 0.012f * bend) / 0.015f, 154);
+  const F4 white = Rgb(.72f, .72f, .70f), blue = Rgb(.04f, .09f, .32f);
+  if (UnitFloat(Rehash(stroke.hash)) > 0.4f) return white;
+  return Mix(white, blue * (0.7f + 0.8f * UnitFloat(Rehash(stroke.hash + 2))),
+             SoftStep(0.12f, at.texel_m / 0.015f, stroke.to_border));
+}
+
+// Veins from the middle to the rim, and spots.
+F4 Leaf(const PaintedPoint& at) {
+  static const F4 kSpot[] = {Rgb(.30f, .38f, .08f), Rgb(.05f, .12f, .03f), Rgb(.42f, .40f, .14f)};
+  const float cloud = FractalNoise(at.local * 180, 2, 161);
+  F4 color = Rgb(.10f, .26f, .06f) * (0.6f + 0.8f * cloud);
+  const float angle = std::atan2(at.local.y(), at.local.x());
+  const float vein = std::abs(std::sin(4 * angle)) * std::hypot(at.local.x(), at.local.y());
+  color = Mix(Rgb(.38f, .46f, .18f), color, SoftStep(0.0008f, at.texel_m, vein));
+  return WithChips3(color, at.local, 0.005f, 0.2f, kSpot, at.texel_m, 162);
+}
+
+F4 Bark(const PaintedPoint& at) {
+  static const F4 kScar[] = {Rgb(.08f, .05f, .03f), Rgb(.40f, .32f, .22f)};
+  const Vector3f along(at.local.x() * 500, at.local.y() * 500, at.local.z() * 90);
+  const F4 color = Rgb(.21f, .14f, .08f) * (0.4f + 1.2f * FractalNoise(along, 3, 171));
+  return WithChips3(color, at.local, 0.006f, 0.25f, kScar, at.texel_m, 172);
+}
+
+F4 Wood(const PaintedPoint& at) {
+  static const F4 kBoard[] = {Rgb(.30f, .18f, .09f), Rgb(.36f, .23f, .12f), Rgb(.25f, .14f, .07f)};
+  static const F4 kKnot[] = {Rgb(.10f, .05f, .03f), Rgb(.16f, .09f, .05f)};
+  constexpr float kBoardM = 0.11f;
+  const float row = std::floor(at.v_m / kBoardM), in_row = at.v_m / kBoardM - row;
+  const std::uint32_t hash = HashLattice(static_cast<int>(row), 0, at.chart, 181);
+  const Vector3f grain(at.u_m * 9 + static_cast<float>(hash % 101), at.v_m * 160, 0);
+  F4 color = Pick(kBoard, hash) * (0.55f + 0.9f * FractalNoise(grain, 3, 182));
+  color = WithChips(color, at.u_m, at.v_m, 0.05f, 0.12f, kKnot, at.texel_m, 183);
+  const float gap = std::min(in_row, 1 - in_row);
+  return Mix(Rgb(.04f, .03f, .02f), color, SoftStep(0.02f, at.texel_m / kBoardM, gap));
+}
+
+// Strokes of three sizes over sky, hills and a field.
+F4 Painting(const PaintedPoint& at) {
+  static const F4 kSky[] = {Rgb(.42f, .55f, .70f), Rgb(.62f, .66f, .68f), Rgb(.74f, .62f, .44f),
+                            Rgb(.30f, .44f, .62f)};
+  static const F4 kHill[] = {Rgb(.12f, .24f, .20f), Rgb(.20f, .32f, .18f), Rgb(.10f, .16f, .22f),
+                             Rgb(.34f, .30f, .16f)};
+  static const F4 kField[] = {Rgb(.62f, .50f, .14f), Rgb(.46f, .40f, .12f), Rgb(.66f, .30f, .10f),
+                              Rgb(.24f, .34f, .10f)};
+  const float height = at.local.z() + 0.05f * (FractalNoise({at.local.x() * 14, 0, 0}, 3, 191) - 0.5f);
+  const auto& palette = height > 0.045f ? kSky : height > -0.02f ? kHill : kField;
+  F4 color = Pick(palette, 7) * (0.6f + 0.8f * FractalNoise({at.u_m * 60, at.v_m * 60, 0}, 3, 192));
+  const float lean = 0.5f * (at.u_m + at.v_m);
+  color = WithChips(color, at.u_m + lean, 2 * at.v_m, 0.024f, 0.6f, palette, at.texel_m, 193);
+  color = WithChips(color, at.u_m - lean, 2 * at.v_m, 0.012f, 0.5f, palette, at.texel_m, 194);
+  return WithChips(color, at.u_m, at.v_m, 0.0065f, 0.35f, palette, at.texel_m, 195);
+}
+
 }  // namespace
 
 Board MarkerSheet::PrintedBoard() {
@@ -275,9 +337,9 @@ Board MarkerSheet::PrintedBoard() {
 
 F4 Reflectance(int material, const PaintedPoint& at) {
   using Paint = F4 (*)(const PaintedPoint&);
-  static constexpr Paint kPaints[] = {Terrazzo,    Fieldstone, Plaster,     TileMosaic, Marbled,
-                                      Glaze,       Printed,    Label,       Patchwork,  Banded,
-                                      RedTerrazzo, Posters,    PrintedSheet};
+  static constexpr Paint kPaints[] = {
+      Terrazzo,    Fieldstone, Plaster,      TileMosaic, Marbled,   Glaze, Printed, Label, Patchwork, Banded,
+      RedTerrazzo, Posters,    PrintedSheet, Stucco,     Porcelain, Leaf,  Bark,    Wood,  Painting};
   F4 color = kPaints[material](at);
   for (int i = 0; i < 3; ++i) color[i] = std::clamp(color[i], 0.01f, 0.92f);
   return color;

@@ -1,6 +1,6 @@
 // Procedural materials: reflectance (linear B, G, R, 0 to 1) as a function of a point on the solid, in metres
 // in its own frame. Hashes scatter every pattern over the whole surface: it has corners at several scales and
-// never repeats, so that features can be matched uniquely.
+// never repeats, so that features can be matched uniquely (but for kStucco, which has none).
 #pragma once
 
 #include "acquisition/simulator/scene/lanes.h"
@@ -32,6 +32,12 @@ enum Name : int {
   kRedTerrazzo,  // small sphere
   kPosters,      // the flat scene's wall
   kMarkerSheet,  // the marker board on the easel, on the box's face towards -y
+  kStucco,       // one pale colour, all but without texture
+  kPorcelain,    // white with blue strokes
+  kLeaf,
+  kBark,
+  kWood,      // boards
+  kPainting,  // brush strokes over a landscape
 };
 }
 

@@ -130,6 +130,104 @@ T IntersectTorus(const std::array<float, 3>& size, const Vec3<T>& o, const Vec3<
   return Select(found & (step <= half_chord), walk + step, Infinity<T>());
 }
 
+// The bust: ellipsoids that flow into each other (smooth minimum of Quilez 2013).
+struct Ellipsoid {
+  float center[3], radii[3];
+};
+constexpr Ellipsoid kBustParts[] = {
+    {{0, -0.02f, 0.17f}, {0.108f, 0.13f, 0.15f}},   // head
+    {{0, -0.146f, 0.15f}, {0.02f, 0.04f, 0.045f}},  // nose
+    {{0, -0.09f, 0.06f}, {0.06f, 0.06f, 0.05f}},    // chin
+    {{0, 0, -0.02f}, {0.072f, 0.076f, 0.16f}},      // neck
+    {{0, 0.015f, -0.16f}, {0.21f, 0.12f, 0.13f}},   // shoulders
+};
+constexpr float kBustMelt = 0.08f;   // over which length the parts flow into each other, in heights
+constexpr float kBustReach = 0.38f;  // of its surface from the origin, in heights
+constexpr int kMostBustSteps = 500;  // along a ray that grazes it
+constexpr float kBustStride = 0.6f;  // of the distance that is a bound only near an ellipsoid
+
+// About the distance to the surface, negative inside; in heights, as is `p`.
+template <typename T>
+T ToBust(const Vec3<T>& p) {
+  const T melt = Splat<T>(kBustMelt), zero = Splat<T>(0);
+  T nearest = zero;
+  bool first = true;
+  for (const Ellipsoid& part : kBustParts) {
+    const Vec3<T> q{p.x - Splat<T>(part.center[0]), p.y - Splat<T>(part.center[1]),
+                    p.z - Splat<T>(part.center[2])};
+    const Vec3<T> by{q.x / Splat<T>(part.radii[0]), q.y / Splat<T>(part.radii[1]),
+                     q.z / Splat<T>(part.radii[2])};
+    const Vec3<T> by2{by.x / Splat<T>(part.radii[0]), by.y / Splat<T>(part.radii[1]),
+                      by.z / Splat<T>(part.radii[2])};
+    const T share = Sqrt(Dot(by, by));
+    const T distance = share * (share - Splat<T>(1)) / Max(Sqrt(Dot(by2, by2)), Splat<T>(1e-6));
+    if (first) {
+      nearest = distance;
+      first = false;
+      continue;
+    }
+    const T close = Max(melt - Abs(nearest - distance), zero);
+    nearest = Min(nearest, distance) - close * close / (Splat<T>(4) * melt);
+  }
+  return nearest;
+}
+
+// Marches along the ray; then halves the last stride, because the distance is not exact.
+template <typename T>
+T IntersectBust(float height, const Vec3<T>& o, const Vec3<T>& d) {
+  const T zero = Splat<T>(0), scale = Splat<T>(1) / Splat<T>(height);
+  const T bound = Splat<T>(kBustReach);
+  const Vec3<T> origin = scale * o;
+  const T walk = Approach(origin, d);
+  const Vec3<T> closest = origin + walk * d;
+  const T inside2 = bound * bound - Dot(closest, closest);
+  const T half_chord = Sqrt(Max(inside2, zero));
+  auto active = (inside2 > zero) & (half_chord > -walk);
+  if (!Any(active)) return Infinity<T>();
+  T step = Max(-half_chord, -walk), before = step;
+  const T shortest = Splat<T>(2e-4);
+  auto found = step > Splat<T>(1e30);  // none yet
+  for (int i = 0; i < kMostBustSteps; ++i) {
+    const T distance = ToBust(closest + step * d);
+    found = found | (active & (distance < zero));
+    active = active & (distance >= zero) & (step < half_chord);
+    if (!Any(active)) break;
+    before = Select(active, step, before);
+    step = Select(active, step + Max(Splat<T>(kBustStride) * distance, shortest), step);
+  }
+  for (int i = 0; i < (sizeof(T) == sizeof(double) ? 40 : 14); ++i) {
+    const T middle = Splat<T>(0.5) * (before + step);
+    const auto inside = ToBust(closest + middle * d) < zero;
+    step = Select(inside, middle, step);
+    before = Select(inside, before, middle);
+  }
+  return Select(found, Splat<T>(height) * (walk + step), Infinity<T>());
+}
+
+Eigen::Vector3f BustNormal(float height, const Eigen::Vector3f& local) {
+  constexpr double kStep = 1e-4;
+  const Eigen::Vector3d p = local.cast<double>() / height;
+  const auto at = [&](int axis, double step) {
+    Eigen::Vector3d q = p;
+    q[axis] += step;
+    return ToBust(Vec3<double>{q.x(), q.y(), q.z()});
+  };
+  Eigen::Vector3d slope;
+  for (int axis = 0; axis < 3; ++axis) slope[axis] = at(axis, kStep) - at(axis, -kStep);
+  return slope.normalized().cast<float>();
+}
+
+// How far the surface is from the origin in a direction, unit.
+float BustRadius(float height, const Eigen::Vector3f& direction) {
+  const Eigen::Vector3d d = direction.cast<double>();
+  double inside = 0, outside = kBustReach;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    (ToBust(Vec3<double>{middle * d.x(), middle * d.y(), middle * d.z()}) < 0 ? inside : outside) = middle;
+  }
+  return static_cast<float>(inside * height);
+}
+
 struct Face {
   int axis, u, v;
   float sign;
@@ -161,6 +259,7 @@ SurfacePoint OnBox(const std::array<float, 3>& half, const Eigen::Vector3f& p, f
   return surface;
 }
 
+// On the face of a cube round the origin, in the direction of the point; the normal is a sphere's.
 SurfacePoint OnSphere(const Eigen::Vector3f& p) {
   int axis = 0;
   p.cwiseAbs().maxCoeff(&axis);
@@ -192,6 +291,8 @@ float Primitive::BoundRadius() const {
       return std::hypot(std::max(size[0], size[1]), 0.5f * size[2]);
     case Shape::kTorus:
       return size[0] + size[1];
+    case Shape::kBust:
+      return kBustReach * size[0];
     default:
       return std::hypot(size[0], size[1], size[2]);
   }
@@ -207,6 +308,8 @@ double Primitive::FarthestFrom(const Eigen::Vector3d& point_in_world) const {
       return std::max(std::hypot(across + size[0], p.z()), std::hypot(across + size[1], p.z() - size[2]));
     case Shape::kTorus:  // on the far side of the ring, in the direction of the tube's middle
       return std::hypot(across + size[0], p.z()) + size[1];
+    case Shape::kBust:
+      return p.norm() + BoundRadius();
     default:
       return std::hypot(std::abs(p.x()) + size[0], std::abs(p.y()) + size[1], std::abs(p.z()) + size[2]);
   }
@@ -222,6 +325,11 @@ SurfacePoint SurfaceAt(const Primitive& primitive, const Vec3<float>& local) {
       return OnBox(size, p, -1);
     case Shape::kSphere:
       return OnSphere(p);
+    case Shape::kBust: {
+      SurfacePoint surface = OnSphere(p);
+      surface.normal = ToVec3(BustNormal(size[0], p));
+      return surface;
+    }
     case Shape::kFrustum: {
       const float across = std::hypot(p.x(), p.y());
       const float slope = (size[1] - size[0]) / size[2];
@@ -260,13 +368,17 @@ ChartPoint PointOnChart(const Primitive& primitive, int chart, float u, float v)
       normal[face.axis] = primitive.shape == Shape::kBox ? face.sign : -face.sign;
       return {local, normal};
     }
-    case Shape::kSphere: {
+    case Shape::kSphere:
+    case Shape::kBust: {
       const Face face = FaceOf(chart);
-      normal[face.axis] = face.sign;
-      normal[face.u] = s;
-      normal[face.v] = t;
-      normal.normalize();
-      return {size[0] * normal, normal};
+      Eigen::Vector3f direction;
+      direction[face.axis] = face.sign;
+      direction[face.u] = s;
+      direction[face.v] = t;
+      direction.normalize();
+      if (primitive.shape == Shape::kSphere) return {size[0] * direction, direction};
+      local = BustRadius(size[0], direction) * direction;
+      return {local, BustNormal(size[0], local)};
     }
     case Shape::kFrustum: {
       if (chart > 0) {
@@ -298,6 +410,8 @@ ChartSize SizeOfChart(const Primitive& primitive, int chart) {
     }
     case Shape::kSphere:
       return {2 * size[0], 2 * size[0], false, false};  // the face of a cube, in scale at its middle
+    case Shape::kBust:
+      return {kBustReach * size[0], kBustReach * size[0], false, false};
     case Shape::kFrustum: {
       if (chart == 0) return {2 * kPi * std::max(size[0], size[1]), size[2], true, false};
       const float radius = chart == 1 ? size[1] : size[0];
@@ -319,6 +433,8 @@ T Intersect(const Primitive& primitive, const Vec3<T>& o, const Vec3<T>& d) {
       return IntersectRoom<T>(primitive.size, o, d);
     case Shape::kFrustum:
       return IntersectFrustum<T>(primitive.size, o, d);
+    case Shape::kBust:
+      return IntersectBust<T>(primitive.size[0], o, d);
     default:
       return IntersectTorus<T>(primitive.size, o, d);
   }

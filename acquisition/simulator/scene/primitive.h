@@ -8,6 +8,8 @@
 //   frustum  round the z axis from z = 0 to size[2], radius size[0] below and size[1] above (equal radii: a
 //            cylinder)
 //   torus    round the z axis, radius size[0], tube radius size[1]
+//   bust     a smooth head on shoulders, size[0] high; its origin is in the neck, from where all of its
+//            surface can be seen, z is up, -y the way it looks
 #pragma once
 
 #include <array>
@@ -18,19 +20,30 @@
 
 namespace ulf::acquisition {
 
-enum class Shape { kSphere, kBox, kRoom, kFrustum, kTorus };
+enum class Shape { kSphere, kBox, kRoom, kFrustum, kTorus, kBust };
+
+// What a surface does with light besides scattering it evenly (surface_light.h).
+enum class Finish {
+  kMatte,     // nothing
+  kGlazed,    // mirrors the lamps and a plain room
+  kPolished,  // mirrors the lamps and the scene
+  kGlass,     // mirrors both, and lets the rest through: solid glass, which casts no shadow
+};
 
 struct Primitive {
   Shape shape = Shape::kSphere;
   Rigid3 local_from_world;
   std::array<float, 3> size{};
   int material = 0;
-  float texel_m = 0.002f;  // side of a texel on the surface
-  float light_m = 0.003f;  // distance between the points at which the incident light is computed
-  int main_chart = -1;     // the only chart that needs full resolution; -1: all of them
-  bool glossy = false;
-  bool of_subject = false;  // part of the subject, not of its surroundings
-  int first_chart = 0;      // into the scene's charts
+  float texel_m = 0.002f;          // side of a texel on the surface
+  float light_m = 0.003f;          // distance between the points at which the incident light is computed
+  int main_chart = -1;             // the only chart that needs full resolution; -1: all of them
+  Finish finish = Finish::kMatte;  // kPolished and kGlass: not for boxes, rooms and tori
+  float mirrored = 0.045f;         // share of light that is mirrored at right angles; 0.045: index 1.54
+  bool thin = false;               // may be thinner than a pixel: looked at more closely
+  bool moves = false;              // with the scene's sway
+  bool of_subject = false;         // part of the subject, not of its surroundings
+  int first_chart = 0;             // into the scene's charts
 
   int ChartCount() const;
   // Bounding sphere, local.

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "acquisition/simulator/scene/surface_light.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
@@ -13,6 +14,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr int kTileWidth = 32, kTileHeight = 16;
+constexpr float kPixelReach = 0.7f;  // from a pixel's centre to its corners, in pixels
 constexpr float kNoHit = std::numeric_limits<float>::infinity();
 
 F8 Load(const float* from) {
@@ -48,6 +50,7 @@ struct RayCaster::Tile {
 struct RayCaster::Pose {
   struct Part {
     const Primitive* primitive;
+    Primitive wider;  // of what may be thinner than a pixel: what touches the pixels that it passes through
     Eigen::Matrix3f local_from_cam;
     Vector3f origin;        // the camera centre, local
     Vector3f bound_in_cam;  // direction to the bounding sphere
@@ -63,20 +66,27 @@ struct RayCaster::Pose {
   std::vector<Part> parts;
   std::vector<Chart> charts;
   float pixel_angle = 0;
+  double sway_angle = 0;
+  bool some_need_closer_look = false;
   Eigen::Matrix3f world_from_cam;
   Vector3f center;
 
-  Pose(const Scene& of_scene, const Rigid3& cam_from_world, float angle)
-      : scene(&of_scene), pixel_angle(angle) {
+  Pose(const Scene& of_scene, const Rigid3& cam_from_world, float angle, double sway)
+      : scene(&of_scene), pixel_angle(angle), sway_angle(sway) {
     const Rigid3 inverse = cam_from_world.Inverse();
+    const Rigid3 moved_from_cam = scene->MovedFromRest(sway).Inverse() * inverse;
     world_from_cam = inverse.RotationMatrix().cast<float>();
     center = inverse.translation.cast<float>();
     for (const Primitive& primitive : scene->primitives()) {
-      const Rigid3 local_from_cam = primitive.local_from_world * inverse;
+      const Rigid3 local_from_cam =
+          primitive.local_from_world * (primitive.moves && sway != 0 ? moved_from_cam : inverse);
       const Vec3<float> middle = primitive.BoundCenter();
       const Vector3d in_cam = local_from_cam.Inverse() * Vector3d(middle.x, middle.y, middle.z);
-      const double distance = in_cam.norm(), radius = primitive.BoundRadius();
-      parts.push_back({&primitive, local_from_cam.RotationMatrix().cast<float>(),
+      const double distance = in_cam.norm();
+      const Primitive wider = Widened(primitive, kPixelReach * angle * static_cast<float>(distance));
+      const double radius = wider.BoundRadius();
+      some_need_closer_look |= primitive.thin || primitive.finish >= Finish::kPolished;
+      parts.push_back({&primitive, wider, local_from_cam.RotationMatrix().cast<float>(),
                        local_from_cam.translation.cast<float>(), in_cam.normalized().cast<float>(),
                        distance <= radius ? 4.0f : static_cast<float>(std::asin(radius / distance)),
                        primitive.shape == Shape::kBox || primitive.shape == Shape::kRoom,
@@ -88,6 +98,24 @@ struct RayCaster::Pose {
                           1 / size.height_m});
       }
     }
+  }
+
+  // A solid that is larger by `by_m` on every side.
+  static Primitive Widened(const Primitive& thin, float by_m) {
+    Primitive wider = thin;
+    if (!thin.thin) return wider;
+    switch (thin.shape) {
+      case Shape::kTorus:
+        wider.size[1] += by_m;
+        break;
+      case Shape::kFrustum:
+        wider.size[0] += by_m;
+        wider.size[1] += by_m;
+        break;
+      default:
+        for (float& side : wider.size) side += by_m;
+    }
+    return wider;
   }
 
   // The parts that rays of the tile can meet, except the room, which is tried only where no other is met.
@@ -104,12 +132,28 @@ struct RayCaster::Pose {
 
   F8 Distance(int index, const Vec3<F8>& d) const {
     const Part& part = parts[static_cast<std::size_t>(index)];
+    return Distance(part, *part.primitive, d);
+  }
+
+  F8 Distance(const Part& part, const Primitive& solid, const Vec3<F8>& d) const {
     const auto& r = part.local_from_cam;
     const Vec3<F8> local{r(0, 0) * d.x + r(0, 1) * d.y + r(0, 2) * d.z,
                          r(1, 0) * d.x + r(1, 1) * d.y + r(1, 2) * d.z,
                          r(2, 0) * d.x + r(2, 1) * d.y + r(2, 2) * d.z};
     const Vec3<F8> origin{F8{} + part.origin.x(), F8{} + part.origin.y(), F8{} + part.origin.z()};
-    return Intersect<F8>(*part.primitive, origin, local);
+    return Intersect<F8>(solid, origin, local);
+  }
+
+  // Which rays pass so close to something thin, nearer than what they meet, that their pixels see it, or meet a
+  // surface that is not matte: one ray says too little of such a pixel.
+  I8 NeedCloserLook(const std::vector<int>& candidates, const Vec3<F8>& d, F8 t, I8 which) const {
+    I8 need{};
+    for (const int index : candidates) {
+      const Part& part = parts[static_cast<std::size_t>(index)];
+      if (part.primitive->thin) need |= Distance(part, part.wider, d) < t + 1e-4f;
+      if (part.primitive->finish >= Finish::kPolished) need |= which == index;
+    }
+    return need;
   }
 
   void Nearest(const std::vector<int>& candidates, const Vec3<F8>& d, F8& t, I8& which) const {
@@ -132,7 +176,7 @@ struct RayCaster::Pose {
     const Part& part = parts[static_cast<std::size_t>(index)];
     const Vector3f d = part.local_from_cam * direction_in_cam;
     const Vector3f p = part.origin + t * d;
-    return part.flat ? OnFlat(part, t, p, d, key) : OnCurved(part, t, p, d, direction_in_cam, key);
+    return part.flat ? OnFlat(part, t, p, d, key) : OnCurved(index, t, p, d, direction_in_cam, key);
   }
 
   // Surfaces that are seen at a slant get up to four samples along the pixel's elongated footprint.
@@ -159,20 +203,21 @@ struct RayCaster::Pose {
     return each * color;
   }
 
-  F4 OnCurved(const Part& part, float t, const Vector3f& p, const Vector3f& d,
-              const Vector3f& direction_in_cam, int& key) const {
+  F4 OnCurved(int index, float t, const Vector3f& p, const Vector3f& d, const Vector3f& direction_in_cam,
+              int& key) const {
+    const Part& part = parts[static_cast<std::size_t>(index)];
     const SurfacePoint at = SurfaceAt(*part.primitive, {p.x(), p.y(), p.z()});
     key = part.primitive->first_chart + at.chart;
     const Chart& chart = charts[static_cast<std::size_t>(key)];
     const Vector3f normal(at.normal.x, at.normal.y, at.normal.z);
     const float facing = std::max(0.04f, std::abs(normal.dot(d)));
-    F4 color = chart.texture->Sample(at.u, at.v, t * pixel_angle * chart.texels_per_m / std::sqrt(facing));
-    if (part.primitive->glossy) {
-      const Vector3f in_world = world_from_cam * (part.local_from_cam.transpose() * normal);
-      const Vector3f ray_in_world = world_from_cam * direction_in_cam;
-      color += scene->GlossRadiance(center + t * ray_in_world, in_world, ray_in_world);
-    }
-    return color;
+    const F4 color =
+        chart.texture->Sample(at.u, at.v, t * pixel_angle * chart.texels_per_m / std::sqrt(facing));
+    if (part.primitive->finish == Finish::kMatte) return color;
+    const Vector3f in_world = world_from_cam * (part.local_from_cam.transpose() * normal);
+    const Vector3f ray_in_world = world_from_cam * direction_in_cam;
+    return SurfaceLight(*scene, index, color,
+                        {center + t * ray_in_world, in_world, ray_in_world, t, pixel_angle, sway_angle});
   }
 };
 
@@ -181,6 +226,7 @@ struct RayCaster::Hits {
   cv::Mat t;       // CV_32FC1, padded to the rays' stride
   cv::Mat which;   // CV_32SC1
   cv::Mat key;     // CV_16UC1
+  cv::Mat close;   // CV_32SC1, as `which`; not 0: needs a closer look. Empty: none does
 };
 
 RayCaster::RayCaster(std::shared_ptr<const Scene> scene, const CameraModel& camera)
@@ -244,6 +290,7 @@ RayCaster::RayCaster(RayCaster&&) noexcept = default;
 void RayCaster::Trace(const Pose& pose, Hits& hits) const {
   hits.t.create(camera_.height, rays_->stride, CV_32FC1);
   hits.which.create(camera_.height, rays_->stride, CV_32SC1);
+  if (pose.some_need_closer_look) hits.close = cv::Mat::zeros(camera_.height, rays_->stride, CV_32SC1);
   for (const Tile& tile : tiles_) {
     if (tile.y1 <= hits.first || tile.y0 >= hits.end) continue;
     const std::vector<int> candidates = pose.Candidates(tile);
@@ -255,6 +302,10 @@ void RayCaster::Trace(const Pose& pose, Hits& hits) const {
         pose.Nearest(candidates, rays_->At(i), t, which);
         Store(hits.t.ptr<float>(y) + x, t);
         std::memcpy(hits.which.ptr<int>(y) + x, &which, sizeof(which));
+        if (pose.some_need_closer_look) {
+          const I8 need = pose.NeedCloserLook(candidates, rays_->At(i), t, which);
+          std::memcpy(hits.close.ptr<int>(y) + x, &need, sizeof(need));
+        }
       }
   }
 }
@@ -282,7 +333,8 @@ void RayCaster::SmoothEdges(const Pose& pose, float weight, const Hits& hits, cv
       {-0.125f, -0.375f}, {0.375f, -0.125f}, {0.125f, 0.375f}, {-0.375f, 0.125f}};
   const auto differs = [&](int x, int y) {
     const std::uint16_t own = hits.key.at<std::uint16_t>(y, x);
-    return (x > 0 && hits.key.at<std::uint16_t>(y, x - 1) != own) ||
+    return (!hits.close.empty() && hits.close.at<int>(y, x) != 0) ||
+           (x > 0 && hits.key.at<std::uint16_t>(y, x - 1) != own) ||
            (x + 1 < camera_.width && hits.key.at<std::uint16_t>(y, x + 1) != own) ||
            (y > hits.first && hits.key.at<std::uint16_t>(y - 1, x) != own) ||
            (y + 1 < hits.end && hits.key.at<std::uint16_t>(y + 1, x) != own);
@@ -327,32 +379,33 @@ void RayCaster::SmoothEdges(const Pose& pose, float weight, const Hits& hits, cv
   }
 }
 
-void RayCaster::Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum) const {
-  AccumulateRows(cam_from_world, weight, 0, camera_.height, sum);
+void RayCaster::Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum,
+                           double sway_angle) const {
+  AccumulateRows(cam_from_world, weight, 0, camera_.height, sum, sway_angle);
 }
 
-void RayCaster::AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end,
-                               cv::Mat& sum) const {
+void RayCaster::AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end, cv::Mat& sum,
+                               double sway_angle) const {
   CV_Assert(sum.type() == CV_32FC4 && sum.cols == camera_.width && sum.rows == camera_.height);
-  const Pose pose(*scene_, cam_from_world, rays_->pixel_angle);
-  Hits hits{first, end, {}, {}, {}};
+  const Pose pose(*scene_, cam_from_world, rays_->pixel_angle, sway_angle);
+  Hits hits{first, end, {}, {}, {}, {}};
   Trace(pose, hits);
   Shade(pose, weight, hits, sum);
   SmoothEdges(pose, weight, hits, sum);
 }
 
-cv::Mat RayCaster::Radiance(const Rigid3& cam_from_world) const {
+cv::Mat RayCaster::Radiance(const Rigid3& cam_from_world, double sway_angle) const {
   cv::Mat sum = cv::Mat::zeros(camera_.height, camera_.width, CV_32FC4);
-  Accumulate(cam_from_world, 1, sum);
+  Accumulate(cam_from_world, 1, sum, sway_angle);
   cv::Mat bgr(sum.size(), CV_32FC3);
   const int from_to[] = {0, 0, 1, 1, 2, 2};
   cv::mixChannels(&sum, 1, &bgr, 1, from_to, 3);
   return bgr;
 }
 
-cv::Mat RayCaster::RayLength(const Rigid3& cam_from_world) const {
-  const Pose pose(*scene_, cam_from_world, rays_->pixel_angle);
-  Hits hits{0, camera_.height, {}, {}, {}};
+cv::Mat RayCaster::RayLength(const Rigid3& cam_from_world, double sway_angle) const {
+  const Pose pose(*scene_, cam_from_world, rays_->pixel_angle, sway_angle);
+  Hits hits{0, camera_.height, {}, {}, {}, {}};
   Trace(pose, hits);
   return hits.t.colRange(0, camera_.width).clone();
 }

@@ -1,8 +1,9 @@
 // Primary rays through every pixel of a camera with its distortion, eight at a time, into baked textures.
 //
-// One ray per pixel; pixels whose solid differs from a neighbour's get four more rays, so that edges are
-// anti-aliased (surfaces are by the mip levels of their textures). Each tile has a list of the solids that it
-// can show. Radiance is linear B, G, R; about 1.0 for a white card in the key light.
+// One ray per pixel; pixels whose solid differs from a neighbour's, that something thin passes through, or that
+// see a mirror or glass get four more rays, so that edges are anti-aliased (surfaces are by the mip levels of
+// their textures). Each tile has a list of the solids that it
+// can show. `sway_angle`: Scene::SwayAngle at that moment. Radiance is linear B, G, R; about 1.0 for a white card in the key light.
 #pragma once
 
 #include <memory>
@@ -23,16 +24,17 @@ class RayCaster {
   const Scene& scene() const { return *scene_; }
 
   // Adds `weight` times the radiance at this pose to `sum` (CV_32FC4: B, G, R, unused).
-  void Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum) const;
+  void Accumulate(const Rigid3& cam_from_world, float weight, cv::Mat& sum, double sway_angle = 0) const;
 
   // The same for the rows [first, end), for a rolling shutter.
-  void AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end, cv::Mat& sum) const;
+  void AccumulateRows(const Rigid3& cam_from_world, float weight, int first, int end, cv::Mat& sum,
+                      double sway_angle = 0) const;
 
   // The image without motion blur and sensor: CV_32FC3, linear B, G, R.
-  cv::Mat Radiance(const Rigid3& cam_from_world) const;
+  cv::Mat Radiance(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
   // Distance along each pixel's ray, metres: CV_32FC1.
-  cv::Mat RayLength(const Rigid3& cam_from_world) const;
+  cv::Mat RayLength(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
  private:
   struct Rays;

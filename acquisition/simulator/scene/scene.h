@@ -1,14 +1,22 @@
 // The simulator's scenes: solids with painted, lit surfaces, in metres; world z is up.
 //
-//   studio  a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
-//           terrazzo table in front of a stone wall
-//   easel   the studio, and a board of markers on an easel beside the subject (its frame is the board's)
-//   wall    one plane covered with posters: the degenerate case for two-view initialisation
+//   studio   a still life (spheres, carton, can, cone, ring on a plinth; the dark sphere is glazed) on a
+//            terrazzo table in front of a stone wall
+//   easel    the studio, and a board of markers on an easel beside the subject (its frame is the board's)
+//   wall     one plane covered with posters: the degenerate case for two-view initialisation
+//   gloss    polished vases on the studio's table, which mirror the room, each other and the lamps
+//   glass    a ball and a tumbler of solid glass before painted things
+//   plant    stems, leaves and wires, a few of them thinner than a pixel
+//   bust     a smooth head of one colour: hardly any texture, no edge inside its outline
+//   room     a deep room seen from inside: things near the camera, a dresser as the subject, a passage behind
+//   picture  one framed picture, flat on a plain wall
+//   branch   a branch in a pot, which sways for a while (SimulationOptions::sways_from_s)
 //
-// The lights do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
+// The lamps do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
 // textures: reflectance times irradiance (a large area light with exact penumbras, ambient light with
-// occlusion). Only the mirror image of the lamps in the glaze depends on the viewpoint. Not simulated:
-// indirect light beyond a constant term, refraction, lens blur.
+// occlusion). What depends on the viewpoint, mirror images and glass, is in surface_light.h. What sways keeps
+// the light and the shadows that it has at rest. Not simulated: indirect light beyond a constant term, light
+// bent by glass onto other things, lens blur.
 #pragma once
 
 #include <memory>
@@ -35,6 +43,19 @@ struct StandingBoard {
   Rigid3 board_from_world;  // metres, the frame of core/fiducials/board.h
 };
 
+// A pendulum: what moves turns about an axis through a pivot, world.
+struct Sway {
+  Eigen::Vector3d pivot = Eigen::Vector3d::Zero(), axis = Eigen::Vector3d::UnitY();
+  double amplitude = 0;  // radians
+  double period_s = 1;
+};
+
+// The first surface along a ray.
+struct Hit {
+  double distance = std::numeric_limits<double>::infinity();
+  int part = -1;  // index into Scene::primitives()
+};
+
 class Scene {
  public:
   // Built on first use and shared from then on. Throws UsageError that lists the scenes for any other name.
@@ -52,27 +73,44 @@ class Scene {
   const std::optional<StandingBoard>& board() const { return board_; }
   // From the subject to where a capture starts, unit, and how far away.
   const Eigen::Vector3d& FirstDirection() const { return first_direction_; }
-  double FirstDistance() const { return 1.0; }
+  double FirstDistance() const { return first_distance_; }
 
-  // Distance along a unit direction to the first surface, in double precision; finite, because the room
-  // encloses the scene.
-  double DepthAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world) const;
-  // The solid at this distance: index into primitives().
-  int PartAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world) const;
+  // Only in the scene `branch`.
+  const std::optional<Sway>& sway() const { return sway_; }
+  // The angle of what moves, `since_s` after it has begun to: a swing that grows and dies away within
+  // `lasts_s`; 0 before and after, and in scenes where nothing moves.
+  double SwayAngle(double since_s, double lasts_s) const;
+  // From where a moving part is at rest to where it is at that angle.
+  Rigid3 MovedFromRest(double sway_angle) const;
 
-  // The radiance of the lamps and the room, reflected at a mirror with this normal. World frame.
-  F4 GlossRadiance(const Eigen::Vector3f& point, const Eigen::Vector3f& normal,
-                   const Eigen::Vector3f& direction) const;
+  // The first surface along a unit direction, in double precision; there is one, because the room encloses
+  // the scene. Glass is a surface like others.
+  Hit FirstHit(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world,
+               double sway_angle = 0, bool through_glass = false) const;
+  double DepthAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world,
+                    double sway_angle = 0) const {
+    return FirstHit(origin_in_world, direction_in_world, sway_angle).distance;
+  }
+  int PartAlong(const Eigen::Vector3d& origin_in_world, const Eigen::Vector3d& direction_in_world) const {
+    return FirstHit(origin_in_world, direction_in_world).part;
+  }
 
  private:
   friend class SceneBuilder;
   Scene() = default;
+  struct Bound {
+    Eigen::Vector3d center_in_world;  // at rest
+    double radius;
+  };
   std::vector<Primitive> primitives_;
+  std::vector<Bound> bounds_;  // of the primitives
   std::vector<MipTexture> charts_;
   std::vector<AreaLight> lights_;
   Subject subject_;
   std::optional<StandingBoard> board_;
+  std::optional<Sway> sway_;
   Eigen::Vector3d first_direction_;
+  double first_distance_ = 1;
 };
 
 }  // namespace ulf::acquisition

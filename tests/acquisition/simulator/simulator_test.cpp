@@ -2,7 +2,8 @@
 // acquisition/simulator/simulated_device, acquisition/simulator/scene/scene,
 // acquisition/simulator/scene/ray_caster, acquisition/simulator/scene/primitive,
 // acquisition/simulator/scene/lanes, acquisition/simulator/scene/texture, acquisition/simulator/scene/bake,
-// acquisition/simulator/scene/materials, acquisition/simulator/scene/noise.
+// acquisition/simulator/scene/materials, acquisition/simulator/scene/noise,
+// acquisition/simulator/scene/studio_scenes.
 //
 // The simulated scene, sensor and camera against what they claim: exact geometry, physical light, repeatable
 // bytes.
@@ -139,7 +140,7 @@ TEST(RayCaster, PosesAndPicturesAgree) {
         continue;
       }
       ++visible;
-      if (scene->primitives()[static_cast<std::size_t>(scene->PartAlong(b.OriginInSource(), ray_b))].glossy)
+      if (scene->primitives()[static_cast<std::size_t>(scene->PartAlong(b.OriginInSource(), ray_b))].finish != Finish::kMatte)
         continue;
       const auto at = [](const cv::Mat& image, const Vector2d& where) {
         cv::Mat patch;
@@ -162,7 +163,7 @@ TEST(RayCaster, OnlyTheGlazeFollowsTheEye) {
   const CameraModel camera = SimulatedIntrinsics(640, 480);
   const RayCaster caster(scene, camera);
   const auto glossy = std::find_if(scene->primitives().begin(), scene->primitives().end(),
-                                   [](const Primitive& primitive) { return primitive.glossy; });
+                                   [](const Primitive& primitive) { return primitive.finish == Finish::kGlazed; });
   ASSERT_NE(glossy, scene->primitives().end());
   const int part = static_cast<int>(glossy - scene->primitives().begin());
   double most = 0;
@@ -203,6 +204,7 @@ TEST(RayCaster, PicturesAreFilteredToThePixel) {
 
 TEST(Scene, CornersEverywhere) {
   for (const std::string& name : Scene::Names()) {
+    if (name == "bust" || name == "picture" || name == "room") continue;  // have bare places by intent
     SimulationOptions options;
     options.scene = name;
     const SimulatedCamera camera(options);

@@ -1,0 +1,21 @@
+// The scenes by name (scene.h says what is in each).
+#pragma once
+
+#include <memory>
+
+namespace ulf::acquisition {
+
+class Scene;
+
+std::shared_ptr<const Scene> BuildStudio();
+std::shared_ptr<const Scene> BuildEasel();
+std::shared_ptr<const Scene> BuildWall();
+std::shared_ptr<const Scene> BuildGloss();
+std::shared_ptr<const Scene> BuildGlass();
+std::shared_ptr<const Scene> BuildPlant();
+std::shared_ptr<const Scene> BuildBust();
+std::shared_ptr<const Scene> BuildRoom();
+std::shared_ptr<const Scene> BuildPicture();
+std::shared_ptr<const Scene> BuildBranch();
+
+}  // namespace ulf::acquisition
