@@ -162,7 +162,7 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
                   "Number of views with which each of them is compared")
       ->check(CLI::Range(1, 32))
       ->capture_default_str();
-  sub->add_option("--triangles", args->options.most_triangles, "Largest number of triangles, about")
+  sub->add_option("--triangles", args->options.mesh.most_triangles, "Largest number of triangles, about")
       ->check(CLI::Range(100, 20000000))
       ->capture_default_str();
   sub->add_option("--renderer", args->renderer,

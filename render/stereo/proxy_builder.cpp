@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 
 #include "core/base/at.h"
@@ -12,10 +11,9 @@
 #include "core/base/mutex.h"
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
-#include "render/stereo/depth_fusion.h"
+#include "core/base/stopwatch.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/gl_plane_sweep.h"
-#include "render/stereo/surface_cut.h"
 #include "render/stereo/view_selection.h"
 
 namespace ulf::render {
@@ -40,17 +38,6 @@ class LoopProgress {
   double from_, step_;
   Mutex mutex_;
   int done_ ULF_GUARDED_BY(mutex_) = 0;
-};
-
-class Stopwatch {
- public:
-  double LapSeconds() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double>(now - std::exchange(start_, now)).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 std::vector<StereoView> StereoViews(const RenderScene& scene, int size_px, Progress* progress) {
@@ -126,19 +113,6 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
   return maps;
 }
 
-// Spaces the points wider until they are at most half as many as the surface may have triangles.
-std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
-                                     const std::vector<std::vector<int>>& others, FusionOptions fusion,
-                                     const ProxyOptions& options) {
-  std::vector<FusedPoint> points = FusePoints(maps, others, fusion);
-  while (points.size() > static_cast<std::size_t>(options.most_triangles) / 2 &&
-         fusion.spacing_px < options.widest_spacing_px) {
-    ++fusion.spacing_px;
-    points = FusePoints(maps, others, fusion);
-  }
-  return points;
-}
-
 }  // namespace
 
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress) {
@@ -162,37 +136,18 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
   result.summary.depth_maps = static_cast<int>(maps.size());
   result.summary.sweep_s = watch.LapSeconds();
 
-  std::vector<StereoView> mapped;
-  std::vector<Eigen::Vector3d> centers;
-  for (const ViewDepth& map : maps) {
-    mapped.push_back(map.view);
-    centers.push_back(map.view.center_in_world);
-  }
-  std::vector<std::vector<int>> others;
-  for (std::size_t i = 0; i < mapped.size(); ++i)
-    others.push_back(
-        NeighboursOf(static_cast<int>(i), mapped, scene.subject, {.count = options.maps_compared}));
-  FusionOptions fusion;
-  fusion.agreeing_views = std::min(fusion.agreeing_views, std::max(1, static_cast<int>(maps.size()) - 1));
-  KeepWhatAgrees(maps, others, fusion);
-  double agreeing = 0, pixels = 0;
-  for (const ViewDepth& map : maps) {
-    agreeing += cv::countNonZero(map.depth);
-    pixels += static_cast<double>(map.depth.total());
-  }
-  result.summary.agreeing_share = agreeing / pixels;
-  const std::vector<FusedPoint> points = SpacedPoints(maps, others, fusion, options);
-  result.summary.points = points.size();
-  result.summary.fusion_s = watch.LapSeconds();
-
   if (progress) progress->Show(kBeforeSurface, "surface");
-  result.mesh = CutSurface(points, centers);
-  result.summary.surface_s = watch.LapSeconds();
+  MapsMesh surface = MeshOfMaps(std::move(maps), scene.subject, options.mesh);
+  result.mesh = std::move(surface.mesh);
+  result.summary.agreeing_share = surface.agreeing_share;
+  result.summary.points = surface.points;
+  result.summary.fusion_s = surface.fusion_s;
+  result.summary.surface_s = surface.surface_s;
   if (result.mesh.triangles.empty())
     throw Error(
         "the views agree on no surface ({} in {}): are the poses right, did the subject stay in place, do "
         "neighbouring views see the same things?",
-        Counted(points.size(), "point"), Counted(maps.size(), "depth map"));
+        Counted(surface.points, "point"), Counted(result.summary.depth_maps, "depth map"));
   return result;
 }
 

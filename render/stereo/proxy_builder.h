@@ -13,6 +13,7 @@
 #include "core/base/progress.h"
 #include "render/proxy/triangle_mesh.h"
 #include "render/scene/scene.h"
+#include "render/stereo/mesh_of_maps.h"
 
 namespace ulf::render {
 
@@ -20,14 +21,10 @@ namespace ulf::render {
 enum class SweepDevice { kAuto, kGl, kProcessor };
 
 struct ProxyOptions {
-  int size_px = 480;       // longer side of the photographs that are compared. Guessed.
-  int depth_maps = 60;     // at most. Guessed.
-  int neighbours = 8;      // with which a view is compared. Guessed.
-  int maps_compared = 10;  // neighbours whose depth maps confirm a view's. Guessed.
-  // About: the points are spaced wider until there are half as many. Measured (docs/speed_and_accuracy.md:
-  // beyond 77,000 triangles more hardly help).
-  int most_triangles = 400000;
-  int widest_spacing_px = 64;  // FusionOptions::spacing_px does not grow further
+  int size_px = 480;    // longer side of the photographs that are compared. Guessed.
+  int depth_maps = 60;  // at most. Guessed.
+  int neighbours = 8;   // with which a view is compared. Guessed.
+  MapsMeshOptions mesh;
   SweepDevice device = SweepDevice::kAuto;
 };
 

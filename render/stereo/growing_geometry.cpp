@@ -1,0 +1,240 @@
+#include "render/stereo/growing_geometry.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/at.h"
+#include "core/base/quantile.h"
+#include "render/stereo/view_selection.h"
+
+namespace ulf::render {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kMapsAskedForRange = 4;  // nearest ones. Guessed.
+
+}  // namespace
+
+std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
+                                              const std::vector<const StereoView*>& neighbours,
+                                              const std::vector<const ViewDepth*>& known,
+                                              const KnownRangeOptions& options) {
+  std::vector<double> inverse;
+  std::vector<bool> reached(At(options.grid_x * options.grid_y), false);
+  for (const ViewDepth* map : known)
+    for (int y = options.step_px / 2; y < map->depth.rows; y += options.step_px)
+      for (int x = options.step_px / 2; x < map->depth.cols; x += options.step_px) {
+        const double depth = map->depth.at<float>(y, x);
+        if (!(depth > 0)) continue;
+        const Vector3d point = map->view.center_in_world + depth * map->view.RayInWorld(x, y);
+        const Vector3d in_cam = view.cam_from_world * point;
+        const auto img = view.See(point);
+        if (!img || !(in_cam.z() > 0)) continue;
+        inverse.push_back(1 / in_cam.z());
+        const int part_x =
+            std::min(options.grid_x - 1, static_cast<int>(img->x() * options.grid_x / view.camera.width));
+        const int part_y =
+            std::min(options.grid_y - 1, static_cast<int>(img->y() * options.grid_y / view.camera.height));
+        reached[At(part_y * options.grid_x + part_x)] = true;
+      }
+  const auto parts = static_cast<double>(std::ranges::count(reached, true));
+  if (parts < options.least_parts * static_cast<double>(reached.size())) return std::nullopt;
+  const double least = Quantile(inverse, options.left_out), most = Quantile(inverse, 1 - options.left_out);
+  const double margin = options.margin * (most - least) + options.margin_of_most * most;
+  const double farthest = least - margin;
+  return PixelSpacedRange(view, neighbours, 1 / (most + margin),
+                          1 / std::max(farthest, options.margin_of_most * most));
+}
+
+GrowingGeometry::GrowingGeometry(const GrowingGeometryOptions& options) : options_(options) {}
+
+const GrowingGeometry::Entry* GrowingGeometry::Find(int id) const {
+  const auto found = std::ranges::lower_bound(entries_, id, {}, &Entry::id);
+  return found != entries_.end() && found->id == id ? &*found : nullptr;
+}
+
+void GrowingGeometry::AddView(int id, StereoView view) {
+  RemoveView(id);
+  Entry entry;
+  entry.id = id;
+  entry.view = std::move(view);
+  entry.came = ++came_;
+  entries_.insert(std::ranges::lower_bound(entries_, id, {}, &Entry::id), std::move(entry));
+}
+
+void GrowingGeometry::RemoveView(int id) {
+  const auto found = std::ranges::find(entries_, id, &Entry::id);
+  if (found == entries_.end()) return;
+  revision_ += found->map.has_value();
+  entries_.erase(found);
+}
+
+void GrowingGeometry::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
+  for (Entry& entry : entries_)
+    if (const auto now = cam_from_world.find(entry.id); now != cam_from_world.end()) {
+      entry.view.cam_from_world = now->second;
+      entry.view.center_in_world = now->second.OriginInSource();
+    }
+  for (Entry& entry : entries_)
+    if (entry.map) MoveMap(entry);
+  ++revision_;
+}
+
+void GrowingGeometry::MoveMap(Entry& entry) const {
+  std::vector<double> scales;
+  for (const Baseline& then : entry.baselines)
+    if (const Entry* neighbour = Find(then.id)) {
+      const double before = then.neighbour_from_view.OriginInSource().norm();
+      const double now = (neighbour->view.center_in_world - entry.view.center_in_world).norm();
+      if (before > 0) scales.push_back(now / before);
+    }
+  entry.map->view.cam_from_world = entry.view.cam_from_world;
+  entry.map->view.center_in_world = entry.view.center_in_world;
+  if (scales.empty() || !subject_) return;
+  const double scale = Median(scales);
+  const double distance = (entry.view.cam_from_world * subject_->center_in_world).norm();
+  std::vector<double> moved_px;
+  for (const Baseline& then : entry.baselines)
+    if (const Entry* neighbour = Find(then.id)) {
+      // What the map shows in the middle of its image, in the neighbour's frame.
+      const Rigid3 now = neighbour->view.cam_from_world * entry.view.cam_from_world.Inverse();
+      const Vector3d was_there = then.neighbour_from_view * Vector3d(0, 0, distance / scale);
+      const Vector3d is_there = now * Vector3d(0, 0, distance);
+      moved_px.push_back(neighbour->view.camera.MeanFocalPx() * AngleBetween(was_there, is_there));
+    }
+  if (Median(moved_px) > options_.stale_px) {
+    entry.map.reset();
+    entry.baselines.clear();
+    return;
+  }
+  constexpr double kSameScale = 1e-4;
+  if (std::abs(scale - 1) < kSameScale) return;
+  cv::Mat scaled;  // not in place: others may hold the old map
+  entry.map->depth.convertTo(scaled, CV_32F, scale);
+  entry.map->depth = scaled;
+  entry.map->plane_step /= scale;
+  for (Baseline& then : entry.baselines) then.neighbour_from_view.translation *= scale;
+}
+
+std::vector<StereoView> GrowingGeometry::Views() const {
+  std::vector<StereoView> views;
+  views.reserve(entries_.size());
+  for (const Entry& entry : entries_) views.push_back(entry.view);
+  return views;
+}
+
+int GrowingGeometry::maps() const {
+  return static_cast<int>(
+      std::ranges::count_if(entries_, [](const Entry& entry) { return entry.map.has_value(); }));
+}
+
+std::vector<ViewDepth> GrowingGeometry::Maps() const {
+  std::vector<ViewDepth> maps;
+  for (const Entry& entry : entries_)
+    if (entry.map) maps.push_back(*entry.map);
+  return maps;
+}
+
+double GrowingGeometry::FarFromMaps(const Entry& entry) const {
+  const Vector3d direction = entry.view.center_in_world - subject_->center_in_world;
+  const Vector3d axis = entry.view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Entry& other : entries_) {
+    if (!other.map) continue;
+    // A view from the same place that looks elsewhere shows something else.
+    const double turned = AngleBetween(axis, other.view.cam_from_world.DirectionInSource(Vector3d::UnitZ()));
+    const double apart = AngleBetween(direction, other.view.center_in_world - subject_->center_in_world);
+    nearest = std::min(nearest, std::max(apart, turned));
+  }
+  return nearest;
+}
+
+double GrowingGeometry::LeastApartNow() const {
+  const double made = static_cast<double>(maps()) / options_.depth_maps;
+  return options_.least_apart * (made >= 1 ? 3 : 1 + std::max(0.0, 2 * made - 1));
+}
+
+bool GrowingGeometry::StandsAmongNeighbours(const Entry& entry, const std::vector<StereoView>& views) const {
+  if (came_ - entry.came >= static_cast<std::uint64_t>(options_.views_waited_for)) return true;
+  const int index = static_cast<int>(&entry - entries_.data());
+  const std::vector<int> neighbours = NeighboursOf(index, views, *subject_, {.count = options_.neighbours});
+  if (static_cast<int>(neighbours.size()) < std::min(options_.neighbours_waited_for, options_.neighbours))
+    return false;
+  Vector3d mean = Vector3d::Zero();
+  for (const int neighbour : neighbours)
+    mean += (views[At(neighbour)].center_in_world - entry.view.center_in_world).normalized() /
+            static_cast<double>(neighbours.size());
+  return mean.norm() < options_.most_one_sided;
+}
+
+int GrowingGeometry::Next(bool all_views_are_here) const {
+  if (!subject_ || entries_.size() < 2) return -1;
+  const double least_apart = LeastApartNow();
+  std::vector<std::pair<double, int>> candidates;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Entry& entry = entries_[i];
+    if (entry.map || entry.tried == came_) continue;
+    const double far = FarFromMaps(entry);
+    if (far > least_apart) candidates.emplace_back(-far, static_cast<int>(i));
+  }
+  std::ranges::sort(candidates);  // the farthest first; of equal ones that of the smallest id
+  const std::vector<StereoView> views = Views();
+  for (const auto& [far, index] : candidates)
+    if (all_views_are_here || StandsAmongNeighbours(entries_[At(index)], views)) return index;
+  return -1;
+}
+
+std::vector<const ViewDepth*> GrowingGeometry::KnownNear(const Entry& entry) const {
+  std::vector<std::pair<double, const ViewDepth*>> near;
+  for (const Entry& other : entries_)
+    if (other.map)
+      near.emplace_back((other.view.center_in_world - entry.view.center_in_world).norm(), &*other.map);
+  std::ranges::sort(near, {}, [](const auto& known) { return known.first; });
+  std::vector<const ViewDepth*> maps;
+  for (const auto& known : near)
+    if (maps.size() < kMapsAskedForRange) maps.push_back(known.second);
+  return maps;
+}
+
+bool GrowingGeometry::MakeNextMap(bool all_views_are_here) {
+  const int index = Next(all_views_are_here);
+  if (index < 0) return false;
+  const std::vector<StereoView> views = Views();
+  Entry& entry = entries_[At(index)];
+  std::vector<const StereoView*> neighbours;
+  std::vector<Baseline> baselines;
+  for (const int other : NeighboursOf(index, views, *subject_, {.count = options_.neighbours})) {
+    neighbours.push_back(&views[At(other)]);
+    baselines.push_back(
+        {entries_[At(other)].id, views[At(other)].cam_from_world * entry.view.cam_from_world.Inverse()});
+  }
+  if (neighbours.empty()) {
+    entry.tried = came_;
+    return true;
+  }
+  const double distance = (subject_->center_in_world - entry.view.center_in_world).norm();
+  const auto known = RangeOfKnown(entry.view, neighbours, KnownNear(entry));
+  const InverseDepthRange range = known ? *known : FindRange(entry.view, neighbours, distance);
+  entry.map = ViewDepth{entry.view, SweepPlanes(entry.view, neighbours, range).depth,
+                        (range.most - range.least) / (range.planes - 1)};
+  entry.baselines = std::move(baselines);
+  ++revision_;
+  return true;
+}
+
+int GrowingGeometry::MissingMaps() const {
+  if (!subject_ || entries_.size() < 2) return 0;
+  int missing = 0;
+  // As if each of them had been made: those that then stand too near to one another are not missing.
+  GrowingGeometry rest(*this);
+  for (int index = rest.Next(true); index >= 0; index = rest.Next(true)) {
+    rest.entries_[At(index)].map = ViewDepth{rest.entries_[At(index)].view, {}, 0};
+    ++missing;
+  }
+  return missing;
+}
+
+}  // namespace ulf::render

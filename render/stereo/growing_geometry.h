@@ -1,0 +1,112 @@
+// Geometry of a light field that is still being captured: one depth map after another, as views come, and a mesh
+// of those that are there at any moment. The steps are those of `ulf proxy` (proxy_builder.h); without threads,
+// so that whoever owns it decides when it may cost time.
+//
+// A view gets a depth map when it stands apart from the views that have one and enough neighbours are around
+// it. Depths are kept in the view's own frame: when poses are corrected, a map moves with its view, is scaled
+// where its baselines are (a loop that closed may change the scale), and is made anew where its neighbours
+// moved by more than that.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/angles.h"
+#include "core/light_field/light_field.h"
+#include "render/stereo/depth_range.h"
+#include "render/stereo/mesh_of_maps.h"
+#include "render/stereo/plane_sweep.h"
+
+namespace ulf::render {
+
+// From the depth maps of other views: the depths of what a view has in its image, for a sweep with
+// `neighbours`. None where `known` show too little of its image.
+struct KnownRangeOptions {
+  int grid_x = 8, grid_y = 6;  // parts of the image
+  double least_parts = 0.7;    // share of the parts that known depths must reach. Guessed.
+  int step_px = 5;             // of the known maps, from one depth that is looked at to the next
+  double left_out = 0.005;     // as DepthRangeOptions
+  double margin = 0.15, margin_of_most = 0.02;
+};
+std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
+                                              const std::vector<const StereoView*>& neighbours,
+                                              const std::vector<const ViewDepth*>& known,
+                                              const KnownRangeOptions& options = {});
+
+struct GrowingGeometryOptions {
+  int size_px = 320;    // longer side of the photographs that are compared. Guessed: a third of 480's time.
+  int depth_maps = 60;  // about; as ProxyOptions::depth_maps
+  int neighbours = 6;   // with which a view is compared. Guessed.
+  // A view waits until this many neighbours stand around it, or until this many views have come after it: at
+  // the rim none come on one side. Guessed.
+  int neighbours_waited_for = 4, views_waited_for = 15;
+  // Neighbours stand around a view where the mean of the directions to them is shorter than this; 1: all on one
+  // side. Guessed.
+  double most_one_sided = 0.7;
+  // Between the directions from the subject of two views with depth maps, radians; twice that when
+  // `depth_maps` are made, three times beyond. Guessed.
+  double least_apart = Radians(3);
+  // A map is made anew when corrected poses move what it shows by more, in pixels of its image. Guessed.
+  double stale_px = 1.0;
+  MapsMeshOptions mesh = {.most_triangles = 150000};
+};
+
+class GrowingGeometry {
+ public:
+  explicit GrowingGeometry(const GrowingGeometryOptions& options = {});
+
+  const GrowingGeometryOptions& options() const { return options_; }
+  // Maps that were made stay; which views get the next ones depends on it.
+  void SetSubject(const Subject& subject) { subject_ = subject; }
+  // `id`: View::id. `view`: of options().size_px.
+  void AddView(int id, StereoView view);
+  void RemoveView(int id);
+  void MoveViews(const std::map<int, Rigid3>& cam_from_world);
+
+  // Makes the depth map that is missed most. `all_views_are_here`: no view waits for neighbours. False: none is
+  // missing, or there is no subject.
+  bool MakeNextMap(bool all_views_are_here);
+
+  int views() const { return static_cast<int>(entries_.size()); }
+  int maps() const;
+  // How many more MakeNextMap(true) would make.
+  int MissingMaps() const;
+  // Which maps have been made, moved or dropped so far: a mesh of an older revision is out of date.
+  std::uint64_t revision() const { return revision_; }
+  // The maps, in order of id; cheap, because the pixels are shared.
+  std::vector<ViewDepth> Maps() const;
+
+ private:
+  // How a neighbour stood when the map was made.
+  struct Baseline {
+    int id = 0;
+    Rigid3 neighbour_from_view;
+  };
+  struct Entry {
+    int id = 0;
+    StereoView view;
+    std::optional<ViewDepth> map;
+    std::vector<Baseline> baselines;  // of the map
+    std::uint64_t came = 0;           // number of views that had come by then
+    std::uint64_t tried = 0;          // number of views when no neighbour was found for a map
+  };
+  const Entry* Find(int id) const;
+  std::vector<StereoView> Views() const;
+  // How far the direction of a view is from those with maps, radians.
+  double FarFromMaps(const Entry& entry) const;
+  double LeastApartNow() const;
+  bool StandsAmongNeighbours(const Entry& entry, const std::vector<StereoView>& views) const;
+  // Index of the view whose map is missed most; -1: none.
+  int Next(bool all_views_are_here) const;
+  std::vector<const ViewDepth*> KnownNear(const Entry& entry) const;
+  void MoveMap(Entry& entry) const;
+
+  GrowingGeometryOptions options_;
+  std::optional<Subject> subject_;
+  std::vector<Entry> entries_;  // by id
+  std::uint64_t came_ = 0, revision_ = 0;
+};
+
+}  // namespace ulf::render

@@ -1,0 +1,31 @@
+// The mesh of several depth maps: what they agree on becomes points, and the points a surface. The steps that
+// `ulf proxy` and a running capture (growing_geometry.h) share.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/light_field/light_field.h"
+#include "render/proxy/triangle_mesh.h"
+#include "render/stereo/depth_fusion.h"
+
+namespace ulf::render {
+
+struct MapsMeshOptions {
+  int maps_compared = 10;  // neighbours whose depth maps confirm a view's. Guessed.
+  // About: the points are spaced wider until there are half as many. Measured (docs/speed_and_accuracy.md:
+  // beyond 77,000 triangles more hardly help).
+  int most_triangles = 400000;
+  int widest_spacing_px = 64;  // FusionOptions::spacing_px does not grow further
+};
+
+struct MapsMesh {
+  TriangleMesh mesh;          // without triangles where the maps agree on no surface
+  double agreeing_share = 0;  // of the maps' pixels
+  std::size_t points = 0;
+  double fusion_s = 0, surface_s = 0;
+};
+
+MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options = {});
+
+}  // namespace ulf::render

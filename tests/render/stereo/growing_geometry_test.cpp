@@ -1,0 +1,219 @@
+// Tests: render/stereo/growing_geometry, render/stereo/mesh_of_maps, core/base/stopwatch.
+//
+// Geometry that grows with the views, against the depth that is right.
+#include "render/stereo/growing_geometry.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "core/base/quantile.h"
+#include "core/base/stopwatch.h"
+#include "render/proxy/depth_raster.h"
+#include "tests/render/stereo/stereo_scenes.h"
+#include "tests/support/floors.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+using test::Drawn;
+using test::Mottled;
+using test::Patch;
+
+const Subject kSubject{{0, 0, 3}, 0.6};
+
+// A slab before a wall.
+std::vector<Patch> SlabBeforeWall() {
+  return {{{-8, -6, 4.5}, {16, 0, 0}, {0, 12, 0}, Mottled(0.02, 1)},
+          {{-0.7, -0.5, 3}, {1.4, 0, 0.2}, {0, 1.0, 0}, Mottled(0.06, 2)}};
+}
+
+// Five by five views a tenth apart, which look at the subject; in the order of rows.
+const std::vector<Drawn>& GridOfViews() {
+  static const std::vector<Drawn> views = [] {
+    std::vector<Drawn> drawn;
+    for (int row = 0; row < 5; ++row)
+      for (int column = 0; column < 5; ++column)
+        drawn.push_back(Draw(SlabBeforeWall(), {0.2 * (column - 2), 0.2 * (row - 2), 0}, {0, 0, 3}));
+    return drawn;
+  }();
+  return views;
+}
+
+GrowingGeometryOptions Small() {
+  GrowingGeometryOptions options;
+  options.least_apart = Radians(5);
+  return options;
+}
+
+GrowingGeometry Grown(const GrowingGeometryOptions& options) {
+  GrowingGeometry geometry(options);
+  geometry.SetSubject(kSubject);
+  for (std::size_t i = 0; i < GridOfViews().size(); ++i) {
+    geometry.AddView(static_cast<int>(i), GridOfViews()[i].view);
+    geometry.MakeNextMap(false);
+  }
+  while (geometry.MakeNextMap(true)) {
+  }
+  return geometry;
+}
+
+// Of the maps' depths, by the depth that is right where there is one.
+std::vector<double> RelativeErrors(const std::vector<ViewDepth>& maps, double scale = 1) {
+  std::vector<double> errors;
+  for (const ViewDepth& map : maps) {
+    const auto drawn = std::ranges::min_element(GridOfViews(), {}, [&](const Drawn& view) {
+      return (scale * view.view.center_in_world - map.view.center_in_world).norm();
+    });
+    for (int y = 6; y < map.depth.rows - 6; ++y)
+      for (int x = 6; x < map.depth.cols - 6; ++x)
+        if (map.depth.at<float>(y, x) > 0 && drawn->depth.at<float>(y, x) > 0)
+          errors.push_back(std::abs(static_cast<double>(map.depth.at<float>(y, x)) /
+                                        (scale * static_cast<double>(drawn->depth.at<float>(y, x))) -
+                                    1));
+  }
+  return errors;
+}
+
+TEST(GrowingGeometry, MapsOfViewsThatCameOneByOneAreRight) {
+  const GrowingGeometry geometry = Grown(Small());
+  EXPECT_EQ(geometry.views(), 25);
+  EXPECT_GE(geometry.maps(), 6);
+  EXPECT_LT(geometry.maps(), 20) << "neighbouring views share a map";
+  EXPECT_EQ(geometry.MissingMaps(), 0);
+  const std::vector<double> errors = RelativeErrors(geometry.Maps());
+  EXPECT_GT(errors.size(), 6u * 80 * 60);
+  EXPECT_LT(Quantile(errors, 0.5), 0.01);
+  EXPECT_LT(Quantile(errors, 0.9), 0.06);
+}
+
+TEST(GrowingGeometry, ViewWaitsForNeighboursAround) {
+  GrowingGeometry geometry(Small());
+  EXPECT_FALSE(geometry.MakeNextMap(true)) << "no subject, no views";
+  geometry.SetSubject(kSubject);
+  geometry.AddView(0, GridOfViews()[0].view);
+  EXPECT_FALSE(geometry.MakeNextMap(true)) << "one view has no neighbour";
+  for (int i = 1; i < 5; ++i) geometry.AddView(i, GridOfViews()[static_cast<std::size_t>(i)].view);
+  EXPECT_FALSE(geometry.MakeNextMap(false) && geometry.maps() > 2)
+      << "a row has neighbours at two sides only";
+  const int missing = geometry.MissingMaps();
+  EXPECT_GT(missing, 0);
+  int made = 0;
+  while (geometry.MakeNextMap(true)) ++made;
+  EXPECT_EQ(made, missing);
+  EXPECT_EQ(geometry.MissingMaps(), 0);
+}
+
+TEST(GrowingGeometry, NoMoreMapsThanAsked) {
+  GrowingGeometryOptions options = Small();
+  options.least_apart = Radians(1.6);
+  options.depth_maps = 4;
+  EXPECT_LE(Grown(options).maps(), 14) << "beyond the number they are three times as far apart";
+  options.depth_maps = 60;
+  EXPECT_GT(Grown(options).maps(), 20);
+}
+
+// The world grows by a tenth, as a loop that closes may have it: depths grow with it, nothing is made anew.
+TEST(GrowingGeometry, MapsFollowACorrectedScale) {
+  GrowingGeometry geometry = Grown(Small());
+  const int maps = geometry.maps();
+  constexpr double kScale = 1.1;
+  std::map<int, Rigid3> moved;
+  for (std::size_t i = 0; i < GridOfViews().size(); ++i) {
+    Rigid3 pose = GridOfViews()[i].view.cam_from_world;
+    pose.translation *= kScale;
+    moved[static_cast<int>(i)] = pose;
+  }
+  const std::vector<ViewDepth> before = geometry.Maps();
+  geometry.SetSubject({kScale * kSubject.center_in_world, kScale * kSubject.radius});
+  geometry.MoveViews(moved);
+  EXPECT_EQ(geometry.maps(), maps);
+  EXPECT_LT(Quantile(RelativeErrors(geometry.Maps(), kScale), 0.5), 0.01);
+  EXPECT_GT(Quantile(RelativeErrors(before, kScale), 0.5), 0.05) << "who holds the old maps keeps them";
+  for (std::size_t i = 0; i < before.size(); ++i)
+    EXPECT_NEAR(geometry.Maps()[i].plane_step * kScale, before[i].plane_step, 1e-9);
+}
+
+TEST(GrowingGeometry, MapOfAViewThatMovedAmongItsNeighboursIsMadeAnew) {
+  GrowingGeometry geometry = Grown(Small());
+  const int maps = geometry.maps();
+  const ViewDepth first = geometry.Maps().front();
+  const auto id = std::ranges::find_if(GridOfViews(),
+                                       [&](const Drawn& view) {
+                                         return view.view.center_in_world == first.view.center_in_world;
+                                       }) -
+                  GridOfViews().begin();
+  Rigid3 pose = first.view.cam_from_world;
+  pose.translation += Vector3d(0.0005, 0, 0);  // a fiftieth of a pixel at the subject
+  geometry.MoveViews({{static_cast<int>(id), pose}});
+  EXPECT_EQ(geometry.maps(), maps);
+  pose.translation += Vector3d(0.15, 0, 0);
+  geometry.MoveViews({{static_cast<int>(id), pose}});
+  EXPECT_LT(geometry.maps(), maps);
+}
+
+TEST(GrowingGeometry, ViewThatWasTakenBackIsGone) {
+  GrowingGeometry geometry = Grown(Small());
+  const int maps = geometry.maps();
+  const std::uint64_t revision = geometry.revision();
+  for (int id = 0; id < 25; ++id) geometry.RemoveView(id);
+  geometry.RemoveView(99);
+  EXPECT_EQ(geometry.views(), 0);
+  EXPECT_EQ(geometry.maps(), 0);
+  EXPECT_EQ(geometry.revision(), revision + static_cast<std::uint64_t>(maps));
+  EXPECT_FALSE(geometry.MakeNextMap(true));
+}
+
+TEST(RangeOfKnown, HoldsWhatTheViewSeesInFewerPlanes) {
+  const std::vector<Drawn>& views = GridOfViews();
+  std::vector<const StereoView*> neighbours;
+  for (const int i : {6, 8, 16, 18}) neighbours.push_back(&views[static_cast<std::size_t>(i)].view);
+  std::vector<ViewDepth> maps;
+  for (const int i : {6, 18})
+    maps.push_back({views[static_cast<std::size_t>(i)].view, views[static_cast<std::size_t>(i)].depth, 0.01});
+  const StereoView& view = views[12].view;
+  const auto range = RangeOfKnown(view, neighbours, {&maps[0], &maps[1]});
+  ASSERT_TRUE(range);
+  double least = 0, most = 0;
+  cv::minMaxLoc(views[12].depth, &least, &most, nullptr, nullptr, views[12].depth > 0);
+  EXPECT_LT(range->least, 1 / most);
+  EXPECT_GT(range->most, 1 / least);
+  const InverseDepthRange searched = PixelSpacedRange(view, neighbours, 0.2 * 3, 100 * 3);
+  EXPECT_LT(range->planes, searched.planes / 2);
+  // What other views know of somewhere else says nothing.
+  StereoView elsewhere = view;
+  elsewhere.cam_from_world =
+      LookAt(view.center_in_world, view.center_in_world - Vector3d(0, 0, 1), Vector3d::UnitY());
+  EXPECT_FALSE(RangeOfKnown(elsewhere, neighbours, {&maps[0], &maps[1]}));
+  EXPECT_FALSE(RangeOfKnown(view, neighbours, {}));
+}
+
+TEST(MeshOfMaps, ShowsTheDepthThatIsRight) {
+  const MapsMesh mesh = MeshOfMaps(Grown(Small()).Maps(), kSubject);
+  EXPECT_GT(mesh.points, 1000u);
+  EXPECT_GT(mesh.agreeing_share, 0.5);
+  const Drawn& middle = GridOfViews()[12];
+  const cv::Mat inverse = DrawInverseDepth(mesh.mesh, middle.view.camera, middle.view.cam_from_world);
+  std::vector<double> errors;
+  for (int y = 6; y < inverse.rows - 6; ++y)
+    for (int x = 6; x < inverse.cols - 6; ++x)
+      if (inverse.at<float>(y, x) > 0 && middle.depth.at<float>(y, x) > 0)
+        errors.push_back(
+            std::abs(static_cast<double>(inverse.at<float>(y, x)) * middle.depth.at<float>(y, x) - 1));
+  EXPECT_GT(errors.size(), 0.8 * (inverse.rows - 12) * (inverse.cols - 12));
+  EXPECT_LT(Quantile(errors, 0.5), 0.01);
+  EXPECT_TRUE(MeshOfMaps({}, kSubject).mesh.triangles.empty());
+}
+
+TEST(Stopwatch, CountsFromLapToLap) {
+  Stopwatch watch;
+  const double first = watch.LapSeconds(), second = watch.LapSeconds();
+  EXPECT_GE(first, 0);
+  EXPECT_GE(second, 0);
+  EXPECT_LT(second, 60);
+}
+
+}  // namespace
+}  // namespace ulf
