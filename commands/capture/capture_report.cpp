@@ -61,6 +61,19 @@ const char* WayOut(coverage::Reason reason) {
   return "";
 }
 
+std::string ToText(const coverage::FinishedGeometry& geometry) {
+  if (!geometry.mesh)
+    return fmt::format("geometry       no mesh: the views agree on no surface yet ({})\n",
+                       Counted(geometry.maps, "depth map"));
+  std::string text = fmt::format("geometry       {} of {}, {:.1f} s after the last frame: proxy.ply\n",
+                                 Counted(geometry.mesh->mesh->triangles.size(), "triangle"),
+                                 Counted(geometry.maps, "depth map"), geometry.seconds);
+  if (geometry.missing_maps > 0)
+    text += fmt::format("               there was no time for {} more; ulf proxy makes them all\n",
+                        geometry.missing_maps);
+  return text;
+}
+
 }  // namespace
 
 std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked) {
@@ -83,6 +96,7 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
   if (summary.stills.lag_s)
     text += fmt::format("shutter lag    {:.0f} ms (median of {}, by where the photographs were taken)\n",
                         1e3 * *summary.stills.lag_s, summary.stills.lags);
+  if (summary.geometry) text += ToText(*summary.geometry);
   if (summary.calibration && summary.calibration->wrong)
     text += fmt::format("calibration    {}\n", summary.calibration->Advice());
   if (summary.rolling_shutter) text += fmt::format("shutter        {}\n", summary.rolling_shutter->InWords());
@@ -112,6 +126,13 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
   json["pauses"] = summary.pauses;
   json["paused_s"] = summary.paused_s;
   json["unwritten"] = summary.unwritten;
+  json["geometry"] = nullptr;
+  if (summary.geometry)
+    json["geometry"] = {
+        {"maps", summary.geometry->maps},
+        {"missing_maps", summary.geometry->missing_maps},
+        {"triangles", summary.geometry->mesh ? summary.geometry->mesh->mesh->triangles.size() : 0},
+        {"seconds", summary.geometry->seconds}};
   json["calibration"] = ToJson(summary.calibration);
   json["rolling_shutter"] = ToJson(summary.rolling_shutter);
   json["set_aside"] = nlohmann::json::object();

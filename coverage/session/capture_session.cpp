@@ -31,6 +31,13 @@ using Clock = std::chrono::steady_clock;
 
 constexpr char kNoSubjectToPlace[] = "this capture has no subject to place (--no-subject)";
 
+std::optional<LiveGeometry::Options> GeometryFor(const CaptureOptions& options) {
+  if (!options.geometry || options.without_subject) return std::nullopt;
+  LiveGeometry::Options geometry;
+  geometry.threaded = !options.deterministic;
+  return geometry;
+}
+
 class Session {
  public:
   Session(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
@@ -119,7 +126,8 @@ Session::Session(acquisition::Device& device, const CameraModel& camera, trackin
                .coverage_width_px = options.coverage_width_px,
                .map = {.cap = options.cap, .threshold_px = options.threshold_px},
                .spool_views = options.spool_views,
-               .deterministic = options.deterministic},
+               .deterministic = options.deterministic,
+               .geometry = GeometryFor(options)},
               say_),
       outlook_(say_),
       subject_(record_, outlook_, poses_, camera_,
@@ -391,6 +399,7 @@ void Session::Close() {
   summary_.recorded = closed.recorded;
   summary_.unwritten = closed.unwritten;
   summary_.set_aside = closed.set_aside;
+  summary_.geometry = closed.geometry;
   if (options_.still_camera) summary_.stills.recorded = summary_.recorded;
   if (closed.problem.empty()) return;
   summary_.stopped_because = StoppedBecause::kDisk;

@@ -31,6 +31,7 @@
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/capture_state.h"
+#include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/posed_photographs.h"
 #include "coverage/session/record/still_capture.h"
 #include "coverage/session/record/view_spool.h"
@@ -57,6 +58,7 @@ struct CaptureOptions {
   // Set: no subject, no coverage map and no cap; photographs of a walk (posed_photographs.h).
   std::optional<PhotographSpacing> without_subject;
   DecisionLimits limits;
+  bool geometry = false;  // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
   bool deterministic = false;
   std::uint64_t max_frames = 0;  // 0: no limit
   double max_seconds = 0;        // of the device's time; 0: no limit
@@ -105,6 +107,7 @@ struct CaptureSummary {
   bool subject_was_found = false;                      // by the capture itself, not given
   std::shared_ptr<const RecordedFrame> last_recorded;  // null: none
   std::shared_ptr<const CoverageMap> map;              // with final poses; null without a subject
+  std::optional<FinishedGeometry> geometry;            // none: not asked for
 };
 
 // Runs until the cap is covered, the device ends, a limit is reached or a stop is requested; then stops the

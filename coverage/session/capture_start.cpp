@@ -81,6 +81,7 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
         args.subject_size);
   options.subject_size = args.subject_size;
   options.deterministic = args.deterministic;
+  options.geometry = !args.no_geometry;
   options.max_frames = args.frames;
   options.max_seconds = args.max_seconds;
   if (args.subject != "auto") {

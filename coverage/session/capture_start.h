@@ -47,6 +47,7 @@ struct CaptureArgs {
   bool headless = false;
   bool offscreen = false;
   std::string marker;
+  bool no_geometry = false;
   bool deterministic = false;
   bool resume = false;
   bool raw = false;

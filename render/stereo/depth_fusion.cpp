@@ -80,7 +80,9 @@ void Mark(const ViewDepth& view, int x, int y, double depth, const FusionOptions
 void KeepWhatAgrees(std::vector<ViewDepth>& views, const std::vector<std::vector<int>>& others,
                     const FusionOptions& options) {
   std::vector<cv::Mat> kept(views.size());
-  ParallelFor(views.size(), [&](std::size_t i) { kept[i] = Agreed(views, i, others[i], options); });
+  ParallelFor(
+      views.size(), [&](std::size_t i) { kept[i] = Agreed(views, i, others[i], options); },
+      options.in_this_thread ? 1 : 0);
   for (std::size_t i = 0; i < views.size(); ++i) views[i].depth = kept[i];
 }
 

@@ -27,6 +27,7 @@ struct FusionOptions {
   int agreeing_views = 2;         // a depth with fewer other maps that agree is dropped. Guessed.
   double tolerance_planes = 1.0;  // two maps agree up to this difference, in planes of the sweep. Guessed.
   int spacing_px = 2;             // points of one view are at least this far apart, in its pixels. Guessed.
+  bool in_this_thread = false;    // otherwise on all processors
 };
 
 // Sets depths that too few other maps confirm to 0, and the others to the mean of the maps that agree.

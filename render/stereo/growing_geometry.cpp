@@ -2,10 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "core/base/at.h"
+#include "core/base/host_time.h"
+#include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "render/stereo/view_selection.h"
 
@@ -14,7 +17,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMapsAskedForRange = 4;  // nearest ones. Guessed.
+constexpr std::size_t kMapsAskedForRange = 4;  // nearest ones. Guessed.
+// By MakeMissingMaps(); the number of processors must not decide, because a map's range is that of earlier ones.
+constexpr std::size_t kMapsAtOnce = 8;
 
 }  // namespace
 
@@ -190,7 +195,7 @@ int GrowingGeometry::Next(bool all_views_are_here) const {
 std::vector<const ViewDepth*> GrowingGeometry::KnownNear(const Entry& entry) const {
   std::vector<std::pair<double, const ViewDepth*>> near;
   for (const Entry& other : entries_)
-    if (other.map)
+    if (other.map && !other.map->depth.empty())
       near.emplace_back((other.view.center_in_world - entry.view.center_in_world).norm(), &*other.map);
   std::ranges::sort(near, {}, [](const auto& known) { return known.first; });
   std::vector<const ViewDepth*> maps;
@@ -199,30 +204,52 @@ std::vector<const ViewDepth*> GrowingGeometry::KnownNear(const Entry& entry) con
   return maps;
 }
 
-bool GrowingGeometry::MakeNextMap(bool all_views_are_here) {
-  const int index = Next(all_views_are_here);
-  if (index < 0) return false;
-  const std::vector<StereoView> views = Views();
-  Entry& entry = entries_[At(index)];
+GrowingGeometry::Made GrowingGeometry::Make(int index, const std::vector<StereoView>& views) const {
+  const Entry& entry = entries_[At(index)];
+  Made made;
   std::vector<const StereoView*> neighbours;
-  std::vector<Baseline> baselines;
   for (const int other : NeighboursOf(index, views, *subject_, {.count = options_.neighbours})) {
     neighbours.push_back(&views[At(other)]);
-    baselines.push_back(
+    made.baselines.push_back(
         {entries_[At(other)].id, views[At(other)].cam_from_world * entry.view.cam_from_world.Inverse()});
   }
-  if (neighbours.empty()) {
-    entry.tried = came_;
-    return true;
-  }
+  if (neighbours.empty()) return made;
   const double distance = (subject_->center_in_world - entry.view.center_in_world).norm();
   const auto known = RangeOfKnown(entry.view, neighbours, KnownNear(entry));
   const InverseDepthRange range = known ? *known : FindRange(entry.view, neighbours, distance);
-  entry.map = ViewDepth{entry.view, SweepPlanes(entry.view, neighbours, range).depth,
-                        (range.most - range.least) / (range.planes - 1)};
-  entry.baselines = std::move(baselines);
-  ++revision_;
+  made.map = ViewDepth{entry.view, SweepPlanes(entry.view, neighbours, range).depth,
+                       (range.most - range.least) / (range.planes - 1)};
+  return made;
+}
+
+void GrowingGeometry::Keep(Entry& entry, Made made) {
+  if (!made.map) entry.tried = came_;
+  revision_ += made.map.has_value();
+  entry.map = std::move(made.map);
+  entry.baselines = std::move(made.baselines);
+}
+
+bool GrowingGeometry::MakeNextMap(bool all_views_are_here) {
+  const int index = Next(all_views_are_here);
+  if (index < 0) return false;
+  Keep(entries_[At(index)], Make(index, Views()));
   return true;
+}
+
+void GrowingGeometry::MakeMissingMaps(double most_s) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<StereoView> views = Views();
+  while (SecondsSince(start) < most_s) {
+    std::vector<int> indices;
+    for (int index = Next(true); index >= 0 && indices.size() < kMapsAtOnce; index = Next(true)) {
+      entries_[At(index)].map = ViewDepth{views[At(index)], {}, 0};  // so that the next one is not beside it
+      indices.push_back(index);
+    }
+    if (indices.empty()) return;
+    std::vector<Made> made(indices.size());
+    ParallelFor(indices.size(), [&](std::size_t i) { made[i] = Make(indices[i], views); });
+    for (std::size_t i = 0; i < indices.size(); ++i) Keep(entries_[At(indices[i])], std::move(made[i]));
+  }
 }
 
 int GrowingGeometry::MissingMaps() const {

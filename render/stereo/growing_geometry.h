@@ -69,6 +69,10 @@ class GrowingGeometry {
   // missing, or there is no subject.
   bool MakeNextMap(bool all_views_are_here);
 
+  // Makes the maps that are missing, on all processors, until none is or `most_s` have passed. The same views give
+  // the same maps, whatever the number of processors, if there is time for all.
+  void MakeMissingMaps(double most_s);
+
   int views() const { return static_cast<int>(entries_.size()); }
   int maps() const;
   // How many more MakeNextMap(true) would make.
@@ -92,6 +96,12 @@ class GrowingGeometry {
     std::uint64_t came = 0;           // number of views that had come by then
     std::uint64_t tried = 0;          // number of views when no neighbour was found for a map
   };
+  struct Made {
+    std::optional<ViewDepth> map;  // none: the view has no neighbour
+    std::vector<Baseline> baselines;
+  };
+  Made Make(int index, const std::vector<StereoView>& views) const;
+  void Keep(Entry& entry, Made made);
   const Entry* Find(int id) const;
   std::vector<StereoView> Views() const;
   // How far the direction of a view is from those with maps, radians.

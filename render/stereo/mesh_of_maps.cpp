@@ -37,6 +37,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
   for (std::size_t i = 0; i < mapped.size(); ++i)
     others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = options.maps_compared}));
   FusionOptions fusion;
+  fusion.in_this_thread = options.in_this_thread;
   fusion.agreeing_views = std::min(fusion.agreeing_views, std::max(1, static_cast<int>(maps.size()) - 1));
   KeepWhatAgrees(maps, others, fusion);
   double agreeing = 0, pixels = 0;
@@ -48,7 +49,7 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
   const std::vector<FusedPoint> points = SpacedPoints(maps, others, fusion, options);
   result.points = points.size();
   result.fusion_s = watch.LapSeconds();
-  result.mesh = CutSurface(points, centers);
+  result.mesh = CutSurface(points, centers, {.in_this_thread = options.in_this_thread});
   result.surface_s = watch.LapSeconds();
   return result;
 }

@@ -16,7 +16,8 @@ struct MapsMeshOptions {
   // About: the points are spaced wider until there are half as many. Measured (docs/speed_and_accuracy.md:
   // beyond 77,000 triangles more hardly help).
   int most_triangles = 400000;
-  int widest_spacing_px = 64;  // FusionOptions::spacing_px does not grow further
+  int widest_spacing_px = 64;   // FusionOptions::spacing_px does not grow further
+  bool in_this_thread = false;  // otherwise on all processors
 };
 
 struct MapsMesh {

@@ -43,6 +43,12 @@ cv::Mat Reduced(const cv::Mat& picture, const cv::Size& size) {
   return reduced;
 }
 
+CameraModel AtWorkingSize(const CameraModel& camera, int size_px) {
+  const double scale = std::min(1.0, static_cast<double>(size_px) / std::max(camera.width, camera.height));
+  return camera.ScaledTo(std::max(1, static_cast<int>(std::lround(camera.width * scale))),
+                         std::max(1, static_cast<int>(std::lround(camera.height * scale))));
+}
+
 }  // namespace
 
 std::optional<Eigen::Vector2d> StereoView::See(const Eigen::Vector3d& point_in_world) const {
@@ -57,11 +63,7 @@ Eigen::Vector3d StereoView::RayInWorld(int x, int y) const {
 
 StereoView MakeStereoView(const SceneView& view, int size_px) {
   StereoView result;
-  const int longer = std::max(view.camera.width, view.camera.height);
-  const double scale = std::min(1.0, static_cast<double>(size_px) / longer);
-  const CameraModel pinhole = view.camera.WithoutDistortion();
-  result.camera = pinhole.ScaledTo(std::max(1, static_cast<int>(std::lround(pinhole.width * scale))),
-                                   std::max(1, static_cast<int>(std::lround(pinhole.height * scale))));
+  result.camera = AtWorkingSize(view.camera, size_px).WithoutDistortion();
   result.cam_from_world = view.cam_from_world;
   result.center_in_world = view.center_in_world;
 
@@ -78,6 +80,27 @@ StereoView MakeStereoView(const SceneView& view, int size_px) {
   const cv::Size size(result.camera.width, result.camera.height);
   result.grey = Reduced(grey, size);
   if (!valid.empty()) result.valid = Reduced(valid, size) == 255;
+  return result;
+}
+
+StereoView StereoViewMaker::Make(const cv::Mat& srgb8, const CameraModel& camera,
+                                 const Rigid3& cam_from_world) {
+  StereoView result;
+  const CameraModel reduced = AtWorkingSize(camera, size_px_);
+  result.camera = reduced.WithoutDistortion();
+  result.cam_from_world = cam_from_world;
+  result.center_in_world = cam_from_world.OriginInSource();
+  const cv::Size size(reduced.width, reduced.height);
+  cv::Mat grey;
+  cv::cvtColor(Reduced(srgb8, size), grey, cv::COLOR_BGR2GRAY);
+  grey.convertTo(result.grey, CV_32F);
+  if (camera.distortion == Distortion::kNone) return result;
+  if (camera_ != camera) {
+    undistortion_ = Undistortion(reduced, size);
+    camera_ = camera;
+  }
+  cv::remap(result.grey.clone(), result.grey, undistortion_, cv::noArray(), cv::INTER_LINEAR,
+            cv::BORDER_REPLICATE);
   return result;
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "core/geometry/camera_model.h"
@@ -26,5 +27,18 @@ struct StereoView {
 
 // The longer side gets `size_px` pixels, or keeps the photograph's size where that is smaller.
 StereoView MakeStereoView(const SceneView& view, int size_px);
+
+// The same of pictures of a running capture, 8-bit sRGB: reduces first, and keeps where the pixels of one camera
+// go, because views come from one camera for minutes.
+class StereoViewMaker {
+ public:
+  explicit StereoViewMaker(int size_px) : size_px_(size_px) {}
+  StereoView Make(const cv::Mat& srgb8, const CameraModel& camera, const Rigid3& cam_from_world);
+
+ private:
+  int size_px_;
+  std::optional<CameraModel> camera_;  // of undistortion_
+  cv::Mat undistortion_;               // for cv::remap
+};
 
 }  // namespace ulf::render

@@ -170,7 +170,7 @@ void LookAlongSightLines(const std::vector<FusedPoint>& points, const std::vecto
         for (std::size_t k = 0; k < lines; ++k)
           look(points[i], vertex_of[i], centers[seen_by[k * seen_by.size() / lines]]);
       },
-      kStripes);
+      options.in_this_thread ? 1 : kStripes);
 }
 
 // The centre of the sphere through a cell's corners; none for outer and flat cells.

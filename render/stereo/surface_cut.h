@@ -24,6 +24,7 @@ struct SurfaceOptions {
   // Triangles whose edges are no longer are always kept. Of those between, some view that saw a corner must
   // stand in front. Guessed.
   double neighbours_px = 10;
+  bool in_this_thread = false;  // otherwise on all processors
 };
 
 // `centers_in_world`: of the views in FusedPoint::seen_by. Empty where the points span no volume.

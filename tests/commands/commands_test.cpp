@@ -112,27 +112,27 @@ TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {
 
 TEST(CaptureCommand, WithoutAViewItFailsAndSaysWhatWasMissing) {
   const ScratchFolder scratch;
-  const CommandResult result =
-      RunUlf("capture " + kStudio + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  const CommandResult result = RunUlf("capture --no-geometry " + kStudio + " -o " +
+                                      (scratch / "lf").string() + " --headless --frames 3");
   EXPECT_EQ(result.exit_code, 1) << result.output;
   EXPECT_THAT(result.errors, HasSubstr("nothing was recorded"));
   EXPECT_THAT(result.errors, HasSubstr("sideways"));
   EXPECT_TRUE(ReadLightField(scratch / "lf").views.empty()) << "closed all the same";
   // Nothing is lost by beginning anew in the same folder.
-  const CommandResult again =
-      RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  const CommandResult again = RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " +
+                                     (scratch / "lf").string() + " --headless --frames 3");
   EXPECT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), 1u);
-  const CommandResult taken =
-      RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() + " --headless --frames 3");
+  const CommandResult taken = RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " +
+                                     (scratch / "lf").string() + " --headless --frames 3");
   EXPECT_EQ(taken.exit_code, 1);
   EXPECT_THAT(taken.errors, HasSubstr("--resume"));
 }
 
 TEST(CaptureCommand, RawWithoutAMosaicIsSaid) {
   const ScratchFolder scratch;
-  const CommandResult result = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
-                                      " --headless --frames 3 --raw");
+  const CommandResult result = RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " +
+                                      (scratch / "lf").string() + " --headless --frames 3 --raw");
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.errors, HasSubstr("not a mosaic"));
 }
@@ -140,7 +140,7 @@ TEST(CaptureCommand, RawWithoutAMosaicIsSaid) {
 TEST(CaptureCommand, FromTheSimulatorToALightFieldAndItsRow) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
-  const auto json = JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + dir +
+  const auto json = JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + dir +
                                   " --headless --quality fast --frames 120 "
                                   "--until-covered 60x40 --overlay " +
                                   (scratch / "overlay.png").string() + " --map " +
@@ -179,11 +179,12 @@ TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
   const std::string tail = " -o " + dir + " --headless --json";
-  const auto first = JsonOf(RunUlf("capture " + kStudio + kSubject + tail + " --quality fast --frames 30"));
-  EXPECT_EQ(RunUlf("capture " + kStudio + kSubject + tail + " --frames 30").exit_code, 1)
+  const auto first =
+      JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + tail + " --quality fast --frames 30"));
+  EXPECT_EQ(RunUlf("capture --no-geometry " + kStudio + kSubject + tail + " --frames 30").exit_code, 1)
       << "without --resume";
   const auto second =
-      JsonOf(RunUlf("capture " + kStudio + " --poses known" + tail + " --resume --frames 60"));
+      JsonOf(RunUlf("capture --no-geometry " + kStudio + " --poses known" + tail + " --resume --frames 60"));
   EXPECT_EQ(second["views"], first["views"].get<int>() + second["recorded"].get<int>());
   EXPECT_GT(second["recorded"], 0);
   EXPECT_EQ(second["subject"], first["subject"]);
@@ -191,11 +192,12 @@ TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
 
 TEST(CaptureCommand, ResumeGoesOnToTheSameEnd) {
   const ScratchFolder scratch;
-  const std::string capture = "capture " + kStudio + " --poses known --headless --quality fast --json -o " +
+  const std::string capture = "capture --no-geometry " + kStudio +
+                              " --poses known --headless --quality fast --json -o " +
                               (scratch / "lf").string();
   JsonOf(RunUlf(capture + " --subject 0,0,0.07,0.162 --frames 5 --until-covered 20x10:80%"));
-  const std::string resume =
-      "capture " + kStudio + " --poses known --headless --json --resume -o " + (scratch / "lf").string();
+  const std::string resume = "capture --no-geometry " + kStudio +
+                             " --poses known --headless --json --resume -o " + (scratch / "lf").string();
   const CommandResult second = RunUlf(resume + " --frames 1000");
   EXPECT_EQ(JsonOf(second)["stopped_because"], "covered");
   EXPECT_THAT(second.errors, HasSubstr("goes on until 80 % of 20 x 10 degrees"));
@@ -209,15 +211,16 @@ TEST(CaptureCommand, ResumeGoesOnToTheSameEnd) {
 
 TEST(CaptureCommand, WithoutADisplayItSaysWhereToMove) {
   const ScratchFolder scratch;
-  const CommandResult captured = RunUlf("capture " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
-                                        " --headless --quality fast --frames 500 --until-covered 60x40");
+  const CommandResult captured =
+      RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + (scratch / "lf").string() +
+             " --headless --quality fast --frames 500 --until-covered 60x40");
   EXPECT_THAT(captured.errors, ContainsRegex("covered; .*; next: .*° (right|left|down|up)"));
 }
 
 TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   const ScratchFolder scratch;
   const std::string capture =
-      "capture 'sim:studio?width=480&height=360&look_away=0&row_deg=5&speed_deg_s=20' -o " +
+      "capture --no-geometry 'sim:studio?width=480&height=360&look_away=0&row_deg=5&speed_deg_s=20' -o " +
       (scratch / "lf").string() + " --headless --deterministic --json --quality fast --until-covered 60x40";
   const auto first = JsonOf(RunUlf(capture + " --frames 100"));
   ASSERT_GT(first["views"], 10);
@@ -296,7 +299,7 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
 TEST(RepairCommand, HasNothingToDoAfterACaptureThatWasTracked) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
-  JsonOf(RunUlf("capture 'sim:studio?row_deg=6&width=320&height=240' -o " + dir +
+  JsonOf(RunUlf("capture --no-geometry 'sim:studio?row_deg=6&width=320&height=240' -o " + dir +
                 " --headless --deterministic --quality fast --frames 80 --json"));
   ASSERT_GT(StatisticsOf(ReadLightField(dir).points).tracked, 100u);
   EXPECT_THAT(RunUlf("repair " + dir).output, HasSubstr("nothing to repair"));
@@ -306,7 +309,7 @@ TEST(RepairCommand, HasNothingToDoAfterACaptureThatWasTracked) {
 TEST(InfoCommand, CountsNoSessionOfASetByAnotherProgram) {
   const ScratchFolder scratch;
   const std::string first = (scratch / "first").string();
-  JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + first +
+  JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + first +
                 " --headless --quality fast --frames 30 --json"));
   auto document = nlohmann::json::parse(ReadWholeFile(scratch / "first/transforms.json"));
   document.erase("ulf");
@@ -320,10 +323,10 @@ TEST(InfoCommand, CountsNoSessionOfASetByAnotherProgram) {
 TEST(CaptureCommand, ReplayOfALightFieldKnowsItsPosesAndSubject) {
   const ScratchFolder scratch;
   const std::string first = (scratch / "first").string(), again = (scratch / "again").string();
-  const auto json = JsonOf(RunUlf("capture " + kStudio + kSubject + " -o " + first +
+  const auto json = JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + first +
                                   " --headless --quality fast --frames 60 --json"));
-  const auto replayed = JsonOf(
-      RunUlf("capture replay:" + first + " --poses known -o " + again + " --headless --quality fast --json"));
+  const auto replayed = JsonOf(RunUlf("capture --no-geometry replay:" + first + " --poses known -o " + again +
+                                      " --headless --quality fast --json"));
   EXPECT_EQ(replayed["views"], json["views"]) << "what was recorded is not covered by what came before";
   EXPECT_EQ(replayed["subject"], json["subject"]);
 }
@@ -332,18 +335,19 @@ TEST(CaptureCommand, WrongUsageIsTwoAndSaysWhy) {
   const ScratchFolder scratch;
   const std::string dir = (scratch / "lf").string();
   for (const auto& [arguments, words] : {
-           std::pair<std::string, std::string>{"capture " + kStudio, "--output"},
-           {"capture " + kStudio + " -o " + dir + " --subject 0,0,0,1", "--subject"},
-           {"capture " + kStudio + " -o " + dir + " --poses known", "--subject"},
-           {"capture " + kStudio + " -o " + dir + " --poses known --subject 1,2,3", "1,2,3"},
-           {"capture " + kStudio + " -o " + dir + " --poses known --subject 1,2,3,0", "must be positive"},
-           {"capture " + kStudio + " -o " + dir + " --quality fast --threshold-px 9", "twice"},
-           {"capture " + kStudio + " -o " + dir + " --threshold-px 2", "2 px"},
-           {"capture " + kStudio + " -o " + dir + " --quality best", "best"},
-           {"capture " + kStudio + " -o " + dir + " --until-covered 60", "60x40"},
-           {"capture " + kStudio + " -o " + dir + " --until-covered 60x40:98", "share"},
-           {"capture " + kStudio + " -o " + dir + " --subject-size 0.9", "0.8"},
-           {"capture nonsense -o " + dir, "nonsense"},
+           std::pair<std::string, std::string>{"capture --no-geometry " + kStudio, "--output"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --subject 0,0,0,1", "--subject"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --poses known", "--subject"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --poses known --subject 1,2,3", "1,2,3"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --poses known --subject 1,2,3,0",
+            "must be positive"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --quality fast --threshold-px 9", "twice"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --threshold-px 2", "2 px"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --quality best", "best"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --until-covered 60", "60x40"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --until-covered 60x40:98", "share"},
+           {"capture --no-geometry " + kStudio + " -o " + dir + " --subject-size 0.9", "0.8"},
+           {"capture --no-geometry nonsense -o " + dir, "nonsense"},
        }) {
     const CommandResult result = RunUlf(arguments);
     EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.errors;
@@ -355,8 +359,8 @@ TEST(CaptureCommand, WrongUsageIsTwoAndSaysWhy) {
 TEST(CaptureCommand, AFolderThatIsTakenIsAnError) {
   const ScratchFolder scratch;
   std::ofstream(scratch / "mine.txt") << "keep me";
-  const CommandResult result =
-      RunUlf("capture " + kStudio + kSubject + " -o " + scratch.path().string() + " --headless --frames 3");
+  const CommandResult result = RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " +
+                                      scratch.path().string() + " --headless --frames 3");
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.errors, HasSubstr("not empty"));
 }

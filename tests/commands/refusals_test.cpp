@@ -21,10 +21,11 @@ TEST(Refusals, NumbersThatAreNoneAreUsageErrorsInWords) {
   const ScratchFolder scratch;
   const std::string out = " -o " + (scratch / "out").string();
   for (const auto& [arguments, option] :
-       {std::pair<std::string, std::string>{"capture " + kStudio + out + " --frames -3", "--frames"},
-        {"capture " + kStudio + out + " --max-seconds -1", "--max-seconds"},
-        {"capture " + kStudio + out + " --speed -1", "--speed"},
-        {"capture " + kStudio + out + " --focal-px 0", "--focal-px"},
+       {std::pair<std::string, std::string>{"capture --no-geometry " + kStudio + out + " --frames -3",
+                                            "--frames"},
+        {"capture --no-geometry " + kStudio + out + " --max-seconds -1", "--max-seconds"},
+        {"capture --no-geometry " + kStudio + out + " --speed -1", "--speed"},
+        {"capture --no-geometry " + kStudio + out + " --focal-px 0", "--focal-px"},
         {"record " + kStudio + out + " --frames -3", "--frames"},
         {"record " + kStudio + out + " --max-seconds 0", "--max-seconds"},
         {"simulate --duration-s -2", "--duration-s"}}) {
@@ -38,7 +39,8 @@ TEST(Refusals, NumbersThatAreNoneAreUsageErrorsInWords) {
 
 TEST(Refusals, AFolderForFramesThatCannotBeMadeLeavesNoLightField) {
   const ScratchFolder scratch;
-  const std::string capture = "capture " + kStudio + " --headless --frames 3 -o " + (scratch / "lf").string();
+  const std::string capture =
+      "capture --no-geometry " + kStudio + " --headless --frames 3 -o " + (scratch / "lf").string();
   const CommandResult refused = RunUlf(capture + " --keep-frames /proc/frames");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, HasSubstr("/proc/frames"));
@@ -55,8 +57,9 @@ TEST(Refusals, AReportThatCannotBeWrittenIsFoundOutBeforeTheBoardIsHeld) {
 
 TEST(Refusals, AMarkerToLookRoundWithWantsADisplay) {
   const ScratchFolder scratch;
-  const CommandResult refused = RunUlf(
-      "capture " + kStudio + " --headless --marker marker:80:DICT_4X4_50:0 -o " + (scratch / "lf").string());
+  const CommandResult refused =
+      RunUlf("capture --no-geometry " + kStudio + " --headless --marker marker:80:DICT_4X4_50:0 -o " +
+             (scratch / "lf").string());
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, AllOf(HasSubstr("--marker marker:80:DICT_4X4_50:0"), HasSubstr("--headless"),
                                     HasSubstr("leave out one")));
@@ -67,8 +70,8 @@ TEST(Refusals, AMarkerToLookRoundWithWantsADisplay) {
 TEST(Refusals, ACapLargerThanThereAreDirectionsIsUsage) {
   const ScratchFolder scratch;
   for (const char* cap : {"361x40", "60x181", "0x40", "60x-40", "60", "60x40x20", "nanx40"}) {
-    const CommandResult refused = RunUlf("capture " + kStudio + " --headless --until-covered " + cap +
-                                         " -o " + (scratch / "lf").string());
+    const CommandResult refused = RunUlf("capture --no-geometry " + kStudio + " --headless --until-covered " +
+                                         cap + " -o " + (scratch / "lf").string());
     EXPECT_EQ(refused.exit_code, 2) << cap;
     EXPECT_THAT(refused.errors, AllOf(HasSubstr(cap), HasSubstr("up to 360x180"))) << cap;
     EXPECT_FALSE(fs::exists(scratch / "lf")) << cap;
@@ -77,8 +80,8 @@ TEST(Refusals, ACapLargerThanThereAreDirectionsIsUsage) {
 
 TEST(Refusals, AFocalLengthThatIsNotUsedIsSaid) {
   const ScratchFolder scratch;
-  const CommandResult result =
-      RunUlf("capture " + kStudio + " --headless --frames 3 --focal-px 20 -o " + (scratch / "lf").string());
+  const CommandResult result = RunUlf("capture --no-geometry " + kStudio +
+                                      " --headless --frames 3 --focal-px 20 -o " + (scratch / "lf").string());
   EXPECT_THAT(result.errors, HasSubstr("--focal-px 20 is not used"));
 }
 

@@ -9,6 +9,10 @@
 #include <utility>
 
 #include "core/base/counted.h"
+#include "core/image/image.h"
+#include "core/light_field/derived_files.h"
+#include "render/proxy/mesh_file.h"
+#include "render/proxy/proxy_choice.h"
 
 namespace ulf::coverage {
 namespace {
@@ -56,10 +60,41 @@ CaptureRecord::CaptureRecord(LightFieldWriter writer, const Options& options,
       earlier_reasons_(writer.Contents().reasons),
       resumed_subject_(writer.Contents().subject),
       views_(writer.Contents()),
-      spool_(std::move(writer), options.spool_views, !options.deterministic) {}
+      geometry_(options.geometry ? std::make_unique<LiveGeometry>(*options.geometry, say_) : nullptr),
+      spool_(AfterEarlierViews(std::move(writer)), options.spool_views, !options.deterministic) {}
+
+LightFieldWriter CaptureRecord::AfterEarlierViews(LightFieldWriter writer) {
+  if (geometry_) AddEarlierViews(writer.Contents());
+  return writer;
+}
+
+void CaptureRecord::AddEarlierViews(const LightField& light_field) {
+  const auto earlier = std::make_shared<const LightField>(light_field);
+  for (const View& view : earlier->views)
+    geometry_->AddView(
+        view.id, [earlier, &view] { return Srgb8(ReadRecordedImage(*earlier, view)); },
+        earlier->CameraOf(view), view.cam_from_world);
+}
+
+// The mesh that was there may be of another program, or a finer one: it is kept.
+FinishedGeometry CaptureRecord::FinishGeometry(const std::filesystem::path& root) {
+  FinishedGeometry finished = geometry_->Finish();
+  if (!finished.mesh) return finished;
+  const std::filesystem::path file = root / render::kMeshProxyFile;
+  try {
+    if (const auto kept = MoveToKept(root, render::kMeshProxyFile, render::kMeshProxyFile))
+      say_(fmt::format("the mesh that was there is kept: {}", kept->string()));
+    render::WriteMeshPly(file, *finished.mesh->mesh);
+  } catch (const std::exception& error) {
+    say_(fmt::format("{}; the light field is complete without a mesh, ulf proxy makes it", error.what()));
+    finished.mesh = nullptr;
+  }
+  return finished;
+}
 
 void CaptureRecord::SetSubject(const Subject& subject) {
   subject_ = subject;
+  if (geometry_) geometry_->SetSubject(subject);
   if (resumed_subject_ != subject) spool_.SetSubject(subject);
   resumed_subject_.reset();
   PaintAnew();
@@ -116,6 +151,9 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   poses.NoteView(*id, track);
   if (track.seen) spool_.ExpectSeenPoints(track.seen->size());
   views_.Add({*id, track.anchor, view.cam_from_world});
+  if (geometry_)
+    geometry_->AddView(
+        *id, [image = frame.image] { return Srgb8(image); }, options_.camera, view.cam_from_world);
   if (!map_) return id;
   auto map = std::make_shared<CoverageMap>(*map_);
   map->Add(CriterionView::From(options_.camera, view.cam_from_world, options_.coverage_width_px));
@@ -130,6 +168,7 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   for (const int id : ids) {
     if (views_.Remove(id)) {
       spool_.RemoveView(id);
+      if (geometry_) geometry_->RemoveView(id);
       taken.push_back(id);
     } else if (std::ranges::find(taken, id) == taken.end()) {
       say_(fmt::format("there is no view {} to take back", id));
@@ -153,6 +192,7 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
   if (largest_move <= 0 || (!last && largest_move < options_.worth_painting_anew)) return true;
   if (!last && !spool_.TryUpdatePoses(now)) return false;
   views_.MoveTo(now);
+  if (geometry_) geometry_->MoveViews(now);
   const double reopened = Repaint();
   if (reopened >= options_.worth_telling) say_("pose correction " + ReopenedInWords(reopened));
   return true;
@@ -188,7 +228,9 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
     writer.UpdatePoses(final_poses);
     points = WithEarlier(writer.Contents().points, std::move(points), first_new_id_);
     if (!points.empty()) writer.SetPoints(std::move(points));
+    const std::filesystem::path root = writer.Contents().root;
     writer.Close(earlier_s_ + capture_s, all_reasons);
+    if (geometry_) closed.geometry = FinishGeometry(root);
   } catch (const std::exception& error) {
     closed.problem = error.what();
   }

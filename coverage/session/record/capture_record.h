@@ -20,6 +20,7 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/session/capture_state.h"
+#include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/recorded_views.h"
 #include "coverage/session/record/view_spool.h"
 #include "tracking/sources/pose_source.h"
@@ -32,6 +33,7 @@ struct ClosedRecord {
   std::uint64_t unwritten = 0;                             // frames that were accepted and are lost
   std::map<std::filesystem::path, std::size_t> set_aside;  // frames that were written elsewhere, by folder
   std::string problem;                                     // why it could not be closed; empty: it is closed
+  std::optional<FinishedGeometry> geometry;  // none: it was not asked for, or the light field is not closed
 };
 
 class CaptureRecord {
@@ -42,6 +44,7 @@ class CaptureRecord {
     CoverageMapOptions map;
     std::size_t spool_views = 16;
     bool deterministic = false;
+    std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made
     // A correction that moves no view by more than this, radians as seen from the subject, is not worth
     // painting the map and writing the journal for; it is about a tenth of a pixel of the coverage image.
     // Guessed.
@@ -88,6 +91,9 @@ class CaptureRecord {
   // was covered).
   double Repaint();
   void DropCoveredAgain();
+  LightFieldWriter AfterEarlierViews(LightFieldWriter writer);
+  void AddEarlierViews(const LightField& light_field);
+  FinishedGeometry FinishGeometry(const std::filesystem::path& root);
   std::string ReopenedInWords(double share) const;
 
   const Options options_;
@@ -97,6 +103,7 @@ class CaptureRecord {
   const std::map<std::string, std::uint64_t> earlier_reasons_;
   std::optional<Subject> subject_, resumed_subject_;
   RecordedViews views_;
+  std::unique_ptr<LiveGeometry> geometry_;  // null: none is made
   ViewSpool spool_;
   std::shared_ptr<const CoverageMap> map_;
   // What was covered and is not any more, because poses were corrected or views taken back.

@@ -136,7 +136,7 @@ TEST_F(AravisFaults, ABusyCameraIsSaidAtOnceByEveryCommand) {
   const std::string light_field = (scratch / "out").string();
   for (const std::string& command :
        {"record '" + std::string(kSmall) + "' -o " + light_field,
-        "capture '" + std::string(kSmall) + "' --focal-px 300 -o " + light_field + "2"}) {
+        "capture --no-geometry '" + std::string(kSmall) + "' --focal-px 300 -o " + light_field + "2"}) {
     ChildProcess program({"/bin/sh", "-c", std::string(binary) + " " + command + " 2>&1"});
     EXPECT_THAT(program.ReadUntil("waiting 3.1 s", 30),
                 AllOf(HasSubstr("another program controls this camera, from 127.0.0.1"), HasSubstr("45678"),

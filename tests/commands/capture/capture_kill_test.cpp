@@ -102,8 +102,8 @@ TEST(CaptureProcess, ADeathFromWithinClosesTheLightFieldAndNamesIt) {
   const LightField closed = ReadLightField(dir);
   EXPECT_GT(closed.views.size(), 1u);
   for (const View& view : closed.views) EXPECT_NO_THROW(ReadViewImage(closed, view)) << view.id;
-  const auto resumed = test::RunUlf("capture 'sim:studio?width=320&height=240&seed=3' -o " + dir.string() +
-                                    " --headless --poses known --resume --frames 10");
+  const auto resumed = test::RunUlf("capture --no-geometry 'sim:studio?width=320&height=240&seed=3' -o " +
+                                    dir.string() + " --headless --poses known --resume --frames 10");
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   const std::size_t views = ReadLightField(dir).views.size();
   EXPECT_GE(views, closed.views.size());
@@ -149,16 +149,17 @@ TEST(CaptureProcess, SigintLeavesACompleteLightFieldAndResumeGoesOn) {
   EXPECT_TRUE(fs::exists(dir / "transforms.json"));
   EXPECT_TRUE(fs::exists(dir / "sparse/0/images.txt"));
 
-  const auto resumed = test::RunUlf("capture 'sim:studio?width=320&height=240&seed=3' -o " + dir.string() +
-                                    " --headless --poses known --resume --frames 200");
+  const auto resumed = test::RunUlf("capture --no-geometry 'sim:studio?width=320&height=240&seed=3' -o " +
+                                    dir.string() + " --headless --poses known --resume --frames 200");
   EXPECT_EQ(resumed.exit_code, 0) << resumed.errors;
   EXPECT_GE(ReadLightField(dir).views.size(), stopped.views.size()) << "what was recorded stays";
-  const auto other = test::RunUlf("capture 'sim:studio?width=320&height=240&seed=4' -o " + dir.string() +
-                                  " --headless --poses known --resume --frames 5");
+  const auto other = test::RunUlf("capture --no-geometry 'sim:studio?width=320&height=240&seed=4' -o " +
+                                  dir.string() + " --headless --poses known --resume --frames 5");
   EXPECT_EQ(other.exit_code, 1) << "another camera does not go on with this one's light field";
   EXPECT_THAT(other.errors,
               testing::AllOf(testing::HasSubstr("sim-studio-3"), testing::HasSubstr("sim-studio-4")));
-  EXPECT_NE(test::RunUlf("capture sim:studio -o " + dir.string() + " --headless --poses known --frames 5")
+  EXPECT_NE(test::RunUlf("capture --no-geometry sim:studio -o " + dir.string() +
+                         " --headless --poses known --frames 5")
                 .exit_code,
             0)
       << "a new capture does not write into an old one";

@@ -34,9 +34,9 @@ nlohmann::json Capture(const test::ScratchFolder& scratch, const std::string& na
                        const std::vector<TimedPose>& truth) {
   const std::string dir = (scratch / name).string(), file = dir + ".txt";
   WriteTum(file, truth);
-  const auto captured =
-      test::RunUlf(std::string("capture '") + kUri + "' -o " + dir + " --headless --deterministic --frames " +
-                   std::to_string(kFrames) + " --truth " + file + " --json");
+  const auto captured = test::RunUlf(std::string("capture --no-geometry '") + kUri + "' -o " + dir +
+                                     " --headless --deterministic --frames " + std::to_string(kFrames) +
+                                     " --truth " + file + " --json");
   EXPECT_EQ(captured.exit_code, 0) << captured.errors;
   return nlohmann::json::parse(captured.output);
 }
@@ -60,7 +60,7 @@ TEST(CaptureTruth, IsSmallAgainstTruePosesAndSeesWhatIsWrongWithOthers) {
   const nlohmann::json wrong = Capture(scratch, "wrong", shaken);
   EXPECT_NEAR(wrong["ate_live_rmse"].get<double>(), kSigma * std::sqrt(3.0), 0.2 * kSigma * std::sqrt(3.0));
 
-  EXPECT_EQ(test::RunUlf(std::string("capture '") + kUri + "' -o " + (scratch / "lf").string() +
+  EXPECT_EQ(test::RunUlf(std::string("capture --no-geometry '") + kUri + "' -o " + (scratch / "lf").string() +
                          " --headless --truth " + (scratch / "gone.txt").string())
                 .exit_code,
             2);
@@ -69,7 +69,7 @@ TEST(CaptureTruth, IsSmallAgainstTruePosesAndSeesWhatIsWrongWithOthers) {
 TEST(CaptureOutputs, AreCheckedBeforeTheWork) {
   test::ScratchFolder scratch;
   const auto refused =
-      test::RunUlf(std::string("capture '") + kUri + "' -o " + (scratch / "lf").string() +
+      test::RunUlf(std::string("capture --no-geometry '") + kUri + "' -o " + (scratch / "lf").string() +
                    " --headless --frames 5 --overlay " + (scratch / "gone/live.png").string());
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, testing::HasSubstr("does not exist"));

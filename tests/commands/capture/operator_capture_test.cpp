@@ -20,7 +20,8 @@ using ::testing::HasSubstr;
 
 nlohmann::json Captured(const std::string& name, const std::string& arguments) {
   ScratchFolder scratch;
-  const auto run = RunUlf("capture " + arguments + " -o " + (scratch / "lf").string() + " --headless --json");
+  const auto run = RunUlf("capture --no-geometry " + arguments + " -o " + (scratch / "lf").string() +
+                          " --headless --json");
   EXPECT_EQ(run.exit_code, 0) << name << ": " << run.errors;
   EXPECT_THAT(run.errors, ::testing::Not(HasSubstr("no new coverage")))
       << name << ": all of it can be reached";
@@ -47,11 +48,11 @@ TEST(OperatorCapture, OnlyASimulatedSceneCanBeHeld) {
   ScratchFolder scratch;
   const std::string rest = " --headless -o " + (scratch / "lf").string() + " --operator ";
   for (const std::string& device : {"replay:" + scratch.path().string(), std::string("sim:board")}) {
-    const auto refused = RunUlf("capture " + device + rest + "guided");
+    const auto refused = RunUlf("capture --no-geometry " + device + rest + "guided");
     EXPECT_EQ(refused.exit_code, 2) << device;
     EXPECT_THAT(refused.errors, HasSubstr("not a simulated scene")) << device;
   }
-  const auto unknown = RunUlf("capture sim:studio" + rest + "expert");
+  const auto unknown = RunUlf("capture --no-geometry sim:studio" + rest + "expert");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.errors, HasSubstr("unguided-novice"));
   EXPECT_FALSE(std::filesystem::exists(scratch / "lf")) << "nothing was begun";

@@ -40,10 +40,11 @@ TEST(PoseSourceCapture, MarkersGiveTheMetreAndThenTheMouse) {
   // The subject, 33 cm to the right of the easel's board, in the board's own frame.
   const StandingBoard board = *Scene::Named("easel")->board();
   const Eigen::Vector3d subject = board.board_from_world * Eigen::Vector3d(0, 0, 0.07);
-  const auto captured = RunUlf(fmt::format(
-      "capture 'sim:easel?look_away=0' -o {} --headless --deterministic --quality fast --frames 60 --json "
-      "--poses features+markers:{} --subject {},{},{},0.162",
-      dir, kBoardOfEasel, subject.x(), subject.y(), subject.z()));
+  const auto captured =
+      RunUlf(fmt::format("capture --no-geometry 'sim:easel?look_away=0' -o {} --headless --deterministic "
+                         "--quality fast --frames 60 --json "
+                         "--poses features+markers:{} --subject {},{},{},0.162",
+                         dir, kBoardOfEasel, subject.x(), subject.y(), subject.z()));
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;
   const LightField light_field = ReadLightField(dir);
   EXPECT_EQ(light_field.units, "metres");
@@ -86,9 +87,9 @@ TEST(PoseSourceCapture, GoesOnInTheBoardsFrame) {
   const StandingBoard board = *Scene::Named("easel")->board();
   const Eigen::Vector3d subject = board.board_from_world * Eigen::Vector3d(0, 0, 0.07);
   const auto capture = [&](const std::string& poses, int frames, const std::string& rest) {
-    return RunUlf(
-        fmt::format("capture '{}' -o {} --headless --deterministic --frames {} --json --poses {} {}", device,
-                    dir, frames, poses, rest));
+    return RunUlf(fmt::format(
+        "capture --no-geometry '{}' -o {} --headless --deterministic --frames {} --json --poses {} {}",
+        device, dir, frames, poses, rest));
   };
   const std::string poses = fmt::format("features+markers:{}", kBoardOfEasel);
   const auto first =
@@ -221,10 +222,10 @@ TEST(PoseSourceCapture, ARobotSendsThePoses) {
     while (!over) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     if (fd >= 0) close(fd);
   });
-  const auto captured =
-      RunUlf(fmt::format("capture '{}' -o {} --headless --quality fast --frames 60 --json --poses "
-                         "'tcp:{}?clock=device&connect_s=60&wait_s=20' --subject 0,0,0.07,0.162",
-                         device, (scratch / "field").string(), ntohs(address.sin_port)));
+  const auto captured = RunUlf(
+      fmt::format("capture --no-geometry '{}' -o {} --headless --quality fast --frames 60 --json --poses "
+                  "'tcp:{}?clock=device&connect_s=60&wait_s=20' --subject 0,0,0.07,0.162",
+                  device, (scratch / "field").string(), ntohs(address.sin_port)));
   over = true;
   robot.join();
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;

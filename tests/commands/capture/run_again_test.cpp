@@ -15,8 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 nlohmann::json Capture(const std::string& uri, const fs::path& dir, const std::string& more = "") {
-  const CommandResult result =
-      RunUlf("capture '" + uri + "' -o " + dir.string() + " --headless --deterministic --json " + more);
+  const CommandResult result = RunUlf("capture --no-geometry '" + uri + "' -o " + dir.string() +
+                                      " --headless --deterministic --json " + more);
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   if (result.exit_code != 0) return {};
   return nlohmann::json::parse(result.output);

@@ -313,7 +313,7 @@ TEST(TrackCommand, TrackingSideIsObeyedAndWrongOnesAreRefused) {
   }
   for (const char* option : {"", "--tracking-side full", "--tracking-side 0"})
     EXPECT_EQ(size_of(option)["width"], 320) << option;
-  for (const char* command : {"track sim:studio", "capture sim:studio -o nowhere"})
+  for (const char* command : {"track sim:studio", "capture --no-geometry sim:studio -o nowhere"})
     for (const char* wrong : {"12", "-1", "640.5", "half", "100000"}) {
       const auto refused = test::RunUlf(std::string(command) + " --frames 2 --tracking-side " + wrong);
       EXPECT_EQ(refused.exit_code, 2) << wrong;

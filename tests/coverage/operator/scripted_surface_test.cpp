@@ -108,7 +108,7 @@ TEST(OffscreenCapture, IsPressedAndLookedAt) {
   std::ofstream(lines) << "look " << picture("live.png") << "\npress ?\nlook " << picture("keys.png")
                        << "\nlook no.txt\nfinish\n";
   const std::string capture =
-      "capture 'sim:studio?width=320&height=240&look_away=0' --poses known "
+      "capture --no-geometry 'sim:studio?width=320&height=240&look_away=0' --poses known "
       "--subject 0,0,0.07,0.162 --frames 3000 -o " +
       (scratch / "lf").string();
   const CommandResult alone = RunUlf(capture + " --offscreen");

@@ -107,7 +107,8 @@ TEST(RequestLines, ThroughTheCommand) {
   const std::string requests = scratch / "requests", dir = scratch / "lf";
   std::ofstream(requests) << "tak-back\nfinish";
   const CommandResult result = RunUlf(
-      "capture 'sim:studio?width=160&height=120' --headless --frames 60 --poses known --subject "
+      "capture --no-geometry 'sim:studio?width=160&height=120' --headless --frames 60 --poses known "
+      "--subject "
       "0,0,0,0.2 --json -o " +
       dir + " --requests - < " + requests);
   EXPECT_EQ(result.exit_code, 0) << result.errors;

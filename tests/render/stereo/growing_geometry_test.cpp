@@ -1,4 +1,5 @@
-// Tests: render/stereo/growing_geometry, render/stereo/mesh_of_maps, core/base/stopwatch.
+// Tests: render/stereo/growing_geometry, render/stereo/mesh_of_maps, render/stereo/stereo_view,
+// core/base/stopwatch.
 //
 // Geometry that grows with the views, against the depth that is right.
 #include "render/stereo/growing_geometry.h"
@@ -7,6 +8,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
 
 #include "core/base/quantile.h"
 #include "core/base/stopwatch.h"
@@ -104,6 +106,54 @@ TEST(GrowingGeometry, ViewWaitsForNeighboursAround) {
   while (geometry.MakeNextMap(true)) ++made;
   EXPECT_EQ(made, missing);
   EXPECT_EQ(geometry.MissingMaps(), 0);
+}
+
+TEST(GrowingGeometry, MissingMapsAreMadeAtOnceAndAlikeEveryTime) {
+  const auto made_at_once = [] {
+    GrowingGeometry geometry(Small());
+    geometry.SetSubject(kSubject);
+    for (std::size_t i = 0; i < GridOfViews().size(); ++i)
+      geometry.AddView(static_cast<int>(i), GridOfViews()[i].view);
+    geometry.MakeMissingMaps(0);
+    EXPECT_EQ(geometry.maps(), 0) << "no time, no map";
+    const int missing = geometry.MissingMaps();
+    geometry.MakeMissingMaps(600);
+    EXPECT_EQ(geometry.maps(), missing);
+    return geometry.Maps();
+  };
+  const std::vector<ViewDepth> once = made_at_once(), again = made_at_once();
+  ASSERT_EQ(once.size(), again.size());
+  for (std::size_t i = 0; i < once.size(); ++i)
+    EXPECT_EQ(cv::norm(once[i].depth, again[i].depth, cv::NORM_INF), 0) << i;
+  EXPECT_LT(Quantile(RelativeErrors(once), 0.5), 0.01);
+}
+
+TEST(StereoViewMaker, PictureIsUndistortedAndReduced) {
+  const CameraModel camera = [] {
+    CameraModel distorted = CameraModel::Pinhole(640, 480, 560);
+    distorted.distortion = Distortion::kRadialTangential;
+    distorted.coefficients = {-0.1, 0.02, 0, 0, 0};
+    return distorted;
+  }();
+  // A line that is straight in space is bent in the picture, and straight again afterwards.
+  cv::Mat picture(480, 640, CV_8UC3, cv::Scalar::all(20));
+  const Rigid3 pose;
+  for (double x = -0.6; x < 0.6; x += 0.0005)
+    if (const auto img = camera.ImgFromCam({x, 0.3, 1}))
+      cv::circle(picture, {static_cast<int>(img->x()), static_cast<int>(img->y())}, 3, cv::Scalar::all(250),
+                 -1);
+  StereoViewMaker maker(320);
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    const StereoView view = maker.Make(picture, camera, pose);
+    ASSERT_EQ(view.grey.size(), cv::Size(320, 240));
+    EXPECT_EQ(view.camera.distortion, Distortion::kNone);
+    for (const double x : {-0.5, -0.2, 0.0, 0.3, 0.5}) {
+      const auto img = view.camera.ImgFromCam({x, 0.3, 1});
+      ASSERT_TRUE(img);
+      EXPECT_GT(view.grey.at<float>(static_cast<int>(img->y()), static_cast<int>(img->x())), 180) << x;
+      EXPECT_LT(view.grey.at<float>(static_cast<int>(img->y()) - 6, static_cast<int>(img->x())), 60) << x;
+    }
+  }
 }
 
 TEST(GrowingGeometry, NoMoreMapsThanAsked) {

@@ -283,8 +283,8 @@ TEST(WithoutASubject, CommandsSayWhatIsThereOrAskForOne) {
 
 TEST(WithoutASubject, WhatNeedsASubjectIsRefused) {
   const ScratchFolder scratch;
-  const std::string capture =
-      "capture sim:studio --headless --no-subject -o " + (scratch / "lf").string() + " --frames 2 ";
+  const std::string capture = "capture --no-geometry sim:studio --headless --no-subject -o " +
+                              (scratch / "lf").string() + " --frames 2 ";
   for (const char* with :
        {"--until-covered 60x40", "--subject 0,0,1,0.1", "--subject-size 0.2", "--quality fast",
         "--threshold-px 9", "--operator novice", "--overlay a.png", "--map a.png", "--poses known"}) {
@@ -293,8 +293,8 @@ TEST(WithoutASubject, WhatNeedsASubjectIsRefused) {
     EXPECT_THAT(result.errors, HasSubstr(std::string(with).substr(0, std::string(with).find(' '))));
     EXPECT_THAT(result.errors, HasSubstr("--no-subject"));
   }
-  const CommandResult spacing = RunUlf("capture sim:studio --headless -o " + (scratch / "lf").string() +
-                                       " --frames 2 --parallax-deg 3");
+  const CommandResult spacing = RunUlf("capture --no-geometry sim:studio --headless -o " +
+                                       (scratch / "lf").string() + " --frames 2 --parallax-deg 3");
   EXPECT_EQ(spacing.exit_code, 2);
   EXPECT_THAT(spacing.errors, HasSubstr("--no-subject"));
   EXPECT_FALSE(fs::exists(scratch / "lf"));

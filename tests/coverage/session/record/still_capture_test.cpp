@@ -318,7 +318,7 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   WriteCalibration(calibration, hand.LiveCamera(), "3001234", "test");
   hand.ShootBeforeLiveView();
   const std::string uri = hand.Body().Uri() + "?liveview_fps=10&shutter=1/500";
-  const std::string command = "capture '" + uri +
+  const std::string command = "capture --no-geometry '" + uri +
                               "' --headless --json --quality fast --frames 90 --calibration " +
                               calibration.string() + " -o ";
   const CommandResult refused = RunUlf(command + (scratch_ / "refused").string());
@@ -347,7 +347,7 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   // The session runs again from what was kept, with the intrinsics that it had, and comes to the same.
   for (const char* name : {"again", "once_more"}) {
     const CommandResult again =
-        RunUlf("capture 'replay:" + (scratch_ / "frames").string() +
+        RunUlf("capture --no-geometry 'replay:" + (scratch_ / "frames").string() +
                "' --headless --json --quality fast --deterministic -o " + (scratch_ / name).string());
     ASSERT_EQ(again.exit_code, 0) << again.errors;
     const auto counts = nlohmann::json::parse(again.output)["photographs"];

@@ -1,0 +1,105 @@
+// Geometry while shooting: as views are recorded, a thread that gives way to everything else makes their depth
+// maps and, now and then, a mesh of them (render/stereo/growing_geometry.h). It keeps to a share of one
+// processor. The mesh serves review and measurement while the capture goes on; at the end the maps that are
+// still missing are made on all processors, and the mesh becomes the light field's.
+//
+// A capture never waits for it, but at its end; what fails here is said and fails alone.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/base/mutex.h"
+#include "core/geometry/camera_model.h"
+#include "core/image/image.h"
+#include "core/light_field/light_field.h"
+#include "render/proxy/triangle_mesh.h"
+#include "render/stereo/growing_geometry.h"
+#include "render/stereo/stereo_view.h"
+
+namespace ulf::coverage {
+
+// The mesh of the maps that were there at some moment.
+struct LiveMesh {
+  Subject subject;
+  std::shared_ptr<const render::TriangleMesh> mesh;
+  int maps = 0;
+};
+
+struct LiveGeometryState {
+  int views = 0;                         // that geometry knows
+  int maps = 0;                          // that are made
+  double processor_s = 0;                // that it has taken
+  std::shared_ptr<const LiveMesh> mesh;  // the newest; null: none yet
+};
+
+struct FinishedGeometry {
+  std::shared_ptr<const LiveMesh> mesh;  // null: the views agree on no surface, or there is no subject
+  int maps = 0, missing_maps = 0;        // missing: there was no time for them
+  double seconds = 0;
+};
+
+class LiveGeometry {
+ public:
+  struct Options {
+    render::GrowingGeometryOptions growing;
+    double processor_share = 0.4;  // of one processor, while the capture goes on. Guessed.
+    int first_mesh_maps = 6;       // that make the first mesh. Guessed.
+    double more_maps = 1.35;       // a new mesh when there are so many times as many maps. Guessed.
+    double finish_s = 6;           // for missing maps at the end. Guessed: the whole then takes ten seconds.
+    int niceness = 15;             // of the thread
+    bool threaded = true;          // false: nothing is made before Finish()
+  };
+  // A picture as geometry wants it, 8-bit sRGB; read in the geometry's thread.
+  using ReadPicture = std::function<cv::Mat()>;
+
+  // `say` may be called from another thread.
+  LiveGeometry(const Options& options, std::function<void(const std::string&)> say);
+  ~LiveGeometry();  // waits for the map that is being made
+  LiveGeometry(const LiveGeometry&) = delete;
+  LiveGeometry& operator=(const LiveGeometry&) = delete;
+
+  // These return at once.
+  void SetSubject(const Subject& subject);
+  void AddView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
+  void RemoveView(int id);
+  void MoveViews(const std::map<int, Rigid3>& cam_from_world);
+  LiveGeometryState State() const;
+
+  // Ends the thread, makes what is missing and the mesh of all.
+  FinishedGeometry Finish();
+
+ private:
+  void Do(std::function<void()> change);
+  void Loop();
+  void Work();
+  void MakeMesh(bool in_this_thread);
+  void Fail(const std::string& what);
+
+  const Options options_;
+  const std::function<void(const std::string&)> say_;
+
+  // The thread's own, and after Finish() has ended it the caller's.
+  render::GrowingGeometry growing_;
+  render::StereoViewMaker maker_;
+  std::optional<Subject> subject_;
+  int maps_of_mesh_ = 0;
+  std::uint64_t revision_of_mesh_ = 0;
+  bool failed_ = false;
+
+  mutable Mutex mutex_;
+  ConditionVariable changed_;
+  std::deque<std::function<void()>> changes_ ULF_GUARDED_BY(mutex_);
+  bool over_ ULF_GUARDED_BY(mutex_) = false;
+  LiveGeometryState state_ ULF_GUARDED_BY(mutex_);
+  std::thread thread_;
+};
+
+}  // namespace ulf::coverage

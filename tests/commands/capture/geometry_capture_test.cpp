@@ -1,0 +1,103 @@
+// Tests: coverage/session/record/live_geometry, commands/capture/capture_report.
+//
+// ulf capture leaves a mesh, or says why there is none; a light field is complete without.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/mesh_file.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using test::CommandResult;
+using test::RunUlf;
+using test::ScratchFolder;
+using testing::HasSubstr;
+
+// A light field of a small cap in the simulator's world.
+CommandResult Capture(const fs::path& dir, const std::string& more) {
+  return RunUlf(
+      "capture 'sim:studio?width=320&height=240&look_away=0&row_deg=5&speed_deg_s=25' --headless --poses "
+      "known "
+      "--subject 0,0,0.07,0.162 --quality fast --json -o " +
+      dir.string() + " " + more);
+}
+
+std::string BytesOf(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(GeometryCapture, MeshIsThereWhenTheCaptureEnds) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  const CommandResult run = Capture(dir, "--until-covered 20x14");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto json = nlohmann::json::parse(run.output);
+  EXPECT_GE(json["geometry"]["maps"], 4);
+  const MeshReading mesh = ReadMeshFile(dir / "proxy.ply");
+  EXPECT_EQ(mesh.mesh.triangles.size(), json["geometry"]["triangles"]);
+  EXPECT_GT(mesh.mesh.triangles.size(), 5000u);
+  // It serves a rendering at once.
+  const CommandResult evaluated =
+      RunUlf("evaluate " + dir.string() + " --every 6 --fields lumigraph --proxy plane --proxy mesh --json");
+  ASSERT_EQ(evaluated.exit_code, 0) << evaluated.errors;
+  const auto rows = nlohmann::json::parse(evaluated.output)["results"];
+  ASSERT_EQ(rows.size(), 2u) << evaluated.output;
+  const auto psnr_db = [&](int row) { return rows[row]["all"]["psnr_db"].get<double>(); };
+  EXPECT_GT(psnr_db(1), psnr_db(0) + 3) << "mesh, plane";
+}
+
+TEST(GeometryCapture, NoGeometryMakesNone) {
+  const ScratchFolder scratch;
+  const CommandResult run = Capture(scratch / "lf", "--frames 60 --no-geometry");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_TRUE(nlohmann::json::parse(run.output)["geometry"].is_null());
+  EXPECT_FALSE(fs::exists(scratch / "lf" / "proxy.ply"));
+}
+
+TEST(GeometryCapture, OlderMeshIsKept) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  ASSERT_EQ(Capture(dir, "--frames 60 --no-geometry").exit_code, 0);
+  std::ofstream(dir / "proxy.ply") << "of another program";
+  const CommandResult run = Capture(dir, "--resume --frames 60");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(BytesOf(dir / "kept" / "proxy.ply"), "of another program");
+  EXPECT_THAT(run.errors, HasSubstr("kept"));
+  EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty()) << "earlier views and new ones";
+}
+
+// A folder where no mesh can be written: the views are all there, the mesh that was there is untouched.
+TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  ASSERT_EQ(Capture(dir, "--frames 60 --no-geometry").exit_code, 0);
+  const std::size_t before = ReadLightField(dir).views.size();
+  std::ofstream(dir / "proxy.ply") << "of another program";
+  std::ofstream(dir / "kept") << "not a folder";
+  const CommandResult run = Capture(dir, "--resume --frames 90");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("ulf proxy"));
+  EXPECT_GE(ReadLightField(dir).views.size(), before);
+  EXPECT_EQ(BytesOf(dir / "proxy.ply"), "of another program");
+}
+
+TEST(GeometryCapture, DeterministicMeshIsTheSameTwice) {
+  const ScratchFolder scratch;
+  for (const char* name : {"a", "b"})
+    ASSERT_EQ(Capture(scratch / name, "--frames 80 --deterministic").exit_code, 0);
+  const std::string bytes = BytesOf(scratch / "a" / "proxy.ply");
+  EXPECT_GT(bytes.size(), 10000u);
+  EXPECT_TRUE(bytes == BytesOf(scratch / "b" / "proxy.ply"));
+}
+
+}  // namespace
+}  // namespace ulf

@@ -1,0 +1,214 @@
+// Tests: coverage/session/record/live_geometry.
+//
+// Depth maps and meshes that are made beside a capture: right, within their share, and no harm when they fail.
+#include "coverage/session/record/live_geometry.h"
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <thread>
+
+#include "acquisition/simulator/simulated_camera.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "core/base/mutex.h"
+#include "core/base/quantile.h"
+#include "render/proxy/depth_raster.h"
+#include "render/proxy/mesh_file.h"
+#include "tests/support/floors.h"
+
+namespace ulf {
+namespace {
+
+using Eigen::Vector3d;
+using testing::HasSubstr;
+
+const SimulatedCamera& Studio() {
+  static const SimulatedCamera camera = [] {
+    SimulationOptions options;
+    options.width = 160;
+    options.height = 120;
+    return SimulatedCamera(options);
+  }();
+  return camera;
+}
+
+// Five rows of six views, four degrees apart.
+const std::vector<Rigid3>& Poses() {
+  static const std::vector<Rigid3> poses = [] {
+    std::vector<Rigid3> grid;
+    const Vector3d center = Studio().scene().subject().center_in_world;
+    for (int row = 0; row < 5; ++row)
+      for (int column = 0; column < 6; ++column) {
+        const double azimuth = Radians(4) * (column - 2.5), elevation = Radians(33 + 4 * (row - 2));
+        const Vector3d direction(std::cos(elevation) * std::sin(azimuth),
+                                 -std::cos(elevation) * std::cos(azimuth), std::sin(elevation));
+        grid.push_back(LookAt(center + 0.8 * direction, center, Vector3d::UnitZ()));
+      }
+    return grid;
+  }();
+  return poses;
+}
+
+LiveGeometry::Options Small(bool threaded) {
+  LiveGeometry::Options options;
+  options.growing.size_px = 160;
+  options.growing.least_apart = Radians(5);
+  options.first_mesh_maps = 4;
+  options.threaded = threaded;
+  return options;
+}
+
+void AddAll(LiveGeometry& geometry) {
+  for (std::size_t i = 0; i < Poses().size(); ++i)
+    geometry.AddView(
+        static_cast<int>(i), [i] { return Studio().CleanSrgb(Poses()[i]); }, Studio().camera(), Poses()[i]);
+}
+
+template <typename Condition>
+bool ComesTrue(const Condition& condition, double within_s = 120) {
+  const auto start = std::chrono::steady_clock::now();
+  while (!condition() && SecondsSince(start) < within_s)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  return condition();
+}
+
+TEST(LiveGeometry, MapsAndAMeshAreThereBeforeTheEnd) {
+  LiveGeometry geometry(Small(true), [](const std::string& line) { ADD_FAILURE() << line; });
+  geometry.SetSubject(Studio().scene().subject());
+  AddAll(geometry);
+  EXPECT_TRUE(ComesTrue([&] { return geometry.State().mesh != nullptr; }));
+  EXPECT_EQ(geometry.State().views, static_cast<int>(Poses().size()));
+  EXPECT_GE(geometry.State().maps, 4);
+  EXPECT_GT(geometry.State().processor_s, 0);
+
+  const FinishedGeometry finished = geometry.Finish();
+  ASSERT_TRUE(finished.mesh);
+  EXPECT_GE(finished.maps, finished.mesh->maps);
+  EXPECT_EQ(finished.missing_maps, 0);
+  const CameraModel camera = Studio().camera().WithoutDistortion();
+  const Rigid3& pose = Poses()[14];
+  const cv::Mat inverse = DrawInverseDepth(*finished.mesh->mesh, camera, pose);
+  std::vector<double> errors;
+  for (int y = 10; y < 110; y += 2)
+    for (int x = 10; x < 150; x += 2) {
+      const auto ray = camera.RayFromImg({x + 0.5, y + 0.5});
+      const double depth = Studio().scene().DepthAlong(pose.OriginInSource(), pose.DirectionInSource(*ray)) *
+                           ray->normalized().z();
+      if (inverse.at<float>(y, x) > 0)
+        errors.push_back(std::abs(static_cast<double>(inverse.at<float>(y, x)) * depth - 1));
+    }
+  EXPECT_GT(errors.size(), 2500u) << "of 3,500";
+  EXPECT_LT(Quantile(errors, 0.5), 0.01);
+}
+
+TEST(LiveGeometry, WithoutAThreadTheSameViewsGiveTheSameMesh) {
+  const auto mesh = [] {
+    LiveGeometry geometry(Small(false), [](const std::string& line) { ADD_FAILURE() << line; });
+    AddAll(geometry);
+    geometry.SetSubject(Studio().scene().subject());
+    EXPECT_EQ(geometry.State().maps, 0) << "nothing is made before the end";
+    const FinishedGeometry finished = geometry.Finish();
+    return finished.mesh ? MeshPlyBytes(*finished.mesh->mesh) : std::string();
+  };
+  const std::string once = mesh();
+  EXPECT_GT(once.size(), 10000u);
+  EXPECT_TRUE(once == mesh());
+}
+
+TEST(LiveGeometry, TakesNoMoreThanItsShareOfAProcessor) {
+  LiveGeometry::Options options = Small(true);
+  options.processor_share = 0.1;
+  options.growing.least_apart = Radians(1);
+  options.first_mesh_maps = 1000;  // maps alone: each takes about a tenth of a second
+  LiveGeometry geometry(options, [](const std::string&) {});
+  geometry.SetSubject(Studio().scene().subject());
+  AddAll(geometry);
+  ASSERT_TRUE(ComesTrue([&] { return geometry.State().maps > 0; }));
+  const auto start = std::chrono::steady_clock::now();
+  const LiveGeometryState before = geometry.State();
+  std::this_thread::sleep_for(std::chrono::seconds(4));
+  const double took_s = geometry.State().processor_s - before.processor_s;
+  constexpr double kOneMap_s = 1.5;  // at most, and it may be done at the very end
+  EXPECT_LT(took_s, 0.1 * SecondsSince(start) + kOneMap_s);
+  EXPECT_GT(geometry.State().maps, 0);
+}
+
+TEST(LiveGeometry, ViewThatWasTakenBackGivesNoGeometry) {
+  LiveGeometry geometry(Small(false), [](const std::string& line) { ADD_FAILURE() << line; });
+  geometry.SetSubject(Studio().scene().subject());
+  AddAll(geometry);
+  for (int id = 0; id < static_cast<int>(Poses().size()) - 1; ++id) geometry.RemoveView(id);
+  const FinishedGeometry finished = geometry.Finish();
+  EXPECT_EQ(finished.maps, 0);
+  EXPECT_FALSE(finished.mesh);
+}
+
+TEST(LiveGeometry, ViewsThatMovedMoveTheMesh) {
+  const auto middle_of_mesh = [](const Vector3d& moved) {
+    LiveGeometry geometry(Small(false), [](const std::string& line) { ADD_FAILURE() << line; });
+    Subject subject = Studio().scene().subject();
+    subject.center_in_world += moved;
+    geometry.SetSubject(subject);
+    AddAll(geometry);
+    std::map<int, Rigid3> poses;
+    for (std::size_t i = 0; i < Poses().size(); ++i) {
+      Rigid3 pose = Poses()[i];
+      pose.translation -= pose.rotation * moved;
+      poses[static_cast<int>(i)] = pose;
+    }
+    geometry.MoveViews(poses);
+    const FinishedGeometry finished = geometry.Finish();
+    Vector3d middle = Vector3d::Zero();
+    if (!finished.mesh) return middle;
+    for (const Eigen::Vector3f& vertex : finished.mesh->mesh->vertices) middle += vertex.cast<double>();
+    return Vector3d(middle / static_cast<double>(finished.mesh->mesh->vertices.size()));
+  };
+  const Vector3d moved(0.5, -0.2, 0.1);
+  EXPECT_LT((middle_of_mesh(moved) - middle_of_mesh(Vector3d::Zero()) - moved).norm(), 0.01);
+}
+
+// What fails is said once, and ends nothing but the geometry.
+TEST(LiveGeometry, PictureThatCannotBeReadIsSaidOnce) {
+  Mutex mutex;
+  std::vector<std::string> said;
+  LiveGeometry geometry(Small(true), [&](const std::string& line) {
+    const MutexLock lock(mutex);
+    said.push_back(line);
+  });
+  geometry.SetSubject(Studio().scene().subject());
+  for (int id = 0; id < 5; ++id)
+    geometry.AddView(
+        id, []() -> cv::Mat { throw ulf::Error("view 000003.tif: cut short"); }, Studio().camera(), Poses()[0]);
+  EXPECT_TRUE(ComesTrue([&] {
+    const MutexLock lock(mutex);
+    return !said.empty();
+  }));
+  EXPECT_FALSE(geometry.Finish().mesh);
+  const MutexLock lock(mutex);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_THAT(said[0], HasSubstr("000003.tif"));
+  EXPECT_THAT(said[0], HasSubstr("ulf proxy"));
+}
+
+TEST(LiveGeometry, WithoutASubjectThereIsNoMesh) {
+  LiveGeometry geometry(Small(true), [](const std::string& line) { ADD_FAILURE() << line; });
+  AddAll(geometry);
+  EXPECT_FALSE(geometry.Finish().mesh);
+}
+
+TEST(LiveGeometry, EndsAtOnceWhenItIsDropped) {
+  const auto start = std::chrono::steady_clock::now();
+  {
+    LiveGeometry::Options options = Small(true);
+    options.processor_share = 0.001;  // rests for minutes between two maps
+    LiveGeometry geometry(options, [](const std::string&) {});
+    geometry.SetSubject(Studio().scene().subject());
+    AddAll(geometry);
+    EXPECT_TRUE(ComesTrue([&] { return geometry.State().maps > 0; }));
+  }
+  EXPECT_LT(SecondsSince(start), 100);
+}
+
+}  // namespace
+}  // namespace ulf
