@@ -58,7 +58,8 @@ struct CaptureOptions {
   // Set: no subject, no coverage map and no cap; photographs of a walk (posed_photographs.h).
   std::optional<PhotographSpacing> without_subject;
   DecisionLimits limits;
-  bool geometry = false;  // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
+  bool geometry =
+      false;  // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
   bool deterministic = false;
   std::uint64_t max_frames = 0;  // 0: no limit
   double max_seconds = 0;        // of the device's time; 0: no limit

@@ -60,7 +60,7 @@ CaptureRecord::CaptureRecord(LightFieldWriter writer, const Options& options,
       earlier_reasons_(writer.Contents().reasons),
       resumed_subject_(writer.Contents().subject),
       views_(writer.Contents()),
-      geometry_(options.geometry ? std::make_unique<LiveGeometry>(*options.geometry, say_) : nullptr),
+      geometry_(options.geometry ? std::make_unique<LiveGeometry>(*options.geometry) : nullptr),
       spool_(AfterEarlierViews(std::move(writer)), options.spool_views, !options.deterministic) {}
 
 LightFieldWriter CaptureRecord::AfterEarlierViews(LightFieldWriter writer) {
@@ -76,16 +76,24 @@ void CaptureRecord::AddEarlierViews(const LightField& light_field) {
         earlier->CameraOf(view), view.cam_from_world);
 }
 
+void CaptureRecord::SayGeometryProblem() {
+  if (const auto problem = geometry_->TakeProblem()) say_(*problem);
+}
+
 // The mesh that was there may be of another program, or a finer one: it is kept.
 FinishedGeometry CaptureRecord::FinishGeometry(const std::filesystem::path& root) {
   FinishedGeometry finished = geometry_->Finish();
+  SayGeometryProblem();
   if (!finished.mesh) return finished;
   const std::filesystem::path file = root / render::kMeshProxyFile;
+  std::optional<std::filesystem::path> kept;
   try {
-    if (const auto kept = MoveToKept(root, render::kMeshProxyFile, render::kMeshProxyFile))
-      say_(fmt::format("the mesh that was there is kept: {}", kept->string()));
+    kept = MoveToKept(root, render::kMeshProxyFile, render::kMeshProxyFile);
     render::WriteMeshPly(file, *finished.mesh->mesh);
+    if (kept) say_(fmt::format("the mesh that was there is kept: {}", kept->string()));
   } catch (const std::exception& error) {
+    std::error_code still_kept;
+    if (kept) std::filesystem::rename(*kept, file, still_kept);
     say_(fmt::format("{}; the light field is complete without a mesh, ulf proxy makes it", error.what()));
     finished.mesh = nullptr;
   }
@@ -151,9 +159,11 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   poses.NoteView(*id, track);
   if (track.seen) spool_.ExpectSeenPoints(track.seen->size());
   views_.Add({*id, track.anchor, view.cam_from_world});
-  if (geometry_)
+  if (geometry_) {
+    SayGeometryProblem();
     geometry_->AddView(
         *id, [image = frame.image] { return Srgb8(image); }, options_.camera, view.cam_from_world);
+  }
   if (!map_) return id;
   auto map = std::make_shared<CoverageMap>(*map_);
   map->Add(CriterionView::From(options_.camera, view.cam_from_world, options_.coverage_width_px));

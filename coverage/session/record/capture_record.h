@@ -93,6 +93,7 @@ class CaptureRecord {
   void DropCoveredAgain();
   LightFieldWriter AfterEarlierViews(LightFieldWriter writer);
   void AddEarlierViews(const LightField& light_field);
+  void SayGeometryProblem();
   FinishedGeometry FinishGeometry(const std::filesystem::path& root);
   std::string ReopenedInWords(double share) const;
 

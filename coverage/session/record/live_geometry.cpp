@@ -17,8 +17,8 @@
 
 namespace ulf::coverage {
 
-LiveGeometry::LiveGeometry(const Options& options, std::function<void(const std::string&)> say)
-    : options_(options), say_(std::move(say)), growing_(options.growing), maker_(options.growing.size_px) {
+LiveGeometry::LiveGeometry(const Options& options)
+    : options_(options), growing_(options.growing), maker_(options.growing.size_px) {
   if (options_.threaded) thread_ = std::thread([this] { Loop(); });
 }
 
@@ -66,8 +66,14 @@ LiveGeometryState LiveGeometry::State() const {
 }
 
 void LiveGeometry::Fail(const std::string& what) {
-  if (!std::exchange(failed_, true))
-    say_(fmt::format("geometry: {}; the capture goes on without it, ulf proxy makes it afterwards", what));
+  if (std::exchange(failed_, true)) return;
+  const MutexLock lock(mutex_);
+  problem_ = fmt::format("geometry: {}; the capture goes on without it, ulf proxy makes it afterwards", what);
+}
+
+std::optional<std::string> LiveGeometry::TakeProblem() {
+  const MutexLock lock(mutex_);
+  return std::exchange(problem_, std::nullopt);
 }
 
 void LiveGeometry::MakeMesh(bool in_this_thread) {

@@ -60,8 +60,7 @@ class LiveGeometry {
   // A picture as geometry wants it, 8-bit sRGB; read in the geometry's thread.
   using ReadPicture = std::function<cv::Mat()>;
 
-  // `say` may be called from another thread.
-  LiveGeometry(const Options& options, std::function<void(const std::string&)> say);
+  explicit LiveGeometry(const Options& options);
   ~LiveGeometry();  // waits for the map that is being made
   LiveGeometry(const LiveGeometry&) = delete;
   LiveGeometry& operator=(const LiveGeometry&) = delete;
@@ -72,6 +71,8 @@ class LiveGeometry {
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
   LiveGeometryState State() const;
+  // Why there will be no geometry, once; none: nothing new. For the caller to say: the failure was in another thread.
+  std::optional<std::string> TakeProblem();
 
   // Ends the thread, makes what is missing and the mesh of all.
   FinishedGeometry Finish();
@@ -84,7 +85,6 @@ class LiveGeometry {
   void Fail(const std::string& what);
 
   const Options options_;
-  const std::function<void(const std::string&)> say_;
 
   // The thread's own, and after Finish() has ended it the caller's.
   render::GrowingGeometry growing_;
@@ -99,6 +99,7 @@ class LiveGeometry {
   std::deque<std::function<void()>> changes_ ULF_GUARDED_BY(mutex_);
   bool over_ ULF_GUARDED_BY(mutex_) = false;
   LiveGeometryState state_ ULF_GUARDED_BY(mutex_);
+  std::optional<std::string> problem_ ULF_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

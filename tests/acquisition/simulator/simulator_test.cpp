@@ -140,7 +140,8 @@ TEST(RayCaster, PosesAndPicturesAgree) {
         continue;
       }
       ++visible;
-      if (scene->primitives()[static_cast<std::size_t>(scene->PartAlong(b.OriginInSource(), ray_b))].finish != Finish::kMatte)
+      if (scene->primitives()[static_cast<std::size_t>(scene->PartAlong(b.OriginInSource(), ray_b))].finish !=
+          Finish::kMatte)
         continue;
       const auto at = [](const cv::Mat& image, const Vector2d& where) {
         cv::Mat patch;
@@ -162,8 +163,9 @@ TEST(RayCaster, OnlyTheGlazeFollowsTheEye) {
   const auto scene = Scene::Named("studio");
   const CameraModel camera = SimulatedIntrinsics(640, 480);
   const RayCaster caster(scene, camera);
-  const auto glossy = std::find_if(scene->primitives().begin(), scene->primitives().end(),
-                                   [](const Primitive& primitive) { return primitive.finish == Finish::kGlazed; });
+  const auto glossy =
+      std::find_if(scene->primitives().begin(), scene->primitives().end(),
+                   [](const Primitive& primitive) { return primitive.finish == Finish::kGlazed; });
   ASSERT_NE(glossy, scene->primitives().end());
   const int part = static_cast<int>(glossy - scene->primitives().begin());
   double most = 0;

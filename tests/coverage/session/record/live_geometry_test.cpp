@@ -11,7 +11,6 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
-#include "core/base/mutex.h"
 #include "core/base/quantile.h"
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/mesh_file.h"
@@ -74,7 +73,7 @@ bool ComesTrue(const Condition& condition, double within_s = 120) {
 }
 
 TEST(LiveGeometry, MapsAndAMeshAreThereBeforeTheEnd) {
-  LiveGeometry geometry(Small(true), [](const std::string& line) { ADD_FAILURE() << line; });
+  LiveGeometry geometry(Small(true));
   geometry.SetSubject(Studio().scene().subject());
   AddAll(geometry);
   EXPECT_TRUE(ComesTrue([&] { return geometry.State().mesh != nullptr; }));
@@ -83,6 +82,7 @@ TEST(LiveGeometry, MapsAndAMeshAreThereBeforeTheEnd) {
   EXPECT_GT(geometry.State().processor_s, 0);
 
   const FinishedGeometry finished = geometry.Finish();
+  EXPECT_EQ(geometry.TakeProblem(), std::nullopt);
   ASSERT_TRUE(finished.mesh);
   EXPECT_GE(finished.maps, finished.mesh->maps);
   EXPECT_EQ(finished.missing_maps, 0);
@@ -104,7 +104,7 @@ TEST(LiveGeometry, MapsAndAMeshAreThereBeforeTheEnd) {
 
 TEST(LiveGeometry, WithoutAThreadTheSameViewsGiveTheSameMesh) {
   const auto mesh = [] {
-    LiveGeometry geometry(Small(false), [](const std::string& line) { ADD_FAILURE() << line; });
+    LiveGeometry geometry(Small(false));
     AddAll(geometry);
     geometry.SetSubject(Studio().scene().subject());
     EXPECT_EQ(geometry.State().maps, 0) << "nothing is made before the end";
@@ -121,7 +121,7 @@ TEST(LiveGeometry, TakesNoMoreThanItsShareOfAProcessor) {
   options.processor_share = 0.1;
   options.growing.least_apart = Radians(1);
   options.first_mesh_maps = 1000;  // maps alone: each takes about a tenth of a second
-  LiveGeometry geometry(options, [](const std::string&) {});
+  LiveGeometry geometry(options);
   geometry.SetSubject(Studio().scene().subject());
   AddAll(geometry);
   ASSERT_TRUE(ComesTrue([&] { return geometry.State().maps > 0; }));
@@ -135,7 +135,7 @@ TEST(LiveGeometry, TakesNoMoreThanItsShareOfAProcessor) {
 }
 
 TEST(LiveGeometry, ViewThatWasTakenBackGivesNoGeometry) {
-  LiveGeometry geometry(Small(false), [](const std::string& line) { ADD_FAILURE() << line; });
+  LiveGeometry geometry(Small(false));
   geometry.SetSubject(Studio().scene().subject());
   AddAll(geometry);
   for (int id = 0; id < static_cast<int>(Poses().size()) - 1; ++id) geometry.RemoveView(id);
@@ -146,7 +146,7 @@ TEST(LiveGeometry, ViewThatWasTakenBackGivesNoGeometry) {
 
 TEST(LiveGeometry, ViewsThatMovedMoveTheMesh) {
   const auto middle_of_mesh = [](const Vector3d& moved) {
-    LiveGeometry geometry(Small(false), [](const std::string& line) { ADD_FAILURE() << line; });
+    LiveGeometry geometry(Small(false));
     Subject subject = Studio().scene().subject();
     subject.center_in_world += moved;
     geometry.SetSubject(subject);
@@ -170,29 +170,26 @@ TEST(LiveGeometry, ViewsThatMovedMoveTheMesh) {
 
 // What fails is said once, and ends nothing but the geometry.
 TEST(LiveGeometry, PictureThatCannotBeReadIsSaidOnce) {
-  Mutex mutex;
-  std::vector<std::string> said;
-  LiveGeometry geometry(Small(true), [&](const std::string& line) {
-    const MutexLock lock(mutex);
-    said.push_back(line);
-  });
+  LiveGeometry geometry(Small(true));
   geometry.SetSubject(Studio().scene().subject());
   for (int id = 0; id < 5; ++id)
     geometry.AddView(
-        id, []() -> cv::Mat { throw ulf::Error("view 000003.tif: cut short"); }, Studio().camera(), Poses()[0]);
+        id, []() -> cv::Mat { throw ulf::Error("view 000003.tif: cut short"); }, Studio().camera(),
+        Poses()[0]);
+  std::optional<std::string> problem;
   EXPECT_TRUE(ComesTrue([&] {
-    const MutexLock lock(mutex);
-    return !said.empty();
+    if (!problem) problem = geometry.TakeProblem();
+    return problem.has_value();
   }));
   EXPECT_FALSE(geometry.Finish().mesh);
-  const MutexLock lock(mutex);
-  ASSERT_EQ(said.size(), 1u);
-  EXPECT_THAT(said[0], HasSubstr("000003.tif"));
-  EXPECT_THAT(said[0], HasSubstr("ulf proxy"));
+  ASSERT_TRUE(problem);
+  EXPECT_THAT(*problem, HasSubstr("000003.tif"));
+  EXPECT_THAT(*problem, HasSubstr("ulf proxy"));
+  EXPECT_FALSE(geometry.TakeProblem()) << "once";
 }
 
 TEST(LiveGeometry, WithoutASubjectThereIsNoMesh) {
-  LiveGeometry geometry(Small(true), [](const std::string& line) { ADD_FAILURE() << line; });
+  LiveGeometry geometry(Small(true));
   AddAll(geometry);
   EXPECT_FALSE(geometry.Finish().mesh);
 }
@@ -202,7 +199,7 @@ TEST(LiveGeometry, EndsAtOnceWhenItIsDropped) {
   {
     LiveGeometry::Options options = Small(true);
     options.processor_share = 0.001;  // rests for minutes between two maps
-    LiveGeometry geometry(options, [](const std::string&) {});
+    LiveGeometry geometry(options);
     geometry.SetSubject(Studio().scene().subject());
     AddAll(geometry);
     EXPECT_TRUE(ComesTrue([&] { return geometry.State().maps > 0; }));
