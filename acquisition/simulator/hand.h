@@ -8,8 +8,8 @@
 // trembles and drifts, varies its distance, and sometimes looks away for about a second, during which its
 // position stays the same.
 //
-// World frame metres, time in seconds from the start. Cap angles are those of docs/architecture.md: longitude
-// and latitude about the first direction, with the scene's up straightened to be perpendicular to it.
+// World frame metres, time in seconds from the start. Cap angles are longitude and latitude about the first
+// direction, with the scene's up straightened to be perpendicular to it.
 #pragma once
 
 #include <Eigen/Core>

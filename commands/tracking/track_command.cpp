@@ -230,21 +230,29 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--plot", args->plot,
                       "Picture of the run, .png, .svg or .pdf: the path from above and from behind, error, "
                       "quality and points over time");
-  command->add_option("--calibration", args->calibration, "Intrinsics")->check(CLI::ExistingFile);
+  command
+      ->add_option("--calibration", args->calibration,
+                   "Intrinsics, a file of ulf calibrate (default: the device's own, where it has some)")
+      ->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(Positive());
   command->add_option("--poses", args->poses, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
-  command->add_option("--fps", args->fps, "Frame rate of a replayed folder")->check(Positive());
+  command
+      ->add_option("--fps", args->fps,
+                   "Frame rate of a replayed folder (default: the one that its files tell)")
+      ->check(Positive());
   command
       ->add_option(
           "--speed", args->speed,
           "Speed of a recording: 1 for real time, N for N times as fast; none or 0: as fast as possible")
       ->check(NonNegative());
   command->add_option("--frames", args->frames, "Stop after this many frames")->check(Positive());
-  command->add_option("--features", args->features, "Features per frame")->check(CLI::Range(200, 5000));
+  command->add_option("--features", args->features, "Features per frame")
+      ->check(CLI::Range(200, 5000))
+      ->capture_default_str();
   AddTrackingSideOption(*command, args->tracking_side_px);
-  command->add_option("--seed", args->seed, "Seed of every random draw");
+  command->add_option("--seed", args->seed, "Seed of every random draw")->capture_default_str();
   command->add_flag("--deterministic", args->deterministic, "One thread, same result every time");
   command->add_flag("--benchmark", args->benchmark,
                     "Also time cv::ORB with 1000 features on the same frames");

@@ -24,7 +24,7 @@ struct ProxyOptions {
   int size_px = 480;    // longer side of the photographs that are compared. Guessed.
   int depth_maps = 60;  // at most. Guessed.
   int neighbours = 8;   // with which a view is compared. Guessed.
-  MapsMeshOptions mesh;
+  MapsMeshOptions mesh = {};
   SweepDevice device = SweepDevice::kAuto;
 };
 
