@@ -2,6 +2,7 @@
 #include "tests/support/floors.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -25,7 +26,7 @@ std::function<float(double, double)> Mottled(double finest, unsigned seed) {
   return [waves](double u, double v) {
     double sum = 0;
     for (const Wave& wave : waves) sum += std::sin(wave.a * u + wave.b * v + wave.phase);
-    return static_cast<float>(120 + 22 * sum);
+    return std::clamp(static_cast<float>(127 + 16 * sum), 0.0f, 255.0f);
   };
 }
 

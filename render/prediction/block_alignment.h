@@ -1,0 +1,77 @@
+// By how much one picture is displaced against another, block by block: a translation of each block that makes
+// them equal (Lucas and Kanade 1981, from coarse to fine), and how sure it is.
+//
+// A block's mean brightness plays no part, so that light that differs is not taken for displacement. Blocks
+// without texture, and along straight edges, cannot be measured in every direction: their covariance says so.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace ulf::render {
+
+// The side of a block. Guessed: smaller blocks are noisier, larger ones mix surfaces. Fixed, so that a row of a
+// block is one vector operation.
+inline constexpr int kBlockPx = 12;
+
+// Noise variance of a smoothed picture's gradients, along x or y, over its own: both kernels are known.
+inline constexpr double kGradientNoiseShare = 0.417;
+
+struct BlockAlignmentOptions {
+  double least_valid = 0.75;  // share of a block's pixels. Guessed.
+  int iterations = 4;         // on each of the two levels
+  double most_shift_px = 6;   // larger displacements are not found. Guessed.
+  bool every_other = false;   // the black squares of a chessboard alone
+};
+
+struct BlockShift {
+  int column = 0, row = 0;                              // of the grid of blocks
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();  // of the block, in pixels of the frame
+  // What the prediction shows at x + shift the frame shows at x.
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d covariance =
+      Eigen::Matrix2d::Identity();  // px^2, from the pictures' noise and what remains
+  bool converged = false;  // no shift within most_shift_px and the valid pixels makes the block more alike
+  // Mean squares of the difference, grey values squared: as predicted, after the shift, and after shift and a
+  // factor of the block's own brightness.
+  double mse = 0, mse_shifted = 0, mse_leveled = 0;
+  double detail = 0, predicted_detail = 0;  // mean square gradients of the frame and of the prediction
+  double contrast = 0;                      // mean square of the frame's differences from the block's mean
+  double valid_share = 0;                   // of its pixels
+};
+
+class BlockAlignment {
+ public:
+  // Both CV_32F of one size; `valid`: of one channel, not 0 where `predicted` has a value.
+  BlockAlignment(const cv::Mat& frame, const cv::Mat& predicted, const cv::Mat& valid,
+                 const BlockAlignmentOptions& options = {});
+
+  // Without blocks that have too few valid pixels. Noise variances of the frame, smoothed as Smoothed() of
+  // frame_predictor.h does, and of the difference of the two pictures.
+  std::vector<BlockShift> Blocks(double frame_noise_variance, double noise_variance) const;
+  // As BlockShift::mse, after another shift than the block's own.
+  double MeanSquareAfter(const BlockShift& block, const Eigen::Vector2d& shift_px) const;
+
+ private:
+  // Both pictures at one size, with the frame's gradients.
+  struct Level {
+    cv::Mat frame, predicted, valid;  // valid: CV_32F, 1 or 0
+    cv::Mat by_x, by_y, predicted_gradient2;
+  };
+  struct Sums;
+  struct Found;
+  static Level MakeLevel(const cv::Mat& frame, const cv::Mat& predicted, const cv::Mat& valid);
+  static Level Halved(const Level& fine);
+  static Sums SumsOf(const Level& level, const cv::Rect& block, const Eigen::Vector2d& shift);
+  static void SetDetail(const Level& level, const cv::Rect& rect, BlockShift& block);
+  static Eigen::Matrix2d CovarianceOf(const Sums& sums, double frame_noise_variance, double noise_variance);
+  Found Align(const Level& level, const cv::Rect& block, const Eigen::Vector2d& start, double least_pixels,
+              double most_px) const;
+  static cv::Rect BlockAt(const Eigen::Vector2d& center_px, const cv::Size& size);
+
+  BlockAlignmentOptions options_;
+  Level fine_, coarse_;
+};
+
+}  // namespace ulf::render

@@ -1,0 +1,111 @@
+// What the recorded views say a new frame shows, before that frame is recorded itself: their small pictures are
+// projected over the mesh into the frame and blended. Compared with the frame (prediction_error.h) it is the
+// light field's error at a viewpoint that it does not have.
+//
+// The views are the nearest in direction from the subject, weighted as in unstructured lumigraph rendering
+// (Buehler et al. 2001): a view's weight falls to 0 at the direction of the first view that is left out. Each
+// view is brought to the frame's exposure first, by one factor for its display-encoded values.
+//
+// Without threads. Pictures are grey and reduced: a few milliseconds a frame.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "core/light_field/light_field.h"
+#include "render/proxy/shadow_map.h"
+#include "render/proxy/triangle_mesh.h"
+#include "render/stereo/stereo_view.h"
+
+namespace ulf::render {
+
+// One view's part of a prediction.
+struct PredictedByView {
+  int id = 0;         // View::id
+  cv::Mat grey;       // as PredictedFrame::grey
+  cv::Mat seen;       // CV_32F, 1 where the view sees the point, else 0
+  double weight = 0;  // in the blend; of all views they sum to 1
+  double gain = 1;    // by which its values were multiplied
+};
+
+struct PredictedFrame {
+  cv::Mat grey;           // CV_32F, as StereoView::grey, smoothed as Smoothed() does; 0 where no view sees
+  cv::Mat valid;          // CV_8U, 255 where at least one view sees the point
+  cv::Mat inverse_depth;  // CV_32F, of the mesh, its holes filled
+  cv::Mat on_mesh;        // CV_8U, 255 where the mesh itself is
+  // CV_32F: how far the views' values lie from their mean, grey values squared.
+  cv::Mat variance_of_views;
+  double noise_share = 1;              // of a view's noise variance that the blend keeps
+  std::vector<PredictedByView> views;  // the nearest first
+  double nearest_view_angle = 0;       // radians, from the subject
+  double farthest_view_angle = 0;
+  // 0: the views stand all round the frame, as seen from the subject; 1: all on one side.
+  double one_sided = 0;
+};
+
+struct FramePredictorOptions {
+  int views = 4;  // that are blended. Guessed: as many as fill a pixel of the renderer.
+  // A view does not see a point that lies behind the mesh by more than this share of its depth. Guessed: twice
+  // that of the renderer's shadow maps, because the mesh is coarser.
+  double hidden_behind = 0.02;
+  double nearest_angle = 0.002;  // radians; a nearer view has the frame's own viewpoint. Guessed.
+  // A factor of exposure beyond this, or its inverse, is not looked for.
+  double most_gain = 8;
+};
+
+// Pictures that are compared are smoothed first (3x3, binomial): what the interpolation between pixels loses
+// is not the light field's error.
+cv::Mat Smoothed(const cv::Mat& grey);
+inline constexpr double kSmoothedNoiseShare = 0.140625;  // of the noise's variance that stays
+
+class FramePredictor {
+ public:
+  explicit FramePredictor(const FramePredictorOptions& options = {}) : options_(options) {}
+
+  void SetGeometry(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh);
+  bool has_geometry() const { return mesh_ != nullptr; }
+  const Subject& subject() const { return subject_; }
+  // `id`: View::id. `read` gives its small picture when a frame near it is predicted.
+  void AddView(int id, const Rigid3& cam_from_world, std::function<StereoView()> read);
+  void AddView(int id, const StereoView& view);
+  void RemoveView(int id) { views_.erase(id); }
+  void MoveViews(const std::map<int, Rigid3>& cam_from_world);
+  int views() const { return static_cast<int>(views_.size()); }
+
+  // Between the directions from the subject of `center_in_world` and of the nearest view, radians; infinite
+  // without views.
+  double NearestViewAngle(const Eigen::Vector3d& center_in_world) const;
+  // None without geometry, or when no view sees any of the frame.
+  std::optional<PredictedFrame> Predict(const StereoView& frame);
+
+ private:
+  struct Entry {
+    Rigid3 cam_from_world;
+    Eigen::Vector3d center_in_world;
+    std::function<StereoView()> read;
+    std::optional<StereoView> view;   // smoothed, grey as CV_8U; none: not read yet
+    std::optional<ShadowMap> hidden;  // none: not made since the mesh or the view changed
+  };
+  struct Near {
+    double angle = 0;
+    int id = 0;
+    Entry* entry = nullptr;
+  };
+  static StereoView AsKept(StereoView view);
+  static const StereoView& PictureOf(Entry& entry);
+  double OneSided(const Eigen::Vector3d& center_in_world, const std::vector<Near>& near) const;
+  std::vector<Near> NearestTo(const Eigen::Vector3d& center_in_world, std::size_t count);
+
+  FramePredictorOptions options_;
+  Subject subject_;
+  std::shared_ptr<const TriangleMesh> mesh_;
+  std::map<int, Entry> views_;
+};
+
+}  // namespace ulf::render
