@@ -41,9 +41,9 @@ namespace fs = std::filesystem;
 
 void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
                    const coverage::CaptureSummary& summary) {
-  if (args.overlay.empty() && args.map.empty()) return;
+  if (args.overlay.empty() && args.map.empty() && args.error_map.empty()) return;
   if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
-    fmt::print(stderr, "no view was recorded: --overlay and --map write no pictures\n");
+    fmt::print(stderr, "no view was recorded: --overlay, --map and --error-map write no pictures\n");
     return;
   }
   const Rigid3& cam_from_world = summary.last_recorded->cam_from_world;
@@ -59,6 +59,12 @@ void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
   }
   if (!args.map.empty())
     WritePictureFile(args.map, coverage::DrawCoverageMap(*summary.map, {.cam_from_world = cam_from_world}));
+  if (args.error_map.empty()) return;
+  if (summary.errors && summary.measured)
+    WritePictureFile(args.error_map,
+                     coverage::DrawErrorMap(*summary.map, *summary.errors, summary.measured->cover.db));
+  else
+    fmt::print(stderr, "--error-map: no errors were measured, which needs geometry; it is not written\n");
 }
 
 void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary,
@@ -142,7 +148,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
         "pictures; "
         "{}",
         args.headless ? "leave out --headless, which has no display" : "give --requests, too");
-  for (const std::string& picture : {args.overlay, args.map})
+  for (const std::string& picture : {args.overlay, args.map, args.error_map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) acquisition::RequireNewRecording(args.keep_frames);
   std::optional<coverage::RequestLines> request_lines;  // refused before anything is written
@@ -269,9 +275,19 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "of it; with --resume as before); none: until stopped");
   command->add_option("--quality", args->quality, "Threshold by name: high 7 px, fast 12 px (default: high)")
       ->check(CLI::IsMember({"high", "fast"}));
-  command->add_option("--threshold-px", args->threshold_px, "Largest error in pixels");
+  command->add_option("--threshold-px", args->threshold_px,
+                      "Largest error of the bound, in pixels of the coverage image (default: 7)");
   command->add_option("--coverage-width", args->coverage_width_px,
                       "Width of the image that the threshold refers to (default: 640)");
+  command
+      ->add_option(
+          "--cover", args->cover,
+          fmt::format(
+              "What makes a viewpoint covered: bound (the threshold), measured or measured:DB (frames "
+              "are predicted well enough by the recorded views; DB: this well, default {:g}), both or "
+              "both:DB (docs/guidance.md)",
+              coverage::CoverGoal{}.db))
+      ->capture_default_str();
   AddIntrinsicsOptions(*command, args->intrinsics);
   command->add_option("--poses", args->poses_text, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
@@ -311,6 +327,8 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--overlay", args->overlay,
                       "Write a picture: the last recorded frame with the painted sphere");
   command->add_option("--map", args->map, "Write a picture: the coverage map");
+  command->add_option("--error-map", args->error_map,
+                      "Write a picture: the errors that were measured at frames");
   command
       ->add_option("--truth", args->truth,
                    "True poses (TUM, device times): print the tracker's error at the end")

@@ -85,8 +85,10 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
                       tracked, summary.recorded);
   if (summary.taken_back > 0)
     text += fmt::format("taken back     {}, kept in unposed/\n", Counted(summary.taken_back, "view"));
-  text += fmt::format("time           tracking {:.1f} ms, decision {:.3f} ms a frame (medians)\n",
-                      summary.ms_track_median, summary.ms_decide_median);
+  text +=
+      fmt::format("time           tracking {:.1f} ms, decision {:.3f} ms{} a frame (medians)\n",
+                  summary.ms_track_median, summary.ms_decide_median,
+                  summary.measured ? fmt::format(", measuring {:.0f} ms", summary.measured->ms_median) : "");
   if (summary.stills.asked + summary.stills.arrived > 0)
     text += fmt::format(
         "photographs    {} asked for, {} arrived, {} recorded; kept in unposed/: {} not needed by then, {} "
@@ -133,6 +135,8 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
         {"missing_maps", summary.geometry->missing_maps},
         {"triangles", summary.geometry->mesh ? summary.geometry->mesh->mesh->triangles.size() : 0},
         {"seconds", summary.geometry->seconds}};
+  json["ms_measure_median"] = nullptr;
+  if (summary.measured) json["ms_measure_median"] = summary.measured->ms_median;
   json["calibration"] = ToJson(summary.calibration);
   json["rolling_shutter"] = ToJson(summary.rolling_shutter);
   json["set_aside"] = nlohmann::json::object();

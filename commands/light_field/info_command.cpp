@@ -1,4 +1,4 @@
-// ulf info: a light field in one row.
+// ulf info: what a light field holds, in some ten lines.
 
 #include <fmt/core.h>
 
@@ -34,7 +34,8 @@ int RunInfo(const InfoArgs& args) {
 
 void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<InfoArgs>();
-  CLI::App* command = app.add_subcommand("info", "A light field in one row: views, time, angles, coverage");
+  CLI::App* command =
+      app.add_subcommand("info", "What a light field holds: views, time, angles, coverage, measured errors");
   command->add_option("DIR", args->dir, "Light field")->required();
   command->add_option(
       "--cap", args->cap,

@@ -11,6 +11,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/view_decision.h"
+#include "coverage/measured/error_meter.h"
 #include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::commands {
@@ -123,6 +124,8 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.threshold_px = options.threshold_px ? *options.threshold_px : light_field.threshold_px.value_or(7);
   report.subject = options.subject ? options.subject : light_field.subject;
   if (!report.subject && !light_field.views.empty()) report.subject = SubjectFromAxes(light_field);
+  // Directions from another subject mean something else.
+  if (report.subject == light_field.subject) report.measured = light_field.measured;
   if (light_field.views.empty()) {
     if (report.cap) report.covered = 0;
     return report;
@@ -148,12 +151,45 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.duplicates =
       CountDuplicates(coverage::CriterionViews(light_field), *report.subject, report.threshold_px);
   if (report.cap) {
-    const coverage::CoverageMap map =
+    coverage::CoverageMap map =
         coverage::CoverageOf(light_field, *report.subject, report.cap, report.threshold_px);
+    if (report.measured && coverage::CoverByNamed(report.measured->cover) != coverage::CoverBy::kBound) {
+      report.covered_by_bound = map.CoveredShare();
+      coverage::MarkOnMap(*report.measured, map);
+    }
     report.covered = map.CoveredShare();
     report.holes = HolesOf(map);
   }
   return report;
+}
+
+std::string ToText(const MeasuredErrors& measured) {
+  const coverage::ErrorSummary errors = Summarize(coverage::ErrorMapOf(measured), measured.goal_db);
+  std::string text = fmt::format("measured       {}", Counted(measured.frames, "frame"));
+  if (errors.directions == 0) return text + ": in no direction was there texture and geometry enough\n";
+  text += fmt::format(": {:.1f} dB, in the worst tenth of {} {:.1f}; {:.2f} px off\n", errors.median_db,
+                      Counted(errors.directions, "direction"), errors.worst_tenth_db, errors.median_px);
+  if (errors.failing == 0) return text;
+  std::string causes;
+  for (const auto& [cause, count] : errors.causes)
+    causes += fmt::format("{}{} {}", causes.empty() ? "" : ", ", count, InWords(cause));
+  return text +
+         fmt::format("               below {:g} dB in {}: {}\n", measured.goal_db, errors.failing, causes);
+}
+
+nlohmann::json ToJson(const MeasuredErrors& measured) {
+  const coverage::ErrorSummary errors = Summarize(coverage::ErrorMapOf(measured), measured.goal_db);
+  nlohmann::json causes = nlohmann::json::object();
+  for (const auto& [cause, count] : errors.causes) causes[Name(cause)] = count;
+  return {{"cover", measured.cover},
+          {"goal_db", measured.goal_db},
+          {"frames", measured.frames},
+          {"directions", errors.directions},
+          {"failing", errors.failing},
+          {"median_db", errors.median_db},
+          {"worst_tenth_db", errors.worst_tenth_db},
+          {"median_px", errors.median_px},
+          {"causes", causes}};
 }
 
 nlohmann::json ToJson(const LightFieldReport& report) {
@@ -175,6 +211,10 @@ nlohmann::json ToJson(const LightFieldReport& report) {
   if (report.cap) json["cap_deg"] = {report.cap->Degrees().x(), report.cap->Degrees().y()};
   json["covered"] = nullptr;
   if (report.covered) json["covered"] = *report.covered;
+  json["covered_by_bound"] = nullptr;
+  if (report.covered_by_bound) json["covered_by_bound"] = *report.covered_by_bound;
+  json["measured"] = nullptr;
+  if (report.measured) json["measured"] = ToJson(*report.measured);
   json["holes"] = nullptr;
   if (report.covered) {
     json["holes"] = nlohmann::json::array();
@@ -215,9 +255,14 @@ std::string ToText(const LightFieldReport& report) {
                         report.units == "arbitrary" ? "arbitrary units" : report.units);
   if (report.covered)
     text +=
-        fmt::format("covered        {:.1f} % of {:g} x {:g} degrees within {:g} px\n", 100 * *report.covered,
-                    report.cap->Degrees().x(), report.cap->Degrees().y(), report.threshold_px);
+        fmt::format("covered        {:.1f} % of {:g} x {:g} degrees {}\n", 100 * *report.covered,
+                    report.cap->Degrees().x(), report.cap->Degrees().y(),
+                    report.covered_by_bound ? fmt::format("to {:g} dB as measured ({:.1f} % within {:g} px)",
+                                                          report.measured->goal_db,
+                                                          100 * *report.covered_by_bound, report.threshold_px)
+                                            : fmt::format("within {:g} px", report.threshold_px));
   if (!report.holes.empty()) text += HolesText(report.holes);
+  if (report.measured) text += ToText(*report.measured);
   if (report.distances)
     text += fmt::format("distances      {:.3g} to {:.3g}, median {:.3g} (from {:.0f} to {:.0f} % of it)\n",
                         report.distances->nearest, report.distances->farthest, report.distances->median,

@@ -26,7 +26,9 @@ struct LightFieldReport {
   std::optional<Subject> subject;
   std::string units;
   std::optional<coverage::Cap> cap;
-  std::optional<double> covered;  // none without a cap
+  std::optional<double> covered;  // none without a cap; by what the capture measured, too, where that decided
+  std::optional<double> covered_by_bound;  // alone; none where nothing else decided
+  std::optional<MeasuredErrors> measured;  // none: the capture measured no errors
   // What of the cap is open, the largest first; empty without a cap.
   struct Hole {
     double area_deg2 = 0;                       // square degrees
@@ -54,6 +56,8 @@ struct ReportOptions {
 // UsageError when it is asked for a cap all the same.
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options);
 
+std::string ToText(const MeasuredErrors& measured);
+nlohmann::json ToJson(const MeasuredErrors& measured);
 nlohmann::json ToJson(const LightFieldReport& report);
 std::string ToText(const LightFieldReport& report);
 

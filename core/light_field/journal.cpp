@@ -138,6 +138,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     light_field.capture_s = event.Number("capture_s", 0);
     if (event.Has("reasons"))
       light_field.reasons = ReasonsFromJson({event.Raw("reasons"), event.where + ", reasons"});
+    if (event.Has("measured"))
+      light_field.measured = MeasuredFromJson({event.Raw("measured"), event.where + ", measured"});
   } else if (kind != "gap" && kind != "repaired") {
     throw Error("{}: unknown event '{}'; use a newer ulf", event.where, kind);
   }
@@ -397,8 +399,11 @@ void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
 
 void Journal::RemoveView(int view_id) { Append(json{{"event", "remove"}, {"id", view_id}}.dump()); }
 
-void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons) {
-  Append(json{{"event", "close"}, {"capture_s", capture_s}, {"reasons", reasons}}.dump());
+void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
+                    const std::optional<MeasuredErrors>& measured) {
+  json event{{"event", "close"}, {"capture_s", capture_s}, {"reasons", reasons}};
+  if (measured) event["measured"] = MeasuredToJson(*measured);
+  Append(event.dump());
 }
 
 }  // namespace ulf

@@ -11,7 +11,7 @@
 //   goal         {cap_deg [2], share}
 //   gap          {from_s, to_s, reason}
 //   remove       {id}
-//   close        {capture_s, reasons}
+//   close        {capture_s, reasons, measured}
 //   repaired     {}
 //
 // Every call syncs its lines before it returns; when the disk refuses a write, the whole call is undone
@@ -102,7 +102,8 @@ class Journal {
   void SetGoal(const CoverageGoal& goal);
   void NoteGap(double from_s, double to_s, const std::string& reason);
   void RemoveView(int view_id);
-  void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons);
+  void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
+             const std::optional<MeasuredErrors>& measured);
   // Appends lines of another journal unchanged.
   void Append(const std::string& lines);
   // Appends a line about the repair, padded so that the journal has at least `bytes`. Otherwise derived files

@@ -88,6 +88,21 @@ class UpOfCameras {
   Eigen::Matrix3d rights_ = Eigen::Matrix3d::Zero();
 };
 
+// The error that a capture measured at frames (docs/guidance.md, "Measured errors"), by direction.
+struct MeasuredDirection {
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // from the subject, unit, world frame
+  double nearest_view_angle = 0;  // radians: of the nearest recorded view at that moment
+  double db = 0;                  // inside the subject's silhouette, of small pictures
+  double misregistration_px = 0;  // of small pictures
+  std::string cause;              // of what is wrong, by name
+};
+struct MeasuredErrors {
+  std::string cover = "bound";  // what decided that a viewpoint is covered: --cover
+  double goal_db = 0;
+  std::uint64_t frames = 0;  // at which it was measured
+  std::vector<MeasuredDirection> directions;
+};
+
 struct LightField {
   std::filesystem::path root;
   std::vector<CameraModel> cameras;
@@ -108,6 +123,7 @@ struct LightField {
   std::uint64_t taken_back = 0;  // views that were recorded and are none of these any more
   double capture_s = 0;
   std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames
+  std::optional<MeasuredErrors> measured;        // none: the capture measured none
   std::vector<ScenePoint> points;
   std::vector<std::string> doubts;  // in words: where the folder's files disagree, or are damaged
 

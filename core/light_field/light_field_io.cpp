@@ -192,7 +192,7 @@ void WriteLightField(const LightField& light_field) {
   if (light_field.goal) journal.SetGoal(*light_field.goal);
   if (light_field.subject) journal.SetSubject(*light_field.subject);
   journal.AddViews(light_field.views);
-  journal.Close(light_field.capture_s, light_field.reasons);
+  journal.Close(light_field.capture_s, light_field.reasons, light_field.measured);
   WriteDerivedFiles(light_field);
 }
 
@@ -446,8 +446,12 @@ void LightFieldWriter::KeepUnposed(const Frame& frame) {
   batch.Commit();
 }
 
+void LightFieldWriter::SetMeasured(MeasuredErrors measured) {
+  state_->light_field.measured = std::move(measured);
+}
+
 void LightFieldWriter::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons) {
-  state_->journal.Close(capture_s, reasons);
+  state_->journal.Close(capture_s, reasons, state_->light_field.measured);
   state_->light_field.capture_s = capture_s;
   state_->light_field.reasons = reasons;
   FitPointsOf(state_->moved_since_points, state_->light_field);

@@ -121,6 +121,8 @@ class LightFieldWriter {
   // Keeps a photograph that has no pose, and its master, in unposed/.
   void KeepUnposed(const Frame& frame);
   // Derives transforms.json, sparse/0 and points.ply; the journal gets its close line.
+  // For Close(), in place of what an earlier session measured.
+  void SetMeasured(MeasuredErrors measured);
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons = {});
 
   const LightField& Contents() const;

@@ -1,5 +1,7 @@
 #include "core/light_field/view_json.h"
 
+#include <algorithm>
+
 #include "core/geometry/camera_json.h"
 
 namespace ulf {
@@ -73,6 +75,44 @@ std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place) {
     reasons[reason] = count.get<std::uint64_t>();
   }
   return reasons;
+}
+
+nlohmann::json MeasuredToJson(const MeasuredErrors& measured) {
+  nlohmann::json directions = nlohmann::json::array();
+  for (const MeasuredDirection& at : measured.directions)
+    directions.push_back({at.direction.x(), at.direction.y(), at.direction.z(), at.nearest_view_angle, at.db,
+                          at.misregistration_px, at.cause});
+  return {{"cover", measured.cover},
+          {"goal_db", measured.goal_db},
+          {"frames", measured.frames},
+          {"directions", std::move(directions)}};
+}
+
+MeasuredErrors MeasuredFromJson(const JsonPlace& place) {
+  MeasuredErrors measured;
+  measured.cover = place.Text("cover", measured.cover);
+  measured.goal_db = place.Number("goal_db", 0);
+  measured.frames = static_cast<std::uint64_t>(std::max(0.0, place.Number("frames", 0)));
+  if (!place.Has("directions")) return measured;
+  constexpr std::size_t kNumbers = 6;
+  for (const nlohmann::json& each : place.Raw("directions")) {
+    const bool is_whole = each.is_array() && each.size() == kNumbers + 1 && each[kNumbers].is_string() &&
+                          std::all_of(each.begin(), each.begin() + kNumbers,
+                                      [](const nlohmann::json& number) { return number.is_number(); });
+    if (!is_whole)
+      throw Error("{}: a measured direction must be six numbers and a cause, not {}", place.where,
+                  each.dump().substr(0, 60));
+    MeasuredDirection at;
+    at.direction = {each[0].get<double>(), each[1].get<double>(), each[2].get<double>()};
+    if (!(at.direction.norm() > 0)) throw Error("{}: a measured direction is zero", place.where);
+    at.direction.normalize();
+    at.nearest_view_angle = each[3].get<double>();
+    at.db = each[4].get<double>();
+    at.misregistration_px = each[5].get<double>();
+    at.cause = each[kNumbers].get<std::string>();
+    measured.directions.push_back(at);
+  }
+  return measured;
 }
 
 nlohmann::json CoverageGoalToJson(const CoverageGoal& goal) {

@@ -24,6 +24,10 @@ void ReadCaptureJson(const JsonPlace& place, LightField& light_field);
 // {"covered": 781, "recorded": 217}: why frames were recorded or not.
 std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place);
 
+// {"cover":"bound","goal_db":33,"frames":412,"directions":[[x,y,z,angle,db,px,"cause"],...]}
+nlohmann::json MeasuredToJson(const MeasuredErrors& measured);
+MeasuredErrors MeasuredFromJson(const JsonPlace& place);
+
 // {"cap_deg":[width,height],"share":0 to 1}
 nlohmann::json CoverageGoalToJson(const CoverageGoal& goal);
 CoverageGoal CoverageGoalFromJson(const JsonPlace& place);

@@ -153,6 +153,12 @@ CoverageMap::CoverageMap(const Subject& subject, const CoverageMapOptions& optio
 
 void CoverageMap::Add(const CriterionView& view) {
   recorded_.Add(view);
+  if (frame_) {
+    const Vector3d direction = (view.center_in_world - subject_.center_in_world).normalized();
+    std::erase_if(measured_, [&](const MeasuredDisc& disc) {
+      return !disc.covered && AngleBetween(direction, disc.direction) < DiscRadiusAt(disc.direction);
+    });
+  }
   if (IsGridStale())
     Rebuild();
   else
@@ -205,6 +211,7 @@ void CoverageMap::Rebuild() {
   cells_.assign(cell_count, {std::numeric_limits<float>::infinity(), -1});
   open_cells_ = cell_count;
   for (std::size_t i = 0; i < views().size(); ++i) Paint(static_cast<int>(i));
+  for (const MeasuredDisc& disc : measured_) PaintMeasured(disc);
 }
 
 CriterionView CoverageMap::Hypothetical(const Vector3d& direction) const {
@@ -256,6 +263,56 @@ void CoverageMap::PaintRow(const Row& row, int view_index, double azimuth, doubl
       cell = {static_cast<float>(bound), view_index};
     }
   }
+}
+
+void CoverageMap::ForEachCellAround(const Vector3d& direction, double radius,
+                                    const std::function<void(const Row& row, int column)>& look) const {
+  const CapFrame::Angles at = frame_->Of(direction);
+  const double min_cosine = std::cos(std::min(M_PI, radius));
+  for (const Row& row : rows_) {
+    if (std::abs(row.elevation - at.elevation) > radius + row_height_) continue;
+    for (int column = 0; column < row.columns; ++column)
+      if (DirectionOf(row, column).dot(direction) >= min_cosine) look(row, column);
+  }
+}
+
+double CoverageMap::DiscRadiusAt(const Vector3d& direction) const {
+  const double sine = MaxCoveringSine(Hypothetical(direction), subject_, options_.threshold_px);
+  return sine >= 1 ? M_PI : std::asin(sine);
+}
+
+void CoverageMap::PaintMeasured(const MeasuredDisc& disc) {
+  int nearest = 0;
+  double nearest_cosine = -2;
+  for (std::size_t i = 0; i < views().size(); ++i) {
+    const double cosine =
+        (views()[i].center_in_world - subject_.center_in_world).normalized().dot(disc.direction);
+    if (cosine > nearest_cosine) nearest = static_cast<int>(i), nearest_cosine = cosine;
+  }
+  ForEachCellAround(disc.direction, disc.radius, [&](const Row& row, int column) {
+    Cell& cell = cells_[Index(row, column)];
+    if (disc.covered == (cell.view >= 0)) return;
+    painted_sr_ += disc.covered ? row.cell_sr : -row.cell_sr;
+    disc.covered ? --open_cells_ : ++open_cells_;
+    cell = disc.covered ? Cell{static_cast<float>(options_.threshold_px), nearest}
+                        : Cell{std::numeric_limits<float>::infinity(), -1};
+  });
+}
+
+void CoverageMap::ForgetMeasured(const Vector3d& direction, double radius) {
+  if (std::erase_if(measured_, [&](const MeasuredDisc& disc) {
+        return AngleBetween(direction, disc.direction) < radius;
+      }) > 0)
+    Rebuild();
+}
+
+void CoverageMap::Mark(const MeasuredDisc& disc) {
+  // One disc for each place, so that their number stays that of the places.
+  std::erase_if(measured_, [&](const MeasuredDisc& other) {
+    return AngleBetween(other.direction, disc.direction) < spacing_;
+  });
+  measured_.push_back(disc);
+  PaintMeasured(disc);
 }
 
 std::optional<CoveringView> CoverageMap::At(const Vector3d& direction) const {

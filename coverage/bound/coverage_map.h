@@ -94,6 +94,13 @@ struct CoverageMapOptions {
   double cells_per_disc_radius = 4;  // finer for pictures
 };
 
+// What was measured in a direction (coverage/measured) and outdoes the bound there.
+struct MeasuredDisc {
+  Eigen::Vector3d direction;
+  double radius = 0;  // radians
+  bool covered = false;
+};
+
 // Open cells in one piece.
 struct CoverageHole {
   double solid_angle_sr = 0;
@@ -107,6 +114,15 @@ class CoverageMap {
   // Paints around `view`. Where the views' median distance or mean up has moved on, everything is painted
   // anew.
   void Add(const CriterionView& view);
+
+  // Paints the disc, by the view that is nearest to its middle, or takes its paint away. The last word counts, until
+  // a view is added that covers the middle of a disc without paint. Needs a view.
+  void Mark(const MeasuredDisc& disc);
+  // What was measured within `radius` of a direction no longer counts.
+  void ForgetMeasured(const Eigen::Vector3d& direction, double radius);
+  const std::vector<MeasuredDisc>& measured() const { return measured_; }
+  // The radius of the disc that a view covers in this direction, radians.
+  double DiscRadiusAt(const Eigen::Vector3d& direction) const;
 
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }
   bool Covers(const CriterionView& candidate) const {
@@ -169,6 +185,10 @@ class CoverageMap {
   }
   void Rebuild();
   void Paint(int view_index);
+  void PaintMeasured(const MeasuredDisc& disc);
+  // The cells whose middles lie within `radius` of a direction.
+  void ForEachCellAround(const Eigen::Vector3d& direction, double radius,
+                         const std::function<void(const Row& row, int column)>& look) const;
   void PaintRow(const Row& row, int view_index, double azimuth, double half_width, double min_cosine);
   CriterionView Hypothetical(const Eigen::Vector3d& direction) const;
 
@@ -180,6 +200,7 @@ class CoverageMap {
   double spacing_ = 0, row_height_ = 0;
   std::vector<Row> rows_;
   std::vector<Cell> cells_;
+  std::vector<MeasuredDisc> measured_;  // the oldest first
   double painted_sr_ = 0, total_sr_ = 0;
   std::size_t open_cells_ = 0;
 };

@@ -65,6 +65,11 @@ std::string InWords(const std::string& name) {
   return known == kTexts.end() ? name : known->words;
 }
 
+bool ShowsTheSubject(Reason reason) {
+  return reason != Reason::kTracking && reason != Reason::kInsideSphere && reason != Reason::kBehind &&
+         reason != Reason::kOutsideRectangle;
+}
+
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius) {
   return focal_px * center_sigma * radius / (distance * (distance - radius));
 }
@@ -89,7 +94,8 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
   const CoveringView best = map->Best(candidate);
   const std::optional<double> bound_px =
       std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
-  if (bound_px && *bound_px <= map->options().threshold_px) return {Reason::kCovered, bound_px};
+  if (input.is_covered.value_or(bound_px && *bound_px <= map->options().threshold_px))
+    return {Reason::kCovered, bound_px};
 
   return {ImageReason(input, *outline, limits), bound_px};
 }

@@ -221,17 +221,21 @@ class ShapePainter {
 CoverageMap OnFineGrid(const CoverageMap& map) {
   CoverageMapOptions options = map.options();
   options.cells_per_disc_radius = 16;
-  return CoverageMap(map.subject(), options, map.views());
+  CoverageMap fine(map.subject(), options, map.views());
+  for (const MeasuredDisc& disc : map.measured()) fine.Mark(disc);
+  return fine;
+}
+
+cv::Mat NothingRecorded(int width) {
+  cv::Mat empty(width / 2, width, CV_8UC3, cv::Scalar::all(250));
+  Text(empty, "nothing recorded yet", {0.5 * width, 0.25 * width}, 0.6, kInk, 0.5);
+  return empty;
 }
 
 }  // namespace
 
 cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture) {
-  if (!map.frame()) {
-    cv::Mat empty(picture.width / 2, picture.width, CV_8UC3, cv::Scalar::all(250));
-    Text(empty, "nothing recorded yet", {0.5 * picture.width, 0.25 * picture.width}, 0.6, kInk, 0.5);
-    return empty;
-  }
+  if (!map.frame()) return NothingRecorded(picture.width);
   const Chart chart = LayOut(map, picture.width);
   cv::Mat canvas(static_cast<int>(chart.area.br().y) + 54, picture.width, CV_8UC3, cv::Scalar::all(250));
   std::optional<Vector3d> camera_in_world;
@@ -256,6 +260,71 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
   if (map.options().cap) caption = fmt::format("{:.1f} % covered, ", 100 * map.CoveredShare()) + caption;
   Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
   DrawLegend(canvas, chart, camera_in_world.has_value());
+  return canvas;
+}
+
+cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal_db,
+                     const CoverageMapPicture& picture) {
+  if (!map.frame()) return NothingRecorded(picture.width);
+  const Chart chart = LayOut(map, picture.width);
+  const ErrorSummary summary = Summarize(errors, goal_db);
+  constexpr int kLine = 18;
+  const int lines = static_cast<int>(summary.causes.size());
+  cv::Mat canvas(static_cast<int>(chart.area.br().y) + 54 + kLine * lines, picture.width, CV_8UC3,
+                 cv::Scalar::all(250));
+  cv::rectangle(canvas, cv::Rect(chart.area), cv::Scalar::all(225), cv::FILLED);
+  const Palette& palette = Palette::Standard();
+  const double px_per_radian = chart.area.width / (chart.right - chart.left);
+  struct Letter {
+    Vector2d img;
+    const char* text;
+  };
+  std::vector<Letter> letters;
+  for (const ErrorMap::Part* part : errors.Parts()) {
+    const MeasuredFrame& frame = part->frame;
+    if (!frame.measurable) continue;
+    const CapFrame::Angles at = map.frame()->Of(frame.direction);
+    const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
+    if (!chart.area.contains(cv::Point2d(img.x(), img.y()))) continue;
+    const cv::Vec3f color = Paint(palette.OfError(part->DbNow() - goal_db));
+    cv::Mat inside = canvas(cv::Rect(chart.area));  // discs at the rim are cut off
+    Disc(inside, img - Vector2d(chart.area.x, chart.area.y), std::max(3.0, Radians(0.75) * px_per_radian),
+         cv::Scalar(color[0], color[1], color[2]));
+    const auto covered = map.At(frame.direction);
+    if (part->DbNow() < goal_db && covered && covered->index >= 0)
+      letters.push_back({img, LetterOf(frame.cause)});
+  }
+  DrawGraticule(canvas, chart);
+  if (map.options().cap) DrawCapOutline(canvas, chart, *map.options().cap);
+  for (const CriterionView& view : map.views()) {
+    const CapFrame::Angles at = map.frame()->Of(DirectionOf(map, view.center_in_world));
+    const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
+    if (chart.area.contains(cv::Point2d(img.x(), img.y()))) Disc(canvas, img, 2.5, kInk);
+  }
+  for (const Letter& letter : letters) Text(canvas, letter.text, letter.img + Vector2d(4, 4), 0.35, kInk);
+  const std::string caption =
+      summary.directions == 0
+          ? std::string("nothing could be measured")
+          : fmt::format("{:.1f} dB in the middle of {}, {:.1f} in the worst tenth; {} below {:g} dB",
+                        summary.median_db, Counted(summary.directions, "direction"), summary.worst_tenth_db,
+                        summary.failing, goal_db);
+  Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
+  double y = chart.area.y + chart.area.height + 38, x = chart.area.x;
+  constexpr double kStep_db = 3;
+  for (double off = -Palette::kErrorReach_db; off <= Palette::kErrorReach_db; off += kStep_db) {
+    const cv::Vec3f color = Paint(palette.OfError(off));
+    cv::rectangle(canvas, cv::Rect(static_cast<int>(x), static_cast<int>(y) - 10, 14, 12),
+                  cv::Scalar(color[0], color[1], color[2]), cv::FILLED);
+    Text(canvas, fmt::format("{:g} dB", goal_db + off), {x + 20, y}, 0.42, kInk);
+    x += 92;
+  }
+  Disc(canvas, {x + 4, y - 4}, 2.5, kInk);
+  Text(canvas, "recorded view", {x + 12, y}, 0.42, kInk);
+  for (const auto& [cause, count] : summary.causes) {
+    y += kLine;
+    Text(canvas, fmt::format("{}   {} ({})", LetterOf(cause), InWords(cause), count), {chart.area.x, y}, 0.42,
+         kInk);
+  }
   return canvas;
 }
 

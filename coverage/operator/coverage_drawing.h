@@ -8,6 +8,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "coverage/bound/coverage_map.h"
+#include "coverage/measured/error_map.h"
 
 namespace ulf::coverage {
 
@@ -23,6 +24,11 @@ struct CoverageMapPicture {
 // Azimuth to the right, elevation upwards, in degrees about the first recorded direction: the cap (or what
 // was recorded, without one) and a margin.
 cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture = {});
+
+// The same directions with the error that was measured in them, and the letter of its cause (overlay.h) where a
+// recorded view covers a direction and the pictures are worse than `goal_db` all the same.
+cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal_db,
+                     const CoverageMapPicture& picture = {});
 
 // `live`: 8-bit B, G, R, as the camera sees it, taken from `cam_from_world`. The safety rectangle is white
 // while it holds the sphere, red otherwise.

@@ -153,11 +153,18 @@ void OperatorDisplay::Type(char32_t character) {
   Act(character, {{U'?', [&] { keys_shown_ = !keys_shown_; }},
                   {U'p', [&] { colour_blind_ = !colour_blind_; }},
                   {U'l', [&] { legend_shown_ = !legend_shown_; }},
+                  {U'e', [&] { ShowOtherLayer(); }},
                   {U'z', [&] { close_look_shown_ = !close_look_shown_; }},
                   {U'i', [&] { preflight_shown_ = !preflight_shown_.value_or(before_first_view); }},
                   {U'm', [&] { sound_ = !sound_; }},
                   {U'f', [&] { surface_.ToggleFullScreen(); }},
                   {U'q', [&] { Finish(); }}});
+}
+
+void OperatorDisplay::ShowOtherLayer() {
+  layer_ = layer_ == SphereLayer::kErrors ? SphereLayer::kCoverage : SphereLayer::kErrors;
+  if (layer_ == SphereLayer::kErrors && state_ && !state_->errors)
+    Say("no errors are measured yet: they need geometry, which begins with some ten views");
 }
 
 void OperatorDisplay::TakeBackLast() {
@@ -207,11 +214,11 @@ void OperatorDisplay::DrawFrame() {
 }
 
 void OperatorDisplay::DrawLive(const CaptureState& state, const Panels& panels) {
-  painter_.Draw(MakeOverlay(state, palette()), placement_);
+  painter_.Draw(MakeOverlay(state, palette(), layer_), placement_);
   panels.Share(state);
   if (preflight_shown_.value_or(state.view_ids.empty() || now_s_ < preflight_until_s_))
     panels.Preflight(state);
-  if (legend_shown_) panels.Legend(state);
+  if (legend_shown_) layer_ == SphereLayer::kErrors ? panels.ErrorLegend(state) : panels.Legend(state);
   if (close_look_shown_) panels.CloseLook(state);
   panels.Hint(over_ ? "closed: any key" : state.ended ? "closing the light field" : "? keys");
   if (!state.cam_from_world && !state.ended) panels.TrackingHelp(state);

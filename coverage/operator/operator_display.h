@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "coverage/operator/overlay.h"
 #include "coverage/operator/panels.h"
 #include "coverage/operator/pending_requests.h"
 #include "coverage/operator/posed_pictures.h"
@@ -70,6 +71,7 @@ class OperatorDisplay {
   void Press(render::Key key);
   void Type(char32_t character);
   void TakeBackLast();
+  void ShowOtherLayer();
   void Finish();
   void TakeStates();
   void Say(const std::string& words);
@@ -102,6 +104,7 @@ class OperatorDisplay {
   bool colour_blind_ = false;
   bool keys_shown_ = false;
   bool legend_shown_ = true;
+  SphereLayer layer_ = SphereLayer::kCoverage;
   bool close_look_shown_ = true;
   std::optional<bool> preflight_shown_;  // none: until the first view
   bool sound_ = false;

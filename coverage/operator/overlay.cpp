@@ -91,6 +91,27 @@ void AddPaint(const Sphere& sphere, const Palette& palette, render::Overlay& ove
   }
 }
 
+// A disc for each measured direction; a letter for the cause where a view was recorded and the pictures are wrong.
+void AddErrors(const Sphere& sphere, const Palette& palette, render::Overlay& overlay) {
+  constexpr double kRadius = Radians(1.1);
+  constexpr int kCorners = 10;
+  for (const ShownSphere::Error& error : sphere.shown.errors) {
+    const Vector3d x = error.direction.unitOrthogonal(), y = error.direction.cross(x);
+    render::Polygon disc{.img = {}, .color = palette.OfError(error.db_above_goal).WithOpacity(0.85)};
+    for (int i = 0; i < kCorners; ++i) {
+      const double turn = 2 * M_PI * i / kCorners;
+      const auto img = sphere.ImgOf(std::cos(kRadius) * error.direction +
+                                    std::sin(kRadius) * (std::cos(turn) * x + std::sin(turn) * y));
+      if (img) disc.img.push_back(*img);
+    }
+    if (disc.img.size() == kCorners) overlay.push_back(disc);
+  }
+  for (const ShownSphere::Error& error : sphere.shown.errors)
+    if (const auto img = sphere.ImgOf(error.direction); img && error.marked && *LetterOf(error.cause))
+      overlay.push_back(
+          render::Label{.img = *img, .text = LetterOf(error.cause), .size = 13, .color = {20, 20, 20}});
+}
+
 void AddViews(const Sphere& sphere, render::Overlay& overlay) {
   const render::Rgba rim{10, 10, 10, 150}, middle{10, 10, 10, 210};
   for (const ShownSphere::View& view : sphere.shown.views) {
@@ -222,12 +243,15 @@ void AddOutline(const Sphere& sphere, double width, const render::Rgba& color, c
 }
 
 // The sphere and all that is drawn on it, with the camera outside.
-void AddSphere(const ShownSphere& shown, const CameraModel& camera, const Palette& palette,
+void AddSphere(const ShownSphere& shown, const CameraModel& camera, const Palette& palette, SphereLayer layer,
                render::Overlay& overlay) {
   const Sphere sphere{shown, camera};
   // Open cells are dark, so that the sphere is visible before anything is painted.
   AddOutline(sphere, 1.5, kWhite.WithOpacity(0.8), {25, 25, 30, 110}, overlay);
-  AddPaint(sphere, palette, overlay);
+  if (layer == SphereLayer::kErrors)
+    AddErrors(sphere, palette, overlay);
+  else
+    AddPaint(sphere, palette, overlay);
   AddWireframe(sphere, kWhite.WithOpacity(0.4), overlay);
   AddViews(sphere, overlay);
   if (shown.cap) AddCapOutline(sphere, *shown.cap, overlay);
@@ -286,11 +310,35 @@ render::Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_
   return overlay;
 }
 
-render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette) {
+const char* LetterOf(render::ErrorCause cause) {
+  switch (cause) {
+    case render::ErrorCause::kNone:
+      return "";
+    case render::ErrorCause::kNotSeen:
+      return "U";
+    case render::ErrorCause::kPose:
+      return "P";
+    case render::ErrorCause::kLight:
+      return "L";
+    case render::ErrorCause::kFocus:
+      return "F";
+    case render::ErrorCause::kMoved:
+      return "M";
+    case render::ErrorCause::kGeometry:
+      return "G";
+    case render::ErrorCause::kSurface:
+      return "S";
+    case render::ErrorCause::kDetail:
+      return "D";
+  }
+  return "";
+}
+
+render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette, SphereLayer layer) {
   render::Overlay overlay;
   const ShownPicture shown = ShownPicture::Of(state);
   if (!shown.rectangle) return overlay;
-  if (shown.sphere) AddSphere(*shown.sphere, shown.camera, palette, overlay);
+  if (shown.sphere) AddSphere(*shown.sphere, shown.camera, palette, layer, overlay);
   AddRectangle(*shown.rectangle, shown.held, palette, overlay);
   if (shown.way_to_subject) AddWayToSubject(*shown.way_to_subject, *shown.rectangle, palette, overlay);
   return overlay;
@@ -315,7 +363,8 @@ std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int
   // Leaves out what lies beyond the picture's corners.
   const double corner = 0.5 * std::hypot(width, height) / (kDiscShare * height) * disc_radius;
   if (const auto shown = ShownSphere::Of(close, std::min(M_PI, 1.5 * corner + 0.1)))
-    AddSphere(*shown, CameraModel::Pinhole(width, height, focal_px), palette, look.shapes);
+    AddSphere(*shown, CameraModel::Pinhole(width, height, focal_px), palette, SphereLayer::kCoverage,
+              look.shapes);
   return look;
 }
 

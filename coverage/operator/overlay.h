@@ -18,8 +18,18 @@
 
 namespace ulf::coverage {
 
+// What is painted on the sphere.
+enum class SphereLayer {
+  kCoverage,  // which directions are covered, and from how far away
+  kErrors,    // how wrong pictures there are, as measured at frames
+};
+
 // Nothing of the sphere while there is no pose.
-render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard());
+render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette = Palette::Standard(),
+                            SphereLayer layer = SphereLayer::kCoverage);
+
+// The letter that marks a cause on the sphere; empty: none.
+const char* LetterOf(render::ErrorCause cause);
 
 // The part of the map around the present camera, enlarged so that a view's disc is well visible at arm's
 // length: on the live picture's sphere the dot's place among the discs may be too small to steer by.

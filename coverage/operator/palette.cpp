@@ -29,7 +29,10 @@ const Palette& Palette::Standard() {
                                .reopened = {255, 60, 220},
                                .guide = {255, 225, 40},
                                .alarm = {255, 45, 45},
-                               .camera = {235, 30, 40}};
+                               .camera = {235, 30, 40},
+                               .error_small = {60, 170, 210},
+                               .error_at_goal = {250, 215, 70},
+                               .error_large = {210, 30, 60}};
   return palette;
 }
 
@@ -40,12 +43,21 @@ const Palette& Palette::ForColourBlind() {
                                .reopened = {20, 20, 20},
                                .guide = {255, 225, 40},
                                .alarm = {255, 45, 45},
-                               .camera = {235, 30, 40}};
+                               .camera = {235, 30, 40},
+                               .error_small = {0, 80, 190},
+                               .error_at_goal = {240, 236, 215},
+                               .error_large = {200, 90, 0}};
   return palette;
 }
 
 render::Rgba Palette::OfNearer(double nearer_by) const {
   return nearer_by < 0 ? render::Mix(same, farther, -nearer_by) : render::Mix(same, nearer, nearer_by);
+}
+
+render::Rgba Palette::OfError(double db_above_goal) const {
+  const double share = std::clamp(db_above_goal / kErrorReach_db, -1.0, 1.0);
+  return share < 0 ? render::Mix(error_at_goal, error_large, -share)
+                   : render::Mix(error_at_goal, error_small, share);
 }
 
 DistanceColors::DistanceColors(const CoverageMap& map, double present_distance, const Palette& palette)

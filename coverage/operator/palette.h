@@ -16,9 +16,14 @@ struct Palette {
   render::Rgba guide;
   render::Rgba alarm;
   render::Rgba camera;
+  render::Rgba error_small, error_at_goal, error_large;  // of the errors that are measured
 
   // `same` at 0, `nearer` at 1 and beyond, `farther` at -1.
   render::Rgba OfNearer(double nearer_by) const;
+
+  // `error_at_goal` at 0, `error_small` at kErrorReach_db above the goal, `error_large` as far below it.
+  render::Rgba OfError(double db_above_goal) const;
+  static constexpr double kErrorReach_db = 6;
 
   static const Palette& Standard();
   // Orange, pale, blue: apart for every common kind of colour vision, and in lightness.

@@ -48,6 +48,12 @@ std::vector<render::StatusItem> StatusLine(const CaptureState& state, std::uint6
     items.push_back({*state.exposure_locked ? "exposure locked" : "exposure not locked",
                      *state.exposure_locked ? render::ink::kText : render::ink::kCareful});
   if (!state.reopened.empty()) items.push_back({"some reopened", render::ink::kCareful});
+  if (state.errors) {
+    const ErrorSummary errors = Summarize(*state.errors, state.cover.db);
+    if (errors.directions > 0)
+      items.push_back({fmt::format("{:.0f} dB", errors.median_db),
+                       errors.failing > 0 ? render::ink::kCareful : render::ink::kText});
+  }
   if (!state.recording) items.push_back({"paused", render::ink::kCareful});
   if (!state.device_problem.empty())  // why_waiting contains it
     items.push_back({state.device_problem, render::ink::kBad});
@@ -62,6 +68,14 @@ std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& pa
   if (!state.guidance.left_open.empty()) marks.push_back({palette.guide, "dots: you pass these by"});
   if (!state.reopened.empty()) marks.push_back({palette.reopened, "reopened"});
   return marks;
+}
+
+std::vector<std::string> CauseLines(const CaptureState& state) {
+  std::vector<std::string> lines;
+  if (!state.errors) return lines;
+  for (const auto& [cause, count] : Summarize(*state.errors, state.cover.db).causes)
+    if (*LetterOf(cause)) lines.push_back(fmt::format("{}  {} ({})", LetterOf(cause), InWords(cause), count));
+  return lines;
 }
 
 std::vector<render::TableRow> KeyRows(const render::Rgba& heading) {
@@ -140,6 +154,38 @@ void Panels::Legend(const CaptureState& state) const {
     painter_.Disc(middle, 7, {255, 255, 255});
     painter_.Disc(middle, 5, mark.color);
     painter_.Text({x + Px(24), y}, mark.words, render::TextSize::kSmall, render::ink::kText);
+    y += line;
+  }
+}
+
+void Panels::ErrorLegend(const CaptureState& state) const {
+  if (!state.subject || !state.cam_from_world) return;
+  const std::vector<std::string> lines = CauseLines(state);
+  const double line = painter_.Extent("X", render::TextSize::kSmall).y() + Px(3), pad = Px(10);
+  double width = Px(250);
+  for (const std::string& text : lines)
+    width = std::max(width, painter_.Extent(text, render::TextSize::kSmall).x() + 2 * pad);
+  const double height = 2 * pad + 2 * line + Px(20) + line * static_cast<double>(lines.size());
+  const cv::Rect2d area(Px(12), screen_.height - Px(12) - height, width, height);
+  painter_.Box(area, render::ink::kPanel, 6);
+  const double x = area.x + pad, inner = area.width - 2 * pad;
+  double y = area.y + pad;
+  painter_.Text({x, y}, state.errors ? "measured at frames" : "errors: no geometry to measure over yet",
+                render::TextSize::kSmall, render::ink::kText);
+  y += line;
+  painter_.Gradient({x, y, 0.5 * inner, Px(16)}, palette_.error_large, palette_.error_at_goal);
+  painter_.Gradient({x + 0.5 * inner, y, 0.5 * inner, Px(16)}, palette_.error_at_goal, palette_.error_small);
+  y += Px(19);
+  const auto word = [&](double db, double share) {
+    const std::string text = fmt::format("{:.0f} dB", db);
+    const double extent = painter_.Extent(text, render::TextSize::kSmall).x();
+    painter_.Text({x + share * (inner - extent), y}, text, render::TextSize::kSmall, render::ink::kText);
+  };
+  word(state.cover.db - Palette::kErrorReach_db, 0), word(state.cover.db, 0.5);
+  word(state.cover.db + Palette::kErrorReach_db, 1);
+  y += line;
+  for (const std::string& text : lines) {
+    painter_.Text({x, y}, text, render::TextSize::kSmall, render::ink::kText);
     y += line;
   }
 }

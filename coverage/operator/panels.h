@@ -19,6 +19,7 @@ inline constexpr render::KeyHelp kKeysAlways[] = {{"Space", "pause, go on"},
                                                   {"P", "other colours (colour-blind)"},
                                                   {"L", "legend"},
                                                   {"Z", "close look at the map"},
+                                                  {"E", "measured errors, or coverage"},
                                                   {"I", "check list"},
                                                   {"M", "sound on leaving the rectangle"},
                                                   {"F or F11", "full screen"},
@@ -51,6 +52,8 @@ struct LegendMark {
   const char* words;
 };
 std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& palette);
+// What the letters on the sphere mean, as far as there are some: "S  a surface that ...".
+std::vector<std::string> CauseLines(const CaptureState& state);
 
 // All keys, in the order of the modes.
 std::vector<render::TableRow> KeyRows(const render::Rgba& heading);
@@ -64,6 +67,7 @@ class Panels : public render::PlainPanels {
   void Share(const CaptureState& state) const;
   void TrackingHelp(const CaptureState& state) const;
   void Legend(const CaptureState& state) const;
+  void ErrorLegend(const CaptureState& state) const;
   void CloseLook(const CaptureState& state) const;
   void Preflight(const CaptureState& state) const;
   void Keys() const { render::PlainPanels::Keys(KeyRows(palette_.guide)); }

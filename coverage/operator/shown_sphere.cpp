@@ -56,6 +56,21 @@ void AddViews(const CoverageMap& map, const Eigen::Matrix3d& cam_from_world, Sho
   }
 }
 
+void AddErrors(const CaptureState& state, const Eigen::Matrix3d& cam_from_world, ShownSphere& sphere) {
+  for (const ErrorMap::Part* part : state.errors->Parts()) {
+    const MeasuredFrame& frame = part->frame;
+    if (!frame.measurable && frame.cause != render::ErrorCause::kNotSeen) continue;
+    const Vector3d direction = cam_from_world * frame.direction;
+    if (!sphere.Faces(direction)) continue;
+    ShownSphere::Error error{direction, part->DbNow() - state.cover.db, frame.cause, false};
+    if (!frame.measurable) error.db_above_goal = -Palette::kErrorReach_db;
+    const auto at = state.coverage && !state.coverage->views().empty() ? state.coverage->At(frame.direction)
+                                                                       : std::nullopt;
+    error.marked = error.db_above_goal < 0 && at && at->index >= 0;
+    sphere.errors.push_back(error);
+  }
+}
+
 std::vector<Vector3d> Facing(const ShownSphere& sphere, const Eigen::Matrix3d& cam_from_world,
                              const std::vector<Vector3d>& directions) {
   std::vector<Vector3d> facing;
@@ -98,11 +113,13 @@ std::optional<ShownSphere> ShownSphere::Of(const CaptureState& state, double rea
                      .views = {},
                      .reopened = {},
                      .left_open = {},
+                     .errors = {},
                      .target = {}};
   if (map) {
     AddPaint(*map, distance, sphere);
     AddViews(*map, cam_from_world, sphere);
   }
+  if (state.errors) AddErrors(state, cam_from_world, sphere);
   sphere.reopened = Facing(sphere, cam_from_world, state.reopened);
   sphere.left_open = Facing(sphere, cam_from_world, state.guidance.left_open);
   if (const auto& toward = state.guidance.toward) {

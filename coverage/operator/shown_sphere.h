@@ -37,6 +37,14 @@ struct ShownSphere {
   };
   std::vector<View> views;
   std::vector<Eigen::Vector3d> reopened, left_open;  // marks
+  // The error that was measured in a direction.
+  struct Error {
+    Eigen::Vector3d direction;
+    double db_above_goal = 0;  // below 0: the pictures are not good enough there
+    render::ErrorCause cause = render::ErrorCause::kNone;
+    bool marked = false;  // covered by a recorded view, and not good enough all the same
+  };
+  std::vector<Error> errors;
   struct Target {
     Eigen::Vector3d direction;  // of one that is hidden: where the way to it meets the limb
     double ring = 0;

@@ -127,7 +127,8 @@ Session::Session(acquisition::Device& device, const CameraModel& camera, trackin
                .map = {.cap = options.cap, .threshold_px = options.threshold_px},
                .spool_views = options.spool_views,
                .deterministic = options.deterministic,
-               .geometry = GeometryFor(options)},
+               .geometry = GeometryFor(options),
+               .cover = options.cover},
               say_),
       outlook_(say_),
       subject_(record_, outlook_, poses_, camera_,
@@ -443,10 +444,16 @@ CaptureSummary Session::Run() {
   summary_.ms_track_median = Median(ms_track_);
   summary_.ms_decide_median = Median(recorder_.ms_decide());
   summary_.reasons = recorder_.reasons();
+  if (record_.errors() && !recorder_.ms_measure().empty())
+    summary_.measured = MeasuredSummary{.frames = recorder_.ms_measure().size(),
+                                        .ms_median = Median(recorder_.ms_measure()),
+                                        .cover = options_.cover,
+                                        .errors = Summarize(*record_.errors(), options_.cover.db)};
   summary_.last_recorded = recorder_.newest_view();
   summary_.subject = record_.subject();
   summary_.subject_was_found = subject_.IsFoundAutomatically();
   summary_.map = record_.map();
+  summary_.errors = record_.errors();
   return std::move(summary_);
 }
 

@@ -29,6 +29,8 @@
 #include "core/light_field/light_field_io.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/view_decision.h"
+#include "coverage/measured/cover_by.h"
+#include "coverage/measured/error_map.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/capture_state.h"
 #include "coverage/session/record/live_geometry.h"
@@ -59,7 +61,8 @@ struct CaptureOptions {
   std::optional<PhotographSpacing> without_subject;
   DecisionLimits limits;
   bool geometry =
-      false;  // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
+      false;        // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
+  CoverGoal cover;  // what decides that a viewpoint is covered; all but the bound needs `geometry`
   bool deterministic = false;
   std::uint64_t max_frames = 0;  // 0: no limit
   double max_seconds = 0;        // of the device's time; 0: no limit
@@ -81,6 +84,14 @@ struct CaptureHooks {
   // field is closed.
   std::function<void(const SharedCaptureState&)> while_waiting;
   std::function<void(const std::string&)> say;  // a line for each event
+};
+
+// The error that was measured at frames (coverage/measured).
+struct MeasuredSummary {
+  std::uint64_t frames = 0;  // at which it was measured
+  double ms_median = 0;      // of processor time
+  CoverGoal cover;
+  ErrorSummary errors;
 };
 
 struct CaptureSummary {
@@ -109,6 +120,8 @@ struct CaptureSummary {
   std::shared_ptr<const RecordedFrame> last_recorded;  // null: none
   std::shared_ptr<const CoverageMap> map;              // with final poses; null without a subject
   std::optional<FinishedGeometry> geometry;            // none: not asked for
+  std::optional<MeasuredSummary> measured;             // none: nothing was measured
+  std::shared_ptr<const ErrorMap> errors;              // null: nothing was measured
 };
 
 // Runs until the cap is covered, the device ends, a limit is reached or a stop is requested; then stops the

@@ -42,6 +42,8 @@ PhotographSpacing SpacingWithoutSubject(const CaptureArgs& args) {
   refuse(!args.person.empty(), "--operator");
   refuse(!args.overlay.empty(), "--overlay");
   refuse(!args.map.empty(), "--map");
+  refuse(args.cover != Name(CoverBy::kBound), "--cover");
+  refuse(!args.error_map.empty(), "--error-map");
   if (!args.poses.UseFeatures())
     throw UsageError(
         "--no-subject and --poses {}: without a subject, tracked points tell how much a view adds, and these "
@@ -74,14 +76,18 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
   if (args.coverage_width_px) options.coverage_width_px = *args.coverage_width_px;
   if (options.coverage_width_px < 16)
     throw UsageError("--coverage-width {} is not the width of an image", options.coverage_width_px);
-  if (!(args.subject_size > 0 && args.subject_size <= 0.8))
+  if (!(args.subject_size > 0 && args.subject_size <= options.limits.rectangle_share))
     throw UsageError(
-        "--subject-size {}: the sphere's share of the image's width, above 0 and at most 0.8 (the "
+        "--subject-size {}: the sphere's share of the image's width, above 0 and at most {} (the "
         "safety rectangle)",
-        args.subject_size);
+        args.subject_size, options.limits.rectangle_share);
   options.subject_size = args.subject_size;
   options.deterministic = args.deterministic;
   options.geometry = !args.no_geometry;
+  options.cover = CoverGoal::Parse(args.cover);
+  if (options.cover.by != CoverBy::kBound && args.no_geometry)
+    throw UsageError("--cover {} and --no-geometry: errors are measured over the geometry; leave one out",
+                     args.cover);
   options.max_frames = args.frames;
   options.max_seconds = args.max_seconds;
   if (args.subject != "auto") {

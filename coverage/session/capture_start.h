@@ -26,7 +26,7 @@ struct CaptureArgs {
   std::string uri;
   std::string dir;
   std::string subject = "auto";
-  double subject_size = 0.28;
+  double subject_size = CaptureOptions{}.subject_size;
   bool no_subject = false;
   std::optional<double> parallax_deg;
   std::string until_covered;
@@ -48,12 +48,14 @@ struct CaptureArgs {
   bool offscreen = false;
   std::string marker;
   bool no_geometry = false;
+  std::string cover = "bound";
   bool deterministic = false;
   bool resume = false;
   bool raw = false;
   bool json = false;
   std::string overlay;
   std::string map;
+  std::string error_map;
   std::string truth;
 };
 

@@ -18,6 +18,8 @@
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/guidance.h"
 #include "coverage/bound/view_decision.h"
+#include "coverage/measured/cover_by.h"
+#include "coverage/measured/error_map.h"
 #include "coverage/session/preflight.h"
 #include "tracking/tracker/tracker.h"
 
@@ -65,6 +67,9 @@ struct CaptureState {
   std::optional<double> covered;      // share of the cap; none without one
   // Directions that were covered until poses were corrected or views were taken back.
   std::vector<Eigen::Vector3d> reopened;
+  // The error that was measured at frames, by direction; null: nothing is measured.
+  std::shared_ptr<const ErrorMap> errors;
+  CoverGoal cover;
   Guidance guidance;
   // For the subject as it was placed: disc, distances, views; none before.
   std::optional<CapturePrediction> prediction;

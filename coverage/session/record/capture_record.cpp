@@ -49,6 +49,16 @@ std::vector<ScenePoint> WithEarlier(const std::vector<ScenePoint>& earlier, std:
   return now;
 }
 
+ErrorMeter::Options MeterOptions(const CaptureRecord::Options& options) {
+  ErrorMeter::Options meter;
+  // What only is shown may cost less than what decides. Guessed.
+  constexpr double kOnlyShown = 0.1;
+  if (options.cover.by == CoverBy::kBound) meter.processor_share = kOnlyShown;
+  meter.every_frame = options.deterministic;
+  meter.cause.good_db = options.cover.db;
+  return meter;
+}
+
 }  // namespace
 
 CaptureRecord::CaptureRecord(LightFieldWriter writer, const Options& options,
@@ -58,9 +68,13 @@ CaptureRecord::CaptureRecord(LightFieldWriter writer, const Options& options,
       first_new_id_(writer.NextViewId()),
       earlier_s_(writer.Contents().capture_s),
       earlier_reasons_(writer.Contents().reasons),
+      earlier_measured_(writer.Contents().measured.value_or(MeasuredErrors{})),
+      frames_measured_(earlier_measured_.frames),
       resumed_subject_(writer.Contents().subject),
       views_(writer.Contents()),
       geometry_(options.geometry ? std::make_unique<LiveGeometry>(*options.geometry) : nullptr),
+      meter_(geometry_ ? std::make_unique<ErrorMeter>(MeterOptions(options)) : nullptr),
+      errors_(meter_ ? std::make_shared<const ErrorMap>() : nullptr),
       spool_(AfterEarlierViews(std::move(writer)), options.spool_views, !options.deterministic) {}
 
 LightFieldWriter CaptureRecord::AfterEarlierViews(LightFieldWriter writer) {
@@ -70,10 +84,11 @@ LightFieldWriter CaptureRecord::AfterEarlierViews(LightFieldWriter writer) {
 
 void CaptureRecord::AddEarlierViews(const LightField& light_field) {
   const auto earlier = std::make_shared<const LightField>(light_field);
-  for (const View& view : earlier->views)
-    geometry_->AddView(
-        view.id, [earlier, &view] { return Srgb8(ReadRecordedImage(*earlier, view)); },
-        earlier->CameraOf(view), view.cam_from_world);
+  for (const View& view : earlier->views) {
+    const auto read = [earlier, &view] { return Srgb8(ReadRecordedImage(*earlier, view)); };
+    geometry_->AddView(view.id, read, earlier->CameraOf(view), view.cam_from_world);
+    meter_->AddEarlierView(view.id, read, earlier->CameraOf(view), view.cam_from_world);
+  }
 }
 
 void CaptureRecord::SayGeometryProblem() {
@@ -103,15 +118,26 @@ FinishedGeometry CaptureRecord::FinishGeometry(const std::filesystem::path& root
 void CaptureRecord::SetSubject(const Subject& subject) {
   subject_ = subject;
   if (geometry_) geometry_->SetSubject(subject);
-  if (resumed_subject_ != subject) spool_.SetSubject(subject);
+  const bool goes_on = resumed_subject_ == subject;
+  if (!goes_on) spool_.SetSubject(subject);
+  // Directions are from another point now.
+  map_.reset();
+  measured_over_.reset();
+  if (meter_)
+    errors_ = std::make_shared<const ErrorMap>(goes_on ? ErrorMapOf(earlier_measured_) : ErrorMap());
   resumed_subject_.reset();
   PaintAnew();
+  if (goes_on && errors_)
+    for (const ErrorMap::Part* part : errors_->Parts()) MarkMeasured(part->frame);
   reopened_.clear();
 }
 
 void CaptureRecord::PaintAnew() {
-  map_ = std::make_shared<const CoverageMap>(
-      *subject_, options_.map, views_.ForCriterion(options_.camera, options_.coverage_width_px));
+  auto map = std::make_shared<CoverageMap>(*subject_, options_.map,
+                                           views_.ForCriterion(options_.camera, options_.coverage_width_px));
+  if (map_ && !map->views().empty())
+    for (const MeasuredDisc& disc : map_->measured()) map->Mark(disc);
+  map_ = std::move(map);
   painted_anew_ = true;
 }
 
@@ -163,6 +189,13 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
     SayGeometryProblem();
     geometry_->AddView(
         *id, [image = frame.image] { return Srgb8(image); }, options_.camera, view.cam_from_world);
+    meter_->AddView(*id, frame.image, options_.camera, view.cam_from_world);
+    if (subject_) {
+      auto errors = std::make_shared<ErrorMap>(*errors_);
+      errors->AddView(view.cam_from_world.OriginInSource() - subject_->center_in_world);
+      errors_ = std::move(errors);
+    }
+    if (options_.deterministic && options_.cover.by != CoverBy::kBound) geometry_->WorkNow();
   }
   if (!map_) return id;
   auto map = std::make_shared<CoverageMap>(*map_);
@@ -173,12 +206,24 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   return id;
 }
 
+// What was measured with the view's help.
+void CaptureRecord::ForgetMeasuredAround(int id) {
+  const auto view = std::ranges::find(views_.views(), id, &RecordedViews::Entry::id);
+  if (view == views_.views().end() || !map_ || map_->measured().empty()) return;
+  const Eigen::Vector3d direction = view->cam_from_world.OriginInSource() - subject_->center_in_world;
+  auto map = std::make_shared<CoverageMap>(*map_);
+  map->ForgetMeasured(direction, VerdictOptions{}.most_apart);
+  map_ = std::move(map);
+}
+
 std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   std::vector<int> taken;
   for (const int id : ids) {
+    if (subject_) ForgetMeasuredAround(id);
     if (views_.Remove(id)) {
       spool_.RemoveView(id);
       if (geometry_) geometry_->RemoveView(id);
+      if (meter_) meter_->RemoveView(id);
       taken.push_back(id);
     } else if (std::ranges::find(taken, id) == taken.end()) {
       say_(fmt::format("there is no view {} to take back", id));
@@ -203,9 +248,69 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
   if (!last && !spool_.TryUpdatePoses(now)) return false;
   views_.MoveTo(now);
   if (geometry_) geometry_->MoveViews(now);
+  if (meter_) meter_->MoveViews(now);
   const double reopened = Repaint();
   if (reopened >= options_.worth_telling) say_("pose correction " + ReopenedInWords(reopened));
   return true;
+}
+
+std::optional<MeasuredFrame> CaptureRecord::Measure(const Frame& frame, const CameraModel& camera,
+                                                    const tracking::Track& track) {
+  if (!meter_ || !subject_ || !track.cam_from_world) return std::nullopt;
+  const std::shared_ptr<const LiveMesh> mesh = geometry_->State().mesh;
+  if (!mesh) return std::nullopt;
+  if (mesh != measured_over_) {
+    meter_->SetGeometry(*subject_, mesh->mesh);
+    measured_over_ = mesh;
+  }
+  std::optional<MeasuredFrame> measured, again;
+  try {
+    measured = meter_->Measure({.image = frame.image,
+                                .camera = camera,
+                                .cam_from_world = *track.cam_from_world,
+                                .center_sigma = track.center_sigma,
+                                .time_s = frame.device_time_s});
+    again = meter_->MeasureAgain();
+  } catch (const std::exception& error) {
+    say_(fmt::format("measuring errors: {}; the capture goes on, the bound decides", error.what()));
+    meter_.reset();
+    errors_.reset();
+  }
+  frames_measured_ += measured.has_value();
+  for (const auto& frame : {again, measured})
+    if (frame) {
+      auto errors = std::make_shared<ErrorMap>(*errors_);
+      errors->Add(*frame);
+      errors_ = std::move(errors);
+      MarkMeasured(*frame);
+    }
+  return measured;
+}
+
+void CaptureRecord::MarkMeasured(const MeasuredFrame& measured) {
+  if (!map_) return;
+  const VerdictOptions verdict = VerdictOptionsFor(*errors_);
+  if (!SaysSomething(measured, options_.cover, *map_, verdict)) return;
+  auto map = std::make_shared<CoverageMap>(*map_);
+  MarkOnMap(measured, options_.cover, *map, verdict);
+  map_ = std::move(map);
+}
+
+std::optional<bool> CaptureRecord::CoveredByMeasurement(const std::optional<MeasuredFrame>& measured) const {
+  if (!IsMeasuring() || !meter_ || !map_ || map_->views().empty()) return std::nullopt;
+  if (!measured) return true;  // there was no time for this frame: the next one
+  switch (VerdictOf(*measured, options_.cover.db, map_->DiscRadiusAt(measured->direction),
+                    VerdictOptionsFor(*errors_))) {
+    case MeasuredVerdict::kBad:
+      return false;
+    case MeasuredVerdict::kWait:
+      return true;
+    case MeasuredVerdict::kGood:
+      return options_.cover.by == CoverBy::kMeasured ? std::optional(true) : std::nullopt;
+    case MeasuredVerdict::kUnknown:
+      break;
+  }
+  return std::nullopt;
 }
 
 bool CaptureRecord::IsCapCovered(double share, const tracking::PoseSource& poses) {
@@ -239,6 +344,9 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
     points = WithEarlier(writer.Contents().points, std::move(points), first_new_id_);
     if (!points.empty()) writer.SetPoints(std::move(points));
     const std::filesystem::path root = writer.Contents().root;
+    if (errors_ && !errors_->empty())
+      writer.SetMeasured(
+          ToMeasuredErrors(*errors_, Name(options_.cover.by), options_.cover.db, frames_measured_));
     writer.Close(earlier_s_ + capture_s, all_reasons);
     if (geometry_) closed.geometry = FinishGeometry(root);
   } catch (const std::exception& error) {
@@ -253,6 +361,8 @@ void CaptureRecord::Describe(CaptureState& state) const {
   state.view_ids = views_.Ids();
   if (options_.map.cap) state.covered = map_ ? map_->CoveredShare() : 0;
   state.reopened = reopened_;
+  state.errors = errors_ && !errors_->empty() ? errors_ : nullptr;
+  state.cover = options_.cover;
 }
 
 }  // namespace ulf::coverage

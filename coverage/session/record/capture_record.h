@@ -19,6 +19,9 @@
 #include "core/image/frame.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/bound/coverage_map.h"
+#include "coverage/measured/cover_by.h"
+#include "coverage/measured/error_map.h"
+#include "coverage/measured/error_meter.h"
 #include "coverage/session/capture_state.h"
 #include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/recorded_views.h"
@@ -44,7 +47,8 @@ class CaptureRecord {
     CoverageMapOptions map;
     std::size_t spool_views = 16;
     bool deterministic = false;
-    std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made
+    std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
+    CoverGoal cover;
     // A correction that moves no view by more than this, radians as seen from the subject, is not worth
     // painting the map and writing the journal for; it is about a tenth of a pixel of the coverage image.
     // Guessed.
@@ -85,6 +89,16 @@ class CaptureRecord {
                      std::vector<ScenePoint> points);
   void Describe(CaptureState& state) const;
 
+  // What a frame whose pose is known shows of the error: noted in errors(), and, unless the bound alone decides, in
+  // the coverage map. None: there is no geometry yet, or no time.
+  std::optional<MeasuredFrame> Measure(const Frame& frame, const CameraModel& camera,
+                                       const tracking::Track& track);
+  // Whether measurements say that this viewpoint is covered; none: the bound decides.
+  std::optional<bool> CoveredByMeasurement(const std::optional<MeasuredFrame>& measured) const;
+  const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
+  // Whether measurements decide what is covered.
+  bool IsMeasuring() const { return options_.cover.by != CoverBy::kBound && measured_over_; }
+
  private:
   void PaintAnew();
   // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of what
@@ -94,6 +108,8 @@ class CaptureRecord {
   LightFieldWriter AfterEarlierViews(LightFieldWriter writer);
   void AddEarlierViews(const LightField& light_field);
   void SayGeometryProblem();
+  void ForgetMeasuredAround(int id);
+  void MarkMeasured(const MeasuredFrame& measured);
   FinishedGeometry FinishGeometry(const std::filesystem::path& root);
   std::string ReopenedInWords(double share) const;
 
@@ -102,9 +118,14 @@ class CaptureRecord {
   const int first_new_id_;
   const double earlier_s_;
   const std::map<std::string, std::uint64_t> earlier_reasons_;
+  const MeasuredErrors earlier_measured_;
+  std::uint64_t frames_measured_;
   std::optional<Subject> subject_, resumed_subject_;
   RecordedViews views_;
   std::unique_ptr<LiveGeometry> geometry_;  // null: none is made
+  std::unique_ptr<ErrorMeter> meter_;       // null: nothing is measured
+  std::shared_ptr<const ErrorMap> errors_;
+  std::shared_ptr<const LiveMesh> measured_over_;  // the mesh
   ViewSpool spool_;
   std::shared_ptr<const CoverageMap> map_;
   // What was covered and is not any more, because poses were corrected or views taken back.

@@ -55,6 +55,7 @@ class CaptureRecorder {
   const ReasonCounts& reasons() const { return reasons_; }
   StillCounts stills() const { return stills_ ? stills_->counts() : StillCounts{}; }
   const std::vector<double>& ms_decide() const { return ms_decide_; }
+  const std::vector<double>& ms_measure() const { return ms_measure_; }  // processor time of measured frames
 
  private:
   Decision DecideOnSubject(const Frame& frame, const tracking::Track& track, double frame_period_s);
@@ -81,7 +82,7 @@ class CaptureRecorder {
   std::optional<int> newest_id_;
   std::shared_ptr<const RecordedFrame> newest_view_;
   ReasonCounts reasons_{};
-  std::vector<double> ms_decide_;
+  std::vector<double> ms_decide_, ms_measure_;
 };
 
 }  // namespace ulf::coverage

@@ -76,9 +76,11 @@ std::optional<std::string> LiveGeometry::TakeProblem() {
   return std::exchange(problem_, std::nullopt);
 }
 
-void LiveGeometry::MakeMesh(bool in_this_thread) {
+void LiveGeometry::MakeMesh(MeshFor what_for) {
   render::MapsMeshOptions options = options_.growing.mesh;
-  options.in_this_thread = in_this_thread;
+  options.in_this_thread = what_for == MeshFor::kNow;
+  if (what_for == MeshFor::kNow)
+    options.most_triangles = std::min(options.most_triangles, options_.live_triangles);
   const std::vector<render::ViewDepth> maps = growing_.Maps();
   maps_of_mesh_ = static_cast<int>(maps.size());
   revision_of_mesh_ = growing_.revision();
@@ -98,7 +100,7 @@ void LiveGeometry::Work() {
   const int due = std::max(options_.first_mesh_maps,
                            static_cast<int>(options_.more_maps * static_cast<double>(maps_of_mesh_)));
   if (subject_ && maps >= due)
-    MakeMesh(true);
+    MakeMesh(MeshFor::kNow);
   else
     growing_.MakeNextMap(false);
 }
@@ -152,6 +154,23 @@ void LiveGeometry::Loop() {
   }
 }
 
+void LiveGeometry::WorkNow() {
+  std::deque<std::function<void()>> changes;
+  {
+    const MutexLock lock(mutex_);
+    changes.swap(changes_);
+  }
+  try {
+    for (const std::function<void()>& change : changes) change();
+    for (std::uint64_t before = ~0ULL; !failed_ && growing_.revision() + revision_of_mesh_ != before;) {
+      before = growing_.revision() + revision_of_mesh_;
+      Work();
+    }
+  } catch (const std::exception& error) {
+    Fail(error.what());
+  }
+}
+
 FinishedGeometry LiveGeometry::Finish() {
   const auto start = std::chrono::steady_clock::now();
   std::deque<std::function<void()>> rest;
@@ -169,13 +188,11 @@ FinishedGeometry LiveGeometry::Finish() {
     growing_.MakeMissingMaps(options_.threaded ? options_.finish_s : std::numeric_limits<double>::infinity());
     finished.maps = growing_.maps();
     finished.missing_maps = growing_.MissingMaps();
-    if (growing_.revision() != revision_of_mesh_) {
-      {
-        const MutexLock lock(mutex_);
-        state_.mesh.reset();
-      }
-      MakeMesh(false);
+    {
+      const MutexLock lock(mutex_);
+      state_.mesh.reset();
     }
+    MakeMesh(MeshFor::kEnd);
     finished.mesh = State().mesh;
   } catch (const std::exception& error) {
     Fail(error.what());

@@ -53,9 +53,11 @@ class LiveGeometry {
     double processor_share = 0.4;  // of one processor, while the capture goes on. Guessed.
     int first_mesh_maps = 6;       // that make the first mesh. Guessed.
     double more_maps = 1.35;       // a new mesh when there are so many times as many maps. Guessed.
-    double finish_s = 6;           // for missing maps at the end. Guessed: the whole then takes ten seconds.
-    int niceness = 15;             // of the thread
-    bool threaded = true;          // false: nothing is made before Finish()
+    // About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
+    int live_triangles = 30000;
+    double finish_s = 6;   // for missing maps at the end. Guessed: the whole then takes ten seconds.
+    int niceness = 15;     // of the thread
+    bool threaded = true;  // false: nothing is made before Finish(), or by WorkNow()
   };
   // A picture as geometry wants it, 8-bit sRGB; read in the geometry's thread.
   using ReadPicture = std::function<cv::Mat()>;
@@ -74,6 +76,9 @@ class LiveGeometry {
   // Why there will be no geometry, once; none: nothing new. For the caller to say: the failure was in another thread.
   std::optional<std::string> TakeProblem();
 
+  // Without a thread: makes the maps that are due, and a mesh.
+  void WorkNow();
+
   // Ends the thread, makes what is missing and the mesh of all.
   FinishedGeometry Finish();
 
@@ -81,7 +86,8 @@ class LiveGeometry {
   void Do(std::function<void()> change);
   void Loop();
   void Work();
-  void MakeMesh(bool in_this_thread);
+  enum class MeshFor { kNow, kEnd };
+  void MakeMesh(MeshFor what_for);
   void Fail(const std::string& what);
 
   const Options options_;

@@ -82,7 +82,8 @@ class StillCapture {
   void Follow(const Frame& live, const tracking::Track& track);
   // Requests a photograph; ignored while one is on its way.
   void Ask();
-  StillVerdict Judge(const Frame& still, const CoverageMap* map);
+  // `wanted_by_measurement`: it was requested because the error was large, whatever the bound says.
+  StillVerdict Judge(const Frame& still, const CoverageMap* map, bool wanted_by_measurement = false);
 
  private:
   // A photograph whose lag is measured later.

@@ -3,12 +3,16 @@
 // ulf capture leaves a mesh, or says why there is none; a light field is complete without.
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/mesh_file.h"
+#include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -88,6 +92,34 @@ TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
   EXPECT_THAT(run.errors, HasSubstr("ulf proxy"));
   EXPECT_GE(ReadLightField(dir).views.size(), before);
   EXPECT_EQ(BytesOf(dir / "proxy.ply"), "of another program");
+}
+
+// A kill while maps are being made: no mesh, a light field that opens, and geometry of all views when it goes on.
+TEST(GeometryCapture, KilledCaptureGoesOnWithTheGeometryOfAllViews) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  const char* binary = std::getenv("ULF_BINARY");
+  ASSERT_TRUE(binary) << "ULF_BINARY is not set: run through ctest";
+  test::ChildProcess capture({binary, "capture",
+                              "sim:studio?width=320&height=240&look_away=0&row_deg=5&speed_deg_s=25",
+                              "--headless", "--poses", "known", "--subject", "0,0,0.07,0.162", "--quality",
+                              "fast", "-o", dir.string()});
+  constexpr std::size_t kViews = 14;
+  std::size_t views = 0;
+  for (int i = 0; i < 600 && views < kViews; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (fs::exists(dir / "journal.jsonl")) views = ReadLightField(dir).views.size();
+  }
+  capture.Kill();
+  ASSERT_GE(views, kViews);
+  EXPECT_FALSE(fs::exists(dir / "proxy.ply"));
+  const std::size_t kept = ReadLightField(dir).views.size();
+  EXPECT_GE(kept, kViews);
+  const CommandResult run = Capture(dir, "--resume --frames 20");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_GE(ReadLightField(dir).views.size(), kept);
+  EXPECT_GE(nlohmann::json::parse(run.output)["geometry"]["maps"], 4);
+  EXPECT_GT(ReadMeshFile(dir / "proxy.ply").mesh.triangles.size(), 3000u);
 }
 
 TEST(GeometryCapture, DeterministicMeshIsTheSameTwice) {

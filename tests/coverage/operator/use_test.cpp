@@ -73,8 +73,8 @@ class BusyPerson : public OffscreenSurface {
  private:
   InputEvent Next() {
     static const std::vector<InputEvent> kRound{
-        Typed{U'i'}, Typed{U'?'}, Typed{U'?'}, Typed{U'p'}, Typed{U'l'}, Typed{U'l'}, Typed{U' '},
-        Typed{U' '},
+        Typed{U'i'}, Typed{U'?'}, Typed{U'?'}, Typed{U'p'}, Typed{U'l'}, Typed{U'l'}, Typed{U'e'},
+        Typed{U'e'}, Typed{U' '}, Typed{U' '},
         // Two views back.
         KeyPressed{Key::kBackspace}, KeyPressed{Key::kBackspace},
         // The subject: focused through its aperture, moved, and left as it was.
@@ -112,6 +112,7 @@ TEST(Use, OfEverythingThatTheDisplayOffersDuringACapture) {
   options.cap = Cap::ParseDegrees("60x40");
   options.until_share = 2;  // never: what is left is looked at until the time is over
   options.threshold_px = 12;
+  options.geometry = true;
   options.coverage_width_px = 320;
   options.max_seconds = 60 * Asked("ULF_USE_MINUTES", 4);
   CaptureFeed feed;

@@ -1,0 +1,25 @@
+// What decides whether a viewpoint is covered: the bound (coverage/bound/criterion.h), the error that is measured
+// at frames (error_meter.h), or both.
+#pragma once
+
+#include <string>
+
+namespace ulf::coverage {
+
+enum class CoverBy {
+  kBound,     // a recorded view shows the subject within the threshold, whatever its shape
+  kMeasured,  // the recorded views predict the frame well enough; where that cannot be measured, the bound
+  kBoth,      // both
+};
+const char* Name(CoverBy by);                   // as on the command line
+CoverBy CoverByNamed(const std::string& name);  // kBound for a name that is not known
+
+struct CoverGoal {
+  CoverBy by = CoverBy::kBound;
+  // At least, inside the subject's silhouette, in small pictures (docs/guidance.md, "Measured errors"). Guessed.
+  double db = 33;
+  // "bound", "measured", "both", or "measured:35", "both:35". Throws UsageError.
+  static CoverGoal Parse(const std::string& text);
+};
+
+}  // namespace ulf::coverage

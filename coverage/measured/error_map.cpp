@@ -1,0 +1,134 @@
+#include "coverage/measured/error_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/quantile.h"
+
+namespace ulf::coverage {
+
+using Eigen::Vector3d;
+
+bool MeasuredFrame::IsOfTheLightField() const {
+  return cause != render::ErrorCause::kPose && cause != render::ErrorCause::kLight &&
+         cause != render::ErrorCause::kFocus && cause != render::ErrorCause::kMoved;
+}
+
+ErrorMap::Key ErrorMap::KeyOf(const Vector3d& direction) const {
+  const Vector3d at = direction / options_.part;
+  return {static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())),
+          static_cast<int>(std::lround(at.z()))};
+}
+
+void ErrorMap::Add(const MeasuredFrame& frame) {
+  parts_.insert_or_assign(KeyOf(frame.direction), Part{frame, frame.nearest_view_angle});
+}
+
+void ErrorMap::AddView(const Vector3d& direction) {
+  for (auto& [key, part] : parts_)
+    part.view_angle_now = std::min(
+        part.view_angle_now, std::max(options_.least_angle, AngleBetween(direction, part.frame.direction)));
+}
+
+double ErrorMap::Part::DbNow() const {
+  if (!(frame.nearest_view_angle > 0) || view_angle_now >= frame.nearest_view_angle) return frame.db;
+  return frame.db + 20 * std::log10(frame.nearest_view_angle / view_angle_now);
+}
+
+const ErrorMap::Part* ErrorMap::At(const Vector3d& direction) const {
+  const Part* nearest = nullptr;
+  double nearest_angle = options_.reach;
+  const Key middle = KeyOf(direction);
+  const int reach = static_cast<int>(std::ceil(options_.reach / options_.part));
+  for (int x = -reach; x <= reach; ++x)
+    for (int y = -reach; y <= reach; ++y)
+      for (int z = -reach; z <= reach; ++z) {
+        const auto found = parts_.find({middle[0] + x, middle[1] + y, middle[2] + z});
+        if (found == parts_.end()) continue;
+        const double angle = AngleBetween(direction, found->second.frame.direction);
+        if (angle > nearest_angle) continue;
+        nearest_angle = angle;
+        nearest = &found->second;
+      }
+  return nearest;
+}
+
+std::vector<const ErrorMap::Part*> ErrorMap::Parts() const {
+  std::vector<const Part*> parts;
+  for (const auto& [key, part] : parts_) parts.push_back(&part);
+  return parts;
+}
+
+std::optional<double> ErrorMap::DbPerHalving() const {
+  constexpr std::size_t kLeast = 40;          // directions. Guessed.
+  constexpr double kLeastSpread = 0.5;        // of log2 of the angles, standard deviation. Guessed.
+  std::vector<std::pair<double, double>> at;  // log2 of the angle, dB
+  double mean_angle = 0, mean_db = 0;
+  for (const auto& [key, part] : parts_) {
+    if (!part.frame.measurable || !part.frame.IsOfTheLightField()) continue;
+    at.emplace_back(std::log2(std::max(part.frame.nearest_view_angle, options_.least_angle)), part.frame.db);
+    mean_angle += at.back().first;
+    mean_db += at.back().second;
+  }
+  if (at.size() < kLeast) return std::nullopt;
+  const auto count = static_cast<double>(at.size());
+  mean_angle /= count;
+  mean_db /= count;
+  double both = 0, of_angle = 0;
+  for (const auto& [angle, db] : at) {
+    both += (angle - mean_angle) * (db - mean_db);
+    of_angle += (angle - mean_angle) * (angle - mean_angle);
+  }
+  if (of_angle < count * kLeastSpread * kLeastSpread) return std::nullopt;
+  constexpr double kMost_db = 6.02;  // errors that fall with the square of the angle
+  return std::clamp(-both / of_angle, 0.0, kMost_db);
+}
+
+ErrorSummary Summarize(const ErrorMap& map, double goal_db) {
+  ErrorSummary summary;
+  std::vector<double> db, px;
+  for (const ErrorMap::Part* part : map.Parts()) {
+    if (!part->frame.measurable) continue;
+    ++summary.directions;
+    db.push_back(part->DbNow());
+    px.push_back(part->frame.misregistration_px);
+    if (db.back() >= goal_db) continue;
+    ++summary.failing;
+    ++summary.causes[part->frame.cause];
+  }
+  constexpr double kWorstTenth = 0.1;
+  summary.median_db = Median(db);
+  summary.worst_tenth_db = Quantile(db, kWorstTenth);
+  summary.median_px = Median(px);
+  return summary;
+}
+
+MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, double goal_db,
+                                std::uint64_t frames) {
+  MeasuredErrors measured{.cover = cover, .goal_db = goal_db, .frames = frames, .directions = {}};
+  for (const ErrorMap::Part* part : map.Parts())
+    if (part->frame.measurable)
+      measured.directions.push_back({part->frame.direction, part->view_angle_now, part->DbNow(),
+                                     part->frame.misregistration_px, Name(part->frame.cause)});
+  return measured;
+}
+
+ErrorMap ErrorMapOf(const MeasuredErrors& measured) {
+  ErrorMap map;
+  for (const MeasuredDirection& at : measured.directions) {
+    MeasuredFrame frame;
+    frame.direction = at.direction;
+    frame.nearest_view_angle = at.nearest_view_angle;
+    frame.measurable = true;
+    frame.db = frame.db_aligned = at.db;
+    frame.misregistration_px = at.misregistration_px;
+    const auto cause = std::ranges::find_if(render::kErrorCauses,
+                                            [&](render::ErrorCause each) { return at.cause == Name(each); });
+    if (cause != render::kErrorCauses.end()) frame.cause = *cause;
+    map.Add(frame);
+  }
+  return map;
+}
+
+}  // namespace ulf::coverage

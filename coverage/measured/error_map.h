@@ -1,0 +1,86 @@
+// The error that was measured at frames, by direction from the subject: the newest measurement of each small
+// part of the sphere. What a view that is recorded afterwards improves is reckoned, until it is measured again.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/angles.h"
+#include "core/light_field/light_field.h"
+#include "render/prediction/error_cause.h"
+
+namespace ulf::coverage {
+
+// What a frame showed of the light field's error.
+struct MeasuredFrame {
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // from the subject to the camera, unit, world frame
+  double nearest_view_angle = 0;  // radians, from the subject: of the nearest recorded view
+  double one_sided = 0;           // 1: all views that predict it stand on one side of it (render/prediction)
+  bool measurable = false;        // false: no geometry, no overlap or no texture
+  double db = 0, db_aligned = 0, db_outside = 0;  // in small pictures; inside the silhouette, and outside
+  double misregistration_px = 0;                  // inside, in small pictures
+  render::ErrorCause cause = render::ErrorCause::kNone;
+  double time_s = 0;        // the device's
+  double processor_ms = 0;  // that it took
+
+  // Whether more views would make it better: what moved, or was lit or aimed differently in this one frame,
+  // would not.
+  bool IsOfTheLightField() const;
+};
+
+class ErrorMap {
+ public:
+  struct Options {
+    double part =
+        Radians(1.5);  // side of a part of the sphere, about. Guessed: less than a disc of the bound.
+    double reach = Radians(3);          // a measurement speaks for directions nearer than that. Guessed.
+    double least_angle = Radians(0.5);  // nearer to a view the error no longer falls. Guessed.
+  };
+  ErrorMap() : ErrorMap(Options{}) {}
+  explicit ErrorMap(const Options& options) : options_(options) {}
+
+  void Add(const MeasuredFrame& frame);
+  // A view was recorded in this direction: around it, errors fall as the distance to the nearest view does.
+  void AddView(const Eigen::Vector3d& direction);
+  bool empty() const { return parts_.empty(); }
+
+  struct Part {
+    MeasuredFrame frame;
+    double view_angle_now = 0;  // to the nearest recorded view
+    // Mean square errors fall with the square of that angle.
+    double DbNow() const;
+  };
+  // The nearest measurement; none within reach.
+  const Part* At(const Eigen::Vector3d& direction) const;
+  std::vector<const Part*> Parts() const;
+  // By how much pictures get better when the nearest view stands half as far away, dB: a line through what was
+  // measured. None before enough was.
+  std::optional<double> DbPerHalving() const;
+
+  using Key = std::array<int, 3>;  // of a part
+  Key KeyOf(const Eigen::Vector3d& direction) const;
+
+ private:
+  Options options_;
+  std::map<Key, Part> parts_;
+};
+
+// Of all measured directions: the least error, the middle one, and how many fail `goal_db`, by cause.
+struct ErrorSummary {
+  int directions = 0, failing = 0;
+  double median_db = 0, worst_tenth_db = 0, median_px = 0;
+  std::map<render::ErrorCause, int> causes;  // of those that fail
+};
+ErrorSummary Summarize(const ErrorMap& map, double goal_db);
+
+// As they are kept with the light field: measurable directions, with the error that is reckoned for now.
+MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, double goal_db,
+                                std::uint64_t frames);
+ErrorMap ErrorMapOf(const MeasuredErrors& measured);
+
+}  // namespace ulf::coverage

@@ -1,0 +1,189 @@
+#include "coverage/measured/error_meter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "core/base/thread_clock.h"
+
+namespace ulf::coverage {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+Clock::time_point After(Clock::time_point start, double seconds) {
+  return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+// In 8-bit sRGB. Large pictures are reduced before they are converted, which is much faster.
+cv::Mat SmallSrgb8(const Image& image, int size_px) {
+  const int side = std::max(image.pixels.cols, image.pixels.rows);
+  if (side <= 2 * size_px) return Srgb8(image);
+  const double scale = 2.0 * size_px / side;
+  if (image.mosaic != Mosaic::kNone) {  // neighbours have other colours: grey is all that is compared
+    cv::Mat grey;
+    cv::resize(GrayForTracking(image), grey, {}, scale, scale, cv::INTER_AREA);
+    cv::cvtColor(grey, grey, cv::COLOR_GRAY2BGR);
+    return grey;
+  }
+  Image small = image;
+  cv::resize(image.pixels, small.pixels, {}, scale, scale, cv::INTER_AREA);
+  return Srgb8(small);
+}
+
+}  // namespace
+
+void ErrorMeter::SetGeometry(const Subject& subject, std::shared_ptr<const render::TriangleMesh> mesh) {
+  if (!(subject == predictor_.subject())) {  // directions are from another point now
+    kept_.clear();
+    stale_.clear();
+  }
+  predictor_.SetGeometry(subject, std::move(mesh));
+}
+
+void ErrorMeter::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
+  predictor_.MoveViews(cam_from_world);
+  kept_.clear();
+  stale_.clear();
+}
+
+void ErrorMeter::AddView(int id, const Image& image, const CameraModel& camera,
+                         const Rigid3& cam_from_world) {
+  predictor_.AddView(id, maker_.Make(SmallSrgb8(image, options_.size_px), camera, cam_from_world));
+  const Eigen::Vector3d& center = predictor_.subject().center_in_world;
+  const Eigen::Vector3d direction = cam_from_world.OriginInSource() - center;
+  for (const auto& [key, frame] : kept_)
+    if (AngleBetween(direction, frame.small.center_in_world - center) < options_.view_reach &&
+        std::ranges::find(stale_, key) == stale_.end())
+      stale_.push_back(key);
+}
+
+void ErrorMeter::AddEarlierView(int id, ReadPicture picture, const CameraModel& camera,
+                                const Rigid3& cam_from_world) {
+  predictor_.AddView(id, cam_from_world, [this, picture = std::move(picture), camera, cam_from_world] {
+    return maker_.Make(picture(), camera, cam_from_world);
+  });
+}
+
+std::optional<MeasuredFrame> ErrorMeter::Measure(const Input& input) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!predictor_.has_geometry() || predictor_.views() == 0) return std::nullopt;
+  if (!options_.every_frame && now < rested_) return std::nullopt;
+  const double before_s = ThreadCpuSeconds();
+  const render::StereoView small =
+      maker_.Make(SmallSrgb8(input.image, options_.size_px), input.camera, input.cam_from_world);
+  MeasuredFrame measured = MeasureSmall(small, input.center_sigma, input.time_s);
+  Keep(measured, small, input.center_sigma);
+  const double took_s = ThreadCpuSeconds() - before_s;
+  measured.processor_ms = 1e3 * took_s;
+  rested_ = After(now, took_s / options_.processor_share);
+  return measured;
+}
+
+std::optional<MeasuredFrame> ErrorMeter::MeasureAgain() {
+  const auto now = std::chrono::steady_clock::now();
+  if (stale_.empty() || !predictor_.has_geometry() || (!options_.every_frame && now < rested_again_))
+    return std::nullopt;
+  const auto found = kept_.find(stale_.front());
+  stale_.pop_front();
+  if (found == kept_.end()) return std::nullopt;
+  const double before_s = ThreadCpuSeconds();
+  render::StereoView small = found->second.small;
+  found->second.small.grey.convertTo(small.grey, CV_32F);
+  MeasuredFrame measured = MeasureSmall(small, found->second.center_sigma, found->second.time_s);
+  const double took_s = ThreadCpuSeconds() - before_s;
+  measured.processor_ms = 1e3 * took_s;
+  rested_again_ = After(now, took_s / options_.again_share);
+  return measured;
+}
+
+void ErrorMeter::Keep(const MeasuredFrame& measured, const render::StereoView& small,
+                      std::optional<double> center_sigma) {
+  const ErrorMap::Key key = parts_.KeyOf(measured.direction);
+  Kept kept{small, center_sigma, measured.time_s, ++kept_so_far_};
+  small.grey.convertTo(kept.small.grey, CV_8U);  // a new picture: the old one stays as it is
+  kept_.insert_or_assign(key, std::move(kept));
+  std::erase(stale_, key);
+  if (kept_.size() > options_.frames_kept)
+    kept_.erase(std::ranges::min_element(kept_, {}, [](const auto& each) { return each.second.number; }));
+}
+
+MeasuredFrame ErrorMeter::MeasureSmall(const render::StereoView& small, std::optional<double> center_sigma,
+                                       double time_s) {
+  MeasuredFrame measured;
+  measured.direction = (small.center_in_world - predictor_.subject().center_in_world).normalized();
+  measured.nearest_view_angle = predictor_.NearestViewAngle(small.center_in_world);
+  measured.time_s = time_s;
+  if (const auto predicted = predictor_.Predict(small)) {
+    const render::PredictionError error = render::MeasureError(
+        small, *predicted, predictor_.subject(), {.center_sigma = center_sigma}, options_.error);
+    measured.one_sided = predicted->one_sided;
+    measured.measurable = error.inside.SeenShare() >= options_.least_seen &&
+                          error.on_mesh_share >= options_.least_seen &&
+                          error.inside.contrast >= options_.least_contrast;
+    measured.db = error.inside.db;
+    measured.db_aligned = error.inside.db_aligned;
+    measured.db_outside = error.outside.db;
+    measured.misregistration_px = error.inside.misregistration_px;
+    measured.cause = render::CauseOf(error, options_.cause);
+  } else {
+    measured.cause = render::ErrorCause::kNotSeen;
+  }
+  return measured;
+}
+
+MeasuredVerdict VerdictOf(const MeasuredFrame& frame, double goal_db, double disc_radius,
+                          const VerdictOptions& options) {
+  if (frame.nearest_view_angle > options.most_apart) return MeasuredVerdict::kBad;
+  if (!frame.measurable) return MeasuredVerdict::kUnknown;
+  if (frame.db >= goal_db) return MeasuredVerdict::kGood;
+  if (!frame.IsOfTheLightField()) return MeasuredVerdict::kUnknown;
+  if (frame.one_sided > options.one_sided && frame.db >= goal_db - options.one_sided_db)
+    return MeasuredVerdict::kWait;
+  const double least_apart = options.least_apart * disc_radius;
+  if (frame.nearest_view_angle <= least_apart) return MeasuredVerdict::kGood;
+  // Where even the nearest useful view would not make it good enough, as many views as the bound asks for.
+  const double reached_db =
+      frame.db + options.db_per_halving * std::log2(frame.nearest_view_angle / least_apart);
+  return reached_db >= goal_db ? MeasuredVerdict::kBad : MeasuredVerdict::kUnknown;
+}
+
+VerdictOptions VerdictOptionsFor(const ErrorMap& errors) {
+  VerdictOptions options;
+  if (const auto slope = errors.DbPerHalving()) options.db_per_halving = *slope;
+  return options;
+}
+
+double GoodRadius(const MeasuredFrame& frame, double goal_db) {
+  const double room = std::pow(10, (frame.db - goal_db) / 20);  // of the angle to the nearest view
+  return frame.nearest_view_angle * std::clamp(room - 1, 0.0, 1.0);
+}
+
+bool SaysSomething(const MeasuredFrame& frame, const CoverGoal& goal, const CoverageMap& map,
+                   const VerdictOptions& options) {
+  if (goal.by == CoverBy::kBound || map.views().empty()) return false;
+  const MeasuredVerdict verdict = VerdictOf(frame, goal.db, map.DiscRadiusAt(frame.direction), options);
+  return verdict == MeasuredVerdict::kBad ||
+         (verdict == MeasuredVerdict::kGood && goal.by == CoverBy::kMeasured);
+}
+
+void MarkOnMap(const MeasuredFrame& frame, const CoverGoal& goal, CoverageMap& map,
+               const VerdictOptions& options) {
+  if (!SaysSomething(frame, goal, map, options)) return;
+  const double disc_radius = map.DiscRadiusAt(frame.direction);
+  const bool good = VerdictOf(frame, goal.db, disc_radius, options) == MeasuredVerdict::kGood;
+  // A frame that is good enough speaks for its surroundings at least as far as another frame may lie.
+  constexpr double kBesideFrame = 0.5;  // disc radii. Guessed.
+  map.Mark({frame.direction,
+            good ? std::max(kBesideFrame * disc_radius, GoodRadius(frame, goal.db)) : disc_radius, good});
+}
+
+void MarkOnMap(const MeasuredErrors& measured, CoverageMap& map) {
+  const CoverGoal goal{CoverByNamed(measured.cover), measured.goal_db};
+  const ErrorMap errors = ErrorMapOf(measured);
+  const VerdictOptions options = VerdictOptionsFor(errors);
+  for (const ErrorMap::Part* part : errors.Parts()) MarkOnMap(part->frame, goal, map, options);
+}
+
+}  // namespace ulf::coverage

@@ -1,0 +1,130 @@
+// Measures at the frames of a running capture how well the recorded views predict them
+// (render/prediction/frame_predictor.h). Works in the caller's thread and keeps to a share of its time; a frame for
+// which there is no time is not measured.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "core/geometry/angles.h"
+#include "core/geometry/camera_model.h"
+#include "core/image/image.h"
+#include "coverage/bound/coverage_map.h"
+#include "coverage/measured/cover_by.h"
+#include "coverage/measured/error_map.h"
+#include "render/prediction/frame_predictor.h"
+#include "render/prediction/prediction_error.h"
+
+namespace ulf::coverage {
+
+class ErrorMeter {
+ public:
+  struct Options {
+    int size_px = 320;             // longer side of the pictures that are compared. Guessed: 10 ms a frame.
+    double processor_share = 0.3;  // of the caller's time, at most. Guessed: 10 ms of 33.
+    double again_share = 0.15;     // more, for frames that are measured again. Guessed.
+    // Measures every frame, and one again, whatever it costs; for captures whose result must not depend on time.
+    bool every_frame = false;
+    std::size_t frames_kept = 600;  // small pictures, 80 kB each, that can be measured again. Guessed.
+    // A view that is recorded changes what was measured nearer to it, radians. Guessed.
+    double view_reach = Radians(8);
+    render::FramePredictorOptions predictor = {};
+    render::PredictionErrorOptions error = {};
+    render::CauseOptions cause = {};
+    double least_seen =
+        0.6;  // share of the silhouette that views see: with less, nothing is measured. Guessed.
+    double least_contrast =
+        2.5;  // root mean square, grey values: with less there is nothing to see. Guessed.
+  };
+  using ReadPicture = std::function<cv::Mat()>;  // 8-bit sRGB
+
+  explicit ErrorMeter(const Options& options)
+      : options_(options), predictor_(options.predictor), maker_(options.size_px) {}
+
+  void SetGeometry(const Subject& subject, std::shared_ptr<const render::TriangleMesh> mesh);
+  void AddView(int id, const Image& image, const CameraModel& camera, const Rigid3& cam_from_world);
+  // The picture is read when a frame near the view is measured.
+  void AddEarlierView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
+  void RemoveView(int id) { predictor_.RemoveView(id); }
+  // Frames that were kept are forgotten: their poses were corrected as well.
+  void MoveViews(const std::map<int, Rigid3>& cam_from_world);
+
+  struct Input {
+    const Image& image;
+    const CameraModel& camera;
+    const Rigid3& cam_from_world;
+    std::optional<double> center_sigma;  // of the pose, world units
+    double time_s = 0;
+  };
+  // None: there is no geometry yet, or no time.
+  std::optional<MeasuredFrame> Measure(const Input& input);
+  // One of the earlier frames, around which views were recorded since it was measured. None: there is none, or no
+  // time.
+  std::optional<MeasuredFrame> MeasureAgain();
+
+ private:
+  // A frame that can be measured again.
+  struct Kept {
+    render::StereoView small;  // its grey values as CV_8U
+    std::optional<double> center_sigma;
+    double time_s = 0;
+    std::uint64_t number = 0;  // the smallest is the oldest
+  };
+  MeasuredFrame MeasureSmall(const render::StereoView& small, std::optional<double> center_sigma,
+                             double time_s);
+  void Keep(const MeasuredFrame& measured, const render::StereoView& small,
+            std::optional<double> center_sigma);
+
+  Options options_;
+  ErrorMap parts_;  // for the keys alone
+  std::map<ErrorMap::Key, Kept> kept_;
+  std::deque<ErrorMap::Key> stale_;
+  std::uint64_t kept_so_far_ = 0;
+  std::chrono::steady_clock::time_point rested_again_{};
+  render::FramePredictor predictor_;
+  render::StereoViewMaker maker_;
+  std::chrono::steady_clock::time_point rested_{};
+};
+
+// What a measurement says about recording a frame.
+enum class MeasuredVerdict {
+  kUnknown,  // nothing: the bound decides
+  kGood,     // the recorded views predict it well enough
+  kWait,     // they will, once there are views on its other side
+  kBad,      // they do not, and a view here would help
+};
+struct VerdictOptions {
+  double most_apart = Radians(12);  // from the nearest view: geometry needs neighbours. Guessed.
+  // Nearer to the nearest view than this share of the radius that the bound lets one view cover, another one would
+  // bring nothing. Guessed.
+  double least_apart = 0.3;
+  // Views on one side alone: the error grows with the square of the distance, and half way to a view beyond it is a
+  // quarter.
+  double one_sided = 0.7;        // from which a frame stands beyond the views. Guessed.
+  double db_per_halving = 6.02;  // ErrorMap::DbPerHalving(): with less, a goal may be out of reach
+  double one_sided_db = 6.02;    // by so much it may be worse there
+};
+// By what was measured so far.
+VerdictOptions VerdictOptionsFor(const ErrorMap& errors);
+MeasuredVerdict VerdictOf(const MeasuredFrame& frame, double goal_db, double disc_radius,
+                          const VerdictOptions& options = {});
+
+// How far around a frame that is predicted well enough others are, too, radians: where the error, growing with the
+// square of the angle to the nearest view, reaches the goal; at most as far as that view.
+double GoodRadius(const MeasuredFrame& frame, double goal_db);
+
+// Paints on the map, or takes away, what the measurement says. Needs a map with views.
+void MarkOnMap(const MeasuredFrame& frame, const CoverGoal& goal, CoverageMap& map,
+               const VerdictOptions& options = {});
+// What the capture of a light field measured, on a map of its own subject.
+void MarkOnMap(const MeasuredErrors& measured, CoverageMap& map);
+// Whether MarkOnMap() would change a map.
+bool SaysSomething(const MeasuredFrame& frame, const CoverGoal& goal, const CoverageMap& map,
+                   const VerdictOptions& options = {});
+
+}  // namespace ulf::coverage

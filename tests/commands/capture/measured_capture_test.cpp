@@ -1,0 +1,105 @@
+// Tests: coverage/measured/error_meter, commands/capture/capture_report.
+//
+// ulf capture measures at its frames how well the recorded views predict them, keeps it, and may record by it.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/light_field/light_field_io.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::CommandResult;
+using test::RunUlf;
+using test::ScratchFolder;
+using testing::HasSubstr;
+
+CommandResult Capture(const fs::path& dir, const std::string& more) {
+  return RunUlf(
+      "capture 'sim:studio?width=320&height=240&look_away=0&row_deg=4&speed_deg_s=20' --headless --poses "
+      "known "
+      "--subject 0,0,0.07,0.162 --json --deterministic -o " +
+      dir.string() + " " + more);
+}
+
+// By the bound every disc of the map gets a view. The pictures are as good as asked for with fewer.
+TEST(MeasuredCapture, RecordsFewerViewsWhereThePicturesAreGood) {
+  const ScratchFolder scratch;
+  const CommandResult bound = Capture(scratch / "bound", "--until-covered 18x10");
+  ASSERT_EQ(bound.exit_code, 0) << bound.errors;
+  const CommandResult measured =
+      Capture(scratch / "measured",
+              "--until-covered 18x10 --cover measured:29 --error-map " + (scratch / "errors.png").string());
+  ASSERT_EQ(measured.exit_code, 0) << measured.errors;
+  const json by_bound = json::parse(bound.output), by_measure = json::parse(measured.output);
+  EXPECT_EQ(by_measure["stopped_because"], "covered");
+  EXPECT_GE(by_measure["covered"], 0.98);
+  EXPECT_LT(by_measure["covered_by_bound"], 0.9);
+  EXPECT_LT(by_measure["recorded"].get<int>(), 0.6 * by_bound["recorded"].get<int>());
+  EXPECT_EQ(by_measure["measured"]["cover"], "measured");
+  EXPECT_EQ(by_measure["measured"]["goal_db"], 29);
+  EXPECT_GT(by_measure["measured"]["directions"], 30);
+  EXPECT_GE(by_measure["measured"]["median_db"], 29);
+  EXPECT_GT(by_measure["ms_measure_median"], 0);
+  const cv::Mat picture = cv::imread((scratch / "errors.png").string());
+  EXPECT_EQ(picture.cols, 960);
+
+  // It is kept with the light field, and told again.
+  const LightField light_field = ReadLightField(scratch / "measured");
+  ASSERT_TRUE(light_field.measured);
+  EXPECT_EQ(light_field.measured->directions.size(), by_measure["measured"]["directions"]);
+  const CommandResult info = RunUlf("info " + (scratch / "measured").string() + " --json");
+  ASSERT_EQ(info.exit_code, 0) << info.errors;
+  EXPECT_EQ(json::parse(info.output)["measured"], by_measure["measured"]);
+  EXPECT_NEAR(json::parse(info.output)["covered"], by_measure["covered"], 0.02);
+  const CommandResult words = RunUlf("info " + (scratch / "measured").string());
+  EXPECT_THAT(words.output, HasSubstr("as measured"));
+  EXPECT_THAT(words.output, HasSubstr("dB, in the worst tenth"));
+}
+
+TEST(MeasuredCapture, BoundAloneDecidesAndErrorsAreMeasuredAllTheSame) {
+  const ScratchFolder scratch;
+  const std::string frames = "--frames 50";
+  const CommandResult with = Capture(scratch / "with", frames);
+  ASSERT_EQ(with.exit_code, 0) << with.errors;
+  const CommandResult without = Capture(scratch / "without", frames + " --no-geometry");
+  ASSERT_EQ(without.exit_code, 0) << without.errors;
+  EXPECT_EQ(json::parse(with.output)["recorded"], json::parse(without.output)["recorded"]);
+  EXPECT_TRUE(json::parse(without.output)["measured"].is_null());
+}
+
+TEST(MeasuredCapture, GoesOnWithWhatWasMeasured) {
+  const ScratchFolder scratch;
+  ASSERT_EQ(Capture(scratch / "lf", "--frames 90 --until-covered 40x20 --cover measured:29").exit_code, 0);
+  const auto before = ReadLightField(scratch / "lf").measured;
+  ASSERT_TRUE(before);
+  ASSERT_GT(before->directions.size(), 20u);
+  const CommandResult again = Capture(scratch / "lf", "--resume --frames 20 --cover measured:29");
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  const auto after = ReadLightField(scratch / "lf").measured;
+  ASSERT_TRUE(after);
+  EXPECT_GE(after->directions.size(), before->directions.size());
+  EXPECT_GE(after->frames, before->frames);
+}
+
+TEST(MeasuredCapture, OptionsThatContradictAreRefused) {
+  const ScratchFolder scratch;
+  const CommandResult without = Capture(scratch / "a", "--cover measured --no-geometry");
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_THAT(without.errors, HasSubstr("--no-geometry"));
+  const CommandResult nonsense = Capture(scratch / "b", "--cover luck");
+  EXPECT_EQ(nonsense.exit_code, 2);
+  EXPECT_THAT(nonsense.errors, HasSubstr("bound, measured or both"));
+  EXPECT_FALSE(fs::exists(scratch / "a"));
+  EXPECT_FALSE(fs::exists(scratch / "b"));
+}
+
+}  // namespace
+}  // namespace ulf
