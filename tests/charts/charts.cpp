@@ -38,6 +38,8 @@ constexpr Maker kMakers[] = {{"coverage_bound", BoundChart},
                              {"map_size", MapSizeChart},
                              {"predicted_error", PredictedErrorChart},
                              {"wrong_choice", WrongChoiceChart},
+                             {"measured_error", MeasuredErrorChart},
+                             {"cover", CoverChart},
                              {"packets", PacketsChart}};
 
 struct Arguments {

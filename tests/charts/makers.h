@@ -31,6 +31,8 @@ Chart TrackingSideChart(const ChartEffort& effort);
 Chart MapSizeChart(const ChartEffort& effort);
 Chart PredictedErrorChart(const ChartEffort& effort);
 Chart WrongChoiceChart(const ChartEffort& effort);
+Chart CoverChart(const ChartEffort& effort);
+Chart MeasuredErrorChart(const ChartEffort& effort);
 Chart PacketsChart(const ChartEffort& effort);
 
 }  // namespace ulf::test

@@ -1,0 +1,189 @@
+#include "tests/charts/measured/measured_views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "core/base/quantile.h"
+#include "core/base/thread_clock.h"
+#include "core/geometry/pinhole.h"
+#include "render/gl/gl_renderer.h"
+#include "render/proxy/proxy.h"
+#include "render/quality/evaluate.h"
+#include "render/stereo/growing_geometry.h"
+#include "tests/render/scenes/held_photograph.h"
+
+namespace ulf::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kSmallPx = 320;
+constexpr double kPeak = 255;
+
+SimulationOptions Simulated(const RecordedOptions& options, std::uint64_t seed) {
+  SimulationOptions simulated;
+  simulated.scene = options.scene;
+  simulated.seed = seed;
+  simulated.looks_away = false;
+  simulated.sways_from_s = 1e6;
+  simulated.row_spacing = std::min(options.view_spacing, Radians(19));
+  return simulated;
+}
+
+// The pose, turned and moved by what an error of so many pixels is at the subject.
+Rigid3 WithPoseError(const Rigid3& cam_from_world, const Subject& subject, double pixel_angle,
+                     std::mt19937& random) {
+  std::normal_distribution<double> error(0, pixel_angle / std::sqrt(2.0));
+  const double distance = (cam_from_world * subject.center_in_world).norm();
+  const Vector3d turn(error(random), error(random), error(random));
+  const Vector3d move = distance * Vector3d(error(random), error(random), error(random));
+  const Eigen::Quaterniond small(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
+  return {small * cam_from_world.rotation, small * cam_from_world.translation + move};
+}
+
+double PsnrDb(const cv::Mat& difference, const cv::Mat& mask) {
+  cv::Mat squared = difference.mul(difference);
+  return 10 * std::log10(kPeak * kPeak / std::max(1e-3, cv::mean(squared, mask)[0]));
+}
+
+// As the pictures that are measured; reducing is linear, so that of a difference is that of both.
+cv::Mat Small(const cv::Mat& grey) {
+  const double scale = static_cast<double>(kSmallPx) / std::max(grey.cols, grey.rows);
+  cv::Mat small;
+  cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
+  return Smoothed(small);
+}
+
+cv::Mat GreyOf(const cv::Mat& srgb8) {
+  cv::Mat grey;
+  cv::cvtColor(srgb8, grey, cv::COLOR_BGR2GRAY);
+  grey.convertTo(grey, CV_32F);
+  return grey;
+}
+
+// How far the proxy's point of a pixel lies off in the views that show it, by their shares.
+double TrueMisregistration(const SimulatedCamera& camera, const Rigid3& pose, const Rigid3& assumed_pose,
+                           const RenderScene& scene, const std::vector<Rigid3>& true_poses,
+                           const PredictedFrame& predicted) {
+  const CameraModel pinhole = camera.camera().WithoutDistortion();
+  const cv::Mat depth = scene.proxy->Depth(pinhole, assumed_pose);
+  std::vector<double> off;
+  constexpr int kStep = 6;
+  const double to_small = static_cast<double>(kSmallPx) / pinhole.width;
+  for (int y = kStep / 2; y < pinhole.height; y += kStep)
+    for (int x = kStep / 2; x < pinhole.width; x += kStep) {
+      const Vector3d ray = PinholeRay(pinhole, x, y);
+      const Vector3d center = pose * scene.subject.center_in_world;
+      if (ray.cross(center).norm() > scene.subject.radius * ray.norm()) continue;
+      const Rigid3 world_from_cam = pose.Inverse();
+      const double length =
+          camera.scene().DepthAlong(world_from_cam.translation, (world_from_cam.rotation * ray).normalized());
+      const Vector3d truth = world_from_cam * (length * ray.normalized());
+      const Vector3d shown = assumed_pose.Inverse() * (static_cast<double>(depth.at<float>(y, x)) * ray);
+      double of_pixel = 0;
+      for (const PredictedByView& view : predicted.views) {
+        const auto id = static_cast<std::size_t>(view.id);
+        const auto at = pinhole.ImgFromCam(true_poses[id] * truth);
+        const auto wrong = pinhole.ImgFromCam(scene.views[id].cam_from_world * shown);
+        if (at && wrong) of_pixel += view.weight * (*at - *wrong).squaredNorm();
+      }
+      off.push_back(std::sqrt(of_pixel));
+    }
+  return to_small * Median(std::move(off));
+}
+
+}  // namespace
+
+MeasuredScene MeasureFrames(const RecordedOptions& options) {
+  const SimulatedCamera camera(Simulated(options, options.seed));
+  const Subject& subject = camera.scene().subject();
+  std::mt19937 random(static_cast<unsigned>(options.seed));
+  const double pixel_angle = options.pose_error_px / camera.camera().MeanFocalPx();
+
+  auto scene = std::make_shared<RenderScene>();
+  scene->subject = subject;
+  scene->up_in_world = Vector3d::UnitZ();
+  StereoViewMaker maker(kSmallPx);
+  GrowingGeometry geometry;
+  FramePredictor predictor;
+  geometry.SetSubject(subject);
+  std::vector<Rigid3> true_poses;
+  std::vector<Vector3d> directions;
+  const double end_s = dynamic_cast<const Hand&>(camera.hand()).FirstPassEndS();
+  for (double time_s = 1; time_s < end_s; time_s += 0.05) {
+    const Rigid3 pose = camera.hand().CamFromWorld(time_s);
+    const Vector3d direction = (pose.OriginInSource() - subject.center_in_world).normalized();
+    if (std::ranges::any_of(directions, [&](const Vector3d& other) {
+          return AngleBetween(direction, other) < options.view_spacing;
+        }))
+      continue;
+    directions.push_back(direction);
+    const int id = static_cast<int>(true_poses.size());
+    const Rigid3 assumed = WithPoseError(pose, subject, pixel_angle, random);
+    const Frame frame = camera.Capture({.open_s = time_s, .id = static_cast<std::uint64_t>(id)});
+    const StereoView small = maker.Make(Srgb8(frame.image), camera.camera(), assumed);
+    geometry.AddView(id, small);
+    predictor.AddView(id, small);
+    true_poses.push_back(pose);
+    SceneView view;
+    view.id = id;
+    view.camera = camera.camera();
+    view.cam_from_world = assumed;
+    view.center_in_world = assumed.OriginInSource();
+    view.photograph = HoldPhotograph(MakePyramid(camera.CleanSrgb(pose)));
+    scene->views.push_back(view);
+  }
+  scene->MakeMesh();
+  geometry.MakeMissingMaps(1e9);
+  MapsMesh made = MeshOfMaps(geometry.Maps(), subject, {.most_triangles = 30000});
+  const auto mesh = std::make_shared<const TriangleMesh>(std::move(made.mesh));
+  predictor.SetGeometry(subject, mesh);
+  scene->proxy = std::make_shared<PlaneProxy>(subject);
+  const auto with_mesh = WithProxy(*scene, std::make_shared<MeshProxy>(subject, mesh));
+  GlRenderer renderer(with_mesh, {.field = {.kind = FieldKind::kSubdivision, .level = 1}});
+
+  MeasuredScene result{
+      .views = static_cast<int>(true_poses.size()), .triangles = mesh->triangles.size(), .frames = {}};
+  const CameraModel pinhole = camera.camera().WithoutDistortion();
+  HandOptions hand_options = dynamic_cast<const Hand&>(camera.hand()).options();
+  hand_options.seed += 1000;
+  hand_options.cap_azimuth *= 0.8;
+  hand_options.cap_elevation *= 0.8;
+  hand_options.margin = 0;
+  const auto hand = std::make_shared<const Hand>(hand_options);
+  const SimulatedCamera held(Simulated(options, options.seed), hand);
+  for (int i = 0; i < options.frames; ++i) {
+    const double time_s = hand->FirstPassEndS() * (0.1 + 0.9 * (i + 0.5) / options.frames);
+    const Rigid3 pose = hand->CamFromWorld(time_s),
+                 assumed = WithPoseError(pose, subject, pixel_angle, random);
+    const Frame frame = held.Capture({.open_s = time_s, .id = static_cast<std::uint64_t>(5000 + i)});
+    FrameMeasurement measurement;
+    const double before_s = ThreadCpuSeconds();
+    const StereoView small = maker.Make(Srgb8(frame.image), camera.camera(), assumed);
+    const auto predicted = predictor.Predict(small);
+    if (!predicted) continue;
+    measurement.measured =
+        MeasureError(small, *predicted, subject,
+                     {.center_sigma = options.pose_error_px > 0
+                                          ? std::optional(pixel_angle * camera.scene().FirstDistance())
+                                          : std::optional(0.0)});
+    measurement.measure_ms = 1e3 * (ThreadCpuSeconds() - before_s);
+    SceneView truth = scene->views.front();
+    truth.cam_from_world = pose;
+    truth.photograph = HoldPhotograph(MakePyramid(camera.CleanSrgb(pose)));
+    const UndistortedPhotograph photograph = Undistort(truth);
+    const Rendering rendering = renderer.Render(pinhole, pose);
+    cv::Mat disc = SubjectDisc(pinhole, pose, subject) & photograph.valid;
+    const cv::Mat difference = GreyOf(Srgb8FromLinear(rendering.linear)) - GreyOf(photograph.srgb8);
+    measurement.true_db = PsnrDb(difference, disc);
+    measurement.true_small_db = PsnrDb(Small(difference), SubjectDisc(small.camera, pose, subject));
+    measurement.true_outside_db = PsnrDb(difference, photograph.valid & ~disc);
+    measurement.true_px = TrueMisregistration(camera, pose, pose, *with_mesh, true_poses, *predicted);
+    result.frames.push_back(measurement);
+  }
+  return result;
+}
+
+}  // namespace ulf::test
