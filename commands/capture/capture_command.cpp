@@ -97,6 +97,7 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
   const std::string covered =
       now.covered ? fmt::format(", {:.1f} of {:g} % covered", 100 * *now.covered, 100 * until_share) : "";
   std::string what = InWords(now.decision.reason);
+  if (now.waits_to_begin) what = "not begun: Space in the display, or the request record, begins";
   if (!now.why_waiting.empty())
     what = now.why_waiting;
   else if (!now.tracking_words.empty())
@@ -207,6 +208,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
         recorder->Note(line);
       };
     }
+    if (args.headless) hooks.say("no display (--headless): recording begins by itself");
     const auto capture = [&] {
       summary = coverage::RunCapture(*prepared.device, prepared.camera, *prepared.poses,
                                      std::move(*prepared.writer), options, hooks, std::move(prepared.first));
@@ -304,8 +306,8 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option(
       "--requests", args->requests,
       "Read requests during the capture from this file or fifo (-: standard input): take-back "
-      "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], pause, "
-      "record, finish");
+      "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], subject "
+      "proposed, pause, record [anyway], finish");
   command->add_option("--operator", args->person,
                       "Simulated person who holds a simulated camera: guided, unguided, novice or "
                       "unguided-novice, with a seed such as novice:7 (default: a hand that scans by a plan; "
@@ -317,6 +319,8 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option(
       "--marker", args->marker,
       "Marker that moves the camera of the display's review, such as marker:80:DICT_4X4_50:0");
+  command->add_flag("--force-start", args->force_start,
+                    "Let recording begin although a check of the list fails (light, focus, disk, pose ...)");
   command->add_flag("--no-geometry", args->no_geometry,
                     "Make no mesh of the scene while capturing (default: DIR/proxy.ply is there at the end)");
   command->add_flag("--deterministic", args->deterministic,

@@ -26,6 +26,11 @@ CameraModel NoWiderThan(double width_px, const CameraModel& camera) {
                          std::max(1, static_cast<int>(shrink * camera.height)));
 }
 
+// ": what is wrong", where something is.
+std::string CauseHere(const ErrorMap::Part& part) {
+  return part.frame.cause == render::ErrorCause::kNone ? "" : fmt::format(": {}", InWords(part.frame.cause));
+}
+
 void AddKeys(std::span<const render::KeyHelp> keys, std::vector<render::TableRow>& rows) {
   for (const render::KeyHelp& help : keys) rows.push_back({{}, help.keys, help.what, render::ink::kDim});
 }
@@ -95,7 +100,8 @@ bool OperatorDisplay::ShowFinalState() {
 bool OperatorDisplay::Detach() {
   if (!state_) return true;
   if (subject_tool_.is_open()) subject_tool_.Close(pending_);
-  return pending_.Records(*state_);
+  if (state_->waits_to_begin) pending_.BeginAlthoughChecksFail();
+  return state_->waits_to_begin || pending_.Records(*state_);
 }
 
 // ---- input
@@ -118,11 +124,18 @@ void OperatorDisplay::Handle(render::InputEvent event) {
   if (std::holds_alternative<render::CloseAsked>(event)) return Finish();
   if (state_) {
     if (subject_tool_.Handle(event, *state_, placement_.scale, pending_)) return;
-    if (review_.is_open() && HandleTakeBack(event)) return;
+    if (review_.is_open() && (HandleTakeBack(event) || HandleStripes(event))) return;
     if (review_.Handle(event, *state_)) return;
   }
-  if (const auto* key = std::get_if<render::KeyPressed>(&event)) Press(key->key);
+  if (const auto* key = std::get_if<render::KeyPressed>(&event)) Press(*key);
   if (const auto* typed = std::get_if<render::Typed>(&event)) Type(typed->character);
+}
+
+bool OperatorDisplay::HandleStripes(const render::InputEvent& event) {
+  const auto* typed = std::get_if<render::Typed>(&event);
+  if (!typed || typed->character != U'd') return false;
+  rendered_.SetHatchesDoubt(!rendered_.hatches_doubt());
+  return true;
 }
 
 bool OperatorDisplay::HandleTakeBack(const render::InputEvent& event) {
@@ -137,7 +150,10 @@ bool OperatorDisplay::HandleTakeBack(const render::InputEvent& event) {
   return true;
 }
 
-void OperatorDisplay::Press(render::Key key) {
+void OperatorDisplay::Press(const render::KeyPressed& pressed) {
+  if (pressed.key == render::Key::kEnter && state_ && state_->waits_to_begin)
+    return pressed.shift ? pending_.BeginAlthoughChecksFail() : pending_.Record(true);
+  const render::Key key = pressed.key;
   Act(key, {{render::Key::kBackspace, [&] { TakeBackLast(); }},
             {render::Key::kF11, [&] { surface_.ToggleFullScreen(); }},
             {render::Key::kF1, [&] { keys_shown_ = !keys_shown_; }},
@@ -147,6 +163,7 @@ void OperatorDisplay::Press(render::Key key) {
 void OperatorDisplay::Type(char32_t character) {
   if (state_ && Act(character, {{U' ', [&] { pending_.Record(!pending_.Records(*state_)); }},
                                 {U's', [&] { subject_tool_.Open(*state_, pending_); }},
+                                {U'g', [&] { TakeProposedSubject(); }},
                                 {U'r', [&] { review_.Open(*state_); }}}))
     return;
   const bool before_first_view = state_ && state_->view_ids.empty();
@@ -165,6 +182,13 @@ void OperatorDisplay::ShowOtherLayer() {
   layer_ = layer_ == SphereLayer::kErrors ? SphereLayer::kCoverage : SphereLayer::kErrors;
   if (layer_ == SphereLayer::kErrors && state_ && !state_->errors)
     Say("no errors are measured yet: they need geometry, which begins with some ten views");
+}
+
+void OperatorDisplay::TakeProposedSubject() {
+  if (state_->proposed_subject)
+    pending_.Place(*state_->proposed_subject);
+  else
+    Say("no other sphere is proposed");
 }
 
 void OperatorDisplay::TakeBackLast() {
@@ -199,6 +223,7 @@ void OperatorDisplay::DrawFrame() {
       DrawReview(state, panels);
     else
       DrawLive(state, panels);
+    if (!review_.is_open()) rendered_.Close();
     if (marked_view_ != marked_before) marked_at_s_ = now_s_;
     if (now_s_ < flash_until_s_) panels.Flash(palette().alarm);
     panels.Status(state);
@@ -257,6 +282,41 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
     panels.Instruction("move the camera a little: the aperture needs pictures", palette().guide);
 }
 
+// By the renderer; until it can, by the nearest pictures over one plane.
+unsigned OperatorDisplay::PictureInReview(const CaptureState& state,
+                                          const Review::VirtualCamera& virtual_camera) {
+  const CameraModel camera = NoWiderThan(options_.review_width_px, virtual_camera.camera);
+  rendered_.Follow(state, now_s_);
+  if (const auto problem = rendered_.TakeProblem()) Say(*problem);
+  const auto rendered = rendered_.Draw(camera, virtual_camera.cam_from_world);
+  is_rendered_ = rendered.has_value();
+  if (rendered) return *rendered;
+  return reprojection_.Draw(camera, virtual_camera.cam_from_world, state.subject->center_in_world,
+                            recorded_.Nearest(state, virtual_camera.cam_from_world));
+}
+
+std::vector<render::TableRow> OperatorDisplay::ReviewRows(
+    const CaptureState& state, const std::optional<Review::VirtualCamera>& virtual_camera) const {
+  static constexpr const char* kControls[] = {"live camera", "mouse and keys", "marker"};
+  std::vector<render::TableRow> rows{{{}, "review", Counted(state.view_ids.size(), "view"), palette().guide}};
+  if (!is_rendered_) {
+    rows.push_back({{}, "preview", "nearest pictures, on a plane"});
+    if (recorded_.missing() > 0) rows.push_back({{}, "reading", Counted(recorded_.missing(), "picture")});
+  } else {
+    rows.push_back({{}, "rendered", state.mesh ? "over the mesh so far" : "over a plane: no mesh yet"});
+    if (rendered_.is_loading()) rows.push_back({{}, "reading", "newer photographs"});
+    if (rendered_.hatches_doubt()) rows.push_back({{}, "stripes", "no view is near: a gap"});
+  }
+  if (virtual_camera && state.errors)
+    if (const ErrorMap::Part* here = state.errors->At(virtual_camera->cam_from_world.OriginInSource() -
+                                                      state.subject->center_in_world))
+      rows.push_back({{}, "measured", fmt::format("{:.0f} dB here{}", here->DbNow(), CauseHere(*here))});
+  rows.push_back({{}, "control", kControls[static_cast<int>(review_.control())]});
+  rows.push_back({{}, "marked", marked_view_ ? fmt::format("view {}", *marked_view_) : "none"});
+  AddKeys(kKeysInReview, rows);
+  return rows;
+}
+
 void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels) {
   if (!state.subject || state.view_ids.empty()) {
     panels.Instruction("nothing is recorded yet", palette().guide);
@@ -268,9 +328,7 @@ void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels
   const bool live_turn = compares && review_.compare() == Review::Compare::kBlink &&
                          static_cast<long>(now_s_ / options_.blink_s) % 2 != 0;
   if (virtual_camera && !live_turn) {
-    const unsigned seen = reprojection_.Draw(NoWiderThan(options_.review_width_px, virtual_camera->camera),
-                                             virtual_camera->cam_from_world, state.subject->center_in_world,
-                                             recorded_.Nearest(state, virtual_camera->cam_from_world));
+    const unsigned seen = PictureInReview(state, *virtual_camera);
     surface_.Bind();
     const cv::Rect2d area = placement_.Area();
     if (compares && review_.compare() == Review::Compare::kWipe) {
@@ -292,13 +350,7 @@ void OperatorDisplay::DrawReview(const CaptureState& state, const Panels& panels
       painter_.Draw(mark->shapes, placement_);
     }
   }
-  static constexpr const char* kControls[] = {"live camera", "mouse and keys", "marker"};
-  std::vector<render::TableRow> rows{{{}, "review", Counted(state.view_ids.size(), "view"), palette().guide}};
-  if (recorded_.missing() > 0) rows.push_back({{}, "reading", Counted(recorded_.missing(), "picture")});
-  rows.push_back({{}, "control", kControls[static_cast<int>(review_.control())]});
-  rows.push_back({{}, "marked", marked_view_ ? fmt::format("view {}", *marked_view_) : "none"});
-  AddKeys(kKeysInReview, rows);
-  panels.Mode(rows);
+  panels.Mode(ReviewRows(state, virtual_camera));
   if (live_turn) panels.Instruction("live", palette().guide);
   if (review_.control() == Review::Control::kMarker && !review_.marker_is_seen())
     panels.Instruction("hold the marker before the camera", render::ink::kBad);

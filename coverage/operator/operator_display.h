@@ -16,6 +16,7 @@
 #include "coverage/operator/pending_requests.h"
 #include "coverage/operator/posed_pictures.h"
 #include "coverage/operator/recorded_pictures.h"
+#include "coverage/operator/rendered_review.h"
 #include "coverage/operator/reprojection.h"
 #include "coverage/operator/review.h"
 #include "coverage/operator/subject_tool.h"
@@ -62,15 +63,17 @@ class OperatorDisplay {
   // false after any key.
   bool ShowFinalState();
   // The capture goes on without the display: closes the subject tool, so that recording goes on where only the
-  // tool had paused it. Returns false when recording stays paused by request.
+  // tool had paused it, and begins to record where nobody has yet, because nobody can any more. Returns false when recording stays paused by request.
   bool Detach();
 
  private:
   void Handle(render::InputEvent event);
   bool HandleTakeBack(const render::InputEvent& event);
-  void Press(render::Key key);
+  bool HandleStripes(const render::InputEvent& event);
+  void Press(const render::KeyPressed& pressed);
   void Type(char32_t character);
   void TakeBackLast();
+  void TakeProposedSubject();
   void ShowOtherLayer();
   void Finish();
   void TakeStates();
@@ -79,6 +82,9 @@ class OperatorDisplay {
   void DrawLive(const CaptureState& state, const Panels& panels);
   void DrawSubjectTool(const CaptureState& state, const Panels& panels);
   void DrawReview(const CaptureState& state, const Panels& panels);
+  unsigned PictureInReview(const CaptureState& state, const Review::VirtualCamera& virtual_camera);
+  std::vector<render::TableRow> ReviewRows(const CaptureState& state,
+                                           const std::optional<Review::VirtualCamera>& virtual_camera) const;
   const Palette& palette() const { return colour_blind_ ? Palette::ForColourBlind() : Palette::Standard(); }
 
   render::Surface& surface_;
@@ -90,6 +96,7 @@ class OperatorDisplay {
   Reprojection reprojection_;
   SpreadPictures spread_;
   RecordedPictures recorded_;
+  RenderedReview rendered_;
   SubjectTool subject_tool_;
   Review review_;
 
@@ -98,6 +105,8 @@ class OperatorDisplay {
   render::Placement placement_;
   std::optional<int> marked_view_;  // on the screen, in review
   double marked_at_s_ = 0;          // when it was first shown
+
+  bool is_rendered_ = false;  // the review's last picture, by the renderer
 
   bool done_ = false;
   bool over_ = false;  // the capture has ended

@@ -295,6 +295,28 @@ Instruction FinalInstruction(StoppedBecause why) {
   }
 }
 
+void AddProposal(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
+                 const Palette& palette, render::Overlay& overlay) {
+  const auto outline = SphereOutline(camera, cam_from_world, subject);
+  if (!outline) return;
+  // Dashed: every other side.
+  for (std::size_t i = 0; i + 1 < outline->size(); i += 2)
+    overlay.push_back(
+        render::Polyline{.img = {(*outline)[i], (*outline)[i + 1]}, .width = 3, .color = palette.guide});
+  const auto top = std::ranges::min_element(*outline, {}, [](const Vector2d& at) { return at.y(); });
+  overlay.push_back(render::Label{.img = *top - Vector2d(0, 0.01 * camera.height),
+                                  .text = "the subject's size (G)",
+                                  .size = 17,
+                                  .color = kWhite,
+                                  .anchor = {0.5, 1}});
+}
+
+Instruction BeforeBeginning(const CaptureState& state) {
+  if (!HoldsInWords(state.preflight).empty())
+    return {"mend what is red in the list; then Space begins", true};
+  return {state.subject ? "place the sphere (S); Space begins to record" : "Space begins to record", false};
+}
+
 }  // namespace
 
 render::Overlay SphereOverlay(const CameraModel& camera, const Rigid3& cam_from_world, const Subject& subject,
@@ -339,6 +361,8 @@ render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette, S
   const ShownPicture shown = ShownPicture::Of(state);
   if (!shown.rectangle) return overlay;
   if (shown.sphere) AddSphere(*shown.sphere, shown.camera, palette, layer, overlay);
+  if (state.proposed_subject && state.cam_from_world)
+    AddProposal(state.camera, *state.cam_from_world, *state.proposed_subject, palette, overlay);
   AddRectangle(*shown.rectangle, shown.held, palette, overlay);
   if (shown.way_to_subject) AddWayToSubject(*shown.way_to_subject, *shown.rectangle, palette, overlay);
   return overlay;
@@ -386,6 +410,7 @@ Instruction InstructionFor(const CaptureState& state, const InstructionLimits& l
                      true};
   if (state.subject_moved) return {"the subject has moved: put it back, or place it anew (S)", true};
   if (const char* words = WordsFor(state.decision.reason, kAimWords)) return {words, true};
+  if (state.waits_to_begin) return BeforeBeginning(state);
   if (!state.recording) return {"paused: Space goes on", true};
   if (const char* words = WordsFor(state.decision.reason, kRefusalWords)) return {words, true};
   if (!state.subject) return {"walk on", false};

@@ -54,7 +54,8 @@ std::vector<render::StatusItem> StatusLine(const CaptureState& state, std::uint6
       items.push_back({fmt::format("{:.0f} dB", errors.median_db),
                        errors.failing > 0 ? render::ink::kCareful : render::ink::kText});
   }
-  if (!state.recording) items.push_back({"paused", render::ink::kCareful});
+  if (!state.recording)
+    items.push_back({state.waits_to_begin ? "not begun" : "paused", render::ink::kCareful});
   if (!state.device_problem.empty())  // why_waiting contains it
     items.push_back({state.device_problem, render::ink::kBad});
   else if (!state.why_waiting.empty())
@@ -210,11 +211,13 @@ void Panels::CloseLook(const CaptureState& state) const {
 void Panels::Preflight(const CaptureState& state) const {
   if (state.preflight.empty()) return;
   std::vector<render::TableRow> rows;
-  for (const PreflightItem& item : state.preflight)
+  for (const PreflightItem& item : state.preflight) {
+    const render::Rgba& failed = item.holds_start ? render::ink::kBad : render::ink::kCareful;
     rows.push_back({!item.in_order   ? render::ink::kDim
                     : *item.in_order ? render::ink::kGood
-                                     : render::ink::kBad,
-                    item.name, item.words, item.in_order == false ? render::ink::kBad : render::ink::kText});
+                                     : failed,
+                    item.name, item.words, item.in_order == false ? failed : render::ink::kText});
+  }
   Table(rows, {Px(12), Px(46)}, {0, 0}, 420);
 }
 

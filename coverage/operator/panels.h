@@ -12,9 +12,11 @@
 namespace ulf::coverage {
 
 // The keys and what they do, for the person at the display.
-inline constexpr render::KeyHelp kKeysAlways[] = {{"Space", "pause, go on"},
+inline constexpr render::KeyHelp kKeysAlways[] = {{"Space", "begin, pause, go on"},
+                                                  {"Shift Enter", "begin although a check fails"},
                                                   {"Backspace", "take back the last view"},
                                                   {"S", "subject: place its sphere"},
+                                                  {"G", "subject: take the proposed sphere"},
                                                   {"R", "review what is recorded"},
                                                   {"P", "other colours (colour-blind)"},
                                                   {"L", "legend"},
@@ -40,6 +42,7 @@ inline constexpr render::KeyHelp kKeysInReview[] = {{"C", "other control"},
                                                     {"W", "wipe against live"},
                                                     {", .", "move the wipe"},
                                                     {"B", "blink against live"},
+                                                    {"D", "stripes where no view is near"},
                                                     {"Delete", "take back the marked view"},
                                                     {"R or Esc", "back"}};
 

@@ -4,6 +4,10 @@ namespace ulf::coverage {
 
 void PendingRequests::Record(bool on) { record_ = {on, requests_.Ask(SetRecording{on})}; }
 
+void PendingRequests::BeginAlthoughChecksFail() {
+  requests_.Ask(SetRecording{.on = true, .although_checks_fail = true});
+}
+
 void PendingRequests::Place(const Subject& subject) {
   subject_ = {subject, requests_.Ask(PlaceSubject{subject})};
 }

@@ -17,6 +17,7 @@ class PendingRequests {
   explicit PendingRequests(CaptureRequests& requests) : requests_(requests) {}
 
   void Record(bool on);
+  void BeginAlthoughChecksFail();
   void Place(const Subject& subject);
   void FindSubject();
   void TakeBack(int view_id);

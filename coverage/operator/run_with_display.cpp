@@ -66,6 +66,7 @@ void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, Capt
     if (open) surface = open();
   } catch (const Error& error) {
     fmt::print(stderr, "{}: capturing without the operator display, as with --headless\n", error.what());
+    requests.Ask(SetRecording{.on = true, .although_checks_fail = true});
   }
   if (!surface) {
     feed.Close();

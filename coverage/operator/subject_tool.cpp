@@ -1,6 +1,7 @@
 #include "coverage/operator/subject_tool.h"
 
 #include <cmath>
+#include <utility>
 
 #include "coverage/operator/key_actions.h"
 
@@ -16,7 +17,7 @@ constexpr double kFine = 1.02, kCoarse = 1.15;  // factors of one step; guessed
 void SubjectTool::Open(const CaptureState& state, PendingRequests& pending) {
   open_ = true;
   before_ = draft_ = of_capture_ = pending.SubjectOf(state);
-  found_anew_ = false;
+  found_anew_ = awaits_found_ = false;
   paused_.reset();
   if (pending.Records(state)) {
     pending.Record(false);
@@ -44,14 +45,24 @@ void SubjectTool::TakeOver(PendingRequests& pending) {
 }
 
 void SubjectTool::FindAnew(PendingRequests& pending) {
-  found_anew_ = true;
+  found_anew_ = awaits_found_ = true;
   pending.FindSubject();
 }
 
 void SubjectTool::Follow(const CaptureState& state, const PendingRequests& pending) {
   const std::optional<Subject> now = pending.SubjectOf(state);
   if (!open_ || now == of_capture_) return;
-  draft_ = of_capture_ = now;
+  const std::optional<Subject> before = std::exchange(of_capture_, now);
+  if (!now || !before || !draft_ || std::exchange(awaits_found_, false)) {
+    draft_ = now;
+    return;
+  }
+  // The capture's subject has followed a corrected map: so do the one that is being placed, and the one of before.
+  for (std::optional<Subject>* follows : {&draft_, &before_})
+    if (*follows) {
+      (*follows)->center_in_world += now->center_in_world - before->center_in_world;
+      (*follows)->radius *= now->radius / before->radius;
+    }
 }
 
 void SubjectTool::ScaleDistance(const CaptureState& state, double factor) {

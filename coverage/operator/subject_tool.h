@@ -43,6 +43,7 @@ class SubjectTool {
   std::optional<Subject> of_capture_;
   std::optional<Subject> before_;  // when the tool was opened
   bool found_anew_ = false;        // since then, on request
+  bool awaits_found_ = false;      // the capture has not answered yet
   std::optional<Eigen::Vector2d> mouse_;
   bool dragging_center_ = false, dragging_radius_ = false;
 };

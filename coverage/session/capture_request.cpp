@@ -19,7 +19,9 @@ namespace {
 [[noreturn]] void Refuse(const std::string& line) {
   throw UsageError(
       "'{}' is not a request; there are: take-back [COUNT], take-back views ID..., subject [x,y,z,r], "
-      "subject [depth D] [size SHARE], pause, record, finish; with --offscreen also press KEYS, look FILE",
+      "subject [depth D] [size SHARE], subject proposed, pause, record [anyway], finish; with --offscreen "
+      "also press KEYS, "
+      "look FILE",
       line);
 }
 
@@ -51,6 +53,7 @@ CaptureRequest ParseTakeBack(const std::vector<std::string>& words, const std::s
 }
 
 CaptureRequest ParseSubjectRequest(const std::vector<std::string>& words, const std::string& line) {
+  if (words.size() == 2 && words[1] == "proposed") return PlaceProposedSubject{};
   if (words.size() == 2) return PlaceSubject{ParseSubject(words[1])};
   FindSubject request;
   if (words.size() % 2 == 0) Refuse(line);
@@ -72,6 +75,8 @@ CaptureRequest ParseCaptureRequest(const std::string& line) {
   if (words.empty()) Refuse(line);
   if (words[0] == "take-back") return ParseTakeBack(words, line);
   if (words[0] == "subject") return ParseSubjectRequest(words, line);
+  if (words.size() == 2 && words[0] == "record" && words[1] == "anyway")
+    return SetRecording{.on = true, .although_checks_fail = true};
   if (words.size() != 1) Refuse(line);
   if (words[0] == "pause") return SetRecording{false};
   if (words[0] == "record") return SetRecording{true};

@@ -32,16 +32,19 @@ struct FindSubject {
   std::optional<double> depth;        // world units
   std::optional<double> width_share;  // none: as the capture was asked
 };
+// The sphere that geometry proposes (subject_proposal.h).
+struct PlaceProposedSubject {};
 struct SetRecording {
-  bool on = true;  // off: tracked and shown, but not recorded
+  bool on = true;                     // off: tracked and shown, but not recorded
+  bool although_checks_fail = false;  // only where the capture has not begun yet
 };
 struct FinishCapture {};
 
-using CaptureRequest =
-    std::variant<TakeBackLast, TakeBackViews, PlaceSubject, FindSubject, SetRecording, FinishCapture>;
+using CaptureRequest = std::variant<TakeBackLast, TakeBackViews, PlaceSubject, FindSubject,
+                                    PlaceProposedSubject, SetRecording, FinishCapture>;
 
 // From a line: "take-back", "take-back 3", "take-back views 17 18", "subject 0,0,1,0.2", "subject",
-// "subject depth 0.9 size 0.3", "pause", "record", "finish". Throws UsageError that lists these.
+// "subject depth 0.9 size 0.3", "subject proposed", "pause", "record", "record anyway", "finish". Throws UsageError that lists these.
 CaptureRequest ParseCaptureRequest(const std::string& line);
 
 // Hands requests from the threads that ask to the session's thread.

@@ -22,6 +22,7 @@
 #include "coverage/session/preflight.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/capture_recorder.h"
+#include "coverage/session/subject_proposal.h"
 #include "tracking/tracker/track_words.h"
 
 namespace ulf::coverage {
@@ -62,12 +63,17 @@ class Session {
   void AnnouncePrediction();
   void UpdatePreflight(const Frame& frame);
   std::optional<double> PoseErrorNow() const;
+  bool CorrectPoses(bool last);
+  void ProposeSubject();
+  void BeginWhenPossible();
+  void Begin(bool although_checks_fail);
 
   void AnswerRequests();
   void Answer(const TakeBackLast& asked);
   void Answer(const TakeBackViews& asked);
   void Answer(const PlaceSubject& asked);
   void Answer(const FindSubject& asked);
+  void Answer(const PlaceProposedSubject& asked);
   void Answer(const SetRecording& asked);
   void Answer(const FinishCapture& asked);
 
@@ -105,7 +111,11 @@ class Session {
   std::optional<StoppedBecause> ended_;
   LatestFrame latest_;
   Guide guide_;
-  std::vector<std::string> said_;  // of late
+  LightAndFocusCheck light_and_focus_;
+  SubjectProposer proposer_;
+  bool waits_to_begin_ = false;
+  std::optional<SetRecording> begin_asked_;  // while there is no subject
+  std::vector<std::string> said_;            // of late
   std::uint64_t times_said_ = 0;
   double ended_after_s_ = 0;  // by this machine's clock
 };
@@ -144,7 +154,12 @@ Session::Session(acquisition::Device& device, const CameraModel& camera, trackin
                  .limits = options.limits,
                  .stable_frames = options.stable_frames,
                  .coverage_width_px = options.coverage_width_px,
-                 .deterministic = options.deterministic}) {}
+                 .deterministic = options.deterministic}),
+      proposer_({.camera = recorded_camera_,
+                 .coverage_width_px = options.coverage_width_px,
+                 .threshold_px = options.threshold_px,
+                 .cap = options.cap,
+                 .until_share = options.until_share}) {}
 
 void Session::AnnouncePrediction() {
   if (!record_.map() || !outlook_.IsDue() || !latest_.track.cam_from_world) return;
@@ -156,12 +171,14 @@ void Session::AnnouncePrediction() {
 }
 
 void Session::UpdatePreflight(const Frame& frame) {
-  if (!record_.views().empty() || (outlook_.IsDue() && !options_.without_subject)) return;
+  if (!record_.views().empty()) return;
   const double view_per_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
                                 (static_cast<double>(camera_.width) * camera_.height);
   outlook_.Check({.calibrated = options_.calibrated,
                   .calibration_source = options_.calibration_source,
                   .held = device_.Held(),
+                  .picture = light_and_focus_.After(frame.device_time_s, frame.image, camera_,
+                                                    latest_.track.cam_from_world, record_.subject()),
                   .prediction = {},
                   .cap = options_.cap,
                   .without_subject = options_.without_subject.has_value(),
@@ -170,7 +187,7 @@ void Session::UpdatePreflight(const Frame& frame) {
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
                   .has_pose = latest_.track.cam_from_world.has_value(),
                   .pose_error_px = PoseErrorNow(),
-                  .most_pose_error_px = options_.limits.max_pose_error_px});
+                  .limits = options_.limits});
 }
 
 std::optional<double> Session::PoseErrorNow() const {
@@ -244,7 +261,55 @@ void Session::Answer(const FindSubject& asked) {
   subject_.Find(asked, latest_.track.cam_from_world);
 }
 
+// False when the disk is behind.
+bool Session::CorrectPoses(bool last) {
+  const std::optional<Subject> before = record_.subject(), followed = subject_.Followed();
+  if (!record_.CorrectPoses(poses_, last, followed)) return false;
+  if (followed) subject_.SayFollowed(*before);
+  return true;
+}
+
+void Session::ProposeSubject() {
+  if (!record_.map() || !latest_.track.cam_from_world) return;
+  const Subject& subject = *record_.subject();
+  const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
+  if (const auto proposal = proposer_.After(record_.mesh(), subject, distance))
+    Say(InWords(*proposal, subject));
+}
+
+void Session::BeginWhenPossible() {
+  if (!begin_asked_ || outlook_.preflight().empty() || !(record_.map() || options_.without_subject)) return;
+  Begin(std::exchange(begin_asked_, std::nullopt)->although_checks_fail);
+}
+
+void Session::Begin(bool although_checks_fail) {
+  const std::string holds = HoldsInWords(outlook_.preflight());
+  if (!holds.empty() && !although_checks_fail && options_.checks_hold_start)
+    return Say(
+        fmt::format("recording has not begun: {}; or begin all the same: Shift Enter, the request record "
+                    "anyway, --force-start",
+                    holds));
+  waits_to_begin_ = false;
+  recorder_.SetRecording(true);
+  Say(holds.empty() ? "recording begins" : "recording begins all the same: " + holds);
+}
+
+void Session::Answer(const PlaceProposedSubject&) {
+  if (!proposer_.proposal())
+    return Say(
+        "no other sphere is proposed: the subject has the size of its sphere, or geometry cannot tell yet");
+  subject_.Place(proposer_.proposal()->subject, latest_.track.cam_from_world);
+}
+
 void Session::Answer(const SetRecording& asked) {
+  if (waits_to_begin_) {
+    begin_asked_.reset();
+    if (!asked.on) return Say("recording has not begun yet");
+    begin_asked_ = asked;
+    if (!record_.map() && !options_.without_subject)
+      Say("recording begins as soon as the subject is found: aim at it");
+    return BeginWhenPossible();
+  }
   recorder_.SetRecording(asked.on);
   if (meters_.last_time_s()) gaps_.Recording(asked.on, *meters_.last_time_s());
   Say(asked.on ? "recording" : "recording paused, tracking goes on");
@@ -285,6 +350,7 @@ SharedCaptureState Session::State() {
   state->finding_subject = subject_.Finding();
   record_.Describe(*state);
   outlook_.Describe(*state);
+  if (proposer_.proposal()) state->proposed_subject = proposer_.proposal()->subject;
   state->rectangle_share = options_.limits.rectangle_share;
   state->newest_view = recorder_.newest_view();
   state->light_field = root_;
@@ -293,6 +359,7 @@ SharedCaptureState Session::State() {
 
   state->decision = latest_.decision;
   state->recording = recorder_.IsRecording();
+  state->waits_to_begin = waits_to_begin_;
   state->recorded_view = recorder_.newest_id();
   state->device_problem = DeviceProblem();
   if (!state->device_problem.empty())
@@ -355,14 +422,17 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   if (!options_.without_subject) subject_.FindFirst(track);
   AnnouncePrediction();
   UpdatePreflight(*frame);
+  BeginWhenPossible();
   subject_.Watch(track, now_s);
   latest_.decision = recorder_.Take(*frame, track, meters_.frame_period_s());
+  if (recorder_.newest_id()) subject_.RecordedFrom(track);
   UpdateCapWatch(track, latest_.decision);
+  ProposeSubject();
   gaps_.Disk(record_.spool().Pause(), now_s);
   // A closed loop moves views at once by the whole drift.
   poses_due_ |= std::exchange(map_revision_, track.map_revision) != track.map_revision ||
                 summary_.frames % static_cast<std::uint64_t>(options_.frames_between_pose_updates) == 0;
-  if (poses_due_) poses_due_ = !record_.CorrectPoses(poses_, false);
+  if (poses_due_) poses_due_ = !CorrectPoses(false);
   if (hooks_.after_frame) {
     std::optional<CriterionView> here;
     if (track.cam_from_world)
@@ -384,7 +454,7 @@ void Session::Close() {
   const tracking::TrackerStatistics known = poses_.Statistics();
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
-  record_.CorrectPoses(poses_, true);
+  CorrectPoses(true);
   gaps_.End(meters_.last_time_s());
   summary_.pauses = gaps_.pauses();
   summary_.paused_s = gaps_.paused_s();
@@ -410,6 +480,8 @@ void Session::Close() {
 CaptureSummary Session::Run() {
   if (const auto subject = options_.subject ? options_.subject : record_.ResumedSubject())
     subject_.Set(*subject);
+  waits_to_begin_ = options_.begins_on_request && record_.views().empty();
+  if (waits_to_begin_) recorder_.SetRecording(false);
   const auto started = Clock::now();
   std::exception_ptr failure;
   try {

@@ -63,6 +63,10 @@ struct CaptureOptions {
   bool geometry =
       false;        // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
   CoverGoal cover;  // what decides that a viewpoint is covered; all but the bound needs `geometry`
+  // Nothing is recorded before somebody asks for it (SetRecording), so that the subject can be placed first.
+  // Failed checks hold the start (preflight.h). A light field that already has views goes on by itself.
+  bool begins_on_request = false;
+  bool checks_hold_start = true;
   bool deterministic = false;
   std::uint64_t max_frames = 0;  // 0: no limit
   double max_seconds = 0;        // of the device's time; 0: no limit

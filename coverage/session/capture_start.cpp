@@ -83,6 +83,8 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
         args.subject_size, options.limits.rectangle_share);
   options.subject_size = args.subject_size;
   options.deterministic = args.deterministic;
+  options.begins_on_request = !args.headless;
+  options.checks_hold_start = !args.force_start;
   options.geometry = !args.no_geometry;
   options.cover = CoverGoal::Parse(args.cover);
   if (options.cover.by != CoverBy::kBound && args.no_geometry)

@@ -47,6 +47,7 @@ struct CaptureArgs {
   bool headless = false;
   bool offscreen = false;
   std::string marker;
+  bool force_start = false;
   bool no_geometry = false;
   std::string cover = "bound";
   bool deterministic = false;

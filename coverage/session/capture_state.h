@@ -28,6 +28,8 @@ namespace ulf::coverage {
 enum class StoppedBecause { kCovered, kFrames, kSeconds, kEnded, kSignal, kDeviceLost, kDisk, kClosed };
 const char* Name(StoppedBecause why);  // as in --json
 
+struct LiveMesh;
+
 // A view at the moment of recording, with its pixels; its pose now is RecordedViews' to say.
 struct RecordedFrame {
   int id = 0;
@@ -57,6 +59,7 @@ struct CaptureState {
   bool without_subject = false;  // posed photographs are recorded, no subject is looked for
   bool finding_subject = false;  // the subject's distance is being found from the middle of the image
   std::optional<Subject> subject;
+  std::optional<Subject> proposed_subject;      // that fits better, by geometry (subject_proposal.h)
   bool subject_moved = false;                   // its tracked points no longer agree with the others
   double rectangle_share = 0.8;                 // of width and height
   std::shared_ptr<const CoverageMap> coverage;  // null without a subject
@@ -70,13 +73,15 @@ struct CaptureState {
   // The error that was measured at frames, by direction; null: nothing is measured.
   std::shared_ptr<const ErrorMap> errors;
   CoverGoal cover;
+  std::shared_ptr<const LiveMesh> mesh;  // of geometry (record/live_geometry.h); null: none yet
   Guidance guidance;
   // For the subject as it was placed: disc, distances, views; none before.
   std::optional<CapturePrediction> prediction;
   std::optional<double> views_expected;  // in all, for the cap: before the first view an estimate
 
   Decision decision;                 // of this frame, with its reason
-  bool recording = true;             // false: paused by request
+  bool recording = true;             // false: paused by request, or not begun
+  bool waits_to_begin = false;       // until somebody asks for recording; `preflight` says what holds it
   std::optional<int> recorded_view;  // recorded since the state before: each view is in one state alone
   std::string why_waiting;           // for the device or the disk, in words; empty: not waiting
   std::string device_problem;        // empty: none

@@ -88,18 +88,64 @@ void CaptureSubject::Set(const Subject& subject) {
   record_.SetSubject(subject);
   outlook_.Reset();
   watch_.Reset();
+  anchors_.Clear();
   moved_ = false;
+  is_stale_ = false;
 }
 
 void CaptureSubject::FindFirst(const tracking::Track& track) {
   tracked_in_a_row_ = track.state == tracking::TrackState::kTracking ? tracked_in_a_row_ + 1 : 0;
   finding_ = false;
-  if (record_.map() || !track.cam_from_world) return;
+  if (!track.cam_from_world) return;
+  if (std::exchange(map_id_, track.map_id) != track.map_id && !anchors_.empty() && record_.views().empty()) {
+    is_stale_ = true;
+    anchors_.Clear();
+    say_("the tracker began a new map: the subject is looked for again");
+  }
+  if (record_.map() && !is_stale_) {
+    if (anchors_.empty()) anchors_.Add(*record_.subject(), track);
+    return;
+  }
   const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_);
   finding_ = depth.has_value();
   if (!depth || tracked_in_a_row_ < options_.stable_frames) return;
   Set(SubjectOnAxis(camera_, *track.cam_from_world, *depth, options_.size));
   found_ = true;
+}
+
+void CaptureSubject::RecordedFrom(const tracking::Track& track) {
+  if (record_.subject()) anchors_.Add(*record_.subject(), track);
+}
+
+namespace {
+
+struct Change {
+  double moved = 0, grown = 0;  // shares of the radius
+  double Most() const { return std::max(moved, grown); }
+};
+
+Change ChangeOf(const Subject& from, const Subject& to) {
+  return {(to.center_in_world - from.center_in_world).norm() / from.radius,
+          std::abs(to.radius / from.radius - 1)};
+}
+
+}  // namespace
+
+std::optional<Subject> CaptureSubject::Followed() const {
+  const std::optional<Subject> now = is_stale_ ? std::nullopt : anchors_.Now(poses_);
+  if (!now || ChangeOf(*record_.subject(), *now).Most() < options_.worth_following) return std::nullopt;
+  return now;
+}
+
+void CaptureSubject::SayFollowed(const Subject& from) const {
+  const Change change = ChangeOf(from, *record_.subject());
+  if (change.Most() < options_.worth_telling) return;
+  say_(fmt::format("the map was corrected: the subject's sphere moved with it, by {:.0f} % of its radius{}",
+                   100 * change.moved,
+                   change.grown < options_.worth_following
+                       ? ""
+                       : fmt::format(", and its radius is {:.0f} % of before",
+                                     100 * record_.subject()->radius / from.radius)));
 }
 
 void CaptureSubject::Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {

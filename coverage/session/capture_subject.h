@@ -13,6 +13,7 @@
 #include "coverage/session/capture_request.h"
 #include "coverage/session/preflight.h"
 #include "coverage/session/record/capture_record.h"
+#include "coverage/session/subject_anchors.h"
 #include "tracking/sources/pose_source.h"
 #include "tracking/tracker/tracker.h"
 
@@ -80,6 +81,9 @@ class CaptureSubject {
     double size = 0.28;            // the sphere's image, share of the image's width
     double rectangle_share = 0.8;  // no larger
     int stable_frames = 10;        // tracked in a row before it is found by itself
+    // Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more
+    // than the second is told. Guessed.
+    double worth_following = 0.01, worth_telling = 0.05;
   };
   CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const tracking::PoseSource& poses,
                  const CameraModel& camera, const Options& options,
@@ -92,8 +96,14 @@ class CaptureSubject {
         say_(std::move(say)) {}
 
   void Set(const Subject& subject);
-  // After every tracked frame, until there is one.
+  // After every frame: finds the subject while there is none. Also again where the tracker has begun a new
+  // map before the first view: nothing keeps its place in the old one.
   void FindFirst(const tracking::Track& track);
+  // The frame of this track has become a view.
+  void RecordedFrom(const tracking::Track& track);
+  // Where a corrected map has taken the sphere with its surroundings; none: nowhere that matters.
+  std::optional<Subject> Followed() const;
+  void SayFollowed(const Subject& from) const;
   // On request, with the camera at its last known pose. Reports why when the request is refused.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
@@ -113,6 +123,9 @@ class CaptureSubject {
   const Options options_;
   const std::function<void(const std::string&)> say_;
   SubjectWatch watch_;
+  SubjectAnchors anchors_;
+  int map_id_ = -1;        // the tracker's, in which the subject has its place; -1: none yet
+  bool is_stale_ = false;  // its place was in a map that is gone
   bool moved_ = false;
   bool finding_ = false;
   bool found_ = false;

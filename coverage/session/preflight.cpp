@@ -18,6 +18,35 @@ PreflightItem Automatic(const char* name, const std::optional<bool>& held) {
                 : "changes by itself between pictures: switch its automatic off (ulf features, or the URI)"};
 }
 
+PreflightItem Light(const PreflightInput& input) {
+  if (!input.picture.light) return {"light", {}, "not measured yet"};
+  const SubjectLight& light = *input.picture.light;
+  if (light.brightest_tenth < input.limits.min_brightest)
+    return {"light", false,
+            fmt::format(
+                "too dark: nine tenths of the subject are below {:.0f} % of full scale; add light, open the "
+                "aperture, or expose longer",
+                100 * light.brightest_tenth)};
+  if (light.clipped_share > input.limits.max_clipped_share)
+    return {"light", false,
+            fmt::format("too bright: {:.0f} % of the subject are clipped; expose less",
+                        100 * light.clipped_share)};
+  return {"light", true, fmt::format("the brightest tenth is above {:.0f} %", 100 * light.brightest_tenth)};
+}
+
+PreflightItem Focus(const PreflightInput& input) {
+  const std::optional<double>& detail = input.picture.fine_detail;
+  if (detail && *detail < input.least_fine_detail)
+    return {"focus", false,
+            fmt::format(
+                "blurred: fine detail is {:.2f} of the coarser, {:g} are needed; focus on the subject, and "
+                "move slowly",
+                *detail, input.least_fine_detail)};
+  PreflightItem item = Automatic("focus", input.held.focus);
+  if (detail && !item.in_order) item.words = "sharp now; " + item.words;
+  return item;
+}
+
 PreflightItem Disk(const PreflightInput& input) {
   if (!input.disk_left_bytes) return {"disk", {}, "the free space is not known"};
   const double left_gb = 1e-9 * static_cast<double>(*input.disk_left_bytes);
@@ -40,32 +69,43 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   if (!input.calibrated)
     items.push_back({"calibration", {}, "not known"});
   else
-    items.push_back({"calibration", input.calibrated,
-                     *input.calibrated ? input.calibration_source
-                                       : "only a focal length, the lens's distortion is not known: calibrate "
-                                         "the camera (ulf board, ulf calibrate)"});
+    items.push_back({.name = "calibration",
+                     .in_order = input.calibrated,
+                     .words = *input.calibrated
+                                  ? input.calibration_source
+                                  : "only a focal length, the lens's distortion is not known: calibrate "
+                                    "the camera (ulf board, ulf calibrate)",
+                     .holds_start = false});
+  items.push_back(Light(input));
   items.push_back(Automatic("exposure", input.held.exposure));
   items.push_back(Automatic("white balance", input.held.white_balance));
-  items.push_back(Automatic("focus", input.held.focus));
+  items.push_back(Focus(input));
   items.push_back(Disk(input));
   if (input.prediction)
     if (const auto doubt = ThresholdWarning(*input.prediction, input.cap))
-      items.push_back({"views", false, *doubt});
+      items.push_back({.name = "views", .in_order = false, .words = *doubt, .holds_start = false});
   if (!input.has_pose) {
     items.push_back({"tracking", false, "the camera's pose is not known: see the message about tracking"});
     return items;
   }
   if (!input.pose_error_px) {
-    items.push_back(
-        {"tracking", true, input.without_subject ? "the camera's pose is known" : "poses are given"});
+    items.push_back({"tracking", true, input.prediction ? "poses are given" : "the camera's pose is known"});
     return items;
   }
-  const bool healthy = *input.pose_error_px <= input.most_pose_error_px;
+  const bool healthy = *input.pose_error_px <= input.limits.max_pose_error_px;
   items.push_back({"tracking", healthy,
                    fmt::format("pose error moves the subject by {:.2g} px (limit {:g} px){}",
-                               *input.pose_error_px, input.most_pose_error_px,
+                               *input.pose_error_px, input.limits.max_pose_error_px,
                                healthy ? "" : ": move slowly, sideways, with more texture in view")});
   return items;
+}
+
+std::string HoldsInWords(const std::vector<PreflightItem>& items) {
+  std::string words;
+  for (const PreflightItem& item : items)
+    if (item.in_order == false && item.holds_start)
+      words += fmt::format("{}{}: {}", words.empty() ? "" : "; ", item.name, item.words);
+  return words;
 }
 
 void CaptureOutlook::Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share,
@@ -76,12 +116,14 @@ void CaptureOutlook::Expect(const CriterionSetup& setup, const std::optional<Cap
 }
 
 void CaptureOutlook::Check(PreflightInput input) {
-  const bool first = preflight_.empty();
   input.prediction = prediction_;
   preflight_ = Preflight(input);
-  if (!first) return;
-  for (const PreflightItem& item : preflight_)
-    if (item.in_order == false) say_(fmt::format("before the first view: {}: {}", item.name, item.words));
+  const bool may_be_tracked = prediction_ || input.without_subject;
+  for (const PreflightItem& item : preflight_) {
+    if (item.in_order != false || (item.name == "tracking" && !may_be_tracked)) continue;
+    if (said_.insert(item.name).second)
+      say_(fmt::format("before the first view: {}: {}", item.name, item.words));
+  }
 }
 
 void CaptureOutlook::Describe(CaptureState& state) const {

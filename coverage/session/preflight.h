@@ -4,24 +4,31 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "acquisition/device/device.h"
 #include "coverage/bound/capture_prediction.h"
+#include "coverage/bound/view_decision.h"
+#include "coverage/session/light_and_focus.h"
 
 namespace ulf::coverage {
 
 struct PreflightItem {
-  std::string name;  // "calibration", "exposure", "white balance", "focus", "disk", "views", "tracking"
+  // "calibration", "light", "exposure", "white balance", "focus", "disk", "views", "tracking"
+  std::string name;
   std::optional<bool> in_order;  // none: unknown
   std::string words;             // the finding and, where it is not in order, what to do
+  // Not in order: the views would be worth nothing, so that recording does not begin. Else a warning.
+  bool holds_start = true;
 };
 
 struct PreflightInput {
   std::optional<bool> calibrated;  // false: --focal-px and no distortion; none: poses and camera are given
   std::string calibration_source;
   acquisition::HeldAutomatics held;
+  PictureFinding picture = {};
   std::optional<CapturePrediction> prediction;
   std::optional<Cap> cap = std::nullopt;  // none: the operator ends the capture
   bool without_subject = false;
@@ -30,10 +37,14 @@ struct PreflightInput {
   bool has_pose = true;  // of the present frame
   // Of a view taken now (view_decision.h); none: the pose is given.
   std::optional<double> pose_error_px;
-  double most_pose_error_px = 1;
+  DecisionLimits limits = {};
+  double least_fine_detail = 0.65;  // PictureFinding::fine_detail; less is out of focus. Measured, see there.
 };
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input);
+
+// What holds the start: "light: too dark ...; disk: ...". Empty: nothing.
+std::string HoldsInWords(const std::vector<PreflightItem>& items);
 
 struct CaptureState;
 
@@ -47,8 +58,10 @@ class CaptureOutlook {
   // True until Expect(), which needs the subject and its distance.
   bool IsDue() const { return !prediction_; }
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric);
-  // While no view is recorded. `input` without its prediction. Reports failed checks the first time.
+  // While no view is recorded. `input` without its prediction. Reports each failed check the first time;
+  // tracking only once a prediction is there: before, it is said why there is no pose.
   void Check(PreflightInput input);
+  const std::vector<PreflightItem>& preflight() const { return preflight_; }
   // Fills in prediction and preflight; `state` has its views and its coverage map already.
   void Describe(CaptureState& state) const;
 
@@ -57,6 +70,7 @@ class CaptureOutlook {
   std::optional<CapturePrediction> prediction_;
   double until_share_ = 1;
   std::vector<PreflightItem> preflight_;
+  std::set<std::string> said_;  // names of failed checks
 };
 
 }  // namespace ulf::coverage

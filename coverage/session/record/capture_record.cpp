@@ -240,7 +240,9 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   return taken.size();
 }
 
-bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
+// Returns false when the disk is behind. `moved`: whether any view moved enough.
+bool CaptureRecord::MoveViews(const tracking::PoseSource& poses, bool last, bool& moved) {
+  moved = false;
   if (views_.empty()) return true;
   const std::map<int, Rigid3> now = views_.PosesNow(poses);
   const double largest_move = views_.LargestMove(now, map_ ? &map_->subject() : nullptr);
@@ -249,6 +251,21 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
   views_.MoveTo(now);
   if (geometry_) geometry_->MoveViews(now);
   if (meter_) meter_->MoveViews(now);
+  moved = true;
+  return true;
+}
+
+bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last,
+                                 const std::optional<Subject>& subject) {
+  bool views_moved = false;
+  if (!MoveViews(poses, last, views_moved)) return false;
+  if (!views_moved && !subject) return true;
+  if (subject) {
+    subject_ = subject;
+    if (geometry_) geometry_->SetSubject(*subject);
+    measured_over_.reset();  // the meter gets the subject with the mesh
+    spool_.SetSubject(*subject);
+  }
   const double reopened = Repaint();
   if (reopened >= options_.worth_telling) say_("pose correction " + ReopenedInWords(reopened));
   return true;
@@ -257,11 +274,11 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last) {
 std::optional<MeasuredFrame> CaptureRecord::Measure(const Frame& frame, const CameraModel& camera,
                                                     const tracking::Track& track) {
   if (!meter_ || !subject_ || !track.cam_from_world) return std::nullopt;
-  const std::shared_ptr<const LiveMesh> mesh = geometry_->State().mesh;
-  if (!mesh) return std::nullopt;
-  if (mesh != measured_over_) {
-    meter_->SetGeometry(*subject_, mesh->mesh);
-    measured_over_ = mesh;
+  const std::shared_ptr<const LiveMesh> newest = mesh();
+  if (!newest) return std::nullopt;
+  if (newest != measured_over_) {
+    meter_->SetGeometry(*subject_, newest->mesh);
+    measured_over_ = newest;
   }
   std::optional<MeasuredFrame> measured, again;
   try {
@@ -363,6 +380,7 @@ void CaptureRecord::Describe(CaptureState& state) const {
   state.reopened = reopened_;
   state.errors = errors_ && !errors_->empty() ? errors_ : nullptr;
   state.cover = options_.cover;
+  state.mesh = mesh();
 }
 
 }  // namespace ulf::coverage

@@ -77,8 +77,9 @@ class CaptureRecord {
   // Returns how many views were taken back.
   std::size_t TakeBack(const std::vector<int>& ids);
   // Brings the views' poses up to date with the tracker's map: repaints the coverage map and, except for the
-  // `last` time before Close(), writes the journal. Returns false when the disk is behind: try again.
-  bool CorrectPoses(const tracking::PoseSource& poses, bool last);
+  // `last` time before Close(), writes the journal. `subject`: where the correction has taken the subject, if
+  // anywhere; what was measured stays. Returns false when the disk is behind: try again.
+  bool CorrectPoses(const tracking::PoseSource& poses, bool last, const std::optional<Subject>& subject = {});
   // Whether `share` of the cap is covered. Where the present map says so, it corrects the poses, paints the
   // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
   // decided. False while the disk is behind a correction.
@@ -95,11 +96,14 @@ class CaptureRecord {
                                        const tracking::Track& track);
   // Whether measurements say that this viewpoint is covered; none: the bound decides.
   std::optional<bool> CoveredByMeasurement(const std::optional<MeasuredFrame>& measured) const;
+  // The newest mesh of geometry; null: none yet, or none is made.
+  std::shared_ptr<const LiveMesh> mesh() const { return geometry_ ? geometry_->State().mesh : nullptr; }
   const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
   // Whether measurements decide what is covered.
   bool IsMeasuring() const { return options_.cover.by != CoverBy::kBound && measured_over_; }
 
  private:
+  bool MoveViews(const tracking::PoseSource& poses, bool last, bool& moved);
   void PaintAnew();
   // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of what
   // was covered).

@@ -13,6 +13,7 @@
 #include "core/base/host_time.h"
 #include "core/base/signal_stack.h"
 #include "core/base/thread_clock.h"
+#include "render/proxy/subject_in_mesh.h"
 #include "render/stereo/mesh_of_maps.h"
 
 namespace ulf::coverage {
@@ -90,6 +91,7 @@ void LiveGeometry::MakeMesh(MeshFor what_for) {
   mesh->subject = *subject_;
   mesh->mesh = std::make_shared<const render::TriangleMesh>(std::move(made.mesh));
   mesh->maps = maps_of_mesh_;
+  if (what_for == MeshFor::kNow) mesh->subject_seen = render::SubjectInMesh(*mesh->mesh, *subject_);
   const MutexLock lock(mutex_);
   state_.mesh = std::move(mesh);
 }

@@ -31,6 +31,7 @@ struct LiveMesh {
   Subject subject;
   std::shared_ptr<const render::TriangleMesh> mesh;
   int maps = 0;
+  std::optional<Subject> subject_seen;  // render/proxy/subject_in_mesh; none: nothing stands apart
 };
 
 struct LiveGeometryState {

@@ -125,7 +125,7 @@ TEST(GeometryCapture, KilledCaptureGoesOnWithTheGeometryOfAllViews) {
 TEST(GeometryCapture, DeterministicMeshIsTheSameTwice) {
   const ScratchFolder scratch;
   for (const char* name : {"a", "b"})
-    ASSERT_EQ(Capture(scratch / name, "--frames 80 --deterministic").exit_code, 0);
+    ASSERT_EQ(Capture(scratch / name, "--frames 50 --deterministic").exit_code, 0);
   const std::string bytes = BytesOf(scratch / "a" / "proxy.ply");
   EXPECT_GT(bytes.size(), 10000u);
   EXPECT_TRUE(bytes == BytesOf(scratch / "b" / "proxy.ply"));

@@ -32,7 +32,7 @@ CommandResult Capture(const fs::path& dir, const std::string& more) {
 // By the bound every disc of the map gets a view. The pictures are as good as asked for with fewer.
 TEST(MeasuredCapture, RecordsFewerViewsWhereThePicturesAreGood) {
   const ScratchFolder scratch;
-  const CommandResult bound = Capture(scratch / "bound", "--until-covered 18x10");
+  const CommandResult bound = Capture(scratch / "bound", "--until-covered 18x10 --no-geometry");
   ASSERT_EQ(bound.exit_code, 0) << bound.errors;
   const CommandResult measured =
       Capture(scratch / "measured",

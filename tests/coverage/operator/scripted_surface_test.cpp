@@ -105,7 +105,7 @@ TEST(OffscreenCapture, IsPressedAndLookedAt) {
   const ScratchFolder scratch;
   const std::string lines = (scratch / "lines").string();
   const auto picture = [&](const char* name) { return (scratch / name).string(); };
-  std::ofstream(lines) << "look " << picture("live.png") << "\npress ?\nlook " << picture("keys.png")
+  std::ofstream(lines) << "record\nlook " << picture("live.png") << "\npress ?\nlook " << picture("keys.png")
                        << "\nlook no.txt\nfinish\n";
   const std::string capture =
       "capture --no-geometry 'sim:studio?width=320&height=240&look_away=0' --poses known "

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <thread>
 
@@ -100,12 +101,19 @@ TEST(Window, FullScreenAndBack) {
   EXPECT_EQ(window->Size(), cv::Size(400, 300));
 }
 
+// Requests that begin the recording as soon as there is a subject.
+std::string BeginsIn(const ScratchFolder& scratch) {
+  const std::string lines = scratch / "lines";
+  std::ofstream(lines) << "record\n";
+  return lines;
+}
+
 // Whichever way the window ends, the capture ends as its button ends it.
 void ExpectClosed(const std::function<void(X11Person&)>& close) {
   const ScratchFolder scratch;
   const auto dir = scratch.path() / "lf";
   ChildProcess capture({std::getenv("ULF_BINARY"), "capture", "sim:studio?width=320&height=240&fps=15", "-o",
-                        dir.string(), "--json"});
+                        dir.string(), "--json", "--requests", BeginsIn(scratch)});
   X11Person person("ulf capture");
   // Some views first.
   for (int i = 0; i < 300; ++i) {
@@ -163,10 +171,11 @@ TEST(Window, ADisplayServerThatDiesDoesNotTakeTheCaptureWithIt) {
   const std::string errors = scratch / "errors";
   ChildProcess server({"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24"});
   const std::string display = ":" + std::to_string(std::stoi(server.ReadUntil("\n", 30)));
-  ChildProcess capture({"/bin/bash", "-c",
-                        fmt::format("exec env DISPLAY={} {} capture 'sim:studio?width=320&height=240&fps=30' "
-                                    "--frames 75 --json -o {} 2> {}",
-                                    display, std::getenv("ULF_BINARY"), dir.string(), errors)});
+  ChildProcess capture(
+      {"/bin/bash", "-c",
+       fmt::format("exec env DISPLAY={} {} capture 'sim:studio?width=320&height=240&fps=30' "
+                   "--frames 75 --json --requests {} -o {} 2> {}",
+                   display, std::getenv("ULF_BINARY"), BeginsIn(scratch), dir.string(), errors)});
   { const X11Person person("ulf capture", display); }
   for (int i = 0; i < 300 && Photographs(dir) == 0; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -41,7 +41,7 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
                             .bytes_per_view = 1'000'000,
                             .disk_left_bytes = 600'000'000,
                             .pose_error_px = 0.2,
-                            .most_pose_error_px = 1};
+                            .limits = {.max_pose_error_px = 1}};
   for (const PreflightItem& item : Preflight(good)) EXPECT_NE(item.in_order, false) << item.name;
   EXPECT_FALSE(Item(Preflight(good), "focus").in_order) << "cannot be known";
   EXPECT_THAT(Item(Preflight(good), "calibration").words, HasSubstr("serial 7"));
@@ -61,6 +61,14 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
   bad([](PreflightInput& input) { input.held.exposure = false; }, "exposure", "ulf features");
   bad([](PreflightInput& input) { input.held.white_balance = false; }, "white balance", "ulf features");
   bad([](PreflightInput& input) { input.held.focus = false; }, "focus", "ulf features");
+  bad([](PreflightInput& input) { input.picture.fine_detail = 0.5; }, "focus", "focus on the subject");
+  bad([](PreflightInput& input) { input.picture.light = SubjectLight{.brightest_tenth = 0.03}; }, "light",
+      "add light");
+  bad(
+      [](PreflightInput& input) {
+        input.picture.light = SubjectLight{0.5, 0.9, 0.4};
+      },
+      "light", "expose less");
   bad([](PreflightInput& input) { input.disk_left_bytes = 400'000'000; }, "disk", "free some space");
   bad([](PreflightInput& input) { input.pose_error_px = 1.2; }, "tracking", "move slowly");
   PreflightInput one = good;
@@ -290,10 +298,26 @@ TEST(ExposureMatch, FindsItsNeighboursWhereTheyWereMovedTo) {
               0.2 * expected);
 }
 
+// Half of the map moves towards the subject: the sphere cannot follow both halves.
+class HalfDriftingSource : public DriftingSource {
+ public:
+  HalfDriftingSource() : DriftingSource(Rigid3{Eigen::Quaterniond::Identity(), {0, 0, -0.2}}) {}
+  Track Step(const Frame& frame) override {
+    Track track = DriftingSource::Step(frame);
+    if (track.cam_from_world->OriginInSource().x() > 0) track.anchor->keyframe_id = kMoving;
+    return track;
+  }
+  Rigid3 PoseOf(const Anchored& anchor) const override {
+    return anchor.keyframe_id == kMoving ? DriftingSource::PoseOf(anchor) : anchor.cam_from_keyframe;
+  }
+
+ private:
+  static constexpr int kMoving = 4;
+};
+
 TEST(CorrectedPoses, WhatFallsOpenIsShownAndSaid) {
   const ScratchFolder scratch;
-  // Turned about the vertical: what was painted lies elsewhere; as the first view turns, too, the cap does.
-  DriftingSource poses(Rigid3{Eigen::Quaterniond::Identity(), {0, 0, -0.12}});
+  HalfDriftingSource poses;
   PlanarDevice device(Sweep(10, 4, 0.8));
   device.Start();
   CaptureOptions options = Options();

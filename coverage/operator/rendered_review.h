@@ -1,0 +1,126 @@
+// The review's picture by the real renderer (render/gl), over the mesh that geometry has made so far: what `ulf
+// view` draws of the light field as it is now. On request stripes mark where no view is near, as in the viewer:
+// what is smeared without stripes is the method's limit, not a gap.
+//
+// The scene is read from the light field on disk, in a thread of its own, and again when views, poses, the
+// subject or the mesh have changed. Until a new scene has its photographs the last one is drawn. Reads and
+// writes nothing else.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <future>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "coverage/session/capture_state.h"
+#include "render/gl/gl_objects.h"
+#include "render/gl/gl_renderer.h"
+#include "render/viewer/moving_size.h"
+
+namespace ulf::coverage {
+
+// Draws a texture of a camera without distortion as a camera with distortion at the same place sees it.
+class DistortedPicture {
+ public:
+  DistortedPicture();
+  ~DistortedPicture();
+  DistortedPicture(const DistortedPicture&) = delete;
+  DistortedPicture& operator=(const DistortedPicture&) = delete;
+
+  // Sees at least what `camera` sees, at its resolution.
+  static CameraModel Undistorted(const CameraModel& camera);
+  // `texture`: of Undistorted(camera), its last row first. Returns a texture of `camera`, its top row first,
+  // valid until the next call.
+  unsigned Draw(unsigned texture, const CameraModel& camera);
+  cv::Mat Read() const;  // what was drawn, 8-bit B, G, R
+
+ private:
+  render::GlProgram program_;
+  render::GlBuffer vertices_;
+  render::GlEmptyVertexArray no_attributes_;
+  render::GlTarget result_;
+};
+
+class RenderedReview {
+ public:
+  // Guessed.
+  struct Options {
+    int photograph_px = 640;  // longer side of the photographs that are drawn
+    double memory_mb = 256, gpu_memory_mb = 512;
+    double refresh_s = 2;  // between two readings of the light field, at least
+    // Pictures a second: where the renderer is slower they get smaller, down to a quarter of the width, because
+    // tracking needs the processors that a software renderer takes.
+    double fps = 10;
+    double try_next_s = 0.3;  // between two tries whether the next scene has its photographs
+  };
+  RenderedReview() : RenderedReview(Options{}) {}
+  explicit RenderedReview(const Options& options) : options_(options), size_({.fps = options.fps}) {}
+  ~RenderedReview();  // waits for the scene that is being read
+
+  // The review is closed: frees what it holds.
+  void Close();
+  // Call before every picture while the review is open. `now_s`: of any clock.
+  void Follow(const CaptureState& state, double now_s);
+  // The picture of a camera, smaller where it moves and the renderer is slow; none: nothing of this state can be
+  // drawn yet. A texture, its top row first, valid until the next call.
+  std::optional<unsigned> Draw(const CameraModel& camera, const Rigid3& cam_from_world);
+  cv::Mat Read() const { return distorted_->Read(); }  // after Draw() gave one
+  // Whether the picture is drawn from this view, among others.
+  bool Shows(int view_id) const;
+  bool is_loading() const;  // the last picture lacked photographs, or is of an older state
+  bool hatches_doubt() const { return hatches_doubt_; }
+  void SetHatchesDoubt(bool on) { hatches_doubt_ = on; }
+  // Why the scene cannot be read or drawn, once each. None: nothing new.
+  std::optional<std::string> TakeProblem() { return std::exchange(problem_, std::nullopt); }
+
+ private:
+  struct ViewPose {
+    Eigen::Matrix3d cam_from_world;  // rotation
+    Eigen::Vector3d center_in_world;
+    bool operator==(const ViewPose&) const = default;
+  };
+  // What a scene is of.
+  struct Wanted {
+    std::map<int, ViewPose> views;  // by id
+    Subject subject;
+    std::shared_ptr<const LiveMesh> mesh;
+    bool operator==(const Wanted&) const = default;
+  };
+  struct Loaded {
+    std::shared_ptr<const render::RenderScene> scene;  // null: no view is on disk yet
+    std::string problem;                               // empty: none
+  };
+  struct Drawable {
+    Wanted of;
+    std::unique_ptr<render::GlRenderer> renderer;
+  };
+  static Wanted WantedBy(const CaptureState& state);
+  static Loaded Load(const std::filesystem::path& light_field, const Wanted& wanted, const Options& options);
+  void TakeLoaded();
+  bool TryNext(const CameraModel& wide, const Rigid3& cam_from_world);
+  unsigned Show(const CameraModel& camera, const CameraModel& wide);
+  void Say(const std::string& problem);
+
+  const Options options_;
+  bool hatches_doubt_ = false;
+  Wanted wanted_;
+  std::optional<Drawable> shown_, next_;  // next: until its photographs are there
+  std::optional<Wanted> being_loaded_;
+  std::future<Loaded> loading_;
+  double now_s_ = 0, loaded_at_s_ = -1e9, tried_next_at_s_ = -1e9;
+  render::MovingSize size_;
+  std::optional<Rigid3> drawn_from_;
+  std::optional<std::string> problem_;
+  std::string said_;
+  std::unique_ptr<render::GlTarget> picture_;
+  std::unique_ptr<DistortedPicture> distorted_;
+};
+
+}  // namespace ulf::coverage

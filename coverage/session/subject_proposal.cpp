@@ -1,0 +1,57 @@
+#include "coverage/session/subject_proposal.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "core/base/counted.h"
+#include "coverage/bound/capture_prediction.h"
+
+namespace ulf::coverage {
+
+std::string InWords(const SubjectProposal& proposal, const Subject& now) {
+  const bool is_smaller = proposal.subject.radius < now.radius;
+  std::string words = fmt::format("the subject seems to be {} than its sphere: radius {:.3g}, not {:.3g}",
+                                  is_smaller ? "smaller" : "larger", proposal.subject.radius, now.radius);
+  if (proposal.views_now && proposal.views_then)
+    words += fmt::format("; with such a sphere the cap takes about {}, not {:.0f}",
+                         Counted(std::lround(*proposal.views_then), "view"), *proposal.views_now);
+  else if (!is_smaller)
+    words += "; what sticks out is not looked after";
+  return words + " (G, or the request subject proposed, places it)";
+}
+
+std::optional<double> SubjectProposer::ViewsFor(const Subject& subject, double distance) const {
+  const auto predicted =
+      Predict(SetupAt(options_.camera, options_.coverage_width_px, subject, distance, options_.threshold_px),
+              options_.cap, options_.until_share);
+  return predicted && predicted->views ? std::optional(predicted->views->usual) : std::nullopt;
+}
+
+std::optional<SubjectProposal> SubjectProposer::After(const std::shared_ptr<const LiveMesh>& mesh,
+                                                      const Subject& sphere, double distance) {
+  if (sphere_ && std::abs(sphere_->radius / sphere.radius - 1) > options_.same_radius) {
+    proposal_.reset();  // somebody has placed another one
+    seen_before_.reset();
+  }
+  sphere_ = sphere;
+  if (!mesh || mesh == std::exchange(mesh_, mesh) || mesh->maps < options_.least_maps) return std::nullopt;
+  const std::optional<Subject> before = std::exchange(seen_before_, mesh->subject_seen);
+  const std::optional<Subject>& seen = mesh->subject_seen;
+  if (!seen || !before || std::abs(seen->radius / before->radius - 1) > options_.same_radius)
+    return std::nullopt;
+  const double ratio = seen->radius / sphere.radius;
+  const double reach = ratio + (seen->center_in_world - sphere.center_in_world).norm() / sphere.radius;
+  if (ratio > options_.smaller && reach < options_.larger) {
+    proposal_.reset();
+    return std::nullopt;
+  }
+  const bool is_new =
+      !proposal_ || std::abs(seen->radius / proposal_->subject.radius - 1) > options_.same_radius;
+  proposal_ = SubjectProposal{
+      .subject = *seen, .views_now = ViewsFor(sphere, distance), .views_then = ViewsFor(*seen, distance)};
+  return is_new ? proposal_ : std::nullopt;
+}
+
+}  // namespace ulf::coverage

@@ -1,0 +1,319 @@
+// Tests: coverage/session/light_and_focus, coverage/session/subject_anchors, coverage/session/subject_proposal.
+//
+// A capture before its first view: nothing is recorded until somebody asks for it, what holds the start, and a
+// sphere that follows the map and gets the subject's size.
+#include <gmock/gmock.h>
+
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "acquisition/simulator/simulated_camera.h"
+#include "coverage/session/light_and_focus.h"
+#include "coverage/session/subject_anchors.h"
+#include "coverage/session/subject_proposal.h"
+#include "tests/coverage/session/planar_capture.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// A capture that waits to begin, and what is asked of it after which frame.
+struct Waiting {
+  CaptureOptions options = Options();
+  std::multimap<std::uint64_t, CaptureRequest> after;  // frames
+  std::vector<SharedCaptureState> states;
+  std::vector<std::string> said;
+
+  Waiting() { options.begins_on_request = true; }
+
+  Captured Run(const std::vector<PlanarShot>& shots) {
+    const ScratchFolder scratch;
+    CaptureRequests requests;
+    CaptureHooks hooks;
+    hooks.requests = &requests;
+    hooks.say = [&](const std::string& line) { said.push_back(line); };
+    hooks.after_frame = [&](const SharedCaptureState& now) {
+      states.push_back(now);
+      const auto [from, to] = after.equal_range(now->frames);
+      for (auto request = from; request != to; ++request) requests.Ask(request->second);
+    };
+    return Capture(scratch / "lf", shots, options, {}, hooks);
+  }
+};
+
+std::vector<PlanarShot> Steps(int count, Fault fault = Fault::kNone) {
+  std::vector<PlanarShot> shots;
+  for (int i = 0; i < count; ++i) shots.push_back({PoseAt(3.0 * i, 0), fault});
+  return shots;
+}
+
+TEST(Beginning, NothingIsRecordedBeforeSomebodyAsks) {
+  Waiting capture;
+  EXPECT_EQ(capture.Run(Steps(6)).light_field.views.size(), 0u);
+  EXPECT_TRUE(capture.states.back()->waits_to_begin);
+  EXPECT_FALSE(capture.states.back()->recording);
+  ASSERT_TRUE(capture.states.back()->subject) << "its sphere is shown and can be placed";
+  EXPECT_FALSE(capture.states.back()->preflight.empty());
+
+  Waiting asked;
+  asked.after.emplace(3, SetRecording{true});
+  const Captured captured = asked.Run(Steps(6));
+  ASSERT_EQ(captured.light_field.views.size(), 3u);
+  EXPECT_LT((captured.light_field.views[0].CenterInWorld() - PoseAt(9, 0).OriginInSource()).norm(), 1e-9);
+  EXPECT_FALSE(asked.states.back()->waits_to_begin);
+  EXPECT_THAT(asked.said, Contains("recording begins"));
+
+  Waiting placed;
+  const Subject elsewhere{{0.02, 0, 0}, 0.12};
+  placed.after.emplace(2, PlaceSubject{elsewhere});
+  placed.after.emplace(2, SetRecording{true});
+  EXPECT_EQ(placed.Run(Steps(6)).light_field.subject, elsewhere);
+
+  CaptureOptions by_itself = Options();
+  const ScratchFolder scratch;
+  EXPECT_EQ(Capture(scratch / "lf", Steps(6), by_itself).light_field.views.size(), 6u);
+  by_itself.begins_on_request = true;
+  EXPECT_EQ(Capture(scratch / "lf", {{PoseAt(30, 0)}}, by_itself).light_field.views.size(), 7u)
+      << "a light field that has begun goes on";
+}
+
+TEST(Beginning, WhatIsAskedBeforeThereIsASubjectIsDoneAsSoonAsThereIsOne) {
+  Waiting capture;
+  capture.after.emplace(1, SetRecording{true});
+  capture.options.subject.reset();
+  const ScratchFolder scratch;
+  DriftingSource poses(Rigid3{});
+  PlanarDevice device(Sweep(10, 4, 0.8));
+  device.Start();
+  CaptureRequests requests;
+  requests.Ask(SetRecording{true});
+  CaptureHooks hooks;
+  hooks.requests = &requests;
+  std::vector<std::string> said;
+  hooks.say = [&](const std::string& line) { said.push_back(line); };
+  const CaptureSummary summary =
+      RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), capture.options, hooks);
+  EXPECT_GT(summary.recorded, 5u);
+  EXPECT_THAT(said, Contains(HasSubstr("as soon as the subject is found")));
+}
+
+// Darkness and too much light: each holds the start, says why, and can be overridden.
+TEST(Beginning, ARedItemHoldsTheStartAndIsNamed) {
+  struct Hindrance {
+    Fault fault;
+    const char* name;
+    const char* way_out;
+  };
+  for (const Hindrance& red :
+       {Hindrance{Fault::kBlack, "light", "add light"}, {Fault::kOverexposed, "light", "expose less"}}) {
+    std::vector<PlanarShot> shots;
+    for (int i = 0; i < 40; ++i) shots.push_back({PoseAt(0.1 * i, 0), red.fault});
+    Waiting held;
+    held.after.emplace(30, SetRecording{true});
+    EXPECT_EQ(held.Run(shots).light_field.views.size(), 0u) << red.name;
+    EXPECT_TRUE(held.states.back()->waits_to_begin) << red.name;
+    EXPECT_THAT(held.said, Contains(AllOf(HasSubstr("recording has not begun: "), HasSubstr(red.name),
+                                          HasSubstr(red.way_out), HasSubstr("--force-start"))));
+    // As soon as it is mended.
+    for (int i = 0; i < 40; ++i) shots.push_back({PoseAt(4 + 0.1 * i, 0)});
+    Waiting mended;
+    mended.after.emplace(78, SetRecording{true});
+    EXPECT_GE(mended.Run(shots).light_field.views.size(), 1u) << red.name;
+    Waiting anyway;
+    anyway.after.emplace(30, SetRecording{.on = true, .although_checks_fail = true});
+    anyway.Run(shots);
+    EXPECT_FALSE(anyway.states[35]->waits_to_begin) << red.name;
+    EXPECT_THAT(anyway.said, Contains(AllOf(HasSubstr("all the same"), HasSubstr(red.name))));
+    Waiting forced;
+    forced.options.checks_hold_start = false;
+    forced.after.emplace(30, SetRecording{true});
+    forced.Run(shots);
+    EXPECT_FALSE(forced.states[35]->waits_to_begin) << red.name;
+  }
+}
+
+TEST(Beginning, WarningsDoNotHoldTheStart) {
+  Waiting capture;
+  capture.options.calibrated = false;
+  capture.after.emplace(2, SetRecording{true});
+  EXPECT_EQ(capture.Run(Steps(6)).light_field.views.size(), 4u);
+  EXPECT_THAT(capture.said, Contains(HasSubstr("calibration")));
+}
+
+// Discs of all sizes over each other, as things lie in photographs (dead leaves), with a camera's noise.
+cv::Mat Leaves(double largest_px, double blur_px) {
+  cv::Mat picture(480, 640, CV_8U, cv::Scalar(128));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int i = 0; i < 20000; ++i) {
+    constexpr double kSmallest = 2;
+    const double radius = kSmallest * std::pow(largest_px / kSmallest, share(random) * share(random));
+    const cv::Point at(static_cast<int>(640 * share(random)), static_cast<int>(480 * share(random)));
+    cv::circle(picture, at, static_cast<int>(radius), cv::Scalar(30 + 190 * share(random)), cv::FILLED,
+               cv::LINE_AA);
+  }
+  cv::GaussianBlur(picture, picture, {0, 0}, std::max(blur_px, 0.7));  // the lens and the sensor
+  cv::Mat noise(picture.size(), CV_16S), noisy;
+  cv::RNG(6).fill(noise, cv::RNG::NORMAL, 0, 2);
+  picture.convertTo(noisy, CV_16S);
+  noisy += noise;
+  noisy.convertTo(noisy, CV_8U);
+  return noisy;
+}
+
+TEST(FineDetail, TellsFocusWhateverTheScene) {
+  const cv::Rect all(0, 0, 640, 480);
+  for (const double largest_px : {10.0, 40.0, 120.0}) {
+    const auto sharp = FineDetail(Leaves(largest_px, 0), all);
+    ASSERT_TRUE(sharp);
+    EXPECT_GT(*sharp, 1) << largest_px;
+    for (const double sigma : {3.0, 5.0}) {
+      const auto blurred = FineDetail(Leaves(largest_px, sigma), all);
+      ASSERT_TRUE(blurred) << largest_px;
+      EXPECT_LT(*blurred, PreflightInput{}.least_fine_detail) << largest_px << " blurred by " << sigma;
+    }
+  }
+  cv::Mat plain(480, 640, CV_8U);
+  cv::RNG(7).fill(plain, cv::RNG::NORMAL, 128, 2);
+  EXPECT_FALSE(FineDetail(plain, all)) << "a plain wall tells nothing";
+}
+
+// These scenes, full of texture and nearly without, are in focus and well lit; so are the others.
+TEST(LightAndFocusCheck, SimulatedScenesAreInFocusUnlessTheyAreBlurred) {
+  for (const std::string name : {"studio", "gloss", "bust"}) {
+    SimulationOptions options;
+    options.scene = name;
+    const SimulatedCamera camera(options);
+    const Scene& scene = camera.scene();
+    const Rigid3 pose =
+        LookAt(scene.subject().center_in_world + scene.FirstDistance() * scene.FirstDirection(),
+               scene.subject().center_in_world, scene.UpInWorld());
+    const Image sharp{Srgb8FromLinear(camera.caster().Radiance(pose, 0) * camera.LightScale())};
+    Image blurred;
+    cv::GaussianBlur(sharp.pixels, blurred.pixels, {0, 0}, 3);
+    for (const Image& image : {sharp, blurred}) {
+      const bool is_sharp = image.pixels.data == sharp.pixels.data;
+      LightAndFocusCheck check;
+      PreflightInput input;
+      for (const double time_s : {0.0, 0.5, 1.0, 1.5})
+        input.picture = check.After(time_s, image, camera.camera(), pose, scene.subject());
+      printf("%-8s %s: fine detail %.2f, brightest tenth %.2f\n", name.c_str(),
+             is_sharp ? "sharp" : "blurred", input.picture.fine_detail.value_or(-1),
+             input.picture.light->brightest_tenth);
+      for (const PreflightItem& item : Preflight(input)) {
+        if (item.name == "light") {
+          EXPECT_NE(item.in_order, false) << name << ": " << item.words;
+        }
+        if (item.name == "focus") {
+          EXPECT_EQ(item.in_order == false, !is_sharp) << name << ": " << item.words;
+        }
+      }
+    }
+  }
+}
+
+TEST(SubjectAnchors, TheSphereGoesWhereItsSurroundingsWentAndGrowsWithThem) {
+  const Rigid3 late_from_live{Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Vector3d(1, 2, 3).normalized())),
+                              {0.02, -0.01, 0.05}};
+  DriftingSource poses(late_from_live);
+  PlanarDevice device(Steps(3));
+  device.Start();
+  SubjectAnchors anchors;
+  EXPECT_FALSE(anchors.Now(poses));
+  for (int i = 0; i < 3; ++i) anchors.Add(kSubject, poses.Step(*device.Next(std::chrono::milliseconds(0))));
+  EXPECT_LT((anchors.Now(poses)->center_in_world - kSubject.center_in_world).norm(), 1e-12);
+  EXPECT_NEAR(anchors.Now(poses)->radius, kSubject.radius, 1e-12);
+  poses.Adjust(true);
+  EXPECT_LT((anchors.Now(poses)->center_in_world - late_from_live * kSubject.center_in_world).norm(), 1e-12);
+  EXPECT_NEAR(anchors.Now(poses)->radius, kSubject.radius, 1e-12);
+}
+
+TEST(Beginning, TheSphereFollowsTheCorrectedMap) {
+  const Rigid3 late_from_live{Eigen::Quaterniond(Eigen::AngleAxisd(0.02, Vector3d::UnitZ())),
+                              {0.04, 0, 0.01}};
+  for (const bool at_the_end : {false, true}) {
+    const ScratchFolder scratch;
+    DriftingSource poses(late_from_live);
+    const std::vector<PlanarShot> shots = Sweep(10, 4, 0.8);
+    PlanarDevice device(shots);
+    device.Start();
+    CaptureHooks hooks;
+    std::vector<std::string> said;
+    hooks.say = [&](const std::string& line) { said.push_back(line); };
+    hooks.after_frame = [&](const SharedCaptureState& now) {
+      if (!at_the_end && now->frames == shots.size() - 1) poses.Adjust(true);
+    };
+    const CaptureSummary summary =
+        RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), Options(), hooks);
+    const Subject expected{late_from_live * kSubject.center_in_world, kSubject.radius};
+    const LightField light_field = ReadLightField(scratch / "lf");
+    ASSERT_TRUE(light_field.subject);
+    EXPECT_LT((light_field.subject->center_in_world - expected.center_in_world).norm(), 1e-9);
+    EXPECT_NEAR(light_field.subject->radius, expected.radius, 1e-9);
+    EXPECT_EQ(light_field.subject, summary.map->subject()) << "the map is painted round it";
+    EXPECT_THAT(said, Contains(HasSubstr("the subject's sphere moved with it")));
+  }
+}
+
+std::shared_ptr<const LiveMesh> MeshThatShows(const std::optional<Subject>& seen, int maps = 20) {
+  auto mesh = std::make_shared<LiveMesh>();
+  mesh->maps = maps;
+  mesh->subject_seen = seen;
+  return mesh;
+}
+
+SubjectProposer Proposer() {
+  return SubjectProposer({.camera = kCamera, .threshold_px = 12, .cap = Cap::FromDegrees({60, 40})});
+}
+
+TEST(SubjectProposer, ProposesTheSizeThatTwoMeshesShow) {
+  for (const double ratio : {0.5, 0.9, 1.1, 1.6}) {
+    SubjectProposer proposer = Proposer();
+    const Subject seen{kSubject.center_in_world, ratio * kSubject.radius};
+    EXPECT_FALSE(proposer.After(MeshThatShows(seen), kSubject, 1)) << "one mesh may err";
+    const auto proposal = proposer.After(MeshThatShows(seen), kSubject, 1);
+    ASSERT_EQ(proposal.has_value(), ratio < 0.65 || ratio > 1.33) << ratio;
+    if (!proposal) continue;
+    EXPECT_EQ(proposal->subject, seen);
+    ASSERT_TRUE(proposal->views_now && proposal->views_then);
+    EXPECT_EQ(*proposal->views_then < *proposal->views_now, ratio < 1)
+        << "a smaller sphere takes fewer views";
+    EXPECT_THAT(InWords(*proposal, kSubject),
+                AllOf(HasSubstr(ratio < 1 ? "smaller" : "larger"), HasSubstr("views")));
+    EXPECT_FALSE(proposer.After(MeshThatShows(seen), kSubject, 1)) << "said once";
+    EXPECT_TRUE(proposer.proposal());
+    proposer.After(MeshThatShows(seen), seen, 1);  // somebody has placed it
+    EXPECT_FALSE(proposer.proposal());
+  }
+}
+
+TEST(SubjectProposer, SaysNothingWhereMeshesDisagreeOrShowTooLittle) {
+  const Subject small{kSubject.center_in_world, 0.5 * kSubject.radius};
+  const Subject smaller{kSubject.center_in_world, 0.3 * kSubject.radius};
+  SubjectProposer proposer = Proposer();
+  for (const auto& mesh : {MeshThatShows(small), MeshThatShows(smaller), MeshThatShows({}),
+                           MeshThatShows(small), MeshThatShows(smaller), std::shared_ptr<const LiveMesh>()})
+    EXPECT_FALSE(proposer.After(mesh, kSubject, 1));
+  for (int i = 0; i < 3; ++i)
+    EXPECT_FALSE(proposer.After(MeshThatShows(small, 4), kSubject, 1)) << "few maps";
+  EXPECT_FALSE(proposer.proposal());
+}
+
+TEST(Beginning, ARequestForAProposedSphereThatIsNotThereIsAnswered) {
+  Waiting capture;
+  capture.after.emplace(1, ParseCaptureRequest("subject proposed"));
+  capture.after.emplace(1, ParseCaptureRequest("record anyway"));
+  EXPECT_EQ(capture.Run(Steps(4)).light_field.views.size(), 3u);
+  EXPECT_THAT(capture.said, Contains(HasSubstr("no other sphere is proposed")));
+}
+
+}  // namespace
+}  // namespace ulf::test
