@@ -1,12 +1,13 @@
 #include "coverage/session/record/live_geometry.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
+#include <pthread.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -17,6 +18,15 @@
 #include "render/stereo/mesh_of_maps.h"
 
 namespace ulf::coverage {
+namespace {
+
+// Of the calling thread alone. Where the kernel refuses, the thread competes with the others.
+void GiveWay() {
+  const sched_param none{};
+  pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
+}
+
+}  // namespace
 
 LiveGeometry::LiveGeometry(const Options& options)
     : options_(options), growing_(options.growing), maker_(options.growing.size_px) {
@@ -33,9 +43,21 @@ LiveGeometry::~LiveGeometry() {
 }
 
 void LiveGeometry::Do(std::function<void()> change) {
-  const MutexLock lock(mutex_);
-  if (over_) return;
-  changes_.push_back(std::move(change));
+  to_hand_over_.push_back(std::move(change));
+  HandOver();
+}
+
+void LiveGeometry::TakeOver() {
+  if (!over_) std::ranges::move(to_hand_over_, std::back_inserter(changes_));
+  to_hand_over_.clear();
+  seen_ = state_;
+  if (problem_) problem_seen_ = std::exchange(problem_, std::nullopt);
+}
+
+void LiveGeometry::HandOver() {
+  if (!mutex_.try_lock()) return;
+  TakeOver();
+  mutex_.unlock();
   changed_.notify_all();
 }
 
@@ -61,9 +83,9 @@ void LiveGeometry::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
   Do([this, cam_from_world] { growing_.MoveViews(cam_from_world); });
 }
 
-LiveGeometryState LiveGeometry::State() const {
-  const MutexLock lock(mutex_);
-  return state_;
+const LiveGeometryState& LiveGeometry::State() {
+  HandOver();
+  return seen_;
 }
 
 void LiveGeometry::Fail(const std::string& what) {
@@ -73,8 +95,8 @@ void LiveGeometry::Fail(const std::string& what) {
 }
 
 std::optional<std::string> LiveGeometry::TakeProblem() {
-  const MutexLock lock(mutex_);
-  return std::exchange(problem_, std::nullopt);
+  HandOver();
+  return std::exchange(problem_seen_, std::nullopt);
 }
 
 void LiveGeometry::MakeMesh(MeshFor what_for) {
@@ -109,7 +131,7 @@ void LiveGeometry::Work() {
 
 void LiveGeometry::Loop() {
   InstallSignalStack();
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), options_.niceness);  // of this thread alone
+  GiveWay();
   using Clock = std::chrono::steady_clock;
   Clock::time_point rested = Clock::now();
   bool idle = false;  // nothing to make until something changes
@@ -160,6 +182,7 @@ void LiveGeometry::WorkNow() {
   std::deque<std::function<void()>> changes;
   {
     const MutexLock lock(mutex_);
+    TakeOver();
     changes.swap(changes_);
   }
   try {
@@ -178,6 +201,7 @@ FinishedGeometry LiveGeometry::Finish() {
   std::deque<std::function<void()>> rest;
   {
     const MutexLock lock(mutex_);
+    TakeOver();
     over_ = true;
     rest.swap(changes_);
     changed_.notify_all();

@@ -3,7 +3,10 @@
 // processor. The mesh serves review and measurement while the capture goes on; at the end the maps that are
 // still missing are made on all processors, and the mesh becomes the light field's.
 //
-// A capture never waits for it, but at its end; what fails here is said and fails alone.
+// A capture never waits for it, but at its end; what fails here is said and fails alone. The thread runs only
+// when a processor has nothing else to do (SCHED_IDLE), so that it may be kept from running while it holds the
+// lock: whoever owns this class tries the lock and never waits for it; what could not be handed over waits for
+// the next call.
 #pragma once
 
 #include <cstdint>
@@ -57,7 +60,6 @@ class LiveGeometry {
     // About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
     int live_triangles = 30000;
     double finish_s = 6;   // for missing maps at the end. Guessed: the whole then takes ten seconds.
-    int niceness = 15;     // of the thread
     bool threaded = true;  // false: nothing is made before Finish(), or by WorkNow()
   };
   // A picture as geometry wants it, 8-bit sRGB; read in the geometry's thread.
@@ -68,12 +70,12 @@ class LiveGeometry {
   LiveGeometry(const LiveGeometry&) = delete;
   LiveGeometry& operator=(const LiveGeometry&) = delete;
 
-  // These return at once.
+  // These return at once. For one thread, which calls one of them at every frame.
   void SetSubject(const Subject& subject);
   void AddView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
-  LiveGeometryState State() const;
+  const LiveGeometryState& State();  // the newest that could be had
   // Why there will be no geometry, once; none: nothing new. For the caller to say: the failure was in another thread.
   std::optional<std::string> TakeProblem();
 
@@ -85,6 +87,8 @@ class LiveGeometry {
 
  private:
   void Do(std::function<void()> change);
+  void HandOver();
+  void TakeOver() ULF_REQUIRES(mutex_);
   void Loop();
   void Work();
   enum class MeshFor { kNow, kEnd };
@@ -92,6 +96,11 @@ class LiveGeometry {
   void Fail(const std::string& what);
 
   const Options options_;
+
+  // The caller's own.
+  std::deque<std::function<void()>> to_hand_over_;
+  LiveGeometryState seen_;
+  std::optional<std::string> problem_seen_;
 
   // The thread's own, and after Finish() has ended it the caller's.
   render::GrowingGeometry growing_;
@@ -101,7 +110,7 @@ class LiveGeometry {
   std::uint64_t revision_of_mesh_ = 0;
   bool failed_ = false;
 
-  mutable Mutex mutex_;
+  Mutex mutex_;
   ConditionVariable changed_;
   std::deque<std::function<void()>> changes_ ULF_GUARDED_BY(mutex_);
   bool over_ ULF_GUARDED_BY(mutex_) = false;
