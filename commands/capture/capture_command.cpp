@@ -208,7 +208,9 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
         recorder->Note(line);
       };
     }
-    if (args.headless) hooks.say("no display (--headless): recording begins by itself");
+    if (!options.begins_on_request)
+      hooks.say(args.headless ? "no display (--headless): recording begins by itself"
+                              : "the frames are a recording: recording begins by itself");
     const auto capture = [&] {
       summary = coverage::RunCapture(*prepared.device, prepared.camera, *prepared.poses,
                                      std::move(*prepared.writer), options, hooks, std::move(prepared.first));

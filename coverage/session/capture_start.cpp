@@ -253,6 +253,8 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     prepared.person = OperatorBefore(uri, args.person);
     prepared.device = acquisition::OpenSimulatedDevice(uri, prepared.person);
   }
+  // A recording would run out while it waits.
+  if (DeviceUri::Parse(args.uri).scheme == "replay") options->begins_on_request = false;
   prepared.device->Start();
   if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;
   const Frame& first = prepared.first.back();

@@ -77,7 +77,10 @@ class Screens {
     Write("keys", Screen(capture, "?").Show(scanning));
     // What was recorded lies farther away than now.
     Write("capture_too_near", Screen(capture).Show(guided(3, 3, 0.8)));
-    Write("review_gap", Screen(capture, "rw").Show(capture.At(capture.CameraAt(24, 14))));
+    const auto too_large = guided(9.5, 3.2, 1.03);
+    too_large->proposed_subject =
+        ulf::Subject{capture.subject().center_in_world, 0.55 * capture.subject().radius};
+    Write("proposal", Screen(capture).Show(too_large));
 
     const auto aside = capture.At(capture.CameraAt(5, 4, 1, {1.5, 0.3}));
     aside->decision.reason = Reason::kOutsideRectangle;
@@ -116,7 +119,24 @@ class Screens {
       for (const double azimuth : {-8.0, -4.0, 0.0, 4.0, 8.0})
         screen.Show(capture.At(capture.CameraAt(azimuth, elevation)));
     const auto state = capture.At(capture.CameraAt(1, 1));
+    state->waits_to_begin = true;
+    state->recording = false;
+    state->decision.reason = Reason::kPaused;
     Write("preflight", screen.Show(state));
+    const auto held = std::make_shared<CaptureState>(*state);
+    PictureFinding finding;
+    finding.light = SubjectLight{.brightest_tenth = 0.04};
+    finding.fine_detail = 1.2;
+    held->exposure_locked = false;
+    held->preflight = Preflight({.calibrated = false,
+                                 .calibration_source = {},
+                                 .held = {.exposure = false, .white_balance = true, .focus = {}},
+                                 .picture = finding,
+                                 .prediction = {},
+                                 .bytes_per_view = 2'000'000,
+                                 .disk_left_bytes = state->disk_left_bytes,
+                                 .pose_error_px = 0.2});
+    Write("held", screen.Show(held));
     screen.Type("s");
     Write("subject", screen.Show(state));
   }

@@ -71,7 +71,11 @@ void LiveGeometry::SetSubject(const Subject& subject) {
 void LiveGeometry::AddView(int id, ReadPicture picture, const CameraModel& camera,
                            const Rigid3& cam_from_world) {
   Do([this, id, picture = std::move(picture), camera, cam_from_world] {
-    growing_.AddView(id, maker_.Make(picture(), camera, cam_from_world));
+    try {
+      growing_.AddView(id, maker_.Make(picture(), camera, cam_from_world));
+    } catch (const std::exception& error) {
+      LeaveOut(id, error.what());
+    }
   });
 }
 
@@ -92,6 +96,14 @@ void LiveGeometry::Fail(const std::string& what) {
   if (std::exchange(failed_, true)) return;
   const MutexLock lock(mutex_);
   problem_ = fmt::format("geometry: {}; the capture goes on without it, ulf proxy makes it afterwards", what);
+}
+
+// One view's picture cannot be read: the others make the geometry.
+void LiveGeometry::LeaveOut(int id, const std::string& why) {
+  if (std::exchange(left_out_, true)) return;
+  const MutexLock lock(mutex_);
+  problem_ = fmt::format("geometry: {}; it is made without view {}, and without others that cannot be read",
+                         why, id);
 }
 
 std::optional<std::string> LiveGeometry::TakeProblem() {

@@ -94,6 +94,7 @@ class LiveGeometry {
   enum class MeshFor { kNow, kEnd };
   void MakeMesh(MeshFor what_for);
   void Fail(const std::string& what);
+  void LeaveOut(int id, const std::string& why);
 
   const Options options_;
 
@@ -109,6 +110,7 @@ class LiveGeometry {
   int maps_of_mesh_ = 0;
   std::uint64_t revision_of_mesh_ = 0;
   bool failed_ = false;
+  bool left_out_ = false;  // a view, and that was said
 
   Mutex mutex_;
   ConditionVariable changed_;

@@ -14,6 +14,7 @@
 #include "render/proxy/mesh_file.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -92,6 +93,29 @@ TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
   EXPECT_THAT(run.errors, HasSubstr("ulf proxy"));
   EXPECT_GE(ReadLightField(dir).views.size(), before);
   EXPECT_EQ(BytesOf(dir / "proxy.ply"), "of another program");
+}
+
+// A disk that has room for the capture and none for its mesh: the views are all there, and that is said.
+TEST(GeometryCaptureOnASmallDisk, FullWhenTheMeshIsWrittenItCostsTheMeshAlone) {
+  const ScratchFolder scratch;
+  const fs::path disk = scratch / "disk", dir = disk / "lf";
+  fs::create_directory(disk);
+  constexpr std::uint64_t kBytes = 32 << 20, kLeft = 700 << 10;
+  if (const auto why = test::MountSmallDisk(disk, kBytes)) GTEST_SKIP() << *why;
+  ASSERT_EQ(Capture(dir, "--frames 90 --no-geometry").exit_code, 0);
+  const std::size_t before = ReadLightField(dir).views.size();
+  // Room for what a short session writes; a mesh of these views takes some two megabytes.
+  std::ofstream(disk / "room") << std::string(kLeft, 'x');
+  test::FillDisk(disk / "filled");
+  fs::remove(disk / "room");
+  const CommandResult run = Capture(dir, "--resume --frames 2");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("the light field is complete without a mesh, ulf proxy makes it"));
+  EXPECT_GE(ReadLightField(dir).views.size(), before);
+  EXPECT_FALSE(fs::exists(dir / "proxy.ply")) << "no half of a mesh";
+  for (const auto& file : fs::directory_iterator(dir))
+    EXPECT_THAT(file.path().filename().string(), ::testing::Not(HasSubstr("proxy")))
+        << "nothing is left behind";
 }
 
 // A kill while maps are being made: no mesh, a light field that opens, and geometry of all views when it goes on.
