@@ -321,6 +321,51 @@ TEST(OperatorDisplay, KeysAskTheCapture) {
   EXPECT_FALSE(stage.display.Step());
 }
 
+TEST(OperatorDisplay, ACaptureBeginsByKey) {
+  Stage stage;
+  auto waiting = stage.capture.At(stage.capture.CameraAt(0, 0));
+  waiting->waits_to_begin = true;
+  waiting->recording = false;
+  stage.Show(waiting);
+  const auto begins = [&](bool although_checks_fail) {
+    const auto asked = stage.Asked<SetRecording>();
+    ASSERT_EQ(asked.size(), 1u);
+    EXPECT_TRUE(asked[0].on);
+    EXPECT_EQ(asked[0].although_checks_fail, although_checks_fail);
+    stage.Show(std::make_shared<CaptureState>(*waiting));
+  };
+  stage.Press(Key::kEnter);
+  begins(false);
+  stage.Press(Key::kEnter, true);
+  begins(true);
+  // A display that goes away before: nobody can begin any more.
+  EXPECT_TRUE(stage.display.Detach());
+  const auto asked = stage.requests.Take();
+  ASSERT_EQ(asked.size(), 1u);
+  EXPECT_TRUE(std::get<SetRecording>(asked[0]).although_checks_fail);
+  auto begun = std::make_shared<CaptureState>(*waiting);
+  begun->waits_to_begin = false;
+  begun->recording = true;
+  stage.Show(begun);
+  stage.Press(Key::kEnter);
+  EXPECT_TRUE(stage.Asked<SetRecording>().empty()) << "Enter pauses nothing";
+}
+
+TEST(OperatorDisplay, TheProposedSphereIsTakenByKey) {
+  Stage stage;
+  auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
+  stage.Show(state);
+  stage.Type('g');
+  EXPECT_TRUE(stage.Asked<PlaceSubject>().empty()) << "none is proposed";
+  state = std::make_shared<CaptureState>(*state);
+  state->proposed_subject = Subject{{0.01, 0.02, 0.03}, 0.1};
+  stage.Show(state);
+  stage.Type('g');
+  const auto placed = stage.Asked<PlaceSubject>();
+  ASSERT_EQ(placed.size(), 1u);
+  EXPECT_EQ(placed[0].subject, *state->proposed_subject);
+}
+
 TEST(OperatorDisplay, BeforeTheFirstFrameKeysDoNothingAndClosingWorks) {
   Stage stage;
   for (const char32_t key : {U' ', U's', U'r', U'c', U'w', U'?', U'p'}) stage.Type(key);
@@ -417,6 +462,25 @@ TEST(SubjectTool, LeavingItChangesNothing) {
   stage.display.Step();
   for (const CaptureRequest& request : stage.requests.Take())
     EXPECT_TRUE(std::holds_alternative<SetRecording>(request));
+}
+
+// A corrected map moves the capture's subject: what the person has done so far moves along.
+TEST(SubjectTool, WhatIsBeingPlacedFollowsTheCorrectedMap) {
+  Stage stage;
+  const auto state = stage.capture.At(stage.capture.CameraAt(0, 0));
+  stage.Show(state);
+  stage.Type('s');
+  stage.Press(Key::kRight);  // larger
+  stage.Show(std::make_shared<CaptureState>(*state));
+  auto corrected = std::make_shared<CaptureState>(*state);
+  const Eigen::Vector3d moved(0.02, 0, 0.01);
+  corrected->subject->center_in_world += moved;
+  stage.Show(corrected);
+  stage.Press(Key::kEnter);
+  const auto placed = stage.Asked<PlaceSubject>();
+  ASSERT_EQ(placed.size(), 1u);
+  EXPECT_LT((placed[0].subject.center_in_world - state->subject->center_in_world - moved).norm(), 1e-9);
+  EXPECT_NEAR(placed[0].subject.radius, 1.02 * state->subject->radius, 1e-9);
 }
 
 TEST(SubjectTool, LeavingItGivesBackTheSubjectThatWasFoundAnewMeanwhile) {

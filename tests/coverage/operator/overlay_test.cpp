@@ -376,6 +376,35 @@ TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   EXPECT_THAT(InstructionFor(*state).words, ::testing::StartsWith("paused"));
 }
 
+TEST(Overlay, BeforeTheBeginningTheInstructionSaysWhatHoldsIt) {
+  StagedCapture stage;
+  auto state = stage.At(stage.CameraAt(0, 0));
+  state->waits_to_begin = true;
+  state->recording = false;
+  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("Space begins"));
+  EXPECT_FALSE(InstructionFor(*state).urgent);
+  state->preflight.push_back({.name = "views", .in_order = false, .words = "", .holds_start = false});
+  EXPECT_FALSE(InstructionFor(*state).urgent) << "a warning";
+  state->preflight.push_back({.name = "light", .in_order = false, .words = "too dark"});
+  EXPECT_TRUE(InstructionFor(*state).urgent);
+  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("red"));
+}
+
+TEST(Overlay, TheProposedSphereIsDrawnAndNamed) {
+  StagedCapture stage;
+  const auto without = stage.At(stage.CameraAt(0, 0));
+  const auto with = stage.At(stage.CameraAt(0, 0));
+  with->proposed_subject = Subject{stage.subject().center_in_world, 0.5 * stage.subject().radius};
+  const auto labels = [](const Overlay& overlay) {
+    std::vector<std::string> texts;
+    for (const OverlayShape& shape : overlay)
+      if (const auto* label = std::get_if<Label>(&shape)) texts.push_back(label->text);
+    return texts;
+  };
+  EXPECT_THAT(labels(MakeOverlay(*with)), ::testing::Contains(::testing::HasSubstr("(G)")));
+  EXPECT_GT(MakeOverlay(*with).size(), MakeOverlay(*without).size() + 20) << "dashes";
+}
+
 TEST(Overlay, ASubjectThatIsInTheMiddleIsNotToBeCentred) {
   StagedCapture stage;
   auto state = stage.At(stage.CameraAt(0, 0));

@@ -38,6 +38,9 @@ TEST(RunWithDisplay, WithoutADisplayTheCaptureGoesOnAndThatIsSaid) {
   EXPECT_EQ(feed.Newest(), nullptr) << "pictures are kept for nobody";
   EXPECT_THAT(said, HasSubstr("the reason"));
   EXPECT_THAT(said, HasSubstr("without the operator display"));
+  const auto asked = requests.Take();
+  ASSERT_EQ(asked.size(), 1u) << "there is nobody who could begin";
+  EXPECT_TRUE(std::get<SetRecording>(asked[0]).although_checks_fail);
 }
 
 std::unique_ptr<Surface> Small() { return std::make_unique<OffscreenSurface>(cv::Size(320, 240)); }
