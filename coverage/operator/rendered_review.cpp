@@ -20,9 +20,9 @@
 namespace ulf::coverage {
 namespace {
 
-constexpr int kColumns = 24, kRows = 18;  // of the grid over the picture
-constexpr const char* kHead = "#version 450 core\n";
-constexpr const char* kVertex = R"(
+constexpr int kGridColumns = 24, kGridRows = 18;  // of the grid over the picture
+constexpr const char* kShaderVersion = "#version 450 core\n";
+constexpr const char* kGridVertex = R"(
 layout(std430, binding = 0) readonly buffer Vertices { float value[]; };
 out vec2 uv;
 void main() {
@@ -31,7 +31,7 @@ void main() {
   uv = vec2(value[at + 2], value[at + 3]);
 }
 )";
-constexpr const char* kFragment = R"(
+constexpr const char* kGridFragment = R"(
 layout(binding = 0) uniform sampler2D picture;
 in vec2 uv;
 out vec4 color;
@@ -43,8 +43,8 @@ void main() { color = vec4(texture(picture, uv).rgb, 1.0); }
 // ---- DistortedPicture
 
 DistortedPicture::DistortedPicture() : result_(GL_RGBA8) {
-  const std::string head = kHead;
-  program_.Build("the review's distortion", head + kVertex, head + kFragment);
+  const std::string head = kShaderVersion;
+  program_.Build("the review's distortion", head + kGridVertex, head + kGridFragment);
 }
 
 DistortedPicture::~DistortedPicture() {
@@ -67,12 +67,12 @@ CameraModel DistortedPicture::Undistorted(const CameraModel& camera) {
     low = low.cwiseMin(img).cwiseMax(-0.5 * size);
     high = high.cwiseMax(img).cwiseMin(1.5 * size);
   };
-  for (int i = 0; i <= kColumns; ++i)
+  for (int i = 0; i <= kGridColumns; ++i)
     for (const double y : {0.0, static_cast<double>(camera.height)})
-      include(static_cast<double>(camera.width) * i / kColumns, y);
-  for (int i = 0; i <= kRows; ++i)
+      include(static_cast<double>(camera.width) * i / kGridColumns, y);
+  for (int i = 0; i <= kGridRows; ++i)
     for (const double x : {0.0, static_cast<double>(camera.width)})
-      include(x, static_cast<double>(camera.height) * i / kRows);
+      include(x, static_cast<double>(camera.height) * i / kGridRows);
   low = low.array().floor();
   high = high.array().ceil();
   CameraModel wide = camera.WithoutDistortion();
@@ -87,7 +87,8 @@ unsigned DistortedPicture::Draw(unsigned texture, const CameraModel& camera) {
   const CameraModel wide = Undistorted(camera);
   std::vector<float> vertices;
   const auto add = [&](int column, int row) {
-    const double across = static_cast<double>(column) / kColumns, down = static_cast<double>(row) / kRows;
+    const double across = static_cast<double>(column) / kGridColumns,
+                 down = static_cast<double>(row) / kGridRows;
     const auto ray = camera.RayFromImg({camera.width * across, camera.height * down});
     Eigen::Vector2d uv(-1, -1);
     if (ray && ray->z() > 0)
@@ -96,8 +97,8 @@ unsigned DistortedPicture::Draw(unsigned texture, const CameraModel& camera) {
     for (const double value : {2 * across - 1, 2 * down - 1, uv.x(), uv.y()})
       vertices.push_back(static_cast<float>(value));
   };
-  for (int row = 0; row < kRows; ++row)
-    for (int column = 0; column < kColumns; ++column) {
+  for (int row = 0; row < kGridRows; ++row)
+    for (int column = 0; column < kGridColumns; ++column) {
       add(column, row), add(column + 1, row), add(column, row + 1);
       add(column + 1, row), add(column + 1, row + 1), add(column, row + 1);
     }
@@ -118,7 +119,7 @@ unsigned DistortedPicture::Draw(unsigned texture, const CameraModel& camera) {
   vertices_.Upload(vertices);
   vertices_.BindStorage(0);
   glBindTextureUnit(0, texture);
-  glDrawArrays(GL_TRIANGLES, 0, 6 * kColumns * kRows);
+  glDrawArrays(GL_TRIANGLES, 0, 6 * kGridColumns * kGridRows);
   glBindVertexArray(0);
   render::CheckGl("drawing the review");
   return result_.texture();
