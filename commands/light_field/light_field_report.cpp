@@ -11,7 +11,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/view_decision.h"
-#include "coverage/measured/error_meter.h"
+#include "coverage/measured/threshold_by_errors.h"
 #include "render/viewpoints/viewpoint_mesh.h"
 
 namespace ulf::commands {
@@ -155,7 +155,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
         coverage::CoverageOf(light_field, *report.subject, report.cap, report.threshold_px);
     if (report.measured && coverage::CoverByNamed(report.measured->cover) != coverage::CoverBy::kBound) {
       report.covered_by_bound = map.CoveredShare();
-      coverage::MarkOnMap(*report.measured, map);
+      map = coverage::ByErrors(*report.measured, map);
     }
     report.covered = map.CoveredShare();
     report.holes = HolesOf(map);
@@ -167,8 +167,10 @@ std::string ToText(const MeasuredErrors& measured) {
   const coverage::ErrorSummary errors = Summarize(coverage::ErrorMapOf(measured), measured.goal_db);
   std::string text = fmt::format("measured       {}", Counted(measured.frames, "frame"));
   if (errors.directions == 0) return text + ": in no direction was there texture and geometry enough\n";
-  text += fmt::format(": {:.1f} dB, in the worst tenth of {} {:.1f}; {:.2f} px off\n", errors.median_db,
-                      Counted(errors.directions, "direction"), errors.worst_tenth_db, errors.median_px);
+  text += fmt::format(
+      ": {:.1f} dB, in the worst tenth of {} {:.1f}; {:.2f} px off; {:.1f} dB around the subject\n",
+      errors.median_db, Counted(errors.directions, "direction"), errors.worst_tenth_db, errors.median_px,
+      errors.median_outside_db);
   if (errors.failing == 0) return text;
   std::string causes;
   for (const auto& [cause, count] : errors.causes)
@@ -189,6 +191,7 @@ nlohmann::json ToJson(const MeasuredErrors& measured) {
           {"median_db", errors.median_db},
           {"worst_tenth_db", errors.worst_tenth_db},
           {"median_px", errors.median_px},
+          {"median_outside_db", errors.median_outside_db},
           {"causes", causes}};
 }
 

@@ -92,7 +92,8 @@ class UpOfCameras {
 struct MeasuredDirection {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // from the subject, unit, world frame
   double nearest_view_angle = 0;  // radians: of the nearest recorded view at that moment
-  double db = 0;                  // inside the subject's silhouette, of small pictures
+  double one_sided = 0;           // 1: all views around stood on one side
+  double db = 0, db_outside = 0;  // inside the subject's silhouette and around it, of small pictures
   double misregistration_px = 0;  // of small pictures
   std::string cause;              // of what is wrong, by name
 };

@@ -80,8 +80,8 @@ std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place) {
 nlohmann::json MeasuredToJson(const MeasuredErrors& measured) {
   nlohmann::json directions = nlohmann::json::array();
   for (const MeasuredDirection& at : measured.directions)
-    directions.push_back({at.direction.x(), at.direction.y(), at.direction.z(), at.nearest_view_angle, at.db,
-                          at.misregistration_px, at.cause});
+    directions.push_back({at.direction.x(), at.direction.y(), at.direction.z(), at.nearest_view_angle,
+                          at.one_sided, at.db, at.db_outside, at.misregistration_px, at.cause});
   return {{"cover", measured.cover},
           {"goal_db", measured.goal_db},
           {"frames", measured.frames},
@@ -94,21 +94,23 @@ MeasuredErrors MeasuredFromJson(const JsonPlace& place) {
   measured.goal_db = place.Number("goal_db", 0);
   measured.frames = static_cast<std::uint64_t>(std::max(0.0, place.Number("frames", 0)));
   if (!place.Has("directions")) return measured;
-  constexpr std::size_t kNumbers = 6;
+  constexpr std::size_t kNumbers = 8;
   for (const nlohmann::json& each : place.Raw("directions")) {
     const bool is_whole = each.is_array() && each.size() == kNumbers + 1 && each[kNumbers].is_string() &&
                           std::all_of(each.begin(), each.begin() + kNumbers,
                                       [](const nlohmann::json& number) { return number.is_number(); });
     if (!is_whole)
-      throw Error("{}: a measured direction must be six numbers and a cause, not {}", place.where,
+      throw Error("{}: a measured direction must be eight numbers and a cause, not {}", place.where,
                   each.dump().substr(0, 60));
     MeasuredDirection at;
     at.direction = {each[0].get<double>(), each[1].get<double>(), each[2].get<double>()};
     if (!(at.direction.norm() > 0)) throw Error("{}: a measured direction is zero", place.where);
     at.direction.normalize();
     at.nearest_view_angle = each[3].get<double>();
-    at.db = each[4].get<double>();
-    at.misregistration_px = each[5].get<double>();
+    at.one_sided = each[4].get<double>();
+    at.db = each[5].get<double>();
+    at.db_outside = each[6].get<double>();
+    at.misregistration_px = each[7].get<double>();
     at.cause = each[kNumbers].get<std::string>();
     measured.directions.push_back(at);
   }

@@ -153,12 +153,6 @@ CoverageMap::CoverageMap(const Subject& subject, const CoverageMapOptions& optio
 
 void CoverageMap::Add(const CriterionView& view) {
   recorded_.Add(view);
-  if (frame_) {
-    const Vector3d direction = (view.center_in_world - subject_.center_in_world).normalized();
-    std::erase_if(measured_, [&](const MeasuredDisc& disc) {
-      return !disc.covered && AngleBetween(direction, disc.direction) < DiscRadiusAt(disc.direction);
-    });
-  }
   if (IsGridStale())
     Rebuild();
   else
@@ -208,10 +202,44 @@ void CoverageMap::Rebuild() {
     cell_count += static_cast<std::size_t>(row.columns);
     rows_.push_back(row);
   }
-  cells_.assign(cell_count, {std::numeric_limits<float>::infinity(), -1});
+  cells_.assign(cell_count,
+                {std::numeric_limits<float>::infinity(), static_cast<float>(options_.threshold_px), -1});
+  if (threshold_factor_)
+    for (const Row& row : rows_)
+      for (int column = 0; column < row.columns; ++column)
+        cells_[Index(row, column)].threshold_px = ThresholdOf(DirectionOf(row, column));
   open_cells_ = cell_count;
   for (std::size_t i = 0; i < views().size(); ++i) Paint(static_cast<int>(i));
-  for (const MeasuredDisc& disc : measured_) PaintMeasured(disc);
+}
+
+float CoverageMap::ThresholdOf(const Vector3d& direction) const {
+  constexpr double kRounding = 1 + 1e-6;  // of the bounds that cells keep
+  return static_cast<float>(ThresholdAt(direction) * kRounding);
+}
+
+double CoverageMap::ThresholdAt(const Vector3d& direction) const {
+  const double factor = threshold_factor_ ? threshold_factor_(direction) : 1;
+  return options_.threshold_px * std::min(factor, options_.most_threshold_factor);
+}
+
+void CoverageMap::SetThresholdFactor(ThresholdFactor factor) {
+  threshold_factor_ = std::move(factor);
+  painted_sr_ = 0;
+  open_cells_ = 0;
+  for (const Row& row : rows_)
+    for (int column = 0; column < row.columns; ++column) {
+      Cell& cell = cells_[Index(row, column)];
+      cell.threshold_px = ThresholdOf(DirectionOf(row, column));
+      if (cell.IsPainted())
+        painted_sr_ += row.cell_sr;
+      else
+        ++open_cells_;
+    }
+}
+
+bool CoverageMap::Covers(const CriterionView& candidate) const {
+  return recorded_.Covers(candidate,
+                          ThresholdAt((candidate.center_in_world - subject_.center_in_world).normalized()));
 }
 
 CriterionView CoverageMap::Hypothetical(const Vector3d& direction) const {
@@ -224,7 +252,8 @@ void CoverageMap::Paint(int view_index) {
       views()[static_cast<std::size_t>(view_index)].center_in_world - subject_.center_in_world;
   if (!(offset.norm() > 0)) return;
   const CapFrame::Angles at = frame_->Of(offset.normalized());
-  const double sine = MaxCoveringSine(Hypothetical(offset.normalized()), subject_, options_.threshold_px);
+  const double sine = MaxCoveringSine(Hypothetical(offset.normalized()), subject_,
+                                      options_.threshold_px * options_.most_threshold_factor);
   const double reach = sine >= 1 ? M_PI : std::asin(sine);
   const double min_cosine = std::cos(std::min(M_PI, reach));
   // How far the disc reaches in azimuth: everywhere once it holds a pole.
@@ -256,63 +285,16 @@ void CoverageMap::PaintRow(const Row& row, int view_index, double azimuth, doubl
       if (cell.view == view_index) continue;
       const Vector3d cell_direction = frame_->Direction(left + (column + 0.5) * cell_width, row.elevation);
       if (cell_direction.dot(direction) < min_cosine) continue;
-      const double limit = std::min<double>(cell.bound_px, options_.threshold_px + 1e-9);
+      const double limit =
+          std::min<double>(cell.bound_px, options_.threshold_px * options_.most_threshold_factor + 1e-9);
       const double bound = BoundPx(view, Hypothetical(cell_direction), subject_, {.give_up_px = limit});
       if (bound >= limit) continue;
-      if (cell.view < 0) painted_sr_ += row.cell_sr, --open_cells_;
-      cell = {static_cast<float>(bound), view_index};
+      const bool was_painted = cell.IsPainted();
+      cell.bound_px = static_cast<float>(bound);
+      cell.view = view_index;
+      if (!was_painted && cell.IsPainted()) painted_sr_ += row.cell_sr, --open_cells_;
     }
   }
-}
-
-void CoverageMap::ForEachCellAround(const Vector3d& direction, double radius,
-                                    const std::function<void(const Row& row, int column)>& look) const {
-  const CapFrame::Angles at = frame_->Of(direction);
-  const double min_cosine = std::cos(std::min(M_PI, radius));
-  for (const Row& row : rows_) {
-    if (std::abs(row.elevation - at.elevation) > radius + row_height_) continue;
-    for (int column = 0; column < row.columns; ++column)
-      if (DirectionOf(row, column).dot(direction) >= min_cosine) look(row, column);
-  }
-}
-
-double CoverageMap::DiscRadiusAt(const Vector3d& direction) const {
-  const double sine = MaxCoveringSine(Hypothetical(direction), subject_, options_.threshold_px);
-  return sine >= 1 ? M_PI : std::asin(sine);
-}
-
-void CoverageMap::PaintMeasured(const MeasuredDisc& disc) {
-  int nearest = 0;
-  double nearest_cosine = -2;
-  for (std::size_t i = 0; i < views().size(); ++i) {
-    const double cosine =
-        (views()[i].center_in_world - subject_.center_in_world).normalized().dot(disc.direction);
-    if (cosine > nearest_cosine) nearest = static_cast<int>(i), nearest_cosine = cosine;
-  }
-  ForEachCellAround(disc.direction, disc.radius, [&](const Row& row, int column) {
-    Cell& cell = cells_[Index(row, column)];
-    if (disc.covered == (cell.view >= 0)) return;
-    painted_sr_ += disc.covered ? row.cell_sr : -row.cell_sr;
-    disc.covered ? --open_cells_ : ++open_cells_;
-    cell = disc.covered ? Cell{static_cast<float>(options_.threshold_px), nearest}
-                        : Cell{std::numeric_limits<float>::infinity(), -1};
-  });
-}
-
-void CoverageMap::ForgetMeasured(const Vector3d& direction, double radius) {
-  if (std::erase_if(measured_, [&](const MeasuredDisc& disc) {
-        return AngleBetween(direction, disc.direction) < radius;
-      }) > 0)
-    Rebuild();
-}
-
-void CoverageMap::Mark(const MeasuredDisc& disc) {
-  // One disc for each place, so that their number stays that of the places.
-  std::erase_if(measured_, [&](const MeasuredDisc& other) {
-    return AngleBetween(other.direction, disc.direction) < spacing_;
-  });
-  measured_.push_back(disc);
-  PaintMeasured(disc);
 }
 
 std::optional<CoveringView> CoverageMap::At(const Vector3d& direction) const {
@@ -325,15 +307,13 @@ std::optional<CoveringView> CoverageMap::At(const Vector3d& direction) const {
   const int column =
       std::clamp(static_cast<int>((angles.azimuth + extent().width / 2) / extent().width * row.columns), 0,
                  row.columns - 1);
-  const Cell& cell = cells_[Index(row, column)];
-  return CoveringView{cell.bound_px, cell.view};
+  return Shown(cells_[Index(row, column)]);
 }
 
 void CoverageMap::ForEachCell(const std::function<void(const CellView&)>& look) const {
   for (const Row& row : rows_)
     for (int column = 0; column < row.columns; ++column) {
-      const Cell& cell = cells_[Index(row, column)];
-      look({DirectionOf(row, column), row.cell_sr, {cell.bound_px, cell.view}});
+      look({DirectionOf(row, column), row.cell_sr, Shown(cells_[Index(row, column)])});
     }
 }
 
@@ -344,9 +324,9 @@ std::vector<CoverageMap::PaintedRun> CoverageMap::PaintedRuns(double widest) con
     const double cell_width = extent().width / row.columns;
     int first = 0;  // column of the present run
     for (int column = 1; column <= row.columns; ++column) {
-      const int view = cells_[Index(row, first)].view;
+      const int view = Shown(cells_[Index(row, first)]).index;
       const bool goes_on = column < row.columns && (column + 1 - first) * cell_width <= widest &&
-                           cells_[Index(row, column)].view == view;
+                           Shown(cells_[Index(row, column)]).index == view;
       if (goes_on) continue;
       if (view >= 0)
         runs.push_back({left + first * cell_width, left + column * cell_width,
@@ -386,7 +366,7 @@ CoverageHole CoverageMap::GatherHole(std::size_t row, int column, std::vector<bo
   std::vector<std::pair<std::size_t, int>> open, frontier{{row, column}};
   const auto take = [&](std::size_t r, int c) {
     const std::size_t cell = Index(rows_[r], c);
-    if (seen[cell] || cells_[cell].view >= 0) return;
+    if (seen[cell] || cells_[cell].IsPainted()) return;
     seen[cell] = true;
     frontier.push_back({r, c});
   };
@@ -412,7 +392,7 @@ std::vector<CoverageHole> CoverageMap::Holes() const {
   std::vector<bool> seen(cells_.size());
   for (std::size_t row = 0; row < rows_.size(); ++row)
     for (int column = 0; column < rows_[row].columns; ++column)
-      if (const std::size_t cell = Index(rows_[row], column); !seen[cell] && cells_[cell].view < 0)
+      if (const std::size_t cell = Index(rows_[row], column); !seen[cell] && !cells_[cell].IsPainted())
         holes.push_back(GatherHole(row, column, seen));
   std::ranges::stable_sort(holes, std::ranges::greater{}, &CoverageHole::solid_angle_sr);
   return holes;

@@ -2,7 +2,8 @@
 // view.
 //
 // A direction is covered when a viewpoint in it (at the median recorded distance, aimed at the subject, with
-// the capture's own camera) has a bound (criterion.h) within the threshold from some recorded view. The map
+// the capture's own camera) has a bound (criterion.h) within the threshold from some recorded view. The
+// threshold may differ by direction. The map
 // keeps a grid of directions finer than a third of the radius that one view covers, and paints the cells
 // around each new view.
 //
@@ -92,14 +93,12 @@ struct CoverageMapOptions {
   std::optional<Eigen::Vector3d> up_in_world = std::nullopt;  // none: the mean of the cameras' up
   double threshold_px = 7;
   double cells_per_disc_radius = 4;  // finer for pictures
+  // Beyond this multiple of the threshold no view covers, whatever SetThresholdFactor() says.
+  double most_threshold_factor = 1;
 };
 
-// What was measured in a direction (coverage/measured) and outdoes the bound there.
-struct MeasuredDisc {
-  Eigen::Vector3d direction;
-  double radius = 0;  // radians
-  bool covered = false;
-};
+// By what the threshold is multiplied in a direction, a unit vector from the subject; 1: the bound as it is.
+using ThresholdFactor = std::function<double(const Eigen::Vector3d& direction)>;
 
 // Open cells in one piece.
 struct CoverageHole {
@@ -115,19 +114,17 @@ class CoverageMap {
   // anew.
   void Add(const CriterionView& view);
 
-  // Paints the disc, by the view that is nearest to its middle, or takes its paint away. The last word counts, until
-  // a view is added that covers the middle of a disc without paint. Needs a view.
-  void Mark(const MeasuredDisc& disc);
-  // What was measured within `radius` of a direction no longer counts.
-  void ForgetMeasured(const Eigen::Vector3d& direction, double radius);
-  const std::vector<MeasuredDisc>& measured() const { return measured_; }
-  // The radius of the disc that a view covers in this direction, radians.
-  double DiscRadiusAt(const Eigen::Vector3d& direction) const;
+  // Where pictures turn out better or worse than the bound must assume, the threshold is another one
+  // (coverage/measured). Repaints by the bounds that are known already.
+  void SetThresholdFactor(ThresholdFactor factor);
+  const ThresholdFactor& threshold_factor() const { return threshold_factor_; }  // empty: 1 everywhere
+  // Pixels; in the direction of a viewpoint.
+  double ThresholdAt(const Eigen::Vector3d& direction) const;
+  // Of a view at the reference distance, by the threshold without its factor; radians. 0 before the first view.
+  double DiscRadius() const { return spacing_ * options_.cells_per_disc_radius; }
 
   CoveringView Best(const CriterionView& candidate) const { return recorded_.Best(candidate); }
-  bool Covers(const CriterionView& candidate) const {
-    return recorded_.Covers(candidate, options_.threshold_px);
-  }
+  bool Covers(const CriterionView& candidate) const;
 
   // The share of the cap's solid angle that is painted; 1 only where every cell is. This is what "covered"
   // means wherever a share of a cap is told or decides: the display, the end of a capture, `ulf info`. A map
@@ -171,9 +168,15 @@ class CoverageMap {
     std::size_t first_cell;
   };
   struct Cell {
-    float bound_px;
-    std::int32_t view;  // -1: not painted
+    float bound_px;      // the smallest so far, painted or not
+    float threshold_px;  // painted within it
+    std::int32_t view;   // that has the bound; -1: none reaches the cell
+    bool IsPainted() const { return view >= 0 && bound_px <= threshold_px; }
   };
+  static CoveringView Shown(const Cell& cell) {
+    return cell.IsPainted() ? CoveringView{cell.bound_px, cell.view} : CoveringView{};
+  }
+  float ThresholdOf(const Eigen::Vector3d& direction) const;
   bool IsGridStale() const;
   // Cells that share an edge with this one.
   void ForEachNeighbour(std::size_t row, int column,
@@ -185,10 +188,6 @@ class CoverageMap {
   }
   void Rebuild();
   void Paint(int view_index);
-  void PaintMeasured(const MeasuredDisc& disc);
-  // The cells whose middles lie within `radius` of a direction.
-  void ForEachCellAround(const Eigen::Vector3d& direction, double radius,
-                         const std::function<void(const Row& row, int column)>& look) const;
   void PaintRow(const Row& row, int view_index, double azimuth, double half_width, double min_cosine);
   CriterionView Hypothetical(const Eigen::Vector3d& direction) const;
 
@@ -200,7 +199,7 @@ class CoverageMap {
   double spacing_ = 0, row_height_ = 0;
   std::vector<Row> rows_;
   std::vector<Cell> cells_;
-  std::vector<MeasuredDisc> measured_;  // the oldest first
+  ThresholdFactor threshold_factor_;  // empty: 1
   double painted_sr_ = 0, total_sr_ = 0;
   std::size_t open_cells_ = 0;
 };

@@ -10,19 +10,17 @@ using Eigen::Vector3d;
 
 constexpr double kLeastCosine = 0.02;  // of an elevation: next to the poles azimuths mean nothing
 
-double DiscRadiusOf(const CoverageMap& map) { return map.spacing() * map.options().cells_per_disc_radius; }
-
 }  // namespace
 
 void OpenDirections::Follow(const CoverageMap& map) {
   const bool other = !frame_ || subject_ != map.subject() ||
                      cap_.has_value() != map.options().cap.has_value() ||
-                     std::abs(DiscRadiusOf(map) / disc_radius_ - 1) > options_.disc_change ||
+                     std::abs(map.DiscRadius() / disc_radius_ - 1) > options_.disc_change ||
                      map.views().size() < known_views_;
   if (other) {
     subject_ = map.subject();
     cap_ = map.options().cap;
-    disc_radius_ = DiscRadiusOf(map);
+    disc_radius_ = map.DiscRadius();
     left_ = width_ = bottom_ = height_ = 0;
   }
   frame_ = map.frame();

@@ -94,8 +94,8 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
   const CoveringView best = map->Best(candidate);
   const std::optional<double> bound_px =
       std::isfinite(best.bound_px) ? std::optional<double>(best.bound_px) : std::nullopt;
-  if (input.is_covered.value_or(bound_px && *bound_px <= map->options().threshold_px))
-    return {Reason::kCovered, bound_px};
+  const Eigen::Vector3d direction = (candidate.center_in_world - subject.center_in_world).normalized();
+  if (bound_px && *bound_px <= map->ThresholdAt(direction)) return {Reason::kCovered, bound_px};
 
   return {ImageReason(input, *outline, limits), bound_px};
 }

@@ -77,7 +77,6 @@ struct FrameToDecide {
   double frame_period_s = 0;  // 0: unknown
   int coverage_width_px = 640;
   bool exposure_settled = true;
-  std::optional<bool> is_covered = {};  // as measured (coverage/measured); none: the bound decides
 };
 
 // Whether a frame shows the whole subject from a known pose: all other reasons are the bound's or the image's.

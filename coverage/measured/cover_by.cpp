@@ -37,7 +37,8 @@ CoverGoal CoverGoal::Parse(const std::string& text) {
   goal.by = known->second;
   if (colon == std::string::npos) return goal;
   if (goal.by == CoverBy::kBound)
-    throw UsageError("--cover {}: the bound's quality is --threshold or --quality, not a number of dB", text);
+    throw UsageError("--cover {}: the bound's quality is --threshold-px or --quality, not a number of dB",
+                     text);
   const char *begin = text.data() + colon + 1, *end = text.data() + text.size();
   constexpr double kLeast_db = 10, kMost_db = 50;
   const auto [rest, error] = std::from_chars(begin, end, goal.db);

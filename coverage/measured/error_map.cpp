@@ -31,9 +31,14 @@ void ErrorMap::AddView(const Vector3d& direction) {
         part.view_angle_now, std::max(options_.least_angle, AngleBetween(direction, part.frame.direction)));
 }
 
+void ErrorMap::RemoveView(const Vector3d& direction, double reach) {
+  std::erase_if(
+      parts_, [&](const auto& each) { return AngleBetween(direction, each.second.frame.direction) < reach; });
+}
+
 double ErrorMap::Part::DbNow() const {
   if (!(frame.nearest_view_angle > 0) || view_angle_now >= frame.nearest_view_angle) return frame.db;
-  return frame.db + 20 * std::log10(frame.nearest_view_angle / view_angle_now);
+  return frame.db + kDbPerHalving * std::log2(frame.nearest_view_angle / view_angle_now);
 }
 
 const ErrorMap::Part* ErrorMap::At(const Vector3d& direction) const {
@@ -60,46 +65,25 @@ std::vector<const ErrorMap::Part*> ErrorMap::Parts() const {
   return parts;
 }
 
-std::optional<double> ErrorMap::DbPerHalving() const {
-  constexpr std::size_t kLeast = 40;          // directions. Guessed.
-  constexpr double kLeastSpread = 0.5;        // of log2 of the angles, standard deviation. Guessed.
-  std::vector<std::pair<double, double>> at;  // log2 of the angle, dB
-  double mean_angle = 0, mean_db = 0;
-  for (const auto& [key, part] : parts_) {
-    if (!part.frame.measurable || !part.frame.IsOfTheLightField()) continue;
-    at.emplace_back(std::log2(std::max(part.frame.nearest_view_angle, options_.least_angle)), part.frame.db);
-    mean_angle += at.back().first;
-    mean_db += at.back().second;
-  }
-  if (at.size() < kLeast) return std::nullopt;
-  const auto count = static_cast<double>(at.size());
-  mean_angle /= count;
-  mean_db /= count;
-  double both = 0, of_angle = 0;
-  for (const auto& [angle, db] : at) {
-    both += (angle - mean_angle) * (db - mean_db);
-    of_angle += (angle - mean_angle) * (angle - mean_angle);
-  }
-  if (of_angle < count * kLeastSpread * kLeastSpread) return std::nullopt;
-  constexpr double kMost_db = 6.02;  // errors that fall with the square of the angle
-  return std::clamp(-both / of_angle, 0.0, kMost_db);
-}
-
 ErrorSummary Summarize(const ErrorMap& map, double goal_db) {
   ErrorSummary summary;
-  std::vector<double> db, px;
+  std::vector<double> db, db_outside, px;
   for (const ErrorMap::Part* part : map.Parts()) {
     if (!part->frame.measurable) continue;
     ++summary.directions;
     db.push_back(part->DbNow());
+    db_outside.push_back(part->frame.db_outside);
     px.push_back(part->frame.misregistration_px);
     if (db.back() >= goal_db) continue;
     ++summary.failing;
-    ++summary.causes[part->frame.cause];
+    // A session with a lower goal found nothing to explain.
+    const bool unexplained = part->frame.cause == render::ErrorCause::kNone;
+    ++summary.causes[unexplained ? render::ErrorCause::kDetail : part->frame.cause];
   }
   constexpr double kWorstTenth = 0.1;
   summary.median_db = Median(db);
   summary.worst_tenth_db = Quantile(db, kWorstTenth);
+  summary.median_outside_db = Median(db_outside);
   summary.median_px = Median(px);
   return summary;
 }
@@ -109,8 +93,9 @@ MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, d
   MeasuredErrors measured{.cover = cover, .goal_db = goal_db, .frames = frames, .directions = {}};
   for (const ErrorMap::Part* part : map.Parts())
     if (part->frame.measurable)
-      measured.directions.push_back({part->frame.direction, part->view_angle_now, part->DbNow(),
-                                     part->frame.misregistration_px, Name(part->frame.cause)});
+      measured.directions.push_back({part->frame.direction, part->view_angle_now, part->frame.one_sided,
+                                     part->DbNow(), part->frame.db_outside, part->frame.misregistration_px,
+                                     Name(part->frame.cause)});
   return measured;
 }
 
@@ -120,8 +105,10 @@ ErrorMap ErrorMapOf(const MeasuredErrors& measured) {
     MeasuredFrame frame;
     frame.direction = at.direction;
     frame.nearest_view_angle = at.nearest_view_angle;
+    frame.one_sided = at.one_sided;
     frame.measurable = true;
     frame.db = frame.db_aligned = at.db;
+    frame.db_outside = at.db_outside;
     frame.misregistration_px = at.misregistration_px;
     const auto cause = std::ranges::find_if(render::kErrorCauses,
                                             [&](render::ErrorCause each) { return at.cause == Name(each); });

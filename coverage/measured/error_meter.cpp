@@ -51,6 +51,15 @@ void ErrorMeter::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
 void ErrorMeter::AddView(int id, const Image& image, const CameraModel& camera,
                          const Rigid3& cam_from_world) {
   predictor_.AddView(id, maker_.Make(SmallSrgb8(image, options_.size_px), camera, cam_from_world));
+  MarkStale(cam_from_world);
+}
+
+void ErrorMeter::RemoveView(int id, const Rigid3& cam_from_world) {
+  predictor_.RemoveView(id);
+  MarkStale(cam_from_world);
+}
+
+void ErrorMeter::MarkStale(const Rigid3& cam_from_world) {
   const Eigen::Vector3d& center = predictor_.subject().center_in_world;
   const Eigen::Vector3d direction = cam_from_world.OriginInSource() - center;
   for (const auto& [key, frame] : kept_)
@@ -131,59 +140,6 @@ MeasuredFrame ErrorMeter::MeasureSmall(const render::StereoView& small, std::opt
     measured.cause = render::ErrorCause::kNotSeen;
   }
   return measured;
-}
-
-MeasuredVerdict VerdictOf(const MeasuredFrame& frame, double goal_db, double disc_radius,
-                          const VerdictOptions& options) {
-  if (frame.nearest_view_angle > options.most_apart) return MeasuredVerdict::kBad;
-  if (!frame.measurable) return MeasuredVerdict::kUnknown;
-  if (frame.db >= goal_db) return MeasuredVerdict::kGood;
-  if (!frame.IsOfTheLightField()) return MeasuredVerdict::kUnknown;
-  if (frame.one_sided > options.one_sided && frame.db >= goal_db - options.one_sided_db)
-    return MeasuredVerdict::kWait;
-  const double least_apart = options.least_apart * disc_radius;
-  if (frame.nearest_view_angle <= least_apart) return MeasuredVerdict::kGood;
-  // Where even the nearest useful view would not make it good enough, as many views as the bound asks for.
-  const double reached_db =
-      frame.db + options.db_per_halving * std::log2(frame.nearest_view_angle / least_apart);
-  return reached_db >= goal_db ? MeasuredVerdict::kBad : MeasuredVerdict::kUnknown;
-}
-
-VerdictOptions VerdictOptionsFor(const ErrorMap& errors) {
-  VerdictOptions options;
-  if (const auto slope = errors.DbPerHalving()) options.db_per_halving = *slope;
-  return options;
-}
-
-double GoodRadius(const MeasuredFrame& frame, double goal_db) {
-  const double room = std::pow(10, (frame.db - goal_db) / 20);  // of the angle to the nearest view
-  return frame.nearest_view_angle * std::clamp(room - 1, 0.0, 1.0);
-}
-
-bool SaysSomething(const MeasuredFrame& frame, const CoverGoal& goal, const CoverageMap& map,
-                   const VerdictOptions& options) {
-  if (goal.by == CoverBy::kBound || map.views().empty()) return false;
-  const MeasuredVerdict verdict = VerdictOf(frame, goal.db, map.DiscRadiusAt(frame.direction), options);
-  return verdict == MeasuredVerdict::kBad ||
-         (verdict == MeasuredVerdict::kGood && goal.by == CoverBy::kMeasured);
-}
-
-void MarkOnMap(const MeasuredFrame& frame, const CoverGoal& goal, CoverageMap& map,
-               const VerdictOptions& options) {
-  if (!SaysSomething(frame, goal, map, options)) return;
-  const double disc_radius = map.DiscRadiusAt(frame.direction);
-  const bool good = VerdictOf(frame, goal.db, disc_radius, options) == MeasuredVerdict::kGood;
-  // A frame that is good enough speaks for its surroundings at least as far as another frame may lie.
-  constexpr double kBesideFrame = 0.5;  // disc radii. Guessed.
-  map.Mark({frame.direction,
-            good ? std::max(kBesideFrame * disc_radius, GoodRadius(frame, goal.db)) : disc_radius, good});
-}
-
-void MarkOnMap(const MeasuredErrors& measured, CoverageMap& map) {
-  const CoverGoal goal{CoverByNamed(measured.cover), measured.goal_db};
-  const ErrorMap errors = ErrorMapOf(measured);
-  const VerdictOptions options = VerdictOptionsFor(errors);
-  for (const ErrorMap::Part* part : errors.Parts()) MarkOnMap(part->frame, goal, map, options);
 }
 
 }  // namespace ulf::coverage

@@ -14,8 +14,6 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
 #include "core/image/image.h"
-#include "coverage/bound/coverage_map.h"
-#include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "render/prediction/frame_predictor.h"
 #include "render/prediction/prediction_error.h"
@@ -50,7 +48,7 @@ class ErrorMeter {
   void AddView(int id, const Image& image, const CameraModel& camera, const Rigid3& cam_from_world);
   // The picture is read when a frame near the view is measured.
   void AddEarlierView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
-  void RemoveView(int id) { predictor_.RemoveView(id); }
+  void RemoveView(int id, const Rigid3& cam_from_world);
   // Frames that were kept are forgotten: their poses were corrected as well.
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
 
@@ -75,6 +73,8 @@ class ErrorMeter {
     double time_s = 0;
     std::uint64_t number = 0;  // the smallest is the oldest
   };
+  // Frames near a view that came or went are to be measured again.
+  void MarkStale(const Rigid3& cam_from_world);
   MeasuredFrame MeasureSmall(const render::StereoView& small, std::optional<double> center_sigma,
                              double time_s);
   void Keep(const MeasuredFrame& measured, const render::StereoView& small,
@@ -90,41 +90,5 @@ class ErrorMeter {
   render::StereoViewMaker maker_;
   std::chrono::steady_clock::time_point rested_{};
 };
-
-// What a measurement says about recording a frame.
-enum class MeasuredVerdict {
-  kUnknown,  // nothing: the bound decides
-  kGood,     // the recorded views predict it well enough
-  kWait,     // they will, once there are views on its other side
-  kBad,      // they do not, and a view here would help
-};
-struct VerdictOptions {
-  double most_apart = Radians(12);  // from the nearest view: geometry needs neighbours. Guessed.
-  // Nearer to the nearest view than this share of the radius that the bound lets one view cover, another one would
-  // bring nothing. Guessed.
-  double least_apart = 0.3;
-  // Views on one side alone: the error grows with the square of the distance, and half way to a view beyond it is a
-  // quarter.
-  double one_sided = 0.7;        // from which a frame stands beyond the views. Guessed.
-  double db_per_halving = 6.02;  // ErrorMap::DbPerHalving(): with less, a goal may be out of reach
-  double one_sided_db = 6.02;    // by so much it may be worse there
-};
-// By what was measured so far.
-VerdictOptions VerdictOptionsFor(const ErrorMap& errors);
-MeasuredVerdict VerdictOf(const MeasuredFrame& frame, double goal_db, double disc_radius,
-                          const VerdictOptions& options = {});
-
-// How far around a frame that is predicted well enough others are, too, radians: where the error, growing with the
-// square of the angle to the nearest view, reaches the goal; at most as far as that view.
-double GoodRadius(const MeasuredFrame& frame, double goal_db);
-
-// Paints on the map, or takes away, what the measurement says. Needs a map with views.
-void MarkOnMap(const MeasuredFrame& frame, const CoverGoal& goal, CoverageMap& map,
-               const VerdictOptions& options = {});
-// What the capture of a light field measured, on a map of its own subject.
-void MarkOnMap(const MeasuredErrors& measured, CoverageMap& map);
-// Whether MarkOnMap() would change a map.
-bool SaysSomething(const MeasuredFrame& frame, const CoverGoal& goal, const CoverageMap& map,
-                   const VerdictOptions& options = {});
 
 }  // namespace ulf::coverage

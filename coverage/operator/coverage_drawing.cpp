@@ -222,7 +222,7 @@ CoverageMap OnFineGrid(const CoverageMap& map) {
   CoverageMapOptions options = map.options();
   options.cells_per_disc_radius = 16;
   CoverageMap fine(map.subject(), options, map.views());
-  for (const MeasuredDisc& disc : map.measured()) fine.Mark(disc);
+  if (map.threshold_factor()) fine.SetThresholdFactor(map.threshold_factor());
   return fine;
 }
 

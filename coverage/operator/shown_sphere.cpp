@@ -35,19 +35,23 @@ void AddPaint(const CoverageMap& map, double distance, ShownSphere& sphere) {
 void AddViews(const CoverageMap& map, const Eigen::Matrix3d& cam_from_world, ShownSphere& sphere) {
   constexpr double kRimReach = 2.5;  // disc radii
   const double usual_radius = map.spacing() * map.options().cells_per_disc_radius;
-  std::map<long, double> radius_of_distance;  // computed once for distances that differ by less than 1 %
+  // By distance and threshold; computed once for those that differ by less than 1 %.
+  std::map<std::pair<long, long>, double> radius_of;
   for (const CriterionView& view : map.views()) {
     const Vector3d offset = cam_from_world * (view.center_in_world - map.subject().center_in_world);
     ShownSphere::View shown{offset.normalized()};
     if (!sphere.Faces(shown.direction)) continue;
     if (sphere.AngleFromDot(shown.direction) <= kRimReach * usual_radius) {
-      const long step = std::lround(100 * std::log(offset.norm()));
-      const auto [found, is_new] = radius_of_distance.try_emplace(step, 0.0);
+      const double threshold_px =
+          map.ThresholdAt((view.center_in_world - map.subject().center_in_world).normalized());
+      const std::pair step(std::lround(100 * std::log(offset.norm())),
+                           std::lround(100 * std::log(threshold_px)));
+      const auto [found, is_new] = radius_of.try_emplace(step, 0.0);
       if (is_new)
         found->second = DiscRadius({.focal_px = view.fx,
                                     .distance = offset.norm(),
                                     .radius = map.subject().radius,
-                                    .threshold_px = map.options().threshold_px},
+                                    .threshold_px = threshold_px},
                                    map.reference_distance() / offset.norm())
                             .value_or(0);
       if (found->second < M_PI / 2) shown.rim = found->second;

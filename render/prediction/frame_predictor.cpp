@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -163,6 +164,25 @@ const StereoView& FramePredictor::PictureOf(Entry& entry) {
   return *entry.view;
 }
 
+bool FramePredictor::CanBeRead(Entry& entry) {
+  try {
+    PictureOf(entry);
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
+std::vector<FramePredictor::Near> FramePredictor::NearestReadable(const Vector3d& center_in_world,
+                                                                  std::size_t count) {
+  for (;;) {
+    std::vector<Near> near = NearestTo(center_in_world, count);
+    const auto damaged = std::ranges::find_if(near, [](const Near& each) { return !CanBeRead(*each.entry); });
+    if (damaged == near.end()) return near;
+    views_.erase(damaged->id);
+  }
+}
+
 std::vector<FramePredictor::Near> FramePredictor::NearestTo(const Vector3d& center_in_world,
                                                             std::size_t count) {
   std::vector<Near> near;
@@ -210,7 +230,7 @@ std::optional<PredictedFrame> FramePredictor::Predict(const StereoView& frame) {
   if (cv::countNonZero(predicted.inverse_depth) == 0) return std::nullopt;  // the picture shows no mesh
 
   const auto blended = At(options_.views);
-  const std::vector<Near> near = NearestTo(frame.center_in_world, blended + 1);
+  const std::vector<Near> near = NearestReadable(frame.center_in_world, blended + 1);
   // Without one more view that marks where weights end, the last one keeps half of its own.
   const double end = near.size() > blended ? near.back().angle : 2 * near.back().angle;
   const cv::Mat smoothed = Smoothed(frame.grey);

@@ -71,7 +71,8 @@ class FramePredictor {
   void SetGeometry(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh);
   bool has_geometry() const { return mesh_ != nullptr; }
   const Subject& subject() const { return subject_; }
-  // `id`: View::id. `read` gives its small picture when a frame near it is predicted.
+  // `id`: View::id. `read` gives its small picture when a frame near it is predicted; a view whose picture cannot be
+  // read is left out.
   void AddView(int id, const Rigid3& cam_from_world, std::function<StereoView()> read);
   void AddView(int id, const StereoView& view);
   void RemoveView(int id) { views_.erase(id); }
@@ -99,8 +100,10 @@ class FramePredictor {
   };
   static StereoView AsKept(StereoView view);
   static const StereoView& PictureOf(Entry& entry);
+  static bool CanBeRead(Entry& entry);
   double OneSided(const Eigen::Vector3d& center_in_world, const std::vector<Near>& near) const;
   std::vector<Near> NearestTo(const Eigen::Vector3d& center_in_world, std::size_t count);
+  std::vector<Near> NearestReadable(const Eigen::Vector3d& center_in_world, std::size_t count);
 
   FramePredictorOptions options_;
   Subject subject_;

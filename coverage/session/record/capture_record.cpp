@@ -11,6 +11,7 @@
 #include "core/base/counted.h"
 #include "core/image/image.h"
 #include "core/light_field/derived_files.h"
+#include "coverage/measured/threshold_by_errors.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 
@@ -127,16 +128,13 @@ void CaptureRecord::SetSubject(const Subject& subject) {
     errors_ = std::make_shared<const ErrorMap>(goes_on ? ErrorMapOf(earlier_measured_) : ErrorMap());
   resumed_subject_.reset();
   PaintAnew();
-  if (goes_on && errors_)
-    for (const ErrorMap::Part* part : errors_->Parts()) MarkMeasured(part->frame);
   reopened_.clear();
 }
 
 void CaptureRecord::PaintAnew() {
-  auto map = std::make_shared<CoverageMap>(*subject_, options_.map,
+  auto map = std::make_shared<CoverageMap>(*subject_, ForErrors(options_.map, options_.cover),
                                            views_.ForCriterion(options_.camera, options_.coverage_width_px));
-  if (map_ && !map->views().empty())
-    for (const MeasuredDisc& disc : map_->measured()) map->Mark(disc);
+  if (errors_) FollowErrors(*errors_, options_.cover, *map);
   map_ = std::move(map);
   painted_anew_ = true;
 }
@@ -189,13 +187,13 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
     SayGeometryProblem();
     geometry_->AddView(
         *id, [image = frame.image] { return Srgb8(image); }, options_.camera, view.cam_from_world);
-    meter_->AddView(*id, frame.image, options_.camera, view.cam_from_world);
-    if (subject_) {
-      auto errors = std::make_shared<ErrorMap>(*errors_);
-      errors->AddView(view.cam_from_world.OriginInSource() - subject_->center_in_world);
-      errors_ = std::move(errors);
-    }
     if (options_.deterministic && options_.cover.by != CoverBy::kBound) geometry_->WorkNow();
+  }
+  if (meter_) meter_->AddView(*id, frame.image, options_.camera, view.cam_from_world);
+  if (errors_ && subject_) {
+    auto errors = std::make_shared<ErrorMap>(*errors_);
+    errors->AddView(view.cam_from_world.OriginInSource() - subject_->center_in_world);
+    errors_ = std::move(errors);
   }
   if (!map_) return id;
   auto map = std::make_shared<CoverageMap>(*map_);
@@ -207,23 +205,25 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
 }
 
 // What was measured with the view's help.
-void CaptureRecord::ForgetMeasuredAround(int id) {
-  const auto view = std::ranges::find(views_.views(), id, &RecordedViews::Entry::id);
-  if (view == views_.views().end() || !map_ || map_->measured().empty()) return;
-  const Eigen::Vector3d direction = view->cam_from_world.OriginInSource() - subject_->center_in_world;
-  auto map = std::make_shared<CoverageMap>(*map_);
-  map->ForgetMeasured(direction, VerdictOptions{}.most_apart);
-  map_ = std::move(map);
+void CaptureRecord::ForgetMeasuredAround(const Rigid3& cam_from_world) {
+  if (!errors_ || !subject_) return;
+  auto errors = std::make_shared<ErrorMap>(*errors_);
+  errors->RemoveView(cam_from_world.OriginInSource() - subject_->center_in_world,
+                     ErrorMeter::Options{}.view_reach);
+  errors_ = std::move(errors);
 }
 
 std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   std::vector<int> taken;
   for (const int id : ids) {
-    if (subject_) ForgetMeasuredAround(id);
-    if (views_.Remove(id)) {
+    const auto view = std::ranges::find(views_.views(), id, &RecordedViews::Entry::id);
+    if (view != views_.views().end()) {
+      const Rigid3 cam_from_world = view->cam_from_world;
+      views_.Remove(id);
       spool_.RemoveView(id);
       if (geometry_) geometry_->RemoveView(id);
-      if (meter_) meter_->RemoveView(id);
+      if (meter_) meter_->RemoveView(id, cam_from_world);
+      ForgetMeasuredAround(cam_from_world);
       taken.push_back(id);
     } else if (std::ranges::find(taken, id) == taken.end()) {
       say_(fmt::format("there is no view {} to take back", id));
@@ -292,48 +292,36 @@ std::optional<MeasuredFrame> CaptureRecord::Measure(const Frame& frame, const Ca
     say_(fmt::format("measuring errors: {}; the capture goes on, the bound decides", error.what()));
     meter_.reset();
     errors_.reset();
+    if (map_) PaintAnew();
+    return std::nullopt;
   }
   frames_measured_ += measured.has_value();
-  for (const auto& frame : {again, measured})
-    if (frame) {
+  for (const auto& one : {again, measured})
+    if (one) {
       auto errors = std::make_shared<ErrorMap>(*errors_);
-      errors->Add(*frame);
+      errors->Add(*one);
       errors_ = std::move(errors);
-      MarkMeasured(*frame);
     }
+  // Often enough for a hand that moves, and seldom enough for a map of thousands of cells. Guessed.
+  constexpr double kFollowEvery_s = 1;
+  if (options_.cover.by != CoverBy::kBound && map_ &&
+      std::abs(frame.device_time_s - followed_s_) >= kFollowEvery_s) {
+    followed_s_ = frame.device_time_s;
+    FollowErrorsNow();
+  }
   return measured;
 }
 
-void CaptureRecord::MarkMeasured(const MeasuredFrame& measured) {
-  if (!map_) return;
-  const VerdictOptions verdict = VerdictOptionsFor(*errors_);
-  if (!SaysSomething(measured, options_.cover, *map_, verdict)) return;
+void CaptureRecord::FollowErrorsNow() {
   auto map = std::make_shared<CoverageMap>(*map_);
-  MarkOnMap(measured, options_.cover, *map, verdict);
+  FollowErrors(*errors_, options_.cover, *map);
   map_ = std::move(map);
-}
-
-std::optional<bool> CaptureRecord::CoveredByMeasurement(const std::optional<MeasuredFrame>& measured) const {
-  if (!IsMeasuring() || !meter_ || !map_ || map_->views().empty()) return std::nullopt;
-  if (!measured) return true;  // there was no time for this frame: the next one
-  switch (VerdictOf(*measured, options_.cover.db, map_->DiscRadiusAt(measured->direction),
-                    VerdictOptionsFor(*errors_))) {
-    case MeasuredVerdict::kBad:
-      return false;
-    case MeasuredVerdict::kWait:
-      return true;
-    case MeasuredVerdict::kGood:
-      return options_.cover.by == CoverBy::kMeasured ? std::optional(true) : std::nullopt;
-    case MeasuredVerdict::kUnknown:
-      break;
-  }
-  return std::nullopt;
 }
 
 bool CaptureRecord::IsCapCovered(double share, const tracking::PoseSource& poses) {
   if (!options_.map.cap || !map_ || map_->CoveredShare() < share) return false;
   if (!CorrectPoses(poses, false)) return false;
-  if (!painted_anew_) PaintAnew();
+  if (!painted_anew_) PaintAnew();  // follows the errors, too
   return map_->CoveredShare() >= share;
 }
 

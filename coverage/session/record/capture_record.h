@@ -94,13 +94,9 @@ class CaptureRecord {
   // the coverage map. None: there is no geometry yet, or no time.
   std::optional<MeasuredFrame> Measure(const Frame& frame, const CameraModel& camera,
                                        const tracking::Track& track);
-  // Whether measurements say that this viewpoint is covered; none: the bound decides.
-  std::optional<bool> CoveredByMeasurement(const std::optional<MeasuredFrame>& measured) const;
   // The newest mesh of geometry; null: none yet, or none is made.
   std::shared_ptr<const LiveMesh> mesh() const { return geometry_ ? geometry_->State().mesh : nullptr; }
   const std::shared_ptr<const ErrorMap>& errors() const { return errors_; }  // null: nothing is measured
-  // Whether measurements decide what is covered.
-  bool IsMeasuring() const { return options_.cover.by != CoverBy::kBound && measured_over_; }
 
  private:
   bool MoveViews(const tracking::PoseSource& poses, bool last, bool& moved);
@@ -112,8 +108,9 @@ class CaptureRecord {
   LightFieldWriter AfterEarlierViews(LightFieldWriter writer);
   void AddEarlierViews(const LightField& light_field);
   void SayGeometryProblem();
-  void ForgetMeasuredAround(int id);
-  void MarkMeasured(const MeasuredFrame& measured);
+  void ForgetMeasuredAround(const Rigid3& cam_from_world);
+  // The map's thresholds by the errors so far.
+  void FollowErrorsNow();
   FinishedGeometry FinishGeometry(const std::filesystem::path& root);
   std::string ReopenedInWords(double share) const;
 
@@ -130,6 +127,7 @@ class CaptureRecord {
   std::unique_ptr<ErrorMeter> meter_;       // null: nothing is measured
   std::shared_ptr<const ErrorMap> errors_;
   std::shared_ptr<const LiveMesh> measured_over_;  // the mesh
+  double followed_s_ = 0;                          // the device's time when the map last followed the errors
   ViewSpool spool_;
   std::shared_ptr<const CoverageMap> map_;
   // What was covered and is not any more, because poses were corrected or views taken back.

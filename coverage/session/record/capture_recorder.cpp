@@ -96,19 +96,19 @@ Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const tracking::Tr
                                           double frame_period_s) {
   const auto start = std::chrono::steady_clock::now();
   const bool exposure_settled = ExposureIsSettled(frame, track);
-  FrameToDecide input{.frame = frame,
-                      .track = track,
-                      .camera = options_.camera,
-                      .frame_period_s = frame_period_s,
-                      .coverage_width_px = options_.coverage_width_px,
-                      .exposure_settled = exposure_settled};
-  Decision decision = Decide(input, record_.map().get(), options_.limits);
+  const FrameToDecide input{.frame = frame,
+                            .track = track,
+                            .camera = options_.camera,
+                            .frame_period_s = frame_period_s,
+                            .coverage_width_px = options_.coverage_width_px,
+                            .exposure_settled = exposure_settled};
+  const std::shared_ptr<const CoverageMap> map = record_.map();
+  Decision decision = Decide(input, map.get(), options_.limits);
   ms_decide_.push_back(1000 * SecondsSince(start));
   if (ShowsTheSubject(decision.reason)) {
     const std::optional<MeasuredFrame> measured = record_.Measure(frame, options_.camera, track);
     if (measured) ms_measure_.push_back(measured->processor_ms);
-    input.is_covered = record_.CoveredByMeasurement(measured);
-    if (input.is_covered) decision = Decide(input, record_.map().get(), options_.limits);
+    if (record_.map() != map) decision = Decide(input, record_.map().get(), options_.limits);
   }
   if (stills_) stills_->Follow(frame, track);
   if (decision.reason == Reason::kRecorded) {
@@ -131,9 +131,7 @@ Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track,
 }
 
 void CaptureRecorder::TakeStill(const Frame& still) {
-  const StillVerdict verdict =
-      stills_ ? stills_->Judge(still, record_.map().get(), still.requested_s && record_.IsMeasuring())
-              : StillVerdict{};
+  const StillVerdict verdict = stills_ ? stills_->Judge(still, record_.map().get()) : StillVerdict{};
   if (verdict.decision.reason == Reason::kRecorded)
     Record(still, *verdict.track, verdict.decision, DistanceToSubject(*verdict.track));
   else

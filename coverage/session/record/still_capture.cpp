@@ -128,7 +128,7 @@ bool StillCapture::HasExpectedSize(const Frame& still) {
   return false;
 }
 
-StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map, bool wanted_by_measurement) {
+StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
   ++counts_.arrived;
   StillVerdict verdict;
   if (still.status == FrameStatus::kComplete && HasExpectedSize(still))
@@ -147,8 +147,7 @@ StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map, boo
                              .track = *verdict.track,
                              .camera = camera_,
                              .frame_period_s = 1,
-                             .coverage_width_px = coverage_width_px_,
-                             .is_covered = wanted_by_measurement ? std::optional(false) : std::nullopt},
+                             .coverage_width_px = coverage_width_px_},
                             map, limits_);
   ++(verdict.decision.reason == Reason::kRecorded ? counts_.recorded : counts_.not_needed);
   return verdict;

@@ -82,8 +82,7 @@ class StillCapture {
   void Follow(const Frame& live, const tracking::Track& track);
   // Requests a photograph; ignored while one is on its way.
   void Ask();
-  // `wanted_by_measurement`: it was requested because the error was large, whatever the bound says.
-  StillVerdict Judge(const Frame& still, const CoverageMap* map, bool wanted_by_measurement = false);
+  StillVerdict Judge(const Frame& still, const CoverageMap* map);
 
  private:
   // A photograph whose lag is measured later.

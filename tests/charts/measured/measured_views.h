@@ -24,8 +24,8 @@ struct RecordedOptions {
 
 struct FrameMeasurement {
   PredictionError measured;
-  double true_db = 0;  // of the renderer's picture, on the subject's disc, display-encoded grey
-  double true_small_db = 0;    // the same of both pictures reduced and smoothed as those that are measured
+  double true_db = 0;        // of the renderer's picture, on the subject's disc, display-encoded grey
+  double true_small_db = 0;  // the same of both pictures reduced and smoothed as those that are measured
   double true_outside_db = 0;
   double true_px = 0;     // displacement on the disc, pixels of 320: root mean square, views by their weight
   double measure_ms = 0;  // processor time

@@ -1,9 +1,10 @@
-// Tests: coverage/measured/error_meter, commands/capture/capture_report.
+// Tests: coverage/measured/error_meter, coverage/measured/threshold_by_errors, commands/capture/capture_report.
 //
 // ulf capture measures at its frames how well the recorded views predict them, keeps it, and may record by it.
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -87,6 +88,57 @@ TEST(MeasuredCapture, GoesOnWithWhatWasMeasured) {
   ASSERT_TRUE(after);
   EXPECT_GE(after->directions.size(), before->directions.size());
   EXPECT_GE(after->frames, before->frames);
+}
+
+TEST(MeasuredCapture, PhotographsThatCannotBeReadAreLeftOut) {
+  const ScratchFolder scratch;
+  ASSERT_EQ(Capture(scratch / "lf", "--frames 60 --until-covered 40x20").exit_code, 0);
+  const LightField before = ReadLightField(scratch / "lf");
+  ASSERT_GT(before.views.size(), 6u);
+  std::size_t damaged = 0;
+  for (const char* folder : {"images", "masters"})
+    for (const auto& file : fs::directory_iterator(scratch / "lf" / folder))
+      if (file.is_regular_file() && file.path().stem().string() < "000004") {
+        fs::resize_file(file, fs::file_size(file) / 2);
+        ++damaged;
+      }
+  ASSERT_GE(damaged, 2u);
+  const CommandResult again =
+      Capture(scratch / "lf", "--resume --until-covered none --frames 120 --cover measured:29");
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  const json report = json::parse(again.output);
+  EXPECT_GT(report["recorded"], 0) << "views were recorded after the damaged ones were met";
+  EXPECT_GT(report["measured"]["directions"], 0) << "by the other views";
+}
+
+TEST(MeasuredCapture, ViewsThatAreTakenBackTakeTheirErrorsAlong) {
+  const ScratchFolder scratch;
+  ASSERT_EQ(Capture(scratch / "lf", "--frames 90 --until-covered 40x20").exit_code, 0);
+  const LightField before = ReadLightField(scratch / "lf");
+  ASSERT_TRUE(before.measured);
+  ASSERT_GT(before.measured->directions.size(), 20u);
+  const auto count = before.views.size();
+  std::ofstream(scratch / "lines") << "take-back " << count - 3 << "\n";
+  const CommandResult again =
+      Capture(scratch / "lf", "--resume --frames 2 --requests " + (scratch / "lines").string());
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  const LightField after = ReadLightField(scratch / "lf");
+  EXPECT_LT(after.views.size(), before.views.size());
+  EXPECT_LT(after.measured->directions.size(), before.measured->directions.size() / 2);
+}
+
+// Where the pictures are worse than asked for there are more views, and where they are better as many.
+TEST(MeasuredCapture, WithBothTheBoundIsMetAsWell) {
+  const ScratchFolder scratch;
+  const auto recorded = [&](const std::string& cover) {
+    const CommandResult result =
+        Capture(scratch / cover, "--quality fast --until-covered 18x10 --cover " + cover);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return json::parse(result.output)["recorded"].get<int>();
+  };
+  const int bound = recorded("bound");
+  EXPECT_NEAR(recorded("both:15"), bound, 0.1 * bound + 1);
+  EXPECT_GT(recorded("both:45"), 1.3 * bound);
 }
 
 TEST(MeasuredCapture, OptionsThatContradictAreRefused) {

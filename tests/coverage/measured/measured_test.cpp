@@ -1,4 +1,5 @@
-// Tests: coverage/measured/cover_by, coverage/measured/error_map, coverage/measured/error_meter.
+// Tests: coverage/measured/cover_by, coverage/measured/error_map, coverage/measured/error_meter,
+// coverage/measured/threshold_by_errors.
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
@@ -10,6 +11,7 @@
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/measured/error_meter.h"
+#include "coverage/measured/threshold_by_errors.h"
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
@@ -68,10 +70,10 @@ TEST(ErrorMap, ErrorFallsAroundAViewThatIsRecorded) {
   map.Add(Frame(0, 30));
   map.Add(Frame(30, 30));
   map.AddView(2 * Direction(2));  // of any length
-  EXPECT_NEAR(map.At(Direction(0))->DbNow(), 30 + 20 * std::log10(2), 1e-6);
+  EXPECT_NEAR(map.At(Direction(0))->DbNow(), 30 + kDbPerHalving, 1e-6);
   EXPECT_EQ(map.At(Direction(30))->DbNow(), 30);
   map.AddView(Direction(0));
-  EXPECT_LT(map.At(Direction(0))->DbNow(), 30 + 20 * std::log10(8) + 1e-6) << "never without error";
+  EXPECT_NEAR(map.At(Direction(0))->DbNow(), 30 + 3 * kDbPerHalving, 1e-6) << "never without error";
   map.Add(Frame(0, 29));
   EXPECT_EQ(map.At(Direction(0))->DbNow(), 29) << "measured again";
 }
@@ -95,51 +97,89 @@ TEST(ErrorMap, SummaryNamesWhatFails) {
   EXPECT_NEAR(summary.median_px, 0.5, 1e-9);
 }
 
-TEST(Verdict, FollowsTheMeasurementAndItsLimits) {
-  const double goal = 32, disc = Radians(3);
-  EXPECT_EQ(VerdictOf(Frame(0, 33), goal, disc), MeasuredVerdict::kGood);
-  EXPECT_EQ(VerdictOf(Frame(0, 31), goal, disc), MeasuredVerdict::kBad);
-  EXPECT_EQ(VerdictOf(Frame(0, 31, 0.5), goal, disc), MeasuredVerdict::kGood)
-      << "a view so near helps no more";
-  EXPECT_EQ(VerdictOf(Frame(0, 45, 20), goal, disc), MeasuredVerdict::kBad) << "geometry needs neighbours";
-  MeasuredFrame blind = Frame(0, 20);
+TEST(ErrorMap, ForgetsWhatAViewThatIsTakenBackHelped) {
+  ErrorMap map;
+  map.Add(Frame(0, 30));
+  map.Add(Frame(20, 30));
+  map.RemoveView(2 * Direction(3), Radians(8));
+  EXPECT_EQ(map.At(Direction(0)), nullptr);
+  EXPECT_NE(map.At(Direction(20)), nullptr);
+}
+
+TEST(ErrorMap, WhatALowerGoalFoundGoodIsDetailBelowAHigherOne) {
+  ErrorMap map;
+  MeasuredFrame good_then = Frame(0, 30);
+  good_then.cause = render::ErrorCause::kNone;
+  map.Add(good_then);
+  EXPECT_EQ(Summarize(map, 33).causes.at(render::ErrorCause::kDetail), 1);
+}
+
+constexpr double kThreshold_px = 12, kDisc = Radians(4);
+// A frame as far from the nearest view as frames are on average, which misses the goal by `db`.
+MeasuredFrame UsualFrame(double azimuth_deg, double db_above_goal, const CoverGoal& goal = {}) {
+  return Frame(azimuth_deg, goal.db + db_above_goal,
+               Degrees(kDisc) * ThresholdByErrors::Options{}.usual_apart);
+}
+ErrorMap FramesAround(double azimuth_deg, const MeasuredFrame& like) {
+  ErrorMap errors;
+  for (int i = -4; i <= 4; ++i)
+    for (int j = -4; j <= 4; ++j) {
+      MeasuredFrame frame = like;
+      frame.direction = Direction(azimuth_deg + 1.6 * i, 1.6 * j);
+      errors.Add(frame);
+    }
+  return errors;
+}
+double FactorAt(const ErrorMap& errors, double azimuth_deg, CoverBy by = CoverBy::kMeasured) {
+  return ThresholdByErrors(errors, {by, CoverGoal{}.db}, kThreshold_px, kDisc)(Direction(azimuth_deg));
+}
+
+TEST(ThresholdByErrors, ViewsStandFartherApartWherePicturesAreBetterThanTheGoal) {
+  EXPECT_EQ(FactorAt({}, 0), 1);
+  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, 0)), 0), 1, 1e-6);
+  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, kDbPerHalving)), 0), 2, 0.2);
+  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, -0.5 * kDbPerHalving)), 0), std::sqrt(0.5), 0.05);
+  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, 30)), 0),
+              ThresholdByErrors::Options{}.most_px / kThreshold_px, 0.3);
+  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, -30)), 0),
+              ThresholdByErrors::Options{}.least_px / kThreshold_px, 0.1);
+  EXPECT_NEAR(FactorAt(FramesAround(0, UsualFrame(0, kDbPerHalving)), 90), 1, 1e-6)
+      << "nothing was measured there";
+}
+
+TEST(ThresholdByErrors, OfTwoEqualErrorsTheOneFartherFromItsViewAsksForFewer) {
+  MeasuredFrame far = UsualFrame(0, 0);
+  far.nearest_view_angle *= 1.5;
+  EXPECT_NEAR(FactorAt(FramesAround(0, far), 0), 1.5, 0.1);
+}
+
+TEST(ThresholdByErrors, GeometryKeepsItsNeighbours) {
+  const double wide_disc = Radians(10);
+  MeasuredFrame frame = UsualFrame(0, 30);
+  frame.nearest_view_angle = 0.6 * wide_disc;
+  EXPECT_NEAR(
+      ThresholdByErrors(FramesAround(0, frame), {CoverBy::kMeasured}, kThreshold_px, wide_disc)(Direction(0)),
+      ThresholdByErrors::Options{}.most_apart / wide_disc, 0.03);
+}
+
+TEST(ThresholdByErrors, WhatTellsNothingOfTheLightFieldChangesNothing) {
+  MeasuredFrame blind = UsualFrame(0, -10), beyond = blind, beside_view = blind;
   blind.measurable = false;
-  EXPECT_EQ(VerdictOf(blind, goal, disc), MeasuredVerdict::kUnknown);
+  beyond.one_sided = 0.9;
+  beside_view.nearest_view_angle = 0.1 * kDisc;
+  for (const MeasuredFrame& frame : {blind, beyond, beside_view})
+    EXPECT_EQ(FactorAt(FramesAround(0, frame), 0), 1);
   for (const auto cause : {render::ErrorCause::kPose, render::ErrorCause::kLight, render::ErrorCause::kFocus,
                            render::ErrorCause::kMoved}) {
-    MeasuredFrame frame = Frame(0, 20);
+    MeasuredFrame frame = UsualFrame(0, -10);
     frame.cause = cause;
-    EXPECT_EQ(VerdictOf(frame, goal, disc), MeasuredVerdict::kUnknown) << Name(cause);
+    EXPECT_EQ(FactorAt(FramesAround(0, frame), 0), 1) << Name(cause);
   }
 }
 
-TEST(Verdict, GoalOutOfReachIsLeftToTheBound) {
-  const double goal = 32, disc = Radians(3);
-  EXPECT_EQ(VerdictOf(Frame(0, 28, 4), goal, disc, {.db_per_halving = 3}), MeasuredVerdict::kBad);
-  EXPECT_EQ(VerdictOf(Frame(0, 28, 4), goal, disc, {.db_per_halving = 1}), MeasuredVerdict::kUnknown);
-}
-
-TEST(ErrorMap, TellsWhatNearerViewsBring) {
-  ErrorMap map;
-  for (int i = 0; i < 30; ++i) map.Add(Frame(3 * i, 30 - 2 * std::log2(1 + i % 8), 1 + i % 8));
-  EXPECT_FALSE(map.DbPerHalving()) << "too few";
-  for (int i = 30; i < 80; ++i) map.Add(Frame(3 * i, 30 - 2 * std::log2(1 + i % 8), 1 + i % 8));
-  ASSERT_TRUE(map.DbPerHalving());
-  EXPECT_NEAR(*map.DbPerHalving(), 2, 0.01);
-  ErrorMap alike;
-  for (int i = 0; i < 80; ++i) alike.Add(Frame(3 * i, 30, 4));
-  EXPECT_FALSE(alike.DbPerHalving()) << "all at one distance";
-}
-
-TEST(Verdict, FrameBeyondTheViewsWaitsForTheOtherSide) {
-  const double goal = 32, disc = Radians(3);
-  MeasuredFrame frame = Frame(0, 28);
-  frame.one_sided = 0.9;
-  EXPECT_EQ(VerdictOf(frame, goal, disc), MeasuredVerdict::kWait);
-  frame.db = 25;
-  EXPECT_EQ(VerdictOf(frame, goal, disc), MeasuredVerdict::kBad) << "half way to it would not be good either";
-  frame.db = 33;
-  EXPECT_EQ(VerdictOf(frame, goal, disc), MeasuredVerdict::kGood);
+TEST(ThresholdByErrors, WithBothTheBoundIsMetAsWell) {
+  EXPECT_EQ(FactorAt(FramesAround(0, UsualFrame(0, 10)), 0, CoverBy::kBoth), 1);
+  EXPECT_LT(FactorAt(FramesAround(0, UsualFrame(0, -10)), 0, CoverBy::kBoth), 0.7);
 }
 
 // Views of two planes from a row of places, as a capture has them.
@@ -283,57 +323,100 @@ TEST_F(MeterTest, EarlierViewIsReadWhenAFrameComesNearIt) {
   ASSERT_TRUE(MeasureAt(meter, -0.25));
   ASSERT_TRUE(MeasureAt(meter, -0.2));
   EXPECT_EQ(read, 1);
-  meter.RemoveView(1);
+  meter.RemoveView(1, earlier.cam_from_world);
   EXPECT_FALSE(MeasureAt(meter, -0.25)) << "no views";
 }
 
-TEST(Verdict, GoodFrameSpeaksForOthersAsFarAsTheErrorAllows) {
-  EXPECT_EQ(GoodRadius(Frame(0, 32), 32), 0);
-  EXPECT_NEAR(GoodRadius(Frame(0, 32 + 20 * std::log10(1.5)), 32), Radians(2), 1e-9);
-  EXPECT_NEAR(GoodRadius(Frame(0, 50), 32), Radians(4), 1e-9) << "not beyond the nearest view";
-  EXPECT_EQ(GoodRadius(Frame(0, 30), 32), 0);
+TEST_F(MeterTest, ViewThatCannotBeReadIsLeftOut) {
+  ErrorMeter meter({.size_px = kWidth, .every_frame = true});
+  meter.AddEarlierView(
+      1, []() -> cv::Mat { throw Error("the image is truncated"); }, camera_, From(0.02).cam_from_world);
+  Add(meter, 2, -0.3);
+  Add(meter, 3, 0.3);
+  meter.SetGeometry(subject_, Mesh(0));
+  const auto measured = MeasureAt(meter, 0);
+  ASSERT_TRUE(measured);
+  EXPECT_TRUE(measured->measurable);
+  EXPECT_GT(measured->db, 36) << "by the other views";
+  EXPECT_NEAR(MeasureAt(meter, 0.01)->nearest_view_angle, std::atan(0.29 / 3), 2e-3);
 }
 
-// What is measured outdoes the bound on the map, and lasts when it is painted anew.
-TEST(MeasuredDiscs, ArePaintedAndTakenAway) {
+TEST_F(MeterTest, FrameIsMeasuredAgainWhenAViewNearItIsTakenBack) {
+  ErrorMeter meter({.size_px = kWidth, .every_frame = true});
+  Add(meter, 1, -0.3);
+  Add(meter, 2, 0.3);
+  Add(meter, 3, 0.05);
+  meter.SetGeometry(subject_, Mesh(0.3f));
+  const auto before = MeasureAt(meter, 0);
+  ASSERT_TRUE(before);
+  meter.RemoveView(3, From(0.05).cam_from_world);
+  const auto again = meter.MeasureAgain();
+  ASSERT_TRUE(again);
+  EXPECT_LT(again->db, before->db - 3);
+}
+
+// The map's paint, its share and what a frame is judged by follow the errors; the bound's own map stays.
+TEST(ThresholdByErrors, MapFollows) {
   const Subject subject{{0.4, -1.2, 0.7}, 0.3};
   CriterionView camera;
   camera.fx = camera.fy = 600;
   camera.width = 640, camera.height = 480;
   camera.cx = 320, camera.cy = 240;
-  const auto view_at = [&](double azimuth_deg) {
-    return camera.AimedAt(subject.center_in_world, subject.center_in_world + 2 * Direction(azimuth_deg),
-                          Vector3d::UnitZ());
+  const auto view_at = [&](double azimuth_deg, double distance = 2) {
+    return camera.AimedAt(subject.center_in_world,
+                          subject.center_in_world + distance * Direction(azimuth_deg), Vector3d::UnitZ());
   };
-  CoverageMap map(subject,
-                  {.cap = Cap::ParseDegrees("40x20"), .up_in_world = Vector3d::UnitZ(), .threshold_px = 12});
-  map.Add(view_at(0));
-  const double before = map.CoveredShare();
-  ASSERT_GT(before, 0.005);
-  EXPECT_LT(map.At(Direction(12))->index, 0);
-  map.Mark({Direction(12), Radians(4), true});
-  EXPECT_EQ(map.At(Direction(12))->index, 0) << "by the nearest view";
-  EXPECT_EQ(map.At(Direction(9))->index, 0);
-  EXPECT_LT(map.At(Direction(17))->index, 0);
-  EXPECT_GT(map.CoveredShare(), before + 0.03);
-  EXPECT_GE(map.At(Direction(0))->index, 0);
-  map.Mark({Direction(0), Radians(1), false});
-  EXPECT_LT(map.At(Direction(0))->index, 0);
-  const double with_hole = map.CoveredShare();
+  const auto map_by = [&](CoverBy by) {
+    CoverageMap map(
+        subject,
+        ForErrors({.cap = Cap::ParseDegrees("60x20"), .up_in_world = Vector3d::UnitZ(), .threshold_px = 12},
+                  {by}));
+    map.Add(view_at(0));
+    return map;
+  };
+  CoverageMap map = map_by(CoverBy::kMeasured);
+  const double by_bound = map.CoveredShare(), radius_deg = Degrees(map.DiscRadius());
+  ASSERT_GT(by_bound, 0.005);
+  EXPECT_NEAR(map_by(CoverBy::kBound).CoveredShare(), by_bound, 0.004) << "until something is measured";
+  MeasuredFrame good = UsualFrame(0, 30);
+  good.nearest_view_angle = map.DiscRadius();
+  FollowErrors(FramesAround(0, good), {CoverBy::kMeasured}, map);
+  const double wide = map.CoveredShare();
+  EXPECT_GT(wide, 4 * by_bound);
+  EXPECT_EQ(map.At(Direction(2 * radius_deg))->index, 0);
+  EXPECT_LT(map.At(Direction(3.5 * radius_deg))->index, 0);
+  EXPECT_TRUE(map.Covers(view_at(2 * radius_deg)));
+  EXPECT_FALSE(map.Covers(view_at(3.5 * radius_deg)));
+  EXPECT_EQ(map.Holes().size(), 1u);
   // Views at another distance paint everything anew.
-  map.Add(camera.AimedAt(subject.center_in_world, subject.center_in_world + 2.4 * Direction(-12),
-                         Vector3d::UnitZ()));
-  EXPECT_EQ(map.At(Direction(12))->index, 0);
-  EXPECT_LT(map.At(Direction(0))->index, 0);
-  EXPECT_GT(map.CoveredShare(), with_hole);
-  map.Add(view_at(0.2));
-  EXPECT_GE(map.At(Direction(0))->index, 0) << "a view was recorded where it was missing";
-  map.ForgetMeasured(Direction(10), Radians(5));
-  EXPECT_LT(map.At(Direction(12))->index, 0);
-  EXPECT_TRUE(map.measured().empty());
-  // One disc for each place.
-  for (int i = 0; i < 50; ++i) map.Mark({Direction(12 + 0.001 * i), Radians(1), i % 2 == 0});
-  EXPECT_EQ(map.measured().size(), 1u);
+  map.Add(view_at(0, 2.4));
+  EXPECT_GT(map.CoveredShare(), 0.5 * wide);
+  MeasuredFrame bad = UsualFrame(0, -30);
+  bad.nearest_view_angle = map.DiscRadius();
+  FollowErrors(FramesAround(0, bad), {CoverBy::kMeasured}, map);
+  EXPECT_LT(map.CoveredShare(), by_bound);
+  EXPECT_LT(map.At(Direction(0.8 * radius_deg))->index, 0);
+  EXPECT_FALSE(map.Covers(view_at(0.8 * radius_deg)));
+  // One view after the other, or all at once, painted before or after the thresholds are known: the same map.
+  CoverageMap anew = map_by(CoverBy::kMeasured);
+  FollowErrors(FramesAround(0, bad), {CoverBy::kMeasured}, anew);
+  anew.Add(view_at(0, 2.4));
+  anew.SetThresholdFactor(map.threshold_factor());
+  EXPECT_NEAR(anew.CoveredShare(), map.CoveredShare(), 1e-9);
+}
+
+// What is kept with a light field gives the map that its capture ended with.
+TEST(ThresholdByErrors, LastsInTheLightField) {
+  MeasuredFrame good = UsualFrame(0, 4);
+  ErrorMap errors = FramesAround(0, good);
+  errors.AddView(Direction(1));
+  MeasuredFrame beyond = UsualFrame(12, -10);
+  beyond.one_sided = 0.95;
+  errors.Add(beyond);
+  const ErrorMap kept = ErrorMapOf(ToMeasuredErrors(errors, "measured", CoverGoal{}.db, 100));
+  EXPECT_GT(FactorAt(errors, 0), 1.3);
+  EXPECT_NEAR(FactorAt(kept, -4), FactorAt(errors, -4), 0.02);
+  EXPECT_NEAR(FactorAt(kept, 12), FactorAt(errors, 12), 0.02);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/geometry/angles.h"
+#include "coverage/measured/error_map.h"
 #include "coverage/operator/shown_sphere.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
@@ -31,6 +33,37 @@ TEST(CoverageDrawing, TheChartIsPaintedAsFarAsTheMapIs) {
   EXPECT_GT(Coloured(DrawCoverageMap(*many)), legend + 0.03);
   EXPECT_EQ(DrawCoverageMap(CoverageMap(capture.subject(), {}), {.width = 400}).size(), cv::Size(400, 200))
       << "before the first view";
+}
+
+TEST(CoverageDrawing, TheChartOfErrorsIsPaintedByThem) {
+  StagedCapture capture;
+  capture.RecordRows(-12, 12, -6, 6, 2);
+  const auto map = capture.recorded().back()->coverage;
+  constexpr double kGoal_db = 33;
+  const auto errors_of = [&](double db, render::ErrorCause cause) {
+    ErrorMap errors;
+    for (int azimuth = -10; azimuth <= 10; azimuth += 2) {
+      MeasuredFrame frame;
+      frame.direction = map->frame()->Direction(Radians(azimuth), 0);
+      frame.nearest_view_angle = Radians(2);
+      frame.measurable = true;
+      frame.db = db;
+      frame.cause = cause;
+      errors.Add(frame);
+    }
+    return errors;
+  };
+  const cv::Mat nothing = DrawErrorMap(*map, {}, kGoal_db);
+  const cv::Mat good = DrawErrorMap(*map, errors_of(45, render::ErrorCause::kNone), kGoal_db);
+  const cv::Mat bad = DrawErrorMap(*map, errors_of(20, render::ErrorCause::kSurface), kGoal_db);
+  EXPECT_GT(Coloured(good), Coloured(nothing) + 0.002);
+  EXPECT_GT(bad.rows, good.rows) << "a line says what is wrong";
+  const auto redness = [](const cv::Mat& picture) {
+    const cv::Scalar mean = cv::mean(picture);
+    return mean[2] - mean[0];
+  };
+  EXPECT_GT(redness(bad), redness(nothing) + 0.5);
+  EXPECT_LT(redness(good), redness(nothing) - 0.5);
 }
 
 TEST(CoverageDrawing, TheOverlayFramesTheSubjectInWhiteOrRed) {

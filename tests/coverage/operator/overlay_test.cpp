@@ -10,6 +10,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "coverage/bound/sphere_outline.h"
+#include "coverage/measured/error_map.h"
+#include "coverage/operator/palette.h"
+#include "coverage/operator/panels.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
@@ -388,6 +391,54 @@ TEST(Overlay, BeforeTheBeginningTheInstructionSaysWhatHoldsIt) {
   state->preflight.push_back({.name = "light", .in_order = false, .words = "too dark"});
   EXPECT_TRUE(InstructionFor(*state).urgent);
   EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("red"));
+}
+
+// One covered direction whose pictures are wrong, one whose pictures are right, one that nothing covers.
+TEST(Overlay, TheLayerOfErrorsPaintsThemAndMarksWhatTheBoundDoesNotSay) {
+  StagedCapture stage;
+  stage.RecordRows(-6, 6, -2, 2, 2);
+  const auto state = stage.At(stage.CameraAt(0, 0));
+  auto errors = std::make_shared<ErrorMap>();
+  const auto measure = [&](double azimuth, double above_goal_db, render::ErrorCause cause) {
+    MeasuredFrame frame;
+    frame.direction = state->coverage->frame()->Direction(Radians(azimuth), Radians(2));
+    frame.nearest_view_angle = Radians(2);
+    frame.measurable = true;
+    frame.db = state->cover.db + above_goal_db;
+    frame.cause = cause;
+    errors->Add(frame);
+  };
+  measure(4, -20, render::ErrorCause::kSurface);
+  measure(8, 20, render::ErrorCause::kNone);
+  measure(25, -20, render::ErrorCause::kGeometry);
+  ASSERT_LT(state->coverage->At(state->coverage->frame()->Direction(Radians(25), Radians(2)))->index, 0);
+  state->errors = errors;
+  const Palette& palette = Palette::Standard();
+  const auto drawn = [&](SphereLayer layer) {
+    std::pair<std::vector<std::string>, std::vector<Rgba>> letters_and_colors;
+    for (const OverlayShape& shape : MakeOverlay(*state, palette, layer)) {
+      if (const auto* label = std::get_if<Label>(&shape)) letters_and_colors.first.push_back(label->text);
+      if (const auto* disc = std::get_if<Polygon>(&shape))
+        letters_and_colors.second.push_back({disc->color.r, disc->color.g, disc->color.b, 255});
+    }
+    return letters_and_colors;
+  };
+  const auto [letters, colors] = drawn(SphereLayer::kErrors);
+  EXPECT_THAT(letters, ::testing::Contains(LetterOf(render::ErrorCause::kSurface)));
+  EXPECT_THAT(letters, ::testing::Not(::testing::Contains(LetterOf(render::ErrorCause::kGeometry))))
+      << "where nothing is covered the paint says enough";
+  EXPECT_THAT(colors, ::testing::Contains(palette.OfError(-20).WithOpacity(1)));
+  EXPECT_THAT(colors, ::testing::Contains(palette.OfError(20).WithOpacity(1)));
+  const auto [other_letters, other_colors] = drawn(SphereLayer::kCoverage);
+  EXPECT_THAT(other_letters, ::testing::Not(::testing::Contains(LetterOf(render::ErrorCause::kSurface))));
+  EXPECT_THAT(other_colors, ::testing::Not(::testing::Contains(palette.OfError(-20).WithOpacity(1))));
+  EXPECT_THAT(CauseLines(*state),
+              ::testing::ElementsAre(::testing::HasSubstr("(1)"), ::testing::HasSubstr("(1)")));
+  for (const render::ErrorCause one : render::kErrorCauses)
+    for (const render::ErrorCause other : render::kErrorCauses)
+      if (one != other) {
+        EXPECT_STRNE(LetterOf(one), LetterOf(other));
+      }
 }
 
 TEST(Overlay, TheProposedSphereIsDrawnAndNamed) {

@@ -1,0 +1,80 @@
+#include "coverage/measured/threshold_by_errors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace ulf::coverage {
+
+using Eigen::Vector3d;
+
+ThresholdByErrors::ThresholdByErrors(const ErrorMap& errors, const CoverGoal& goal, double threshold_px,
+                                     double disc_radius, const Options& options)
+    : options_(options),
+      least_(std::min(1.0, options.least_px / threshold_px)),
+      most_(std::max(1.0, options.most_px / threshold_px)) {
+  if (goal.by == CoverBy::kBoth) most_ = 1;
+  most_ = std::min(most_, options.most_apart / disc_radius);
+  least_ = std::min(least_, most_);
+  std::map<std::array<int, 3>, Region> regions;
+  for (const ErrorMap::Part* part : errors.Parts()) {
+    const MeasuredFrame& frame = part->frame;
+    if (!frame.measurable || frame.one_sided > options.most_one_sided ||
+        part->view_angle_now < options.least_apart * disc_radius)
+      continue;
+    const double above_goal_db = part->DbNow() - goal.db;
+    if (above_goal_db < 0 && !frame.IsOfTheLightField()) continue;
+    const double factor_log2 =
+        std::log2(part->view_angle_now / (options.usual_apart * disc_radius)) + above_goal_db / kDbPerHalving;
+    const Vector3d at = frame.direction / options.reach;
+    Region& region = regions[{static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())),
+                              static_cast<int>(std::lround(at.z()))}];
+    region.direction += frame.direction;
+    region.sum_log2 += std::clamp(factor_log2, std::log2(least_), std::log2(most_));
+    ++region.frames;
+  }
+  for (auto& [key, region] : regions) {
+    region.direction.normalize();
+    regions_.push_back(region);
+  }
+}
+
+double ThresholdByErrors::operator()(const Vector3d& direction) const {
+  constexpr double kFarthest = 3;  // standard deviations
+  const double least_cosine = std::cos(kFarthest * options_.reach);
+  double sum = 0, weights = options_.weight_of_unknown;
+  for (const Region& region : regions_) {
+    const double cosine = region.direction.dot(direction);
+    if (cosine < least_cosine) continue;
+    // cos a is about 1 - a^2 / 2.
+    const double weight = std::exp((cosine - 1) / (options_.reach * options_.reach));
+    sum += weight * region.sum_log2;
+    weights += weight * region.frames;
+  }
+  return std::clamp(std::exp2(sum / weights), least_, most_);
+}
+
+void FollowErrors(const ErrorMap& errors, const CoverGoal& goal, CoverageMap& map) {
+  if (goal.by == CoverBy::kBound || map.views().empty()) return;
+  map.SetThresholdFactor(ThresholdByErrors(errors, goal, map.options().threshold_px, map.DiscRadius()));
+}
+
+CoverageMapOptions ForErrors(CoverageMapOptions options, const CoverGoal& goal) {
+  const ThresholdByErrors::Options limits;
+  if (goal.by == CoverBy::kMeasured)
+    options.most_threshold_factor = std::max(1.0, limits.most_px / options.threshold_px);
+  // The grid stays finer than a third of the smallest disc.
+  if (goal.by != CoverBy::kBound)
+    options.cells_per_disc_radius *= std::max(1.0, options.threshold_px / limits.least_px);
+  return options;
+}
+
+CoverageMap ByErrors(const MeasuredErrors& measured, const CoverageMap& map) {
+  const CoverGoal goal{CoverByNamed(measured.cover), measured.goal_db};
+  CoverageMap by_errors(map.subject(), ForErrors(map.options(), goal), map.views());
+  FollowErrors(ErrorMapOf(measured), goal, by_errors);
+  return by_errors;
+}
+
+}  // namespace ulf::coverage
