@@ -98,10 +98,10 @@ bool OperatorDisplay::ShowFinalState() {
 }
 
 bool OperatorDisplay::Detach() {
-  if (!state_) return true;
   if (subject_tool_.is_open()) subject_tool_.Close(pending_);
-  if (state_->waits_to_begin) pending_.BeginAlthoughChecksFail();
-  return state_->waits_to_begin || pending_.Records(*state_);
+  const bool nobody_has_begun = !state_ || state_->waits_to_begin;
+  if (nobody_has_begun) pending_.BeginAlthoughChecksFail();
+  return nobody_has_begun || pending_.Records(*state_);
 }
 
 // ---- input

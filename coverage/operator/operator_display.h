@@ -63,7 +63,8 @@ class OperatorDisplay {
   // false after any key.
   bool ShowFinalState();
   // The capture goes on without the display: closes the subject tool, so that recording goes on where only the
-  // tool had paused it, and begins to record where nobody has yet, because nobody can any more. Returns false when recording stays paused by request.
+  // tool had paused it, and begins to record where nobody has yet, because nobody can any more; before the first
+  // state, too, which may wait to begin. Returns false when recording stays paused by request.
   bool Detach();
 
  private:

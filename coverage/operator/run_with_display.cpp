@@ -19,6 +19,11 @@ Clock::duration Seconds(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+// Nobody is there who could begin.
+void BeginWithoutDisplay(CaptureRequests& requests) {
+  requests.Ask(SetRecording{.on = true, .although_checks_fail = true});
+}
+
 // False once the person has closed it.
 bool ShowWhile(const std::function<bool()>& goes_on, double picture_s, OperatorDisplay& display) {
   auto next = Clock::now();
@@ -34,6 +39,7 @@ void Show(std::unique_ptr<render::Surface> surface, const DisplayOptions& option
           CaptureRequests& requests, const std::atomic<bool>& over) {
   std::unique_ptr<OperatorDisplay> display;
   const auto continue_without = [&](const char* problem) {
+    if (!display) BeginWithoutDisplay(requests);
     const bool records = !display || display->Detach();
     fmt::print(stderr, "the operator display is gone ({}); the capture goes on without it{}\n", problem,
                records ? "" : "; recording stays paused, as was asked: Ctrl-C closes the light field");
@@ -66,7 +72,7 @@ void RunWithDisplay(const DisplayDoor& open, const DisplayOptions& options, Capt
     if (open) surface = open();
   } catch (const Error& error) {
     fmt::print(stderr, "{}: capturing without the operator display, as with --headless\n", error.what());
-    requests.Ask(SetRecording{.on = true, .although_checks_fail = true});
+    BeginWithoutDisplay(requests);
   }
   if (!surface) {
     feed.Close();

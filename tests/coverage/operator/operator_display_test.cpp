@@ -349,6 +349,17 @@ TEST(OperatorDisplay, ACaptureBeginsByKey) {
   stage.Show(begun);
   stage.Press(Key::kEnter);
   EXPECT_TRUE(stage.Asked<SetRecording>().empty()) << "Enter pauses nothing";
+  EXPECT_TRUE(stage.display.Detach());
+  EXPECT_TRUE(stage.requests.Take().empty()) << "it has begun";
+}
+
+TEST(OperatorDisplay, ADisplayThatGoesAwayBeforeTheFirstStateBegins) {
+  Stage stage;
+  EXPECT_TRUE(stage.display.Detach());
+  const auto asked = stage.requests.Take();
+  ASSERT_EQ(asked.size(), 1u);
+  EXPECT_TRUE(std::get<SetRecording>(asked[0]).on);
+  EXPECT_TRUE(std::get<SetRecording>(asked[0]).although_checks_fail);
 }
 
 TEST(OperatorDisplay, TheProposedSphereIsTakenByKey) {

@@ -18,6 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -131,23 +132,38 @@ TEST(RunWithDisplay, WhatTheCaptureThrowsComesOut) {
   EXPECT_THROW(RunWithDisplay(Small, {}, feed, requests, [] { throw Error("the disk"); }), Error);
 }
 
+// While it is made, by a marker that does not exist, or with its first picture: before the capture has published a
+// state.
 TEST(RunWithDisplay, ADisplayThatBreaksDoesNotBreakTheCapture) {
-  CaptureFeed feed;
-  CaptureRequests requests;
   class Breaking : public OffscreenSurface {
    public:
     Breaking() : OffscreenSurface(cv::Size(320, 240)) {}
     void Present() override { throw Error("the driver is gone"); }
   };
-  bool captured = false;
-  ::testing::internal::CaptureStderr();
-  RunWithDisplay([] { return std::make_unique<Breaking>(); }, {}, feed, requests,
-                 [&] {
-                   std::this_thread::sleep_for(std::chrono::milliseconds(300));
-                   captured = true;
-                 });
-  EXPECT_TRUE(captured);
-  EXPECT_THAT(::testing::internal::GetCapturedStderr(), HasSubstr("the driver is gone"));
+  struct Case {
+    const char* marker;
+    const char* said;
+  };
+  for (const Case& c : {Case{"", "the driver is gone"}, Case{"none such", "none such"}}) {
+    CaptureFeed feed;
+    CaptureRequests requests;
+    DisplayOptions options;
+    options.marker = c.marker;
+    bool captured = false;
+    ::testing::internal::CaptureStderr();
+    RunWithDisplay([] { return std::make_unique<Breaking>(); }, options, feed, requests,
+                   [&] {
+                     std::this_thread::sleep_for(300ms);
+                     captured = true;
+                   });
+    EXPECT_TRUE(captured);
+    EXPECT_THAT(::testing::internal::GetCapturedStderr(),
+                AllOf(HasSubstr(c.said), HasSubstr("the capture goes on without it")));
+    const auto asked = requests.Take();
+    ASSERT_EQ(asked.size(), 1u) << "there is nobody who could begin";
+    EXPECT_TRUE(std::get<SetRecording>(asked[0]).on);
+    EXPECT_TRUE(std::get<SetRecording>(asked[0]).although_checks_fail);
+  }
 }
 
 std::shared_ptr<CaptureState> Grey() {
