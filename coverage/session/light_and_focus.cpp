@@ -1,36 +1,65 @@
 #include "coverage/session/light_and_focus.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "core/base/quantile.h"
 #include "coverage/bound/sphere_outline.h"
 
 namespace ulf::coverage {
 namespace {
 
-std::vector<double> Magnitudes(const cv::Mat& values) {
-  std::vector<double> magnitudes;
-  magnitudes.reserve(values.total());
-  for (int y = 0; y < values.rows; ++y)
-    for (const float *v = values.ptr<float>(y), *end = v + values.cols; v < end; ++v)
-      magnitudes.push_back(std::abs(*v));
-  return magnitudes;
-}
-
-struct Octaves {
-  double fine = 0, coarse = 0;  // grey values
+struct Part {
+  double strongest = 0;         // of the coarser octave, grey values
+  double fine = 0, coarse = 0;  // summed over its strong edges
+  int edges = 0;
 };
 
-Octaves StrongestEdges(const cv::Mat& grey8, double strongest) {
+std::optional<double> SharpestParts(const cv::Mat& grey8, const cv::Mat& inside,
+                                    const FineDetailOptions& options) {
   cv::Mat grey, smooth, smoother;
   grey8.convertTo(grey, CV_32F);
   cv::GaussianBlur(grey, smooth, {0, 0}, 1);
   cv::GaussianBlur(grey, smoother, {0, 0}, 2);
-  return {Quantile(Magnitudes(grey - smooth), 1 - strongest),
-          Quantile(Magnitudes(smooth - smoother), 1 - strongest)};
+  const cv::Mat fine = cv::abs(grey - smooth), coarse = cv::abs(smooth - smoother);
+  // An edge is where the coarser octave is strongest; its finer octave is strongest a little nearer to the step.
+  const cv::Mat around = cv::Mat::ones(5, 5, CV_8U);
+  cv::Mat fine_around, coarse_around;
+  cv::dilate(fine, fine_around, around);
+  cv::dilate(coarse, coarse_around, around);
+  std::vector<cv::Point> edges;
+  for (int y = 0; y < grey.rows; ++y)
+    for (int x = 0; x < grey.cols; ++x) {
+      const float here = coarse.at<float>(y, x);
+      if (here >= options.least_texture && here >= coarse_around.at<float>(y, x) &&
+          inside.at<std::uint8_t>(y, x))
+        edges.push_back({x, y});
+    }
+  const int columns = grey.cols / options.part_px + 1, rows = grey.rows / options.part_px + 1;
+  std::vector<Part> parts(static_cast<std::size_t>(columns * rows));
+  const auto part_at = [&](const cv::Point& at) -> Part& {
+    return parts[static_cast<std::size_t>(at.y / options.part_px * columns + at.x / options.part_px)];
+  };
+  for (const cv::Point& at : edges)
+    part_at(at).strongest = std::max<double>(part_at(at).strongest, coarse.at<float>(at));
+  for (const cv::Point& at : edges) {
+    Part& part = part_at(at);
+    if (coarse.at<float>(at) < options.strong_share * part.strongest) continue;
+    part.fine += fine_around.at<float>(at);
+    part.coarse += coarse.at<float>(at);
+    ++part.edges;
+  }
+  std::erase_if(parts, [&](const Part& part) { return part.edges < options.least_edges; });
+  if (parts.empty()) return std::nullopt;
+  const auto sharpness = [](const Part& part) { return part.fine / part.coarse; };
+  std::ranges::sort(parts, std::greater{}, sharpness);
+  double left = 0;
+  for (const Part& part : parts) left += options.sharpest * part.coarse;
+  auto last = parts.begin();
+  for (left -= last->coarse; left > 0 && last + 1 != parts.end(); left -= last->coarse) ++last;
+  return sharpness(*last);
 }
 
 // Where the subject is while nobody has placed it.
@@ -54,20 +83,24 @@ cv::Rect BoxOf(const std::vector<Eigen::Vector2d>& outline) {
 
 }  // namespace
 
-std::optional<double> FineDetail(const cv::Mat& grey8, const cv::Rect& area,
+std::optional<double> FineDetail(const cv::Mat& grey8, const std::vector<Eigen::Vector2d>& outline,
                                  const FineDetailOptions& options) {
   constexpr int kLeastPx = 32;
-  cv::Rect box = area & cv::Rect({0, 0}, grey8.size());
+  cv::Rect box = BoxOf(outline) & cv::Rect({0, 0}, grey8.size());
   const int cut_x = std::max(0, box.width - options.most_px),
             cut_y = std::max(0, box.height - options.most_px);
   box = {box.x + cut_x / 2, box.y + cut_y / 2, box.width - cut_x, box.height - cut_y};
   if (box.width < kLeastPx || box.height < kLeastPx) return std::nullopt;
-  cv::Mat reduced = grey8(box);
+  cv::Mat reduced = grey8(box), inside = cv::Mat::zeros(box.size(), CV_8U);
+  std::vector<cv::Point> polygon;
+  for (const Eigen::Vector2d& corner : outline)
+    polygon.push_back(cv::Point(static_cast<int>(corner.x()), static_cast<int>(corner.y())) - box.tl());
+  cv::fillPoly(inside, polygon, 255);
   for (int times = 0; times < options.times_halved; ++times) {
     if (std::min(reduced.cols, reduced.rows) < kLeastPx) break;
     cv::resize(reduced, reduced, {}, 0.5, 0.5, cv::INTER_AREA);
-    const Octaves octaves = StrongestEdges(reduced, options.strongest);
-    if (octaves.coarse >= options.least_texture) return octaves.fine / octaves.coarse;
+    cv::resize(inside, inside, reduced.size(), 0, 0, cv::INTER_NEAREST);
+    if (const auto detail = SharpestParts(reduced, inside, options)) return detail;
   }
   return std::nullopt;
 }
@@ -82,8 +115,9 @@ const PictureFinding& LightAndFocusCheck::After(double time_s, const Image& imag
   std::optional<std::vector<Eigen::Vector2d>> outline;
   if (subject && cam_from_world) outline = SphereOutline(camera, *cam_from_world, *subject);
   const std::vector<Eigen::Vector2d> shape = outline.value_or(Middle(image));
+  finding_.is_of_subject = outline.has_value();
   finding_.light = LightInside(image, shape);
-  looked_.push_back({time_s, FineDetail(GrayForTracking(image), BoxOf(shape))});
+  looked_.push_back({time_s, FineDetail(GrayForTracking(image), shape)});
   while (time_s - looked_.front().time_s > options_.best_of_s || looked_.front().time_s > time_s)
     looked_.pop_front();
   finding_.fine_detail.reset();

@@ -1,11 +1,14 @@
 // Before the first view: whether the pictures are bright enough and in focus, by the live frames themselves.
 //
 // A picture is out of focus when its finest detail is missing while coarser detail is there: half its size, the
-// finest octave (what a Gaussian of one pixel takes away) is compared with the next one, each by its strongest
-// edges. Edges of photographs in focus differ little between octaves. Measured on seven sets of photographs by
-// others, 480 to 1500 pixels wide: 1.0 to 2.3 as they are, 0.5 to 0.75 blurred by a Gaussian of three.
+// finest octave (what a Gaussian of one pixel takes away) is compared with the next one at the same edges. Each
+// part of the subject's image is judged for itself and the sharpest parts decide: what stands before or behind
+// the plane of focus is rightly blurred, and a smooth thing is sharp at its outline alone. Measured in the middle
+// of photographs by others, ten sets, 480 to 1536 pixels wide, up to 66 of each: 1.1 to 3.4 as they are; blurred
+// by a Gaussian of three pixels, medians of 0.64 to 0.69, and in every set nine of ten are at most 0.80.
 #pragma once
 
+#include <Eigen/Core>
 #include <deque>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -20,20 +23,30 @@
 namespace ulf::coverage {
 
 struct FineDetailOptions {
-  int most_px = 1024;  // of each side that are looked at, in the middle of `area`; more takes longer
-  // Share of the pixels that count as the strongest edges of an octave. Guessed.
-  double strongest = 0.02;
-  // Grey values that the coarser octave's strongest edges need: less may be noise, and the picture is looked at
-  // once more at half the size, where a lens far out of focus still shows edges. Guessed.
+  int most_px =
+      1024;  // of each side that are looked at, in the middle of the outline's box; more takes longer
+  // Grey values that the coarser octave needs at an edge: less may be noise. Where no part has edges enough, the
+  // picture is looked at once more at half the size, where a lens far out of focus still shows some. Guessed.
   double least_texture = 6;
   int times_halved = 2;
+  // The parts' sides, pixels of the halved picture, and the edges that each needs, so that the noise of one alone
+  // does not tell. Smaller parts hold little but a thin thing, and judge by less.
+  int part_px = 32, least_edges = 3;
+  // Weaker edges of a part, as a share of its strongest, belong to what lies behind it.
+  double strong_share = 0.5;
+  // Share of all edges (by their strength) that the sharpest parts hold, the last of which is the result: more
+  // finds a thin sharp thing before a blurred background out of focus, less takes chance for sharpness. Measured
+  // as above, with 0.1 to 0.2.
+  double sharpest = 0.1;
 };
-// The finest octave's edges against the next one's. None: too little texture to tell.
-std::optional<double> FineDetail(const cv::Mat& grey8, const cv::Rect& area,
+// The finest octave against the next one at the edges inside a polygon, of its sharpest parts. None: too few
+// edges to tell.
+std::optional<double> FineDetail(const cv::Mat& grey8, const std::vector<Eigen::Vector2d>& outline,
                                  const FineDetailOptions& options = {});
 
 struct PictureFinding {
-  std::optional<SubjectLight> light;  // of the subject's image; without a subject of the middle
+  bool is_of_subject = false;  // else of the picture's middle: no subject is placed, or it is out of view
+  std::optional<SubjectLight> light;  // of what was looked at
   std::optional<double> fine_detail;  // FineDetail(), the best of the last frames; none: cannot be told yet
 };
 

@@ -38,7 +38,7 @@ struct PreflightInput {
   // Of a view taken now (view_decision.h); none: the pose is given.
   std::optional<double> pose_error_px;
   DecisionLimits limits = {};
-  double least_fine_detail = 0.65;  // PictureFinding::fine_detail; less is out of focus. Measured, see there.
+  double least_fine_detail = 0.8;  // PictureFinding::fine_detail; less is out of focus. Measured, see there.
 };
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input);

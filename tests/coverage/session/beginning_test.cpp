@@ -149,14 +149,15 @@ TEST(Beginning, WarningsDoNotHoldTheStart) {
 }
 
 // Discs of all sizes over each other, as things lie in photographs (dead leaves), with a camera's noise.
-cv::Mat Leaves(double largest_px, double blur_px) {
-  cv::Mat picture(480, 640, CV_8U, cv::Scalar(128));
+cv::Mat Leaves(const cv::Size& size, double largest_px, double blur_px) {
+  cv::Mat picture(size, CV_8U, cv::Scalar(128));
   std::mt19937 random(3);
   std::uniform_real_distribution<double> share(0, 1);
   for (int i = 0; i < 20000; ++i) {
     constexpr double kSmallest = 2;
     const double radius = kSmallest * std::pow(largest_px / kSmallest, share(random) * share(random));
-    const cv::Point at(static_cast<int>(640 * share(random)), static_cast<int>(480 * share(random)));
+    const cv::Point at(static_cast<int>(size.width * share(random)),
+                       static_cast<int>(size.height * share(random)));
     cv::circle(picture, at, static_cast<int>(radius), cv::Scalar(30 + 190 * share(random)), cv::FILLED,
                cv::LINE_AA);
   }
@@ -169,14 +170,22 @@ cv::Mat Leaves(double largest_px, double blur_px) {
   return noisy;
 }
 
+std::vector<Eigen::Vector2d> Circle(const cv::Point2d& middle, double radius) {
+  std::vector<Eigen::Vector2d> outline;
+  for (int i = 0; i < 64; ++i)
+    outline.push_back(
+        {middle.x + radius * std::cos(2 * M_PI * i / 64), middle.y + radius * std::sin(2 * M_PI * i / 64)});
+  return outline;
+}
+
 TEST(FineDetail, TellsFocusWhateverTheScene) {
-  const cv::Rect all(0, 0, 640, 480);
+  const std::vector<Eigen::Vector2d> all{{0, 0}, {640, 0}, {640, 480}, {0, 480}};
   for (const double largest_px : {10.0, 40.0, 120.0}) {
-    const auto sharp = FineDetail(Leaves(largest_px, 0), all);
+    const auto sharp = FineDetail(Leaves({640, 480}, largest_px, 0), all);
     ASSERT_TRUE(sharp);
     EXPECT_GT(*sharp, 1) << largest_px;
     for (const double sigma : {3.0, 5.0}) {
-      const auto blurred = FineDetail(Leaves(largest_px, sigma), all);
+      const auto blurred = FineDetail(Leaves({640, 480}, largest_px, sigma), all);
       ASSERT_TRUE(blurred) << largest_px;
       EXPECT_LT(*blurred, PreflightInput{}.least_fine_detail) << largest_px << " blurred by " << sigma;
     }
@@ -184,6 +193,83 @@ TEST(FineDetail, TellsFocusWhateverTheScene) {
   cv::Mat plain(480, 640, CV_8U);
   cv::RNG(7).fill(plain, cv::RNG::NORMAL, 128, 2);
   EXPECT_FALSE(FineDetail(plain, all)) << "a plain wall tells nothing";
+}
+
+// A still of a smooth thing in the middle: its shape, its grey values, and what it stands before.
+struct Still {
+  cv::Mat shape, thing, background;  // 0 to 255, before the lens
+  static constexpr double kRadius = 150;
+  static inline const cv::Size kSize{1280, 960};
+  static inline const cv::Point kMiddle{640, 480};
+
+  Still(int thickness, const cv::Mat& before) : background(before) {
+    shape = cv::Mat::zeros(kSize, CV_8U);
+    cv::circle(shape, kMiddle, static_cast<int>(kRadius), 255, thickness, cv::LINE_AA);
+    thing = cv::Mat(kSize, CV_8U, cv::Scalar(230));
+  }
+  // `grey` of a place as seen from the middle, shares of the radius.
+  template <typename Grey>
+  Still& Paint(const Grey& grey) {
+    for (int y = 0; y < kSize.height; ++y)
+      for (int x = 0; x < kSize.width; ++x)
+        thing.at<std::uint8_t>(y, x) =
+            cv::saturate_cast<std::uint8_t>(grey(Eigen::Vector2d(x - kMiddle.x, y - kMiddle.y) / kRadius));
+    return *this;
+  }
+  cv::Mat Taken(double blur_px) const {
+    constexpr double kLensPx = 0.7, kNoise = 1;
+    cv::Mat share, before, picture;
+    shape.convertTo(share, CV_32F, 1 / 255.0);
+    cv::GaussianBlur(share, share, {0, 0}, kLensPx);
+    thing.convertTo(picture, CV_32F);
+    background.convertTo(before, CV_32F);
+    picture = before.mul(1 - share) + picture.mul(share);
+    if (blur_px > 0) cv::GaussianBlur(picture, picture, {0, 0}, blur_px);
+    cv::Mat noise(kSize, CV_32F);
+    cv::RNG(6).fill(noise, cv::RNG::NORMAL, 0, kNoise);
+    picture += noise;
+    picture.convertTo(picture, CV_8U);
+    return picture;
+  }
+};
+
+// What is sharp only at its outline, and what stands before a background that is rightly blurred.
+TEST(FineDetail, OfASmoothThingIsThatOfItsOutline) {
+  const cv::Mat black(Still::kSize, CV_8U, cv::Scalar(8)), white(Still::kSize, CV_8U, cv::Scalar(245));
+  const cv::Mat blurred_background = Leaves(Still::kSize, 60, 5);
+  const auto ball = [](const Eigen::Vector2d& at) {
+    const double towards = std::sqrt(std::max(0.0, 1 - at.squaredNorm()));
+    return 25 + 190 * std::max(0.0, 0.85 * towards - 0.15 * at.x() - 0.3 * at.y());
+  };
+  const auto rim_light = [](const Eigen::Vector2d& at) {
+    const double lit = std::max(0.0, -at.normalized().dot(Eigen::Vector2d(2, 1).normalized()));
+    return 12 + 180 * std::pow(lit, 3) * std::exp(-25 * std::max(0.0, 1 - at.norm()));
+  };
+  const std::map<std::string, Still> stills{
+      {"a ball on black", Still(cv::FILLED, black).Paint(ball)},
+      {"a ball before white", Still(cv::FILLED, white).Paint(ball)},
+      {"a ball before a blurred background", Still(cv::FILLED, blurred_background).Paint(ball)},
+      {"a black thing with a rim light", Still(cv::FILLED, black).Paint(rim_light)},
+      {"a thin ring before a blurred background", Still(5, blurred_background)}};
+  const double needed = PreflightInput{}.least_fine_detail;
+  const std::vector<Eigen::Vector2d> sphere = Circle(Still::kMiddle, 1.2 * Still::kRadius);
+  const std::vector<Eigen::Vector2d> middle{{320, 240}, {960, 240}, {960, 720}, {320, 720}};
+  for (const auto& [name, still] : stills)
+    for (const auto& outline : {sphere, middle}) {
+      const auto sharp = FineDetail(still.Taken(0), outline), blurred = FineDetail(still.Taken(3), outline);
+      ASSERT_TRUE(sharp) << name;
+      ASSERT_TRUE(blurred) << name;
+      printf("%-40s %.2f, blurred %.2f\n", name.c_str(), *sharp, *blurred);
+      EXPECT_GT(*sharp, needed) << name;
+      EXPECT_LT(*blurred, needed) << name;
+    }
+}
+
+TEST(FineDetail, IsOfWhatLiesInsideTheOutline) {
+  const Still ring(5, cv::Mat(Still::kSize, CV_8U, cv::Scalar(8)));
+  EXPECT_TRUE(FineDetail(ring.Taken(0), Circle(Still::kMiddle, 1.1 * Still::kRadius)));
+  EXPECT_FALSE(FineDetail(ring.Taken(0), Circle(Still::kMiddle, 0.9 * Still::kRadius)))
+      << "its box holds parts of the ring";
 }
 
 // These scenes, full of texture and nearly without, are in focus and well lit; so are the others.
