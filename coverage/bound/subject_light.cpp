@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/base/quantile.h"
 
@@ -57,9 +56,13 @@ std::optional<SubjectLight> LightInside(const Image& image, const std::vector<Ei
     }
   if (values.empty()) return std::nullopt;
   const auto count = static_cast<double>(values.size());
-  const auto bright = static_cast<float>(Quantile(std::move(values), 0.9));
+  const auto encoded = [&](double share) -> double {
+    const auto value = static_cast<float>(Quantile(values, share));
+    return linear ? SrgbFromLinear(value) : value;
+  };
   return SubjectLight{.clipped_share = static_cast<double>(clipped) / count,
-                      .brightest_tenth = linear ? SrgbFromLinear(bright) : bright,
+                      .brightest_tenth = encoded(0.9),
+                      .brightest_hundredth = encoded(0.99),
                       .mean_linear = sum / count};
 }
 

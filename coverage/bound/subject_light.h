@@ -11,8 +11,9 @@ namespace ulf::coverage {
 
 // Of each pixel's brightest channel.
 struct SubjectLight {
-  double clipped_share = 0;    // at 99.5 % of full scale, display-encoded, or above
-  double brightest_tenth = 0;  // where it begins, display-encoded, 0 to 1
+  double clipped_share = 0;  // at 99.5 % of full scale, display-encoded, or above
+  // Where they begin, display-encoded, 0 to 1.
+  double brightest_tenth = 0, brightest_hundredth = 0;
   double mean_linear = 0;
 };
 

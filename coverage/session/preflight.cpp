@@ -11,26 +11,48 @@
 namespace ulf::coverage {
 namespace {
 
+// A warning: pictures that an automatic has changed are matched afterwards, and not every camera can be without.
 PreflightItem Automatic(const char* name, const std::optional<bool>& held) {
   if (!held) return {name, {}, "the camera does not report it; set it by hand before the capture"};
-  return {name, held,
-          *held ? "held"
-                : "changes by itself between pictures: switch its automatic off (ulf features, or the URI)"};
+  return {.name = name,
+          .in_order = held,
+          .words = *held
+                       ? "held"
+                       : "changes by itself between pictures: switch its automatic off (ulf features, or the "
+                         "URI)",
+          .holds_start = false};
 }
 
+// Holds the start where the pictures are worth nothing for certain; a black thing, or one before white, is not.
 PreflightItem Light(const PreflightInput& input) {
   if (!input.picture.light) return {"light", {}, "not measured yet"};
   const SubjectLight& light = *input.picture.light;
-  if (light.brightest_tenth < input.limits.min_brightest)
+  const DecisionLimits& limits = input.limits;
+  const bool is_of_subject = input.picture.is_of_subject;
+  const char* where = is_of_subject ? "the subject's circle" : "the middle of the picture";
+  // By Decide(), which looks at the same circle. To begin is allowed: where the subject is bright in other views
+  // they are recorded.
+  const auto consequence = [&](bool holds) {
+    return is_of_subject && !holds ? "; no view is recorded while it is so" : "";
+  };
+  const auto too_dark = [&](const char* most_of, double begins, bool holds) -> PreflightItem {
+    return {
+        "light", false,
+        fmt::format("too dark: {} of {} are below {:.0f} % of full scale; add light, open the aperture, or "
+                    "expose longer{}",
+                    most_of, where, 100 * begins, consequence(holds)),
+        holds};
+  };
+  if (light.brightest_hundredth < limits.min_brightest)
+    return too_dark("99 hundredths", light.brightest_hundredth, true);
+  if (light.brightest_tenth < limits.min_brightest)
+    return too_dark("nine tenths", light.brightest_tenth, false);
+  const bool is_white = light.clipped_share > input.useless_clipped_share;
+  if (light.clipped_share > limits.max_clipped_share)
     return {"light", false,
-            fmt::format(
-                "too dark: nine tenths of the subject are below {:.0f} % of full scale; add light, open the "
-                "aperture, or expose longer",
-                100 * light.brightest_tenth)};
-  if (light.clipped_share > input.limits.max_clipped_share)
-    return {"light", false,
-            fmt::format("too bright: {:.0f} % of the subject are clipped; expose less",
-                        100 * light.clipped_share)};
+            fmt::format("too bright: {:.0f} % of {} are clipped; expose less{}", 100 * light.clipped_share,
+                        where, consequence(is_white)),
+            is_white};
   return {"light", true, fmt::format("the brightest tenth is above {:.0f} %", 100 * light.brightest_tenth)};
 }
 
@@ -48,18 +70,22 @@ PreflightItem Focus(const PreflightInput& input) {
 }
 
 PreflightItem Disk(const PreflightInput& input) {
+  constexpr char kWayOut[] = ": free some space, or write to another disk";
   if (!input.disk_left_bytes) return {"disk", {}, "the free space is not known"};
   const double left_gb = 1e-9 * static_cast<double>(*input.disk_left_bytes);
   const double view_gb = 1e-9 * static_cast<double>(input.bytes_per_view);
-  if (!input.prediction || !input.prediction->views)
-    return {"disk",
-            {},
-            fmt::format("{:.1f} GB free, room for at least {}", left_gb,
-                        Counted(view_gb > 0 ? std::lround(std::floor(left_gb / view_gb)) : 0, "view"))};
+  if (!input.prediction || !input.prediction->views) {
+    if (!(view_gb > 0)) return {"disk", {}, fmt::format("{:.1f} GB free", left_gb)};
+    const double views = std::floor(left_gb / view_gb);
+    const bool is_full = views < input.least_views;
+    return {"disk", is_full ? std::optional(false) : std::nullopt,
+            fmt::format("{:.1f} GB free, room for at least {}{}", left_gb,
+                        Counted(std::lround(views), "view"), is_full ? kWayOut : "")};
+  }
   const double needed_gb = input.prediction->views->most * view_gb;
   return {"disk", needed_gb <= left_gb,
           fmt::format("{:.1f} GB free, {} take up to {:.1f} GB{}", left_gb, InWords(*input.prediction->views),
-                      needed_gb, needed_gb <= left_gb ? "" : ": free some space, or write to another disk")};
+                      needed_gb, needed_gb <= left_gb ? "" : kWayOut)};
 }
 
 }  // namespace

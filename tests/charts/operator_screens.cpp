@@ -125,7 +125,8 @@ class Screens {
     Write("preflight", screen.Show(state));
     const auto held = std::make_shared<CaptureState>(*state);
     PictureFinding finding;
-    finding.light = SubjectLight{.brightest_tenth = 0.04};
+    finding.is_of_subject = true;
+    finding.light = SubjectLight{.brightest_tenth = 0.04, .brightest_hundredth = 0.06};
     finding.fine_detail = 1.2;
     held->exposure_locked = false;
     held->preflight = Preflight({.calibrated = false,

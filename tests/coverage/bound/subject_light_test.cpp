@@ -34,6 +34,17 @@ TEST(SubjectLight, IsOfWhatLiesInsideTheOutline) {
   EXPECT_NEAR(light->mean_linear, above + (1 - above) * LinearFromSrgb(kGrey), 0.03);
 }
 
+TEST(SubjectLight, ASmallBrightThingIsItsBrightestHundredth) {
+  Image image;
+  image.transfer = Transfer::kSrgb;
+  image.pixels = cv::Mat::zeros(200, 200, CV_8UC1);
+  image.pixels(cv::Rect(90, 90, 20, 20)) = cv::Scalar(204);  // 5 % of the circle
+  const auto light = LightInside(image, Circle(100, 100, 50));
+  ASSERT_TRUE(light);
+  EXPECT_EQ(light->brightest_tenth, 0);
+  EXPECT_NEAR(light->brightest_hundredth, 0.8, 0.01);
+}
+
 TEST(SubjectLight, IsTheSameOfLinearLightInSixteenBits) {
   for (const double encoded : {0.1, 0.4, 0.9}) {
     Image srgb, linear;
@@ -45,6 +56,7 @@ TEST(SubjectLight, IsTheSameOfLinearLightInSixteenBits) {
     ASSERT_TRUE(a && b);
     EXPECT_NEAR(a->brightest_tenth, encoded, 0.01);
     EXPECT_NEAR(b->brightest_tenth, encoded, 0.01);
+    EXPECT_NEAR(b->brightest_hundredth, encoded, 0.01);
     EXPECT_NEAR(a->mean_linear, b->mean_linear, 0.01);
     EXPECT_EQ(b->clipped_share, 0);
   }

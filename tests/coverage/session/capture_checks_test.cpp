@@ -66,7 +66,8 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
       "add light");
   bad(
       [](PreflightInput& input) {
-        input.picture.light = SubjectLight{0.5, 0.9, 0.4};
+        input.picture.light =
+            SubjectLight{.clipped_share = 0.5, .brightest_tenth = 0.9, .brightest_hundredth = 0.9};
       },
       "light", "expose less");
   bad([](PreflightInput& input) { input.disk_left_bytes = 400'000'000; }, "disk", "free some space");
@@ -78,6 +79,55 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
   EXPECT_THAT(Item(Preflight(one), "disk").words, ::testing::Not(HasSubstr("1 views")));
   bad([](PreflightInput& input) { input.prediction->views->usual = 150'000, input.bytes_per_view = 10; },
       "views", "smaller cap");
+}
+
+// Black things, small ones and those before white are taken with a warning; a cap over the lens, no light and an
+// exposure that is far off are not.
+TEST(Preflight, LightHoldsTheStartOnlyWhereNothingIsToBeSeen) {
+  struct Case {
+    SubjectLight light;
+    std::optional<bool> in_order;
+    bool holds;
+  };
+  for (const bool is_of_subject : {false, true})
+    for (const Case& c :
+         {Case{{.brightest_tenth = 0.03, .brightest_hundredth = 0.05}, false, true},
+          Case{{.brightest_tenth = 0.03, .brightest_hundredth = 0.4}, false, false},
+          Case{{.brightest_tenth = 0.3, .brightest_hundredth = 0.4}, true, false},
+          Case{{.clipped_share = 0.33, .brightest_tenth = 1, .brightest_hundredth = 1}, false, false},
+          Case{{.clipped_share = 0.97, .brightest_tenth = 1, .brightest_hundredth = 1}, false, true}}) {
+      PreflightInput input;
+      input.picture = {.is_of_subject = is_of_subject, .light = c.light, .fine_detail = {}};
+      const PreflightItem light = Item(Preflight(input), "light");
+      EXPECT_EQ(light.in_order, c.in_order) << light.words;
+      EXPECT_EQ(!HoldsInWords({light}).empty(), c.holds) << light.words;
+      if (c.in_order == false) {
+        EXPECT_THAT(light.words,
+                    HasSubstr(is_of_subject ? "of the subject's circle" : "of the middle of the picture"));
+      }
+    }
+}
+
+TEST(Preflight, AnAutomaticIsAWarning) {
+  PreflightInput input;
+  input.held = {.exposure = false, .white_balance = false, .focus = false};
+  const std::vector<PreflightItem> items = Preflight(input);
+  for (const char* name : {"exposure", "white balance", "focus"})
+    EXPECT_EQ(Item(items, name).in_order, false);
+  EXPECT_EQ(HoldsInWords(items), "");
+}
+
+TEST(Preflight, ADiskWithoutRoomForTenViewsHoldsTheStartAlsoWithoutACap) {
+  PreflightInput input;
+  input.bytes_per_view = 1'000'000;
+  input.disk_left_bytes = 9'900'000;
+  EXPECT_THAT(HoldsInWords(Preflight(input)), AllOf(HasSubstr("9 views"), HasSubstr("free some space")));
+  input.disk_left_bytes = 0;
+  EXPECT_THAT(HoldsInWords(Preflight(input)), HasSubstr("0 views"));
+  input.disk_left_bytes = 10'100'000;
+  EXPECT_EQ(HoldsInWords(Preflight(input)), "");
+  input.bytes_per_view = 0;
+  EXPECT_FALSE(Item(Preflight(input), "disk").in_order) << "how much a view takes is not known";
 }
 
 TEST(SubjectFinder, SaysWhatIsWrongWithASubjectAndTheWayOut) {
