@@ -12,14 +12,25 @@ namespace ulf::coverage {
 
 std::string InWords(const SubjectProposal& proposal, const Subject& now) {
   const bool is_smaller = proposal.subject.radius < now.radius;
-  std::string words = fmt::format("the subject seems to be {} than its sphere: radius {:.3g}, not {:.3g}",
-                                  is_smaller ? "smaller" : "larger", proposal.subject.radius, now.radius);
+  std::string words =
+      proposal.lies_beside
+          ? fmt::format(
+                "the subject seems to lie beside the middle of its sphere, by {:.0f} % of the radius, and "
+                "sticks out of it",
+                100 * (proposal.subject.center_in_world - now.center_in_world).norm() / now.radius)
+          : fmt::format("the subject seems to be {} than its sphere: radius {:.3g}, not {:.3g}",
+                        is_smaller ? "smaller" : "larger", proposal.subject.radius, now.radius);
   if (proposal.views_now && proposal.views_then)
     words += fmt::format("; with such a sphere the cap takes about {}, not {:.0f}",
                          Counted(std::lround(*proposal.views_then), "view"), *proposal.views_now);
-  else if (!is_smaller)
+  else if (!is_smaller || proposal.lies_beside)
     words += "; what sticks out is not looked after";
   return words + " (G, or the request subject proposed, places it)";
+}
+
+bool SubjectProposer::AreAlike(const Subject& a, const Subject& b) const {
+  return std::abs(a.radius / b.radius - 1) <= options_.same_radius &&
+         (a.center_in_world - b.center_in_world).norm() <= options_.same_center * b.radius;
 }
 
 std::optional<double> SubjectProposer::ViewsFor(const Subject& subject, double distance) const {
@@ -31,7 +42,7 @@ std::optional<double> SubjectProposer::ViewsFor(const Subject& subject, double d
 
 std::optional<SubjectProposal> SubjectProposer::After(const std::shared_ptr<const LiveMesh>& mesh,
                                                       const Subject& sphere, double distance) {
-  if (sphere_ && std::abs(sphere_->radius / sphere.radius - 1) > options_.same_radius) {
+  if (sphere_ && !AreAlike(*sphere_, sphere)) {
     proposal_.reset();  // somebody has placed another one
     seen_before_.reset();
   }
@@ -39,18 +50,19 @@ std::optional<SubjectProposal> SubjectProposer::After(const std::shared_ptr<cons
   if (!mesh || mesh == std::exchange(mesh_, mesh) || mesh->maps < options_.least_maps) return std::nullopt;
   const std::optional<Subject> before = std::exchange(seen_before_, mesh->subject_seen);
   const std::optional<Subject>& seen = mesh->subject_seen;
-  if (!seen || !before || std::abs(seen->radius / before->radius - 1) > options_.same_radius)
-    return std::nullopt;
+  if (!seen || !before || !AreAlike(*seen, *before)) return std::nullopt;
   const double ratio = seen->radius / sphere.radius;
-  const double reach = ratio + (seen->center_in_world - sphere.center_in_world).norm() / sphere.radius;
+  const double offset = (seen->center_in_world - sphere.center_in_world).norm() / sphere.radius;
+  const double reach = ratio + offset;
   if (ratio > options_.smaller && reach < options_.larger) {
     proposal_.reset();
     return std::nullopt;
   }
-  const bool is_new =
-      !proposal_ || std::abs(seen->radius / proposal_->subject.radius - 1) > options_.same_radius;
-  proposal_ = SubjectProposal{
-      .subject = *seen, .views_now = ViewsFor(sphere, distance), .views_then = ViewsFor(*seen, distance)};
+  const bool is_new = !proposal_ || !AreAlike(*seen, proposal_->subject);
+  proposal_ = SubjectProposal{.subject = *seen,
+                              .lies_beside = reach >= options_.larger && offset > ratio - 1,
+                              .views_now = ViewsFor(sphere, distance),
+                              .views_then = ViewsFor(*seen, distance)};
   return is_new ? proposal_ : std::nullopt;
 }
 

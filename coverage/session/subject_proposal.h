@@ -15,6 +15,7 @@ namespace ulf::coverage {
 
 struct SubjectProposal {
   Subject subject;
+  bool lies_beside = false;  // sticks out of the sphere as it is because of its place rather than of its size
   // That the cap takes with the sphere as it is, and with this one. None: no cap, or a sphere that no threshold
   // reaches.
   std::optional<double> views_now, views_then;
@@ -35,8 +36,10 @@ class SubjectProposer {
     // thinnest things are not in the mesh, and simulated subjects are found at 0.7 to 1.1 of their radius
     // (subject_in_mesh_test).
     double smaller = 0.65, larger = 1.33;
-    int least_maps = 8;         // that a mesh needs to tell. Guessed.
-    double same_radius = 0.15;  // two meshes one after the other must agree within this share. Guessed.
+    int least_maps = 8;  // that a mesh needs to tell. Guessed.
+    // Two meshes one after the other must agree within these shares of the radius, in size and in place; what is
+    // farther off is another sphere. Guessed.
+    double same_radius = 0.15, same_center = 0.15;
   };
   explicit SubjectProposer(const Options& options) : options_(options) {}
 
@@ -48,6 +51,7 @@ class SubjectProposer {
   const std::optional<SubjectProposal>& proposal() const { return proposal_; }
 
  private:
+  bool AreAlike(const Subject& a, const Subject& b) const;
   std::optional<double> ViewsFor(const Subject& subject, double distance) const;
 
   const Options options_;

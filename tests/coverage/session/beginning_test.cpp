@@ -393,6 +393,26 @@ TEST(SubjectProposer, SaysNothingWhereMeshesDisagreeOrShowTooLittle) {
   EXPECT_FALSE(proposer.proposal());
 }
 
+TEST(SubjectProposer, AnOffCentreSubjectLiesBesideItsSphere) {
+  SubjectProposer proposer = Proposer();
+  const auto seen = [](double offset) {
+    return Subject{kSubject.center_in_world + Vector3d(offset * kSubject.radius, 0, 0),
+                   0.9 * kSubject.radius};
+  };
+  EXPECT_FALSE(proposer.After(MeshThatShows(seen(0.5)), kSubject, 1));
+  EXPECT_FALSE(proposer.After(MeshThatShows(seen(0.8)), kSubject, 1))
+      << "two meshes disagree about its place";
+  const auto proposal = proposer.After(MeshThatShows(seen(0.8)), kSubject, 1);
+  ASSERT_TRUE(proposal);
+  EXPECT_THAT(InWords(*proposal, kSubject), AllOf(HasSubstr("beside"), HasSubstr("80 %"),
+                                                  HasSubstr("sticks out"), Not(HasSubstr("smaller"))));
+  proposer.After(MeshThatShows(seen(0.5)), kSubject, 1);
+  EXPECT_TRUE(proposer.After(MeshThatShows(seen(0.5)), kSubject, 1)) << "elsewhere is another proposal";
+  const Subject moved{seen(0.5).center_in_world, kSubject.radius};
+  EXPECT_FALSE(proposer.After(MeshThatShows(seen(0.5)), moved, 1));
+  EXPECT_FALSE(proposer.proposal()) << "somebody has placed the sphere there";
+}
+
 TEST(Beginning, ARequestForAProposedSphereThatIsNotThereIsAnswered) {
   Waiting capture;
   capture.after.emplace(1, ParseCaptureRequest("subject proposed"));
