@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/record/live_geometry.h"
@@ -176,6 +175,7 @@ void RenderedReview::Close() {
   shown_.reset();
   next_.reset();
   drawn_from_.reset();
+  failed_.reset();
   loaded_at_s_ = -1e9;
 }
 
@@ -191,6 +191,7 @@ void RenderedReview::Follow(const CaptureState& state, double now_s) {
       drawable->reset();
   const bool is_new = !(shown_ && shown_->of == wanted_) && !(next_ && next_->of == wanted_);
   if (!is_new || being_loaded_ || now_s - loaded_at_s_ < options_.refresh_s) return;
+  if (failed_ && (*failed_ == wanted_ || now_s - failed_at_s_ < options_.retry_s)) return;
   loaded_at_s_ = now_s;
   being_loaded_ = wanted_;
   loading_ = std::async(std::launch::async, Load, state.light_field, wanted_, options_);
@@ -200,7 +201,7 @@ void RenderedReview::TakeLoaded() {
   if (!being_loaded_ || loading_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   const Loaded loaded = loading_.get();
   Wanted of = *std::exchange(being_loaded_, std::nullopt);
-  if (!loaded.problem.empty()) Say(loaded.problem);
+  if (!loaded.problem.empty()) Fail(of, loaded.problem);
   if (!loaded.scene) return;
   // Views that are not on disk yet: the scene is of fewer, and is read again.
   std::erase_if(of.views, [&](const auto& view) {
@@ -243,10 +244,10 @@ std::optional<unsigned> RenderedReview::Draw(const CameraModel& camera, const Ri
     return picture;
   } catch (const render::SurfaceGone&) {
     throw;
-  } catch (const Error& error) {  // too little graphics memory, for example: the display itself goes on
+  } catch (const std::exception& error) {  // too little memory, for example: the display itself goes on
     shown_.reset();
     next_.reset();
-    Say(error.what());
+    Fail(wanted_, error.what());
   }
   return std::nullopt;
 }
@@ -263,7 +264,7 @@ bool RenderedReview::TryNext(const CameraModel& wide, const Rigid3& cam_from_wor
 
 // What was drawn last, as the camera sees it.
 unsigned RenderedReview::Show(const CameraModel& camera, const CameraModel& wide) {
-  if (!distorted_) {
+  if (!picture_) {
     distorted_ = std::make_unique<DistortedPicture>();
     picture_ = std::make_unique<render::GlTarget>(GL_RGBA8);
   }
@@ -273,7 +274,9 @@ unsigned RenderedReview::Show(const CameraModel& camera, const CameraModel& wide
   return distorted_->Draw(picture_->texture(), camera);
 }
 
-void RenderedReview::Say(const std::string& problem) {
+void RenderedReview::Fail(const Wanted& of, const std::string& problem) {
+  failed_ = of;
+  failed_at_s_ = now_s_;
   if (std::exchange(said_, problem) != problem) problem_ = "review: " + problem;
 }
 

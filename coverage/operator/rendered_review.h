@@ -55,6 +55,9 @@ class RenderedReview {
     int photograph_px = 640;  // longer side of the photographs that are drawn
     double memory_mb = 256, gpu_memory_mb = 512;
     double refresh_s = 2;  // between two readings of the light field, at least
+    // So long after a scene could not be read or drawn, another is tried, if anything has changed since: where
+    // memory lacks, reading all photographs again helps nobody.
+    double retry_s = 10;
     // Pictures a second: where the renderer is slower they get smaller, down to a quarter of the width, because
     // tracking needs the processors that a software renderer takes.
     double fps = 10;
@@ -64,7 +67,7 @@ class RenderedReview {
   explicit RenderedReview(const Options& options) : options_(options), size_({.fps = options.fps}) {}
   ~RenderedReview();  // waits for the scene that is being read
 
-  // The review is closed: frees what it holds.
+  // The review is closed: frees what it holds. Opened again, it also tries again what has failed.
   void Close();
   // Call before every picture while the review is open. `now_s`: of any clock.
   void Follow(const CaptureState& state, double now_s);
@@ -106,15 +109,16 @@ class RenderedReview {
   void TakeLoaded();
   bool TryNext(const CameraModel& wide, const Rigid3& cam_from_world);
   unsigned Show(const CameraModel& camera, const CameraModel& wide);
-  void Say(const std::string& problem);
+  void Fail(const Wanted& of, const std::string& problem);
 
   const Options options_;
   bool hatches_doubt_ = false;
   Wanted wanted_;
   std::optional<Drawable> shown_, next_;  // next: until its photographs are there
   std::optional<Wanted> being_loaded_;
+  std::optional<Wanted> failed_;  // the last that could not be read or drawn
   std::future<Loaded> loading_;
-  double now_s_ = 0, loaded_at_s_ = -1e9, tried_next_at_s_ = -1e9;
+  double now_s_ = 0, loaded_at_s_ = -1e9, tried_next_at_s_ = -1e9, failed_at_s_ = -1e9;
   render::MovingSize size_;
   std::optional<Rigid3> drawn_from_;
   std::optional<std::string> problem_;

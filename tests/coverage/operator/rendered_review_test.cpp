@@ -216,5 +216,45 @@ TEST(RenderedReview, SaysOnceWhatCannotBeRead) {
   EXPECT_THAT(problems[0], HasSubstr(staged.dir().string()));
 }
 
+TEST(RenderedReview, WhatFailedIsTriedAgainAfterAWhileAndWhenSomethingIsNew) {
+  OffscreenSurface surface({640, 480});
+  surface.Bind();
+  Staged staged;
+  const std::filesystem::path journal = staged.dir() / "journal.jsonl", away = staged.dir() / "away";
+  std::filesystem::rename(journal, away);
+  std::filesystem::remove(staged.dir() / "transforms.json");
+  RenderedReview review(kWhole);
+  const auto draws = [&](double from_s, double to_s) {
+    const auto state = staged.State();
+    bool drawn = false;
+    for (double now_s = from_s; now_s <= to_s; now_s += 1) {
+      review.Follow(*state, now_s);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      drawn |= review.Draw(staged.camera(), *state->cam_from_world).has_value();
+    }
+    return drawn;
+  };
+  double failed_s = 0;
+  for (std::optional<std::string> problem; !problem && failed_s < 1000; problem = review.TakeProblem())
+    draws(failed_s, failed_s), ++failed_s;
+  std::filesystem::rename(away, journal);
+  EXPECT_FALSE(draws(failed_s, failed_s + 30)) << "nothing has changed";
+  std::filesystem::rename(journal, away);
+  staged.MakeMesh();
+  EXPECT_FALSE(draws(failed_s + 31, failed_s + 34));
+  ASSERT_FALSE(review.TakeProblem()) << "said once";
+  std::filesystem::rename(away, journal);
+  staged.MakeMesh(0.1);
+  EXPECT_FALSE(draws(failed_s + 35, failed_s + 40)) << "too soon";
+  DrawnBy(review, *staged.State(), staged.camera());
+
+  std::filesystem::rename(journal, away);
+  review.Close();
+  EXPECT_FALSE(draws(0, 5));
+  std::filesystem::rename(away, journal);
+  review.Close();
+  DrawnBy(review, *staged.State(), staged.camera());
+}
+
 }  // namespace
 }  // namespace ulf::test
