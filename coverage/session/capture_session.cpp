@@ -63,6 +63,7 @@ class Session {
   void AnnouncePrediction();
   void UpdatePreflight(const Frame& frame);
   std::optional<double> PoseErrorNow() const;
+  tracking::Track TrackToRecord(const tracking::Track& track) const;
   bool CorrectPoses(bool last);
   void ProposeSubject();
   void BeginWhenPossible();
@@ -178,7 +179,8 @@ void Session::UpdatePreflight(const Frame& frame) {
                   .calibration_source = options_.calibration_source,
                   .held = device_.Held(),
                   .picture = light_and_focus_.After(frame.device_time_s, frame.image, camera_,
-                                                    latest_.track.cam_from_world, record_.subject()),
+                                                    latest_.track.cam_from_world,
+                                                    subject_.IsPlaced() ? record_.subject() : std::nullopt),
                   .prediction = {},
                   .cap = options_.cap,
                   .without_subject = options_.without_subject.has_value(),
@@ -199,6 +201,14 @@ std::optional<double> Session::PoseErrorNow() const {
                      (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
 }
 
+// Without a pose while the subject's sphere stands in a map that is gone: where the camera stands about it is not
+// known.
+tracking::Track Session::TrackToRecord(const tracking::Track& track) const {
+  tracking::Track usable = track;
+  if (subject_.IsStale()) usable.cam_from_world.reset();
+  return usable;
+}
+
 void Session::UpdateCapWatch(const tracking::Track& track, const Decision& decision) {
   if (!record_.map() || !track.cam_from_world) return;
   const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
@@ -209,7 +219,10 @@ void Session::UpdateCapWatch(const tracking::Track& track, const Decision& decis
 
 std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
   if (hooks_.keep_frame) hooks_.keep_frame(still);
-  recorder_.TakeStill(still);
+  if (subject_.IsStale())
+    record_.spool().KeepUnposed(still);
+  else
+    recorder_.TakeStill(still);
   Show(hooks_.while_waiting);
   return record_.IsCapCovered(options_.until_share, poses_) ? std::optional(StoppedBecause::kCovered)
                                                             : std::nullopt;
@@ -278,7 +291,8 @@ void Session::ProposeSubject() {
 }
 
 void Session::BeginWhenPossible() {
-  if (!begin_asked_ || outlook_.preflight().empty() || !(record_.map() || options_.without_subject)) return;
+  if (!begin_asked_ || outlook_.preflight().empty() || !(subject_.IsPlaced() || options_.without_subject))
+    return;
   Begin(std::exchange(begin_asked_, std::nullopt)->although_checks_fail);
 }
 
@@ -306,7 +320,7 @@ void Session::Answer(const SetRecording& asked) {
     begin_asked_.reset();
     if (!asked.on) return Say("recording has not begun yet");
     begin_asked_ = asked;
-    if (!record_.map() && !options_.without_subject)
+    if (!subject_.IsPlaced() && !options_.without_subject)
       Say("recording begins as soon as the subject is found: aim at it");
     return BeginWhenPossible();
   }
@@ -349,6 +363,7 @@ SharedCaptureState Session::State() {
   state->without_subject = options_.without_subject.has_value();
   state->finding_subject = subject_.Finding();
   record_.Describe(*state);
+  if (!subject_.IsPlaced()) state->subject.reset(), state->coverage.reset();
   outlook_.Describe(*state);
   if (proposer_.proposal()) state->proposed_subject = proposer_.proposal()->subject;
   state->rectangle_share = options_.limits.rectangle_share;
@@ -424,7 +439,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   UpdatePreflight(*frame);
   BeginWhenPossible();
   subject_.Watch(track, now_s);
-  latest_.decision = recorder_.Take(*frame, track, meters_.frame_period_s());
+  latest_.decision = recorder_.Take(*frame, TrackToRecord(track), meters_.frame_period_s());
   if (recorder_.newest_id()) subject_.RecordedFrom(track);
   UpdateCapWatch(track, latest_.decision);
   ProposeSubject();
@@ -435,7 +450,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   if (poses_due_) poses_due_ = !CorrectPoses(false);
   if (hooks_.after_frame) {
     std::optional<CriterionView> here;
-    if (track.cam_from_world)
+    if (track.cam_from_world && subject_.IsPlaced())
       here = CriterionView::From(recorded_camera_, *track.cam_from_world, options_.coverage_width_px);
     latest_.guidance = guide_.After(record_.map().get(), here, now_s);
     Show(hooks_.after_frame);

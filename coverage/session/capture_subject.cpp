@@ -102,7 +102,7 @@ void CaptureSubject::FindFirst(const tracking::Track& track) {
     anchors_.Clear();
     say_("the tracker began a new map: the subject is looked for again");
   }
-  if (record_.map() && !is_stale_) {
+  if (IsPlaced()) {
     if (anchors_.empty()) anchors_.Add(*record_.subject(), track);
     return;
   }

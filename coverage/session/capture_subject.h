@@ -108,6 +108,11 @@ class CaptureSubject {
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
   void Watch(const tracking::Track& track, double time_s);
+  // The sphere stands in a map that is gone: nothing may be recorded on it, until the subject is found again or
+  // placed.
+  bool IsStale() const { return is_stale_; }
+  // There is a sphere, in the tracker's map of now.
+  bool IsPlaced() const { return record_.map() && !is_stale_; }
   bool Moved() const { return moved_; }
   // A depth was found in the middle of the picture, but tracking is not stable for long enough yet.
   bool Finding() const { return finding_; }

@@ -349,6 +349,59 @@ TEST(Beginning, TheSphereFollowsTheCorrectedMap) {
   }
 }
 
+// A tracker that loses its map after some frames and begins another one with the next.
+class SourceWithANewMap : public DriftingSource {
+ public:
+  explicit SourceWithANewMap(int last_of_first) : DriftingSource(Rigid3{}), last_of_first_(last_of_first) {}
+  Track Step(const Frame& frame) override {
+    Track track = DriftingSource::Step(frame);
+    ++frames_;
+    track.map_id = frames_ > last_of_first_;
+    if (frames_ == last_of_first_ + 1) track.state = TrackState::kLost, track.cam_from_world.reset();
+    return track;
+  }
+
+ private:
+  const int last_of_first_;
+  int frames_ = 0;
+};
+
+// Asked to begin in the first map, where it is too dark, or in the second, before the subject is found again.
+TEST(Beginning, NothingIsRecordedOnASphereOfAMapThatIsGone) {
+  constexpr std::uint64_t kFirstMap = 5;
+  for (const std::uint64_t asked_after : {kFirstMap - 2, kFirstMap + 3}) {
+    std::vector<PlanarShot> shots = Sweep(10, 4, 0.8);
+    for (std::uint64_t i = 0; i < kFirstMap; ++i) shots[i].fault = Fault::kBlack;
+    PlanarDevice device(shots);
+    device.Start();
+    SourceWithANewMap poses(static_cast<int>(kFirstMap));
+    CaptureOptions options = Options();
+    options.begins_on_request = true;
+    CaptureRequests requests;
+    std::vector<std::string> said;
+    std::optional<std::uint64_t> found_at;
+    CaptureHooks hooks;
+    hooks.requests = &requests;
+    hooks.say = [&](const std::string& line) { said.push_back(line); };
+    hooks.after_frame = [&](const SharedCaptureState& now) {
+      if (now->frames == asked_after) requests.Ask(SetRecording{.on = true, .although_checks_fail = true});
+      if (now->frames <= kFirstMap + 1) return;
+      if (now->subject && !found_at) found_at = now->frames;
+      if (found_at) return;
+      EXPECT_EQ(now->decision.reason, Reason::kTracking) << now->frames;
+      EXPECT_TRUE(now->view_ids.empty()) << now->frames;
+      EXPECT_EQ(now->waits_to_begin, asked_after > kFirstMap) << now->frames;
+    };
+    const ScratchFolder scratch;
+    const CaptureSummary summary =
+        RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), options, hooks);
+    ASSERT_TRUE(found_at);
+    EXPECT_GE(*found_at, kFirstMap + 1 + static_cast<std::uint64_t>(options.stable_frames));
+    EXPECT_GT(summary.recorded, 5u) << "it goes on with the new sphere";
+    EXPECT_THAT(said, Contains(HasSubstr("the subject is looked for again")));
+  }
+}
+
 std::shared_ptr<const LiveMesh> MeshThatShows(const std::optional<Subject>& seen, int maps = 20) {
   auto mesh = std::make_shared<LiveMesh>();
   mesh->maps = maps;
