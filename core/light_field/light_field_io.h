@@ -120,9 +120,9 @@ class LightFieldWriter {
   void RemoveView(int view_id);
   // Keeps a photograph that has no pose, and its master, in unposed/.
   void KeepUnposed(const Frame& frame);
-  // Derives transforms.json, sparse/0 and points.ply; the journal gets its close line.
   // For Close(), in place of what an earlier session measured.
   void SetMeasured(MeasuredErrors measured);
+  // Derives transforms.json, sparse/0 and points.ply; the journal gets its close line.
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons = {});
 
   const LightField& Contents() const;

@@ -28,12 +28,11 @@ const SeenScene& Studio() {
   return scene;
 }
 
-// Of a pose that is sure to a tenth of a pixel, in pictures that should be as good as `good_db`.
-ErrorCause Named(FramePredictor& predictor, const StereoView& frame, double good_db = 34.5) {
+// Of a pose that is known.
+ErrorCause Named(FramePredictor& predictor, const StereoView& frame) {
   const auto predicted = predictor.Predict(frame);
   if (!predicted) return ErrorCause::kNotSeen;
-  return CauseOf(MeasureError(frame, *predicted, predictor.subject(), {.center_sigma = 0.0}),
-                 {.good_db = good_db});
+  return CauseOf(MeasureError(frame, *predicted, predictor.subject(), {.center_sigma = 0.0}));
 }
 
 // Places between the views, and beyond them for what nobody has seen.
@@ -122,9 +121,11 @@ std::vector<ErrorCause> NamedOf(ErrorCause cause) {
       return NamedAtPlaces([&](int i) { return Named(predictor, glass.Look(Place(glass, i), seed(i))); });
     }
     case ErrorCause::kDetail: {
-      FramePredictor predictor = Studio().Predictor();
-      return NamedAtPlaces(
-          [&](int i) { return Named(predictor, Studio().Look(Place(Studio(), i), seed(i)), 42); });
+      // Few views, over the surfaces that many have found.
+      static const SeenScene sparse("studio", Radians(16));
+      FramePredictor predictor = sparse.Predictor();
+      predictor.SetGeometry(Studio().subject(), Studio().mesh());
+      return NamedAtPlaces([&](int i) { return Named(predictor, sparse.Look(Place(sparse, i), seed(i))); });
     }
   }
   return {};
