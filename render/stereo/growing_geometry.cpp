@@ -143,6 +143,26 @@ std::vector<ViewDepth> GrowingGeometry::Maps() const {
   return maps;
 }
 
+std::map<int, Rigid3> GrowingGeometry::MapPoses() const {
+  std::map<int, Rigid3> poses;
+  for (const Entry& entry : entries_)
+    if (entry.map) poses[entry.id] = entry.view.cam_from_world;
+  return poses;
+}
+
+bool GrowingGeometry::HaveMovedSince(const std::map<int, Rigid3>& then, double most_px) const {
+  return std::ranges::any_of(then, [&](const auto& id_and_pose) {
+    const auto& [id, pose] = id_and_pose;
+    const Entry* entry = Find(id);
+    if (!entry || !entry->map) return true;
+    const StereoView& view = entry->view;
+    const double turned = view.cam_from_world.rotation.angularDistance(pose.rotation);
+    const double shifted = (view.center_in_world - pose.OriginInSource()).norm();
+    const double distance = subject_ ? (subject_->center_in_world - view.center_in_world).norm() : 1;
+    return view.camera.MeanFocalPx() * std::max(turned, shifted / distance) > most_px;
+  });
+}
+
 double GrowingGeometry::FarFromMaps(const Entry& entry) const {
   const Vector3d direction = entry.view.center_in_world - subject_->center_in_world;
   const Vector3d axis = entry.view.cam_from_world.DirectionInSource(Vector3d::UnitZ());
@@ -204,7 +224,8 @@ std::vector<const ViewDepth*> GrowingGeometry::KnownNear(const Entry& entry) con
   return maps;
 }
 
-GrowingGeometry::Made GrowingGeometry::Make(int index, const std::vector<StereoView>& views) const {
+GrowingGeometry::Made GrowingGeometry::Make(int index, const std::vector<StereoView>& views,
+                                            const std::atomic<bool>* given_up) const {
   const Entry& entry = entries_[At(index)];
   Made made;
   std::vector<const StereoView*> neighbours;
@@ -217,7 +238,7 @@ GrowingGeometry::Made GrowingGeometry::Make(int index, const std::vector<StereoV
   const double distance = (subject_->center_in_world - entry.view.center_in_world).norm();
   const auto known = RangeOfKnown(entry.view, neighbours, KnownNear(entry));
   const InverseDepthRange range = known ? *known : FindRange(entry.view, neighbours, distance);
-  made.map = ViewDepth{entry.view, SweepPlanes(entry.view, neighbours, range).depth,
+  made.map = ViewDepth{entry.view, SweepPlanes(entry.view, neighbours, range, {.given_up = given_up}).depth,
                        (range.most - range.least) / (range.planes - 1)};
   return made;
 }
@@ -229,11 +250,21 @@ void GrowingGeometry::Keep(Entry& entry, Made made) {
   entry.baselines = std::move(made.baselines);
 }
 
-bool GrowingGeometry::MakeNextMap(bool all_views_are_here) {
+std::optional<GrowingGeometry::NewMap> GrowingGeometry::NextMap(bool all_views_are_here,
+                                                                const std::atomic<bool>* given_up) const {
   const int index = Next(all_views_are_here);
-  if (index < 0) return false;
-  Keep(entries_[At(index)], Make(index, Views()));
-  return true;
+  if (index < 0) return std::nullopt;
+  NewMap map{index, Make(index, Views(), given_up)};
+  if (given_up && given_up->load()) return std::nullopt;
+  return map;
+}
+
+void GrowingGeometry::Keep(NewMap map) { Keep(entries_[At(map.index)], std::move(map.made)); }
+
+bool GrowingGeometry::MakeNextMap(bool all_views_are_here) {
+  std::optional<NewMap> map = NextMap(all_views_are_here);
+  if (map) Keep(std::move(*map));
+  return map.has_value();
 }
 
 void GrowingGeometry::MakeMissingMaps(double most_s) {

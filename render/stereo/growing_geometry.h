@@ -8,6 +8,7 @@
 // moved by more than that.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -69,6 +70,12 @@ class GrowingGeometry {
   // missing, or there is no subject.
   bool MakeNextMap(bool all_views_are_here);
 
+  // The same in two steps, for whoever must be able to copy this object at any time: NextMap() takes long and
+  // changes nothing, Keep() takes no time. None: none is missing, or `given_up` became true.
+  struct NewMap;
+  std::optional<NewMap> NextMap(bool all_views_are_here, const std::atomic<bool>* given_up = nullptr) const;
+  void Keep(NewMap map);
+
   // Makes the maps that are missing, on all processors, until none is or `most_s` have passed. The same views give
   // the same maps, whatever the number of processors, if there is time for all.
   void MakeMissingMaps(double most_s);
@@ -81,6 +88,11 @@ class GrowingGeometry {
   std::uint64_t revision() const { return revision_; }
   // The maps, in order of id; cheap, because the pixels are shared.
   std::vector<ViewDepth> Maps() const;
+  // Where the views that have maps stand, by id.
+  std::map<int, Rigid3> MapPoses() const;
+  // Whether a mesh of the maps that stood at `then` no longer fits: one of them is gone, or has moved by more than
+  // this many pixels of its image.
+  bool HaveMovedSince(const std::map<int, Rigid3>& then, double most_px) const;
 
  private:
   // How a neighbour stood when the map was made.
@@ -100,7 +112,8 @@ class GrowingGeometry {
     std::optional<ViewDepth> map;  // none: the view has no neighbour
     std::vector<Baseline> baselines;
   };
-  Made Make(int index, const std::vector<StereoView>& views) const;
+  Made Make(int index, const std::vector<StereoView>& views,
+            const std::atomic<bool>* given_up = nullptr) const;
   void Keep(Entry& entry, Made made);
   const Entry* Find(int id) const;
   std::vector<StereoView> Views() const;
@@ -117,6 +130,11 @@ class GrowingGeometry {
   std::optional<Subject> subject_;
   std::vector<Entry> entries_;  // by id
   std::uint64_t came_ = 0, revision_ = 0;
+};
+
+struct GrowingGeometry::NewMap {
+  int index = 0;
+  Made made;
 };
 
 }  // namespace ulf::render

@@ -11,6 +11,8 @@
 namespace ulf::render {
 namespace {
 
+bool IsGivenUp(const SweepOptions& options) { return options.given_up && options.given_up->load(); }
+
 using Eigen::Matrix3f;
 using Eigen::Vector3f;
 
@@ -221,7 +223,7 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
   std::vector<std::vector<float>> costs(carriers.size(),
                                         std::vector<float>(static_cast<std::size_t>(width * band)));
   std::vector<float> mean(static_cast<std::size_t>(width * band));
-  for (int first = 0; first < height; first += band) {
+  for (int first = 0; first < height && !IsGivenUp(options); first += band) {
     const int end = std::min(height, first + band);
     const std::size_t pixels = static_cast<std::size_t>((end - first) * width);
     for (int plane = 0; plane < range.planes; ++plane) {
@@ -260,7 +262,9 @@ CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoV
 
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options) {
-  return DepthOfLeastCost(MatchingCosts(view, neighbours, range, options), view, range, options);
+  const CostVolume volume = MatchingCosts(view, neighbours, range, options);
+  if (IsGivenUp(options)) return {};
+  return DepthOfLeastCost(volume, view, range, options);
 }
 
 DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,

@@ -8,6 +8,7 @@
 // chooses the planes, and a parabola through the costs gives the depth between planes.
 #pragma once
 
+#include <atomic>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -30,6 +31,7 @@ struct SweepOptions {
   double small_step = 0.10;  // cost of a change by one plane. Guessed.
   double large_step = 0.90;  // cost of a larger change, where the grey value does not change. Guessed.
   double edge_grey = 12;     // a change of the grey value that halves the cost of a larger change. Guessed.
+  const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() returns soon, and no depth
 };
 
 struct DepthMap {

@@ -5,13 +5,13 @@
 #include <sched.h>
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 #include <iterator>
 #include <limits>
 #include <utility>
 
 #include "core/base/host_time.h"
+#include "core/base/parallel_for.h"
 #include "core/base/signal_stack.h"
 #include "core/base/thread_clock.h"
 #include "render/proxy/subject_in_mesh.h"
@@ -20,31 +20,51 @@
 namespace ulf::coverage {
 namespace {
 
-// Of the calling thread alone. Where the kernel refuses, the thread competes with the others.
-void GiveWay() {
+// Where the kernel refuses, the thread stays as it is.
+void SetPolicy(std::thread& thread, int policy) {
   const sched_param none{};
-  pthread_setschedparam(pthread_self(), SCHED_IDLE, &none);
+  pthread_setschedparam(thread.native_handle(), policy, &none);
 }
 
 }  // namespace
 
 LiveGeometry::LiveGeometry(const Options& options)
-    : options_(options), growing_(options.growing), maker_(options.growing.size_px) {
-  if (options_.threaded) thread_ = std::thread([this] { Loop(); });
+    : options_(options),
+      world_{render::GrowingGeometry(options.growing), std::nullopt},
+      maker_(options.growing.size_px) {
+  if (!options_.threaded) return;
+  thread_ = std::thread([this] { Loop(); });
+  if (options_.gives_way) SetPolicy(thread_, SCHED_IDLE);
 }
 
 LiveGeometry::~LiveGeometry() {
-  {
-    const MutexLock lock(mutex_);
-    over_ = true;
-    changed_.notify_all();
-  }
+  EndThread(0);
   if (thread_.joinable()) thread_.join();
 }
 
-void LiveGeometry::Do(std::function<void()> change) {
-  to_hand_over_.push_back(std::move(change));
-  HandOver();
+void LiveGeometry::EndThread(double most_s) {
+  if (!thread_.joinable()) return;
+  // Before the lock is taken: the thread may hold it.
+  SetPolicy(thread_, SCHED_OTHER);
+  given_up_ = true;
+  MutexLock lock(mutex_);
+  over_ = true;
+  changed_.notify_all();
+  changed_.wait_for(lock, std::chrono::duration<double>(most_s),
+                    [this]() ULF_REQUIRES(mutex_) { return ended_; });
+}
+
+void LiveGeometry::Do(Coming coming) {
+  if (options_.threaded) {
+    to_hand_over_.push_back(std::move(coming));
+    HandOver();
+  } else if (const Change change = MadeReady(coming, maker_)) {
+    change(world_);
+  }
+}
+
+void LiveGeometry::Do(Change change) {
+  Do(Coming{std::nullopt, [change = std::move(change)](render::StereoViewMaker&) { return change; }});
 }
 
 void LiveGeometry::TakeOver() {
@@ -62,29 +82,50 @@ void LiveGeometry::HandOver() {
 }
 
 void LiveGeometry::SetSubject(const Subject& subject) {
-  Do([this, subject] {
-    subject_ = subject;
-    growing_.SetSubject(subject);
+  Do([subject](World& world) {
+    world.subject = subject;
+    world.growing.SetSubject(subject);
   });
 }
 
 void LiveGeometry::AddView(int id, ReadPicture picture, const CameraModel& camera,
-                           const Rigid3& cam_from_world) {
-  Do([this, id, picture = std::move(picture), camera, cam_from_world] {
-    try {
-      growing_.AddView(id, maker_.Make(picture(), camera, cam_from_world));
-    } catch (const std::exception& error) {
-      LeaveOut(id, error.what());
+                           const Rigid3& cam_from_world, Picture where) {
+  first_poses_[id] = cam_from_world;
+  const auto shared = std::make_shared<const ReadPicture>(std::move(picture));
+  if (where == Picture::kIsHeld && options_.threaded) {
+    std::erase_if(held_, [](const auto& held) { return held.expired(); });
+    if (held_.size() >= options_.most_waiting) {
+      if (left_out_views_.empty())
+        problem_seen_ = fmt::format(
+            "geometry: other programs leave it no time; views are left out from view {} on, as long as {} "
+            "others wait; ulf proxy makes a mesh of all",
+            id, options_.most_waiting);
+      left_out_views_.insert(id);
+      return;
     }
-  });
+    held_.push_back(shared);
+  }
+  Do(Coming{id, [id, shared, camera, cam_from_world](render::StereoViewMaker& maker) -> Change {
+              auto view =
+                  std::make_shared<render::StereoView>(maker.Make((*shared)(), camera, cam_from_world));
+              return [id, view](World& world) { world.growing.AddView(id, std::move(*view)); };
+            }});
 }
 
 void LiveGeometry::RemoveView(int id) {
-  Do([this, id] { growing_.RemoveView(id); });
+  corrected_ = true;
+  left_out_views_.erase(id);
+  Do([id](World& world) { world.growing.RemoveView(id); });
 }
 
 void LiveGeometry::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
-  Do([this, cam_from_world] { growing_.MoveViews(cam_from_world); });
+  constexpr double kRounding = 1e-6;
+  for (const auto& [id, pose] : cam_from_world)
+    if (const auto first = first_poses_.find(id); first != first_poses_.end())
+      corrected_ |= pose.rotation.angularDistance(first->second.rotation) > kRounding ||
+                    (pose.translation - first->second.translation).norm() >
+                        kRounding * (1 + first->second.translation.norm());
+  Do([cam_from_world](World& world) { world.growing.MoveViews(cam_from_world); });
 }
 
 const LiveGeometryState& LiveGeometry::State() {
@@ -93,14 +134,14 @@ const LiveGeometryState& LiveGeometry::State() {
 }
 
 void LiveGeometry::Fail(const std::string& what) {
-  if (std::exchange(failed_, true)) return;
+  if (failed_.exchange(true)) return;
   const MutexLock lock(mutex_);
   problem_ = fmt::format("geometry: {}; the capture goes on without it, ulf proxy makes it afterwards", what);
 }
 
 // One view's picture cannot be read: the others make the geometry.
 void LiveGeometry::LeaveOut(int id, const std::string& why) {
-  if (std::exchange(left_out_, true)) return;
+  if (left_out_.exchange(true)) return;
   const MutexLock lock(mutex_);
   problem_ = fmt::format("geometry: {}; it is made without view {}, and without others that cannot be read",
                          why, id);
@@ -111,57 +152,96 @@ std::optional<std::string> LiveGeometry::TakeProblem() {
   return std::exchange(problem_seen_, std::nullopt);
 }
 
-void LiveGeometry::MakeMesh(MeshFor what_for) {
+// Empty where the view is left out, or geometry has failed.
+LiveGeometry::Change LiveGeometry::MadeReady(const Coming& coming, render::StereoViewMaker& maker) {
+  try {
+    return coming.make_ready(maker);
+  } catch (const std::exception& error) {
+    if (coming.view)
+      LeaveOut(*coming.view, error.what());
+    else
+      Fail(error.what());
+    return nullptr;
+  }
+}
+
+LiveGeometry::Meshed LiveGeometry::MakeMesh(const World& world, MeshFor what_for) const {
   render::MapsMeshOptions options = options_.growing.mesh;
   options.in_this_thread = what_for == MeshFor::kNow;
   if (what_for == MeshFor::kNow)
     options.most_triangles = std::min(options.most_triangles, options_.live_triangles);
-  const std::vector<render::ViewDepth> maps = growing_.Maps();
-  maps_of_mesh_ = static_cast<int>(maps.size());
-  revision_of_mesh_ = growing_.revision();
-  render::MapsMesh made = render::MeshOfMaps(maps, *subject_, options);
-  if (made.mesh.triangles.empty()) return;
+  const std::vector<render::ViewDepth> maps = world.growing.Maps();
+  Meshed meshed{nullptr, world.growing.MapPoses()};
+  render::MapsMesh made = render::MeshOfMaps(maps, *world.subject, options);
+  if (made.mesh.triangles.empty()) return meshed;
   auto mesh = std::make_shared<LiveMesh>();
-  mesh->subject = *subject_;
+  mesh->subject = *world.subject;
   mesh->mesh = std::make_shared<const render::TriangleMesh>(std::move(made.mesh));
-  mesh->maps = maps_of_mesh_;
-  if (what_for == MeshFor::kNow) mesh->subject_seen = render::SubjectInMesh(*mesh->mesh, *subject_);
-  const MutexLock lock(mutex_);
-  state_.mesh = std::move(mesh);
+  mesh->maps = static_cast<int>(maps.size());
+  if (what_for == MeshFor::kNow) mesh->subject_seen = render::SubjectInMesh(*mesh->mesh, *world.subject);
+  meshed.mesh = std::move(mesh);
+  return meshed;
 }
 
-// One map, or one mesh.
-void LiveGeometry::Work() {
-  const int maps = growing_.maps();
-  const int due = std::max(options_.first_mesh_maps,
-                           static_cast<int>(options_.more_maps * static_cast<double>(maps_of_mesh_)));
-  if (subject_ && maps >= due)
-    MakeMesh(MeshFor::kNow);
-  else
-    growing_.MakeNextMap(false);
+bool LiveGeometry::WaitsForMesh() const {
+  return poses_of_mesh_ && world_.growing.maps() >= options_.first_mesh_maps &&
+         world_.growing.HaveMovedSince(*poses_of_mesh_, options_.moved_px);
+}
+
+bool LiveGeometry::IsMeshDue() const {
+  const int maps = world_.growing.maps();
+  if (!world_.subject || maps < options_.first_mesh_maps) return false;
+  const double before = poses_of_mesh_ ? static_cast<double>(poses_of_mesh_->size()) : 0;
+  return maps >= static_cast<int>(options_.more_maps * before) ||
+         (WaitsForMesh() && (!options_.threaded || Clock::now() >= next_mesh_));
+}
+
+// Both return false where it is over: the world is Finish()'s then.
+bool LiveGeometry::KeepMesh(Meshed made) {
+  const MutexLock lock(mutex_);
+  if (over_) return false;
+  poses_of_mesh_ = std::move(made.poses);
+  next_mesh_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                  std::chrono::duration<double>(options_.between_meshes_s));
+  state_.mesh = std::move(made.mesh);
+  return true;
+}
+
+bool LiveGeometry::KeepMap(render::GrowingGeometry::NewMap map) {
+  const MutexLock lock(mutex_);
+  if (over_) return false;
+  world_.growing.Keep(std::move(map));
+  return true;
+}
+
+// One map, or one mesh. False: there is nothing to make.
+bool LiveGeometry::Work() {
+  if (IsMeshDue()) return KeepMesh(MakeMesh(world_, MeshFor::kNow));
+  auto map = world_.growing.NextMap(false, &given_up_);
+  return map && KeepMap(std::move(*map));
+}
+
+void LiveGeometry::NoteWorld() {
+  state_.views = world_.growing.views();
+  state_.maps = world_.growing.maps();
 }
 
 void LiveGeometry::Loop() {
   InstallSignalStack();
-  GiveWay();
-  using Clock = std::chrono::steady_clock;
   Clock::time_point rested = Clock::now();
   bool idle = false;  // nothing to make until something changes
   MutexLock lock(mutex_);
   while (!over_) {
     if (!changes_.empty()) {
-      const std::function<void()> change = std::move(changes_.front());
-      changes_.pop_front();
+      const Coming coming = changes_.front();  // stays there until it is done: Finish() may have to do it
       lock.unlock();
-      try {
-        change();
-      } catch (const std::exception& error) {
-        Fail(error.what());
-      }
-      idle = false;
+      const Change change = MadeReady(coming, maker_);
       lock.lock();
-      state_.views = growing_.views();
-      state_.maps = growing_.maps();
+      if (over_) break;
+      changes_.pop_front();
+      if (change) change(world_);
+      NoteWorld();
+      idle = false;
       continue;
     }
     if (idle || failed_) {
@@ -174,64 +254,76 @@ void LiveGeometry::Loop() {
     }
     lock.unlock();
     const double before_s = ThreadCpuSeconds();
-    const std::uint64_t before = growing_.revision() + revision_of_mesh_;
+    bool worked = false;
     try {
-      Work();
+      worked = Work();
     } catch (const std::exception& error) {
       Fail(error.what());
     }
-    idle = growing_.revision() + revision_of_mesh_ == before;
     const double took_s = ThreadCpuSeconds() - before_s;
     rested = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                 std::chrono::duration<double>(took_s * (1 / options_.processor_share - 1)));
+    if (!worked) {
+      idle = !WaitsForMesh();
+      if (!idle) rested = std::max(rested, next_mesh_);
+    }
     lock.lock();
     state_.processor_s += took_s;
-    state_.maps = growing_.maps();
+    state_.maps = world_.growing.maps();
   }
+  ended_ = true;
+  changed_.notify_all();
 }
 
 void LiveGeometry::WorkNow() {
-  std::deque<std::function<void()>> changes;
-  {
-    const MutexLock lock(mutex_);
-    TakeOver();
-    changes.swap(changes_);
-  }
   try {
-    for (const std::function<void()>& change : changes) change();
-    for (std::uint64_t before = ~0ULL; !failed_ && growing_.revision() + revision_of_mesh_ != before;) {
-      before = growing_.revision() + revision_of_mesh_;
-      Work();
+    while (!failed_ && Work()) {
     }
   } catch (const std::exception& error) {
     Fail(error.what());
   }
+  const MutexLock lock(mutex_);
+  NoteWorld();
 }
 
 FinishedGeometry LiveGeometry::Finish() {
-  const auto start = std::chrono::steady_clock::now();
-  std::deque<std::function<void()>> rest;
+  const auto start = Clock::now();
+  constexpr double kWaitForThread_s = 1;
+  EndThread(kWaitForThread_s);
+  FinishedGeometry finished;
+  finished.views_left_out = static_cast<int>(left_out_views_.size());
+  std::deque<Coming> rest;
+  World world;
   {
     const MutexLock lock(mutex_);
-    TakeOver();
     over_ = true;
     rest.swap(changes_);
-    changed_.notify_all();
+    world = world_;
   }
-  if (thread_.joinable()) thread_.join();
-  FinishedGeometry finished;
+  std::ranges::move(to_hand_over_, std::back_inserter(rest));
+  to_hand_over_.clear();
+  const double most_s = options_.threaded ? options_.finish_s : std::numeric_limits<double>::infinity();
   try {
-    for (const std::function<void()>& change : rest) change();
-    if (!subject_ || failed_) return finished;
-    growing_.MakeMissingMaps(options_.threaded ? options_.finish_s : std::numeric_limits<double>::infinity());
-    finished.maps = growing_.maps();
-    finished.missing_maps = growing_.MissingMaps();
-    {
-      const MutexLock lock(mutex_);
-      state_.mesh.reset();
-    }
-    MakeMesh(MeshFor::kEnd);
-    finished.mesh = State().mesh;
+    std::vector<Change> changes(rest.size());
+    std::atomic<int> no_time = 0;
+    ParallelFor(rest.size(), [&](std::size_t i) {
+      if (rest[i].view && SecondsSince(start) > most_s / 2) {
+        ++no_time;
+        return;
+      }
+      render::StereoViewMaker maker(options_.growing.size_px);
+      changes[i] = MadeReady(rest[i], maker);
+    });
+    finished.views_left_out += no_time;
+    for (const Change& change : changes)
+      if (change) change(world);
+    if (!world.subject || failed_) return finished;
+    world.growing.MakeMissingMaps(std::max(most_s - SecondsSince(start), most_s / 2));
+    finished.maps = world.growing.maps();
+    finished.missing_maps = world.growing.MissingMaps();
+    finished.mesh = MakeMesh(world, MeshFor::kEnd).mesh;
+    const MutexLock lock(mutex_);
+    state_.mesh = finished.mesh;
   } catch (const std::exception& error) {
     Fail(error.what());
   }

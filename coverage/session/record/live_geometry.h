@@ -7,14 +7,24 @@
 // when a processor has nothing else to do (SCHED_IDLE), so that it may be kept from running while it holds the
 // lock: whoever owns this class tries the lock and never waits for it; what could not be handed over waits for
 // the next call.
+//
+// The end is bounded even where other programs keep all processors busy. Finish() makes the thread an ordinary one
+// (if the kernel lets it: an unprivileged process needs RLIMIT_NICE for that), has it give up the map that it is
+// making, waits a second for it, and then goes on without it: the thread only reads what Finish() copies. The
+// destructor waits for the thread: for the rest of a step of a map, a tenth of a second of a processor, or of a
+// mesh, a second or two, at the pace that the kernel grants it.
 #pragma once
 
+#include <atomic>
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -47,6 +57,7 @@ struct LiveGeometryState {
 struct FinishedGeometry {
   std::shared_ptr<const LiveMesh> mesh;  // null: the views agree on no surface, or there is no subject
   int maps = 0, missing_maps = 0;        // missing: there was no time for them
+  int views_left_out = 0;                // there was no time even to look at them
   double seconds = 0;
 };
 
@@ -57,26 +68,41 @@ class LiveGeometry {
     double processor_share = 0.4;  // of one processor, while the capture goes on. Guessed.
     int first_mesh_maps = 6;       // that make the first mesh. Guessed.
     double more_maps = 1.35;       // a new mesh when there are so many times as many maps. Guessed.
+    // Corrected poses, or a view that was taken back, make a new mesh at once where a view has moved by more than
+    // this, pixels of geometry's pictures; but none sooner than so long after the last one. Guessed.
+    double moved_px = 0.5;
+    double between_meshes_s = 4;
+    // Pictures in memory that may wait to be reduced; views that come on top are left out. Guessed: 24 megapixels
+    // take 72 MB.
+    std::size_t most_waiting = 8;
     // About, of meshes while the capture goes on: they are drawn at every frame (coverage/measured). Guessed.
     int live_triangles = 30000;
-    double finish_s = 6;   // for missing maps at the end. Guessed: the whole then takes ten seconds.
-    bool threaded = true;  // false: nothing is made before Finish(), or by WorkNow()
+    // At the end, for missing maps and the pictures that wait, which get half of it at most. Guessed: the whole
+    // then takes ten seconds.
+    double finish_s = 6;
+    bool gives_way = true;  // false: competes with other programs, which is for tests that wait for it
+    bool threaded = true;  // false: nothing is made before Finish(), or by WorkNow(), and nothing is left out
   };
   // A picture as geometry wants it, 8-bit sRGB; read in the geometry's thread.
   using ReadPicture = std::function<cv::Mat()>;
+  // Where a picture is until then: one that is held in memory must not wait in any number.
+  enum class Picture { kIsRead, kIsHeld };
 
   explicit LiveGeometry(const Options& options);
-  ~LiveGeometry();  // waits for the map that is being made
+  ~LiveGeometry();
   LiveGeometry(const LiveGeometry&) = delete;
   LiveGeometry& operator=(const LiveGeometry&) = delete;
 
   // These return at once. For one thread, which calls one of them at every frame.
   void SetSubject(const Subject& subject);
-  void AddView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
+  void AddView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world,
+               Picture where = Picture::kIsRead);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
-  const LiveGeometryState& State();  // the newest that could be had
-  // Why there will be no geometry, once; none: nothing new. For the caller to say: the failure was in another thread.
+  const LiveGeometryState& State();                // the newest that could be had
+  bool IsCorrected() const { return corrected_; }  // a view was removed or moved
+  // Why there will be no geometry, or none of some views, once each; none: nothing new. For the caller to say: the
+  // failure was in another thread.
   std::optional<std::string> TakeProblem();
 
   // Without a thread: makes the maps that are due, and a mesh.
@@ -86,36 +112,68 @@ class LiveGeometry {
   FinishedGeometry Finish();
 
  private:
-  void Do(std::function<void()> change);
+  using Clock = std::chrono::steady_clock;
+  // What geometry is made of.
+  struct World {
+    render::GrowingGeometry growing;
+    std::optional<Subject> subject;
+  };
+  using Change = std::function<void(World&)>;
+  // A change that has yet to be made ready, which may take long: a picture is read and reduced.
+  struct Coming {
+    std::optional<int> view;  // that it adds
+    std::function<Change(render::StereoViewMaker&)> make_ready;
+  };
+  struct Meshed {
+    std::shared_ptr<const LiveMesh> mesh;  // null: the maps agree on no surface
+    std::map<int, Rigid3> poses;           // of its maps
+  };
+  enum class MeshFor { kNow, kEnd };
+
+  void Do(Coming coming);
+  void Do(Change change);
   void HandOver();
   void TakeOver() ULF_REQUIRES(mutex_);
+  Change MadeReady(const Coming& coming, render::StereoViewMaker& maker);
   void Loop();
-  void Work();
-  enum class MeshFor { kNow, kEnd };
-  void MakeMesh(MeshFor what_for);
+  bool Work();
+  bool IsMeshDue() const;
+  // Corrections want another mesh, and have to wait.
+  bool WaitsForMesh() const;
+  Meshed MakeMesh(const World& world, MeshFor what_for) const;
+  bool KeepMesh(Meshed made);
+  bool KeepMap(render::GrowingGeometry::NewMap map);
+  void NoteWorld() ULF_REQUIRES(mutex_);
+  // Tells the thread that it is over, and waits for it: for so long at most.
+  void EndThread(double most_s);
   void Fail(const std::string& what);
   void LeaveOut(int id, const std::string& why);
 
   const Options options_;
 
   // The caller's own.
-  std::deque<std::function<void()>> to_hand_over_;
+  std::deque<Coming> to_hand_over_;
   LiveGeometryState seen_;
   std::optional<std::string> problem_seen_;
+  std::deque<std::weak_ptr<const ReadPicture>> held_;  // pictures that wait, or did
+  std::set<int> left_out_views_;
+  std::map<int, Rigid3> first_poses_;  // with which the views came
+  bool corrected_ = false;
 
-  // The thread's own, and after Finish() has ended it the caller's.
-  render::GrowingGeometry growing_;
+  // The thread's own. It changes the world only while it holds the lock and is not over; Finish() copies it then.
+  World world_;
   render::StereoViewMaker maker_;
-  std::optional<Subject> subject_;
-  int maps_of_mesh_ = 0;
-  std::uint64_t revision_of_mesh_ = 0;
-  bool failed_ = false;
-  bool left_out_ = false;  // a view, and that was said
+  std::optional<std::map<int, Rigid3>> poses_of_mesh_;  // none: no mesh has been made
+  Clock::time_point next_mesh_;                         // not sooner
+  std::atomic<bool> failed_ = false;
+  std::atomic<bool> left_out_ = false;  // a view, and that was said
+  std::atomic<bool> given_up_ = false;
 
   Mutex mutex_;
   ConditionVariable changed_;
-  std::deque<std::function<void()>> changes_ ULF_GUARDED_BY(mutex_);
+  std::deque<Coming> changes_ ULF_GUARDED_BY(mutex_);
   bool over_ ULF_GUARDED_BY(mutex_) = false;
+  bool ended_ ULF_GUARDED_BY(mutex_) = false;  // the thread
   LiveGeometryState state_ ULF_GUARDED_BY(mutex_);
   std::optional<std::string> problem_ ULF_GUARDED_BY(mutex_);
   std::thread thread_;

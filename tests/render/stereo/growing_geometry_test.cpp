@@ -216,6 +216,30 @@ TEST(GrowingGeometry, ViewThatWasTakenBackIsGone) {
   EXPECT_FALSE(geometry.MakeNextMap(true));
 }
 
+TEST(GrowingGeometry, SaysWhetherItsMapsHaveMoved) {
+  GrowingGeometry geometry = Grown(Small());
+  const std::map<int, Rigid3> then = geometry.MapPoses();
+  ASSERT_EQ(static_cast<int>(then.size()), geometry.maps());
+  EXPECT_FALSE(geometry.HaveMovedSince(then, 0.5));
+  const auto moved = [&](double x) {
+    std::map<int, Rigid3> poses;
+    for (std::size_t i = 0; i < GridOfViews().size(); ++i) {
+      Rigid3 pose = GridOfViews()[i].view.cam_from_world;
+      pose.translation.x() += x;
+      poses[static_cast<int>(i)] = pose;
+    }
+    return poses;
+  };
+  geometry.MoveViews(moved(0.0005));  // a fiftieth of a pixel at the subject
+  EXPECT_FALSE(geometry.HaveMovedSince(then, 0.5));
+  geometry.MoveViews(moved(0.1));
+  EXPECT_TRUE(geometry.HaveMovedSince(then, 0.5));
+  geometry.MoveViews(moved(0));
+  EXPECT_FALSE(geometry.HaveMovedSince(then, 0.5));
+  geometry.RemoveView(then.begin()->first);
+  EXPECT_TRUE(geometry.HaveMovedSince(then, 0.5)) << "a map is gone";
+}
+
 TEST(RangeOfKnown, HoldsWhatTheViewSeesInFewerPlanes) {
   const std::vector<Drawn>& views = GridOfViews();
   std::vector<const StereoView*> neighbours;

@@ -5,8 +5,12 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <chrono>
+#include <map>
+#include <memory>
 #include <thread>
+#include <utility>
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
@@ -55,6 +59,7 @@ LiveGeometry::Options Small(bool threaded) {
   options.growing.least_apart = Radians(5);
   options.first_mesh_maps = 4;
   options.threaded = threaded;
+  options.gives_way = false;  // on a busy machine these tests would wait for minutes
   return options;
 }
 
@@ -62,6 +67,23 @@ void AddAll(LiveGeometry& geometry) {
   for (std::size_t i = 0; i < Poses().size(); ++i)
     geometry.AddView(
         static_cast<int>(i), [i] { return Studio().CleanSrgb(Poses()[i]); }, Studio().camera(), Poses()[i]);
+}
+
+// As if the whole world had moved.
+std::map<int, Rigid3> MovedPoses(const Vector3d& moved) {
+  std::map<int, Rigid3> poses;
+  for (std::size_t i = 0; i < Poses().size(); ++i) {
+    Rigid3 pose = Poses()[i];
+    pose.translation -= pose.rotation * moved;
+    poses[static_cast<int>(i)] = pose;
+  }
+  return poses;
+}
+
+Vector3d MiddleOf(const LiveMesh& mesh) {
+  Vector3d middle = Vector3d::Zero();
+  for (const Eigen::Vector3f& vertex : mesh.mesh->vertices) middle += vertex.cast<double>();
+  return middle / static_cast<double>(mesh.mesh->vertices.size());
 }
 
 template <typename Condition>
@@ -116,6 +138,8 @@ TEST(LiveGeometry, WithoutAThreadTheSameViewsGiveTheSameMesh) {
   EXPECT_TRUE(once == mesh());
 }
 
+// From the end of one map to the end of another: the thread's processor time, which does not depend on what others
+// take, by the time that passed, which they make longer.
 TEST(LiveGeometry, TakesNoMoreThanItsShareOfAProcessor) {
   LiveGeometry::Options options = Small(true);
   options.processor_share = 0.1;
@@ -124,14 +148,70 @@ TEST(LiveGeometry, TakesNoMoreThanItsShareOfAProcessor) {
   LiveGeometry geometry(options);
   geometry.SetSubject(Studio().scene().subject());
   AddAll(geometry);
-  ASSERT_TRUE(ComesTrue([&] { return geometry.State().maps > 0; }));
+  ASSERT_TRUE(ComesTrue([&] { return geometry.State().maps > 1; }));
   const auto start = std::chrono::steady_clock::now();
   const LiveGeometryState before = geometry.State();
-  std::this_thread::sleep_for(std::chrono::seconds(4));
+  constexpr int kMaps = 8;
+  ASSERT_TRUE(ComesTrue([&] { return geometry.State().maps >= before.maps + kMaps; }));
   const double took_s = geometry.State().processor_s - before.processor_s;
-  constexpr double kOneMap_s = 1.5;  // at most, and it may be done at the very end
-  EXPECT_LT(took_s, 0.1 * SecondsSince(start) + kOneMap_s);
-  EXPECT_GT(geometry.State().maps, 0);
+  EXPECT_GT(took_s, 0);
+  EXPECT_LT(took_s, 1.5 * options.processor_share * SecondsSince(start));
+}
+
+// By a correction that moves the whole world, long before there are enough maps for another mesh. Afterwards
+// nothing is left to do.
+TEST(LiveGeometry, MeshFollowsCorrectedPosesWhileTheCaptureGoesOn) {
+  LiveGeometry::Options options = Small(true);
+  options.more_maps = 100;
+  options.between_meshes_s = 0.1;
+  LiveGeometry geometry(options);
+  geometry.SetSubject(Studio().scene().subject());
+  AddAll(geometry);
+  ASSERT_TRUE(ComesTrue([&] { return geometry.State().mesh != nullptr; }));
+  const Vector3d before = MiddleOf(*geometry.State().mesh), moved(0.5, -0.2, 0.1);
+  Subject subject = Studio().scene().subject();
+  subject.center_in_world += moved;
+  geometry.SetSubject(subject);
+  geometry.MoveViews(MovedPoses(moved));
+  EXPECT_TRUE(ComesTrue([&] {
+    return (MiddleOf(*geometry.State().mesh) - before - moved).norm() < 0.1;  // of more maps by now
+  }));
+  double processor_s = -1;
+  EXPECT_TRUE(ComesTrue([&] {
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    return std::exchange(processor_s, geometry.State().processor_s) == geometry.State().processor_s;
+  }));
+}
+
+TEST(LiveGeometry, CorrectionOfATenthOfAPixelMakesNoMesh) {
+  LiveGeometry geometry(Small(false));
+  geometry.SetSubject(Studio().scene().subject());
+  AddAll(geometry);
+  geometry.WorkNow();
+  const auto mesh = geometry.State().mesh;
+  ASSERT_TRUE(mesh);
+  geometry.MoveViews(MovedPoses({0.0003, 0, 0}));
+  geometry.WorkNow();
+  EXPECT_EQ(geometry.State().mesh, mesh);
+  geometry.MoveViews(MovedPoses({0.01, 0, 0}));
+  geometry.WorkNow();
+  EXPECT_NE(geometry.State().mesh, mesh);
+}
+
+TEST(LiveGeometry, ViewsThatWereTakenBackLeaveTheMeshAtOnce) {
+  LiveGeometry::Options options = Small(true);
+  options.more_maps = 100;
+  options.between_meshes_s = 0.1;
+  options.growing.views_waited_for = 0;
+  LiveGeometry geometry(options);
+  geometry.SetSubject(Studio().scene().subject());
+  AddAll(geometry);
+  ASSERT_TRUE(ComesTrue([&] { return geometry.State().mesh && geometry.State().maps >= 8; }));
+  const auto before = geometry.State().mesh;
+  for (int id = 0; id < 18; ++id) geometry.RemoveView(id);
+  ASSERT_TRUE(ComesTrue([&] { return geometry.State().mesh != before; }));
+  ASSERT_TRUE(geometry.State().mesh);
+  EXPECT_LE(geometry.State().mesh->maps, 12);
 }
 
 TEST(LiveGeometry, ViewThatWasTakenBackGivesNoGeometry) {
@@ -151,18 +231,9 @@ TEST(LiveGeometry, ViewsThatMovedMoveTheMesh) {
     subject.center_in_world += moved;
     geometry.SetSubject(subject);
     AddAll(geometry);
-    std::map<int, Rigid3> poses;
-    for (std::size_t i = 0; i < Poses().size(); ++i) {
-      Rigid3 pose = Poses()[i];
-      pose.translation -= pose.rotation * moved;
-      poses[static_cast<int>(i)] = pose;
-    }
-    geometry.MoveViews(poses);
+    geometry.MoveViews(MovedPoses(moved));
     const FinishedGeometry finished = geometry.Finish();
-    Vector3d middle = Vector3d::Zero();
-    if (!finished.mesh) return middle;
-    for (const Eigen::Vector3f& vertex : finished.mesh->mesh->vertices) middle += vertex.cast<double>();
-    return Vector3d(middle / static_cast<double>(finished.mesh->mesh->vertices.size()));
+    return finished.mesh ? MiddleOf(*finished.mesh) : Vector3d(Vector3d::Zero());
   };
   const Vector3d moved(0.5, -0.2, 0.1);
   EXPECT_LT((middle_of_mesh(moved) - middle_of_mesh(Vector3d::Zero()) - moved).norm(), 0.01);
@@ -198,7 +269,7 @@ TEST(LiveGeometry, WhatThereIsNoTimeForIsCounted) {
   geometry.SetSubject(Studio().scene().subject());
   AddAll(geometry);
   const FinishedGeometry finished = geometry.Finish();
-  EXPECT_GT(finished.missing_maps, 2);
+  EXPECT_GT(finished.missing_maps + finished.views_left_out, 2);
   EXPECT_LT(finished.seconds, 30);
 }
 
@@ -208,8 +279,74 @@ TEST(LiveGeometry, WithoutASubjectThereIsNoMesh) {
   EXPECT_FALSE(geometry.Finish().mesh);
 }
 
+// A picture that the thread cannot get done with, as a thread that gets no processor: Finish() does without it.
+class Stuck {
+ public:
+  ~Stuck() { Release(); }
+  void Release() { released_.store(true); }
+  bool is_reached() const { return calls_ > 0; }
+  cv::Mat Picture(std::size_t pose) {
+    if (calls_++ == 0)
+      while (!released_) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return Studio().CleanSrgb(Poses()[pose]);
+  }
+
+ private:
+  std::atomic<bool> released_ = false;
+  std::atomic<int> calls_ = 0;
+};
+
+TEST(LiveGeometry, FinishDoesWithoutAThreadThatGetsNoProcessor) {
+  LiveGeometry geometry(Small(true));
+  Stuck stuck;  // released before the thread is waited for
+  geometry.SetSubject(Studio().scene().subject());
+  geometry.AddView(
+      0, [&stuck] { return stuck.Picture(0); }, Studio().camera(), Poses()[0]);
+  ASSERT_TRUE(ComesTrue([&] { return stuck.is_reached(); }));
+  AddAll(geometry);
+  const FinishedGeometry finished = geometry.Finish();
+  EXPECT_TRUE(finished.mesh) << "all views, the one that the thread did not get done with among them";
+  EXPECT_EQ(finished.views_left_out, 0);
+  EXPECT_LT(finished.seconds, 30);
+}
+
+// The machine has no time for geometry: pictures in memory wait in no number, those on the disk do.
+TEST(LiveGeometry, PicturesInMemoryThatWaitAreFew) {
+  LiveGeometry::Options options = Small(true);
+  options.most_waiting = 3;
+  LiveGeometry geometry(options);
+  Stuck stuck;
+  geometry.SetSubject(Studio().scene().subject());
+  geometry.AddView(
+      99, [&stuck] { return stuck.Picture(0); }, Studio().camera(), Poses()[0]);
+  ASSERT_TRUE(ComesTrue([&] { return stuck.is_reached(); }));
+  const auto held = std::make_shared<int>();
+  const auto add = [&](int id, LiveGeometry::Picture where) {
+    const std::size_t pose = static_cast<std::size_t>(id);
+    geometry.AddView(
+        id, [pose, held] { return Studio().CleanSrgb(Poses()[pose]); }, Studio().camera(), Poses()[pose],
+        where);
+  };
+  for (int id = 0; id < 10; ++id) add(id, LiveGeometry::Picture::kIsHeld);
+  EXPECT_LE(held.use_count(), 1 + 3);
+  const auto problem = geometry.TakeProblem();
+  ASSERT_TRUE(problem);
+  EXPECT_THAT(*problem, HasSubstr("left out from view 3 on"));
+  EXPECT_THAT(*problem, HasSubstr("ulf proxy"));
+  EXPECT_FALSE(geometry.TakeProblem()) << "once";
+  for (int id = 10; id < 20; ++id) add(id, LiveGeometry::Picture::kIsRead);
+  geometry.RemoveView(3);
+  stuck.Release();
+  ASSERT_TRUE(ComesTrue([&] { return geometry.State().views == 1 + 3 + 10; }));
+  for (int id = 20; id < 22; ++id) add(id, LiveGeometry::Picture::kIsHeld);
+  EXPECT_TRUE(ComesTrue([&] { return geometry.State().views == 1 + 3 + 10 + 2; })) << "there is room again";
+  const FinishedGeometry finished = geometry.Finish();
+  EXPECT_EQ(finished.views_left_out, 10 - 3 - 1) << "one was taken back";
+  EXPECT_TRUE(finished.mesh);
+}
+
 TEST(LiveGeometry, EndsAtOnceWhenItIsDropped) {
-  const auto start = std::chrono::steady_clock::now();
+  auto dropped = std::chrono::steady_clock::now();
   {
     LiveGeometry::Options options = Small(true);
     options.processor_share = 0.001;  // rests for minutes between two maps
@@ -217,8 +354,9 @@ TEST(LiveGeometry, EndsAtOnceWhenItIsDropped) {
     geometry.SetSubject(Studio().scene().subject());
     AddAll(geometry);
     EXPECT_TRUE(ComesTrue([&] { return geometry.State().maps > 0; }));
+    dropped = std::chrono::steady_clock::now();
   }
-  EXPECT_LT(SecondsSince(start), 100);
+  EXPECT_LT(SecondsSince(dropped), 10);
 }
 
 }  // namespace
