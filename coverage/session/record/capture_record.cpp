@@ -96,10 +96,21 @@ void CaptureRecord::SayGeometryProblem() {
   if (const auto problem = geometry_->TakeProblem()) say_(*problem);
 }
 
-// The mesh that was there may be of another program, or a finer one: it is kept.
-FinishedGeometry CaptureRecord::FinishGeometry(const std::filesystem::path& root) {
+// The mesh that was there may be of another program, or a finer one: it is kept, and left where it is if it is of the
+// same views.
+std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesystem::path& root) {
+  const bool same_views =
+      !geometry_->IsCorrected() &&
+      std::ranges::none_of(views_.views(), [this](const auto& view) { return view.id >= first_new_id_; });
+  if (same_views && std::filesystem::exists(root / render::kMeshProxyFile)) {
+    say_("no view was added, moved or taken back: the mesh that is there stays");
+    return std::nullopt;
+  }
   FinishedGeometry finished = geometry_->Finish();
   SayGeometryProblem();
+  if (finished.views_left_out > 0)
+    say_(fmt::format("geometry: there was no time to look at {}; ulf proxy makes a mesh of all",
+                     Counted(static_cast<std::size_t>(finished.views_left_out), "view")));
   if (!finished.mesh) return finished;
   const std::filesystem::path file = root / render::kMeshProxyFile;
   std::optional<std::filesystem::path> kept;

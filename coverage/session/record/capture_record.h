@@ -36,7 +36,8 @@ struct ClosedRecord {
   std::uint64_t unwritten = 0;                             // frames that were accepted and are lost
   std::map<std::filesystem::path, std::size_t> set_aside;  // frames that were written elsewhere, by folder
   std::string problem;                                     // why it could not be closed; empty: it is closed
-  std::optional<FinishedGeometry> geometry;  // none: it was not asked for, or the light field is not closed
+  // None: it was not asked for, the light field is not closed, or the mesh that was there still fits.
+  std::optional<FinishedGeometry> geometry;
 };
 
 class CaptureRecord {
@@ -111,7 +112,7 @@ class CaptureRecord {
   void ForgetMeasuredAround(const Rigid3& cam_from_world);
   // The map's thresholds by the errors so far.
   void FollowErrorsNow();
-  FinishedGeometry FinishGeometry(const std::filesystem::path& root);
+  std::optional<FinishedGeometry> FinishGeometry(const std::filesystem::path& root);
   std::string ReopenedInWords(double share) const;
 
   const Options options_;

@@ -80,6 +80,22 @@ TEST(GeometryCapture, OlderMeshIsKept) {
   EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty()) << "earlier views and new ones";
 }
 
+// A session that records nothing leaves the mesh alone, which may be a finer one.
+TEST(GeometryCapture, MeshOfTheSameViewsStays) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  ASSERT_EQ(Capture(dir, "--frames 60").exit_code, 0);
+  const std::size_t views = ReadLightField(dir).views.size();
+  std::ofstream(dir / "proxy.ply") << "a finer one";
+  const CommandResult run = Capture(dir, "--resume --frames 1");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  ASSERT_EQ(ReadLightField(dir).views.size(), views);
+  EXPECT_EQ(BytesOf(dir / "proxy.ply"), "a finer one");
+  EXPECT_FALSE(fs::exists(dir / "kept" / "proxy.ply"));
+  EXPECT_THAT(run.errors, HasSubstr("the mesh that is there stays"));
+  EXPECT_TRUE(nlohmann::json::parse(run.output)["geometry"].is_null());
+}
+
 // A folder where no mesh can be written: the views are all there, the mesh that was there is untouched.
 TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
   const ScratchFolder scratch;
@@ -108,7 +124,7 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheMeshIsWrittenItCostsTheMeshAlone) {
   std::ofstream(disk / "room") << std::string(kLeft, 'x');
   test::FillDisk(disk / "filled");
   fs::remove(disk / "room");
-  const CommandResult run = Capture(dir, "--resume --frames 2");
+  const CommandResult run = Capture(dir, "--resume --frames 2 --deterministic");  // all maps: no small mesh
   EXPECT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("the light field is complete without a mesh, ulf proxy makes it"));
   EXPECT_GE(ReadLightField(dir).views.size(), before);
