@@ -11,7 +11,7 @@
 namespace ulf::coverage {
 namespace {
 
-struct Part {
+struct PicturePart {
   double strongest = 0;         // of the coarser octave, grey values
   double fine = 0, coarse = 0;  // summed over its strong edges
   int edges = 0;
@@ -38,25 +38,25 @@ std::optional<double> SharpestParts(const cv::Mat& grey8, const cv::Mat& inside,
         edges.push_back({x, y});
     }
   const int columns = grey.cols / options.part_px + 1, rows = grey.rows / options.part_px + 1;
-  std::vector<Part> parts(static_cast<std::size_t>(columns * rows));
-  const auto part_at = [&](const cv::Point& at) -> Part& {
+  std::vector<PicturePart> parts(static_cast<std::size_t>(columns * rows));
+  const auto part_at = [&](const cv::Point& at) -> PicturePart& {
     return parts[static_cast<std::size_t>(at.y / options.part_px * columns + at.x / options.part_px)];
   };
   for (const cv::Point& at : edges)
     part_at(at).strongest = std::max<double>(part_at(at).strongest, coarse.at<float>(at));
   for (const cv::Point& at : edges) {
-    Part& part = part_at(at);
+    PicturePart& part = part_at(at);
     if (coarse.at<float>(at) < options.strong_share * part.strongest) continue;
     part.fine += fine_around.at<float>(at);
     part.coarse += coarse.at<float>(at);
     ++part.edges;
   }
-  std::erase_if(parts, [&](const Part& part) { return part.edges < options.least_edges; });
+  std::erase_if(parts, [&](const PicturePart& part) { return part.edges < options.least_edges; });
   if (parts.empty()) return std::nullopt;
-  const auto sharpness = [](const Part& part) { return part.fine / part.coarse; };
+  const auto sharpness = [](const PicturePart& part) { return part.fine / part.coarse; };
   std::ranges::sort(parts, std::greater{}, sharpness);
   double left = 0;
-  for (const Part& part : parts) left += options.sharpest * part.coarse;
+  for (const PicturePart& part : parts) left += options.sharpest * part.coarse;
   auto last = parts.begin();
   for (left -= last->coarse; left > 0 && last + 1 != parts.end(); left -= last->coarse) ++last;
   return sharpness(*last);

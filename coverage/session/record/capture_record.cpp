@@ -197,7 +197,8 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   if (geometry_) {
     SayGeometryProblem();
     geometry_->AddView(
-        *id, [image = frame.image] { return Srgb8(image); }, options_.camera, view.cam_from_world);
+        *id, [image = frame.image] { return Srgb8(image); }, options_.camera, view.cam_from_world,
+        LiveGeometry::Picture::kIsHeld);
     if (options_.deterministic && options_.cover.by != CoverBy::kBound) geometry_->WorkNow();
   }
   if (meter_) meter_->AddView(*id, frame.image, options_.camera, view.cam_from_world);

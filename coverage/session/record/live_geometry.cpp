@@ -224,6 +224,9 @@ bool LiveGeometry::Work() {
 void LiveGeometry::NoteWorld() {
   state_.views = world_.growing.views();
   state_.maps = world_.growing.maps();
+  if (state_.maps > 0) return;
+  state_.mesh.reset();  // whatever it showed has been taken back
+  poses_of_mesh_.reset();
 }
 
 void LiveGeometry::Loop() {
