@@ -113,7 +113,7 @@ TEST(MeasuredCapture, PhotographsThatCannotBeReadAreLeftOut) {
 
 TEST(MeasuredCapture, ViewsThatAreTakenBackTakeTheirErrorsAlong) {
   const ScratchFolder scratch;
-  ASSERT_EQ(Capture(scratch / "lf", "--frames 90 --until-covered 40x20").exit_code, 0);
+  ASSERT_EQ(Capture(scratch / "lf", "--frames 90 --until-covered 40x20 --cover measured:29").exit_code, 0);
   const LightField before = ReadLightField(scratch / "lf");
   ASSERT_TRUE(before.measured);
   ASSERT_GT(before.measured->directions.size(), 20u);
