@@ -1,4 +1,4 @@
-// Tests: coverage/session/record/capture_record, coverage/measured/error_meter.
+// Tests: coverage/session/capture_session, coverage/session/record/capture_record, coverage/measured/error_meter.
 //
 // A camera that is torn away and held somewhere else in the next frame, with geometry and measured errors: nothing
 // wrong is recorded or measured while nobody knows where it is, and the capture goes on when it is back.
