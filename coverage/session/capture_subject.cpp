@@ -103,7 +103,7 @@ void CaptureSubject::FindFirst(const tracking::Track& track) {
     say_("the tracker began a new map: the subject is looked for again");
   }
   if (IsPlaced()) {
-    if (anchors_.empty()) anchors_.Add(*record_.subject(), track);
+    if (anchors_.empty()) Anchor(track);
     return;
   }
   const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_);
@@ -114,7 +114,12 @@ void CaptureSubject::FindFirst(const tracking::Track& track) {
 }
 
 void CaptureSubject::RecordedFrom(const tracking::Track& track) {
-  if (record_.subject()) anchors_.Add(*record_.subject(), track);
+  if (record_.subject()) Anchor(track);
+}
+
+// In a world that markers or a given trajectory hold, the map's corrections do not move the subject.
+void CaptureSubject::Anchor(const tracking::Track& track) {
+  if (!poses_.IsMetric()) anchors_.Add(*record_.subject(), track);
 }
 
 namespace {

@@ -119,6 +119,7 @@ class CaptureSubject {
   bool IsFoundAutomatically() const { return found_; }
 
  private:
+  void Anchor(const tracking::Track& track);
   void Move(const Subject& subject);
 
   CaptureRecord& record_;

@@ -361,7 +361,8 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
     points = WithEarlier(writer.Contents().points, std::move(points), first_new_id_);
     if (!points.empty()) writer.SetPoints(std::move(points));
     const std::filesystem::path root = writer.Contents().root;
-    if (errors_ && !errors_->empty())
+    // Nothing, where everything that was measured has been taken back.
+    if (errors_ && (!errors_->empty() || !earlier_measured_.directions.empty()))
       writer.SetMeasured(
           ToMeasuredErrors(*errors_, Name(options_.cover.by), options_.cover.db, frames_measured_));
     writer.Close(earlier_s_ + capture_s, all_reasons);

@@ -71,7 +71,7 @@ TEST(GeometryCapture, NoGeometryMakesNone) {
 TEST(GeometryCapture, OlderMeshIsKept) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
-  ASSERT_EQ(Capture(dir, "--frames 60 --no-geometry").exit_code, 0);
+  ASSERT_EQ(Capture(dir, "--frames 30 --no-geometry").exit_code, 0);
   std::ofstream(dir / "proxy.ply") << "of another program";
   const CommandResult run = Capture(dir, "--resume --frames 60");
   ASSERT_EQ(run.exit_code, 0) << run.errors;

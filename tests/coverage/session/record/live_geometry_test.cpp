@@ -302,7 +302,10 @@ TEST(LiveGeometry, FinishDoesWithoutAThreadThatGetsNoProcessor) {
   geometry.SetSubject(Studio().scene().subject());
   geometry.AddView(
       0, [&stuck] { return stuck.Picture(0); }, Studio().camera(), Poses()[0]);
-  ASSERT_TRUE(ComesTrue([&] { return stuck.is_reached(); }));
+  ASSERT_TRUE(ComesTrue([&] {
+    geometry.State();  // hands over what could not be handed over before
+    return stuck.is_reached();
+  }));
   AddAll(geometry);
   const FinishedGeometry finished = geometry.Finish();
   EXPECT_TRUE(finished.mesh) << "all views, the one that the thread did not get done with among them";
@@ -319,7 +322,10 @@ TEST(LiveGeometry, PicturesInMemoryThatWaitAreFew) {
   geometry.SetSubject(Studio().scene().subject());
   geometry.AddView(
       99, [&stuck] { return stuck.Picture(0); }, Studio().camera(), Poses()[0]);
-  ASSERT_TRUE(ComesTrue([&] { return stuck.is_reached(); }));
+  ASSERT_TRUE(ComesTrue([&] {
+    geometry.State();  // hands over what could not be handed over before
+    return stuck.is_reached();
+  }));
   const auto held = std::make_shared<int>();
   const auto add = [&](int id, LiveGeometry::Picture where) {
     const std::size_t pose = static_cast<std::size_t>(id);
