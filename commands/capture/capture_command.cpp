@@ -64,7 +64,21 @@ void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
     WritePictureFile(args.error_map,
                      coverage::DrawErrorMap(*summary.map, *summary.errors, summary.measured->cover.db));
   else
-    fmt::print(stderr, "--error-map: no errors were measured, which needs geometry; it is not written\n");
+    fmt::print(stderr, "--error-map: no errors were measured; it is not written\n");
+}
+
+// Where somebody counts on them.
+void SayIfNothingWasMeasured(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary) {
+  const bool decides = coverage::CoverGoal::Parse(args.cover).by != coverage::CoverBy::kBound;
+  if (summary.measured || !(decides || !args.error_map.empty())) return;
+  const bool mesh_came_late = summary.geometry && summary.geometry->mesh;
+  fmt::print(stderr, "no errors were measured: {}{}\n",
+             mesh_came_late
+                 ? "the first mesh was there only after the last frame. Geometry needs time beside the "
+                   "capture: move more slowly, or with fewer programs running (a simulated camera and a "
+                   "replay go faster than real time where they can: replay:...  --speed 0.3)"
+                 : "there was no mesh of the subject to measure over",
+             decides ? "; the bound alone decided what was recorded" : "");
 }
 
 void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary,
@@ -230,6 +244,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
   std::optional<PoseErrors> errors;
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
+  SayIfNothingWasMeasured(args, summary);
   WritePictures(args, options.still_camera.value_or(prepared.camera), summary);
   if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
     fmt::print(stderr, "the last pose correction reopened part of the cap; fill it with --resume\n");
@@ -288,7 +303,8 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
           "--cover", args->cover,
           fmt::format(
               "What makes a viewpoint covered: bound (the threshold), measured or measured:DB (frames "
-              "are predicted well enough by the recorded views; DB: this well, default {:g}), both or "
+              "are predicted well enough by the recorded views; DB: to how many decibels, default {:g}), "
+              "both or "
               "both:DB (docs/guidance.md)",
               coverage::CoverGoal{}.db))
       ->capture_default_str();

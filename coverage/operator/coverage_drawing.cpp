@@ -256,7 +256,9 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
     Disc(canvas, chart.ImgOf(at.azimuth, at.elevation), 5, kCamera);
   }
   std::string caption =
-      fmt::format("{}, within {:g} px", Counted(map.views().size(), "view"), map.options().threshold_px);
+      Counted(map.views().size(), "view") +
+      (map.threshold_factor() ? ", as measured"
+                              : fmt::format(", within {:g} px", map.options().threshold_px));
   if (map.options().cap) caption = fmt::format("{:.1f} % covered, ", 100 * map.CoveredShare()) + caption;
   Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
   DrawLegend(canvas, chart, camera_in_world.has_value());

@@ -91,7 +91,26 @@ void AddPaint(const Sphere& sphere, const Palette& palette, render::Overlay& ove
   }
 }
 
-// A disc for each measured direction; a letter for the cause where a view was recorded and the pictures are wrong.
+// A letter for the cause where a view was recorded and the pictures are wrong: the worst first, and none so near to
+// another that they could not be read.
+void AddCauses(const Sphere& sphere, render::Overlay& overlay) {
+  const double apart = 0.025 * sphere.camera.width;
+  std::vector<const ShownSphere::Error*> marked;
+  for (const ShownSphere::Error& error : sphere.shown.errors)
+    if (error.marked && *LetterOf(error.cause)) marked.push_back(&error);
+  std::ranges::stable_sort(marked, {}, &ShownSphere::Error::db_above_goal);
+  std::vector<Vector2d> placed;
+  for (const ShownSphere::Error* error : marked) {
+    const auto img = sphere.ImgOf(error->direction);
+    if (!img || std::ranges::any_of(placed, [&](const Vector2d& at) { return (at - *img).norm() < apart; }))
+      continue;
+    placed.push_back(*img);
+    overlay.push_back(
+        render::Label{.img = *img, .text = LetterOf(error->cause), .size = 13, .color = {20, 20, 20}});
+  }
+}
+
+// A disc for each measured direction.
 void AddErrors(const Sphere& sphere, const Palette& palette, render::Overlay& overlay) {
   constexpr double kRadius = Radians(1.1);
   constexpr int kCorners = 10;
@@ -106,10 +125,7 @@ void AddErrors(const Sphere& sphere, const Palette& palette, render::Overlay& ov
     }
     if (disc.img.size() == kCorners) overlay.push_back(disc);
   }
-  for (const ShownSphere::Error& error : sphere.shown.errors)
-    if (const auto img = sphere.ImgOf(error.direction); img && error.marked && *LetterOf(error.cause))
-      overlay.push_back(
-          render::Label{.img = *img, .text = LetterOf(error.cause), .size = 13, .color = {20, 20, 20}});
+  AddCauses(sphere, overlay);
 }
 
 void AddViews(const Sphere& sphere, render::Overlay& overlay) {

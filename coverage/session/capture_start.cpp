@@ -90,6 +90,8 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
   if (options.cover.by != CoverBy::kBound && args.no_geometry)
     throw UsageError("--cover {} and --no-geometry: errors are measured over the geometry; leave one out",
                      args.cover);
+  if (!args.error_map.empty() && args.no_geometry)
+    throw UsageError("--error-map and --no-geometry: errors are measured over the geometry; leave one out");
   options.max_frames = args.frames;
   options.max_seconds = args.max_seconds;
   if (args.subject != "auto") {

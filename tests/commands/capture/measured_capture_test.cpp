@@ -24,7 +24,8 @@ using testing::HasSubstr;
 
 CommandResult Capture(const fs::path& dir, const std::string& more) {
   return RunUlf(
-      "capture 'sim:studio?width=320&height=240&look_away=0&row_deg=4&speed_deg_s=20&cap=20x12' --headless --poses "
+      "capture 'sim:studio?width=320&height=240&look_away=0&row_deg=4&speed_deg_s=20&cap=20x12' --headless "
+      "--poses "
       "known "
       "--subject 0,0,0.07,0.162 --json --deterministic -o " +
       dir.string() + " " + more);
@@ -74,6 +75,13 @@ TEST(MeasuredCapture, BoundAloneDecidesAndErrorsAreMeasuredAllTheSame) {
   ASSERT_EQ(without.exit_code, 0) << without.errors;
   EXPECT_EQ(json::parse(with.output)["recorded"], json::parse(without.output)["recorded"]);
   EXPECT_TRUE(json::parse(without.output)["measured"].is_null());
+}
+
+TEST(MeasuredCapture, SaysThatNothingWasMeasuredAndTheBoundDecided) {
+  const ScratchFolder scratch;
+  const CommandResult run = Capture(scratch / "lf", "--frames 3 --cover measured");
+  EXPECT_THAT(run.errors, HasSubstr("no errors were measured"));
+  EXPECT_THAT(run.errors, HasSubstr("the bound alone decided"));
 }
 
 TEST(MeasuredCapture, GoesOnWithWhatWasMeasured) {
@@ -135,6 +143,11 @@ TEST(MeasuredCapture, OptionsThatContradictAreRefused) {
   const CommandResult nonsense = Capture(scratch / "b", "--cover luck");
   EXPECT_EQ(nonsense.exit_code, 2);
   EXPECT_THAT(nonsense.errors, HasSubstr("bound, measured or both"));
+  const CommandResult picture =
+      Capture(scratch / "c", "--no-geometry --error-map " + (scratch / "c.png").string());
+  EXPECT_EQ(picture.exit_code, 2);
+  EXPECT_THAT(picture.errors, HasSubstr("--error-map and --no-geometry"));
+  EXPECT_FALSE(fs::exists(scratch / "c"));
   EXPECT_FALSE(fs::exists(scratch / "a"));
   EXPECT_FALSE(fs::exists(scratch / "b"));
 }

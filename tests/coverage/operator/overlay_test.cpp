@@ -434,6 +434,11 @@ TEST(Overlay, TheLayerOfErrorsPaintsThemAndMarksWhatTheBoundDoesNotSay) {
   EXPECT_THAT(other_colors, ::testing::Not(::testing::Contains(palette.OfError(-20).WithOpacity(1))));
   EXPECT_THAT(CauseLines(*state),
               ::testing::ElementsAre(::testing::HasSubstr("(1)"), ::testing::HasSubstr("(1)")));
+  // Of many beside each other the worst says what is wrong, and can be read.
+  for (const double beside : {2.4, 5.6}) measure(beside, -10, render::ErrorCause::kPose);
+  const auto crowded = drawn(SphereLayer::kErrors).first;
+  EXPECT_THAT(crowded, ::testing::Contains(LetterOf(render::ErrorCause::kSurface)));
+  EXPECT_THAT(crowded, ::testing::Not(::testing::Contains(LetterOf(render::ErrorCause::kPose))));
   for (const render::ErrorCause one : render::kErrorCauses)
     for (const render::ErrorCause other : render::kErrorCauses)
       if (one != other) {
