@@ -82,7 +82,8 @@ struct ErrorSummary {
 };
 ErrorSummary Summarize(const ErrorMap& map, double goal_db);
 
-// As they are kept with the light field: measurable directions, with the error that is reckoned for now.
+// As they are kept with the light field: measurable directions, each with Part::DbNow() and
+// the angle that it belongs to.
 MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, double goal_db,
                                 std::uint64_t frames);
 ErrorMap ErrorMapOf(const MeasuredErrors& measured);
