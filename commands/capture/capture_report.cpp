@@ -98,7 +98,7 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
   if (summary.stills.lag_s)
     text += fmt::format("shutter lag    {:.0f} ms (median of {}, by where the photographs were taken)\n",
                         1e3 * *summary.stills.lag_s, summary.stills.lags);
-  if (summary.geometry) text += ToText(*summary.geometry);
+  if (summary.geometry && (summary.geometry->mesh || summary.recorded > 0)) text += ToText(*summary.geometry);
   if (summary.calibration && summary.calibration->wrong)
     text += fmt::format("calibration    {}\n", summary.calibration->Advice());
   if (summary.rolling_shutter) text += fmt::format("shutter        {}\n", summary.rolling_shutter->InWords());

@@ -11,6 +11,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/view_decision.h"
+#include "coverage/measured/error_meter.h"
 #include "coverage/measured/threshold_by_errors.h"
 #include "render/viewpoints/viewpoint_mesh.h"
 
@@ -168,9 +169,10 @@ std::string ToText(const MeasuredErrors& measured) {
   std::string text = fmt::format("measured       {}", Counted(measured.frames, "frame"));
   if (errors.directions == 0) return text + ": in no direction was there texture and geometry enough\n";
   text += fmt::format(
-      ": {:.1f} dB, in the worst tenth of {} {:.1f}; {:.2f} px off; {:.1f} dB around the subject\n",
+      ": median {:.1f} dB, in the worst tenth of {} {:.1f}; {:.2f} px off in pictures {} px wide; {:.1f} dB "
+      "around the subject\n",
       errors.median_db, Counted(errors.directions, "direction"), errors.worst_tenth_db, errors.median_px,
-      errors.median_outside_db);
+      coverage::ErrorMeter::Options{}.size_px, errors.median_outside_db);
   if (errors.failing == 0) return text;
   std::string causes;
   for (const auto& [cause, count] : errors.causes)
@@ -272,7 +274,8 @@ std::string ToText(const LightFieldReport& report) {
                         100 * report.distances->nearest / report.distances->median,
                         100 * report.distances->farthest / report.distances->median);
   if (report.duplicates > 0)
-    text += fmt::format("duplicates     {} covered by earlier ones\n", Counted(report.duplicates, "view"));
+    text += fmt::format("duplicates     {} covered by earlier ones within {:g} px\n",
+                        Counted(report.duplicates, "view"), report.threshold_px);
   return text + ReasonsText(report);
 }
 

@@ -320,8 +320,11 @@ void Session::Answer(const SetRecording& asked) {
     begin_asked_.reset();
     if (!asked.on) return Say("recording has not begun yet");
     begin_asked_ = asked;
-    if (!subject_.IsPlaced() && !options_.without_subject)
-      Say("recording begins as soon as the subject is found: aim at it");
+    if (!subject_.IsPlaced() && !options_.without_subject) {
+      const std::string holds = HoldsInWords(outlook_.preflight());
+      Say(fmt::format("recording begins as soon as the subject is found: aim at it{}",
+                      holds.empty() ? "" : "; now " + holds));
+    }
     return BeginWhenPossible();
   }
   recorder_.SetRecording(asked.on);

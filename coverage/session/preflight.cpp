@@ -32,15 +32,13 @@ PreflightItem Light(const PreflightInput& input) {
   const char* where = is_of_subject ? "the subject's circle" : "the middle of the picture";
   // By Decide(), which looks at the same circle. To begin is allowed: where the subject is bright in other views
   // they are recorded.
-  const auto consequence = [&](bool holds) {
-    return is_of_subject && !holds ? "; no view is recorded while it is so" : "";
-  };
+  const char* consequence = is_of_subject ? "; no view is recorded while it is so" : "";
   const auto too_dark = [&](const char* most_of, double begins, bool holds) -> PreflightItem {
     return {
         "light", false,
         fmt::format("too dark: {} of {} are below {:.0f} % of full scale; add light, open the aperture, or "
                     "expose longer{}",
-                    most_of, where, 100 * begins, consequence(holds)),
+                    most_of, where, 100 * begins, consequence),
         holds};
   };
   if (light.brightest_hundredth < limits.min_brightest)
@@ -51,7 +49,7 @@ PreflightItem Light(const PreflightInput& input) {
   if (light.clipped_share > limits.max_clipped_share)
     return {"light", false,
             fmt::format("too bright: {:.0f} % of {} are clipped; expose less{}", 100 * light.clipped_share,
-                        where, consequence(is_white)),
+                        where, consequence),
             is_white};
   return {"light", true, fmt::format("the brightest tenth is above {:.0f} %", 100 * light.brightest_tenth)};
 }
@@ -71,6 +69,7 @@ PreflightItem Focus(const PreflightInput& input) {
 
 PreflightItem Disk(const PreflightInput& input) {
   constexpr char kWayOut[] = ": free some space, or write to another disk";
+  constexpr double kLeastSaid_gb = 0.1;
   if (!input.disk_left_bytes) return {"disk", {}, "the free space is not known"};
   const double left_gb = 1e-9 * static_cast<double>(*input.disk_left_bytes);
   const double view_gb = 1e-9 * static_cast<double>(input.bytes_per_view);
@@ -85,7 +84,7 @@ PreflightItem Disk(const PreflightInput& input) {
   const double needed_gb = input.prediction->views->most * view_gb;
   return {"disk", needed_gb <= left_gb,
           fmt::format("{:.1f} GB free, {} take up to {:.1f} GB{}", left_gb, InWords(*input.prediction->views),
-                      needed_gb, needed_gb <= left_gb ? "" : kWayOut)};
+                      std::max(needed_gb, kLeastSaid_gb), needed_gb <= left_gb ? "" : kWayOut)};
 }
 
 }  // namespace

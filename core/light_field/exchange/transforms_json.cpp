@@ -192,7 +192,7 @@ class Cameras {
   std::map<std::vector<double>, int> indices_;
 };
 
-// With `files`, the images and masks that frames name must exist.
+// With `files`, there must be frames, and the images and masks that they name.
 LightField ReadFrames(const Document& document, const fs::path& file, bool files) {
   LightField light_field;
   light_field.root = FolderOf(file);
@@ -235,7 +235,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
     light_field.views.push_back(std::move(view));
   };
   document.ForEachFrame(add);
-  if (light_field.views.empty())
+  if (files && light_field.views.empty())
     throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
   std::ranges::stable_sort(light_field.views, [](const View& a, const View& b) { return a.id < b.id; });
   for (std::size_t i = 1; i < light_field.views.size(); ++i)

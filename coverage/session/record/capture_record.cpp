@@ -366,7 +366,11 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
       writer.SetMeasured(
           ToMeasuredErrors(*errors_, Name(options_.cover.by), options_.cover.db, frames_measured_));
     writer.Close(earlier_s_ + capture_s, all_reasons);
-    if (geometry_) closed.geometry = FinishGeometry(root);
+    if (geometry_)
+      closed.geometry = FinishGeometry(root);
+    else if (closed.recorded > 0 && std::filesystem::exists(root / render::kMeshProxyFile))
+      say_(fmt::format("{} was made without {} of this session; ulf proxy makes it anew",
+                       render::kMeshProxyFile, Counted(closed.recorded, "view")));
   } catch (const std::exception& error) {
     closed.problem = error.what();
   }

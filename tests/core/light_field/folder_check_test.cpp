@@ -91,6 +91,12 @@ TEST_F(Folder, AWholeOneSaysNothing) {
   EXPECT_FALSE(PlanRepair(dir()).any());
 }
 
+TEST_F(Folder, AnEmptyOneSaysNothing) {
+  LightFieldWriter::Create(dir(), Header()).Close(0, {});
+  EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
+  EXPECT_FALSE(PlanRepair(dir()).any());
+}
+
 // ---- journal and transforms.json ----
 
 TEST_F(Folder, AJournalThatLostItsEndIsSaidAndNothingIsRewritten) {

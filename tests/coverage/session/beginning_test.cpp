@@ -105,6 +105,29 @@ TEST(Beginning, WhatIsAskedBeforeThereIsASubjectIsDoneAsSoonAsThereIsOne) {
   EXPECT_THAT(said, Contains(HasSubstr("as soon as the subject is found")));
 }
 
+TEST(Beginning, WhatIsRedBeforeThereIsASubjectIsSaidWhenSomebodyAsks) {
+  const ScratchFolder scratch;
+  std::vector<PlanarShot> shots = Sweep(10, 4, 0.8);
+  for (PlanarShot& shot : shots) shot.fault = Fault::kBlack;
+  PlanarDevice device(shots);
+  device.Start();
+  DriftingSource poses(Rigid3{});
+  CaptureOptions options = Options();
+  options.begins_on_request = true;
+  options.subject.reset();
+  options.stable_frames = 1000;
+  CaptureRequests requests;
+  CaptureHooks hooks;
+  hooks.requests = &requests;
+  std::vector<std::string> said;
+  hooks.say = [&](const std::string& line) { said.push_back(line); };
+  hooks.after_frame = [&](const SharedCaptureState& now) {
+    if (now->frames == 5) requests.Ask(SetRecording{true});
+  };
+  EXPECT_EQ(RunCapture(device, kCamera, poses, NewWriter(scratch / "lf"), options, hooks).recorded, 0u);
+  EXPECT_THAT(said, Contains(AllOf(HasSubstr("as soon as the subject is found"), HasSubstr("too dark"))));
+}
+
 // Darkness and too much light: each holds the start, says why, and can be overridden.
 TEST(Beginning, ARedItemHoldsTheStartAndIsNamed) {
   struct Hindrance {
@@ -131,7 +154,8 @@ TEST(Beginning, ARedItemHoldsTheStartAndIsNamed) {
     anyway.after.emplace(30, SetRecording{.on = true, .although_checks_fail = true});
     anyway.Run(shots);
     EXPECT_FALSE(anyway.states[35]->waits_to_begin) << red.name;
-    EXPECT_THAT(anyway.said, Contains(AllOf(HasSubstr("all the same"), HasSubstr(red.name))));
+    EXPECT_THAT(anyway.said, Contains(AllOf(HasSubstr("all the same"), HasSubstr(red.name),
+                                            HasSubstr("no view is recorded while it is so"))));
     Waiting forced;
     forced.options.checks_hold_start = false;
     forced.after.emplace(30, SetRecording{true});

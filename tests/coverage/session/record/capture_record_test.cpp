@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <thread>
 
 #include "tests/coverage/session/planar_capture.h"
@@ -13,6 +14,7 @@ namespace ulf::test {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::ElementsAre;
 
 // A correction for which the disk has no room yet moves no view. If the cap counted as covered by the poses of
 // before, the capture would end, and the last correction could open the cap again.
@@ -58,6 +60,25 @@ TEST(CaptureRecord, ACapIsNotCoveredByPosesThatTheDiskHasYetToTake) {
   const ClosedRecord closed = record.Close(1, {}, {});
   EXPECT_EQ(closed.problem, "");
   EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), record.views().views().size()) << "nothing is lost";
+}
+
+// What --no-geometry leaves of a session before.
+TEST(CaptureRecord, AMeshThatDoesNotKnowNewViewsIsNamed) {
+  const ScratchFolder scratch;
+  LightFieldWriter writer = NewWriter(scratch / "lf");
+  std::ofstream(scratch / "lf/proxy.ply") << "a mesh of views before";
+  CaptureRecord::Options options;
+  options.camera = kCamera;
+  std::vector<std::string> said;
+  CaptureRecord record(std::move(writer), options, [&](const std::string& line) { said.push_back(line); });
+  record.SetSubject(kSubject);
+  DriftingSource poses(Rigid3{});
+  PlanarDevice device(Sweep(16, 12, 2), {});
+  device.Start();
+  const auto frame = device.Next(1s);
+  ASSERT_TRUE(record.Add(*frame, poses.Step(*frame), std::nullopt, poses));
+  EXPECT_EQ(record.Close(1, {}, {}).recorded, 1u);
+  EXPECT_THAT(said, ElementsAre("proxy.ply was made without 1 view of this session; ulf proxy makes it anew"));
 }
 
 }  // namespace
