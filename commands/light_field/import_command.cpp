@@ -1,28 +1,87 @@
+// ulf import: posed photographs by another program become a light field.
+
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <memory>
 
 #include "commands/commands.h"
 #include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
 #include "core/light_field/exchange/import_light_field.h"
+#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/pose_check.h"
 
 namespace ulf::commands {
 namespace {
+
+namespace fs = std::filesystem;
 
 struct ImportArgs {
   std::string source;
   std::string dir;
   std::string subject;
+  std::string images;
+  std::string format = "auto";
+  std::string background;
+  bool check = true;
 };
+
+// "white", "black", or R,G,B from 0 to 255.
+std::optional<cv::Vec3d> BackgroundFromText(const std::string& text) {
+  if (text == "white") return cv::Vec3d::all(1);
+  if (text == "black") return cv::Vec3d::all(0);
+  int red = 0, green = 0, blue = 0, used = 0;
+  const auto is_level = [](int level) { return level >= 0 && level <= 255; };
+  if (std::sscanf(text.c_str(), "%d,%d,%d%n", &red, &green, &blue, &used) != 3 ||
+      static_cast<std::size_t>(used) != text.size() || !is_level(red) || !is_level(green) || !is_level(blue))
+    throw UsageError("--background {}: give white, black, or R,G,B from 0 to 255, such as 128,128,128", text);
+  return cv::Vec3d(blue, green, red) / 255.0;
+}
+
+// A folder from here, or from the set.
+fs::path ImagesFolder(const std::string& given, const fs::path& source) {
+  if (given.empty() || fs::is_directory(given)) return given;
+  const fs::path of_set = (fs::is_directory(source) ? source : source.parent_path()) / given;
+  return fs::is_directory(of_set) ? of_set : fs::path(given);
+}
+
+void Check(const LightField& light_field) {
+  tracking::PoseCheckOptions options;
+  Progress progress("check");
+  options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
+  const tracking::PoseCheck check = tracking::CheckPoses(tracking::RefineInputOf(light_field), options);
+  std::vector<std::string> names;
+  for (const View& view : light_field.views) names.push_back(view.image_path);
+  if (const std::string words = tracking::InWords(check, names); !words.empty()) {
+    spdlog::warn("{}", words);
+  } else if (check.agree > 0) {
+    fmt::print(
+        "the photographs fit the poses of {} to {:.1f} px{}\n",
+        Counted(static_cast<std::size_t>(check.agree), "view"), check.error_px,
+        check.untold > 0 ? fmt::format("; {} more show too little in common to tell", check.untold) : "");
+  } else {
+    fmt::print("whether the photographs fit the poses cannot be told: they show too little in common\n");
+  }
+}
 
 int RunImport(const ImportArgs& args) {
   ImportOptions options;
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
-  const LightField imported = Import(args.source, args.dir, options);
-  const Subject& subject = *imported.subject;
-  fmt::print("{}: {}, {}, subject at {:.3f} {:.3f} {:.3f} with radius {:.3f} ({} units)\n", args.dir,
-             Counted(imported.views.size(), "view"), Counted(imported.cameras.size(), "camera"),
-             subject.center_in_world.x(), subject.center_in_world.y(), subject.center_in_world.z(),
-             subject.radius, imported.units);
+  if (!args.background.empty()) options.background = BackgroundFromText(args.background);
+  options.format = SetFormatFromName(args.format);
+  options.images = ImagesFolder(args.images, args.source);
+  const Imported imported = Import(args.source, args.dir, options);
+  const LightField& light_field = imported.light_field;
+  const Subject& subject = *light_field.subject;
+  fmt::print("{}: {}, {}, {}, {}\n", args.dir, imported.format, Counted(light_field.views.size(), "view"),
+             Counted(light_field.cameras.size(), "camera"), Counted(light_field.points.size(), "point"));
+  fmt::print("subject at {:.3f} {:.3f} {:.3f} with radius {:.3f} ({} units){}\n", subject.center_in_world.x(),
+             subject.center_in_world.y(), subject.center_in_world.z(), subject.radius, light_field.units,
+             imported.subject_told_by.empty() ? "" : ", by " + imported.subject_told_by);
+  if (args.check) Check(light_field);
   return kOk;
 }
 
@@ -30,12 +89,24 @@ int RunImport(const ImportArgs& args) {
 
 void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<ImportArgs>();
-  CLI::App* command =
-      app.add_subcommand("import", "Take in a set by nerfstudio or instant-ngp (transforms.json)");
-  command->add_option("SOURCE", args->source, "Folder with transforms.json, or the file itself")->required();
+  CLI::App* command = app.add_subcommand(
+      "import", "Take in posed photographs by other programs (docs/import.md lists the formats)");
+  command->add_option("SOURCE", args->source, "Folder of the set, or the file with its poses")->required();
   command->add_option("-o,--output", args->dir, "New folder for the light field")->required();
-  command->add_option("--subject", args->subject,
-                      "Subject: x,y,z,radius in world units (default: from the optical axes)");
+  command->add_option(
+      "--subject", args->subject,
+      "Subject: x,y,z,radius in world units (default: where the optical axes meet; for sets that "
+      "face one way by their points or depth bounds)");
+  command->add_option("--images", args->images,
+                      "Folder of the photographs, such as images_4 (default: beside the poses, the largest)");
+  command
+      ->add_option("--format", args->format,
+                   "auto, nerfstudio, nerf-synthetic, colmap, llff, bundler, metashape, realityscan or ulf")
+      ->capture_default_str();
+  command->add_option("--background", args->background,
+                      "Lay pictures with alpha over white, black or R,G,B (default: alpha is a mask; for "
+                      "nerf-synthetic white)");
+  command->add_flag("!--no-check", args->check, "Do not compare the photographs with their poses");
   command->footer("Example: ulf import fox -o fox_light_field");
   command->callback([args, &chosen] { chosen = [args] { return RunImport(*args); }; });
 }

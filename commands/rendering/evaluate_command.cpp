@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
+#include "commands/rendering/protocol_command.h"
 #include "commands/rendering/scene_options.h"
 #include "commands/rendering/temporal_command.h"
 #include "core/base/counted.h"
@@ -24,6 +25,8 @@ struct EvaluateArgs : SceneArgs {
   std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel"};
   FieldArgs field_details;
   TemporalArgs temporal;
+  ProtocolArgs protocol;
+  bool fields_are_given = false;
   std::string plot;
   bool json = false;
 };
@@ -112,6 +115,10 @@ int RunEvaluate(const EvaluateArgs& args) {
     options.fields.push_back(FieldDetails(args.field_details));
     options.fields.back().kind = render::FieldFromName(name, "--fields");
   }
+  if (!args.protocol.protocol.empty())
+    return RunProtocol(args.protocol, args,
+                       args.fields_are_given ? options.fields : std::vector<render::FieldOptions>{},
+                       args.json);
   CheckTemporalOptions(args.temporal);
   if (!args.plot.empty()) RequireChart(args.plot);
   if (!args.temporal.path.empty())
@@ -163,13 +170,17 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
                   "views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);
   AddTemporalOptions(*sub, args->temporal);
+  AddProtocolOptions(*sub, args->protocol);
   sub->add_option(
       "--plot", args->plot,
       "Chart file to write (.png, .svg, .pdf): PSNR over the time of a picture; with --temporal the temporal "
       "error over time");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
-  sub->callback([&chosen, args] { chosen = [args] { return RunEvaluate(*args); }; });
+  sub->callback([&chosen, args, sub] {
+    args->fields_are_given = sub->count("--fields") > 0;
+    chosen = [args] { return RunEvaluate(*args); };
+  });
 }
 
 }  // namespace ulf::commands

@@ -81,11 +81,7 @@ render::ProxyMesh Imported(const std::string& file) {
 }
 
 render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
-  const bool masked =
-      std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
-  render::SceneOptions scene_options{
-      .size_limit_px = args.options.size_px,
-      .form = masked ? render::PhotographForm::kLinear : render::PhotographForm::kEightBits};
+  render::SceneOptions scene_options;
   if (!args.subject.empty()) scene_options.subject = ParseSubject(args.subject);
   if (args.leave_out_every > 0)
     for (std::size_t i = 0; i < light_field.views.size(); i += static_cast<std::size_t>(args.leave_out_every))
@@ -94,7 +90,7 @@ render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
     throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
                 args.dir, light_field.views.size() == 1 ? "is" : "are", light_field.views.size(),
                 scene_options.leave_out.size());
-  const auto scene = render::LoadScene(light_field, scene_options);
+  const auto scene = LoadForGeometry(light_field, scene_options, args.options.size_px);
   Progress progress("proxy");
   return render::BuildProxy(*scene, args.options, &progress);
 }

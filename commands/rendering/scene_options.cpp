@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <mutex>
 
@@ -53,14 +54,28 @@ render::RendererKind RendererFromName(const std::string& name) {
   return render::RendererKind::kReference;
 }
 
-std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args) {
+render::SceneOptions OptionsOf(const SceneArgs& args) {
   render::SceneOptions options{.size_limit_px = args.size_limit_px,
                                .memory_limit_mb = args.memory_mb,
                                .form = args.form,
                                .mesh_in_plane = args.viewpoint_mesh == "plane"};
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
   if (!args.up.empty()) options.up_in_world = DirectionFromText(args.up);
-  return render::LoadScene(ReadLightField(args.dir), options);
+  return options;
+}
+
+std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args) {
+  return render::LoadScene(ReadLightField(args.dir), OptionsOf(args));
+}
+
+std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& light_field,
+                                                           const render::SceneOptions& options, int size_px) {
+  const bool masked =
+      std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
+  render::SceneOptions small = options;
+  small.size_limit_px = size_px;
+  small.form = masked ? render::PhotographForm::kLinear : render::PhotographForm::kEightBits;
+  return render::LoadScene(light_field, small);
 }
 
 std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const Subject& subject) {

@@ -28,7 +28,12 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args);
 // "gl" (throws Error without OpenGL), "reference", or "auto": OpenGL, or without it the reference renderer
 // with one warning.
 render::RendererKind RendererFromName(const std::string& name);
+// Throws UsageError for a subject or direction that is none.
+render::SceneOptions OptionsOf(const SceneArgs& args);
 std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
+// The views of which geometry is made, in the form that its stereo needs, `size_px` wide or high.
+std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& light_field,
+                                                           const render::SceneOptions& options, int size_px);
 std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const Subject& subject);
 
 // The details of a blending field.

@@ -72,6 +72,24 @@ class ByteReader {
     if (count * least > bytes_.size() - at_) short_ = true;
     return short_ ? 0 : count;
   }
+  // The same for counts of eight bytes.
+  std::size_t Count64(std::size_t least) {
+    const auto count = Get<std::uint64_t>();
+    if (count > (bytes_.size() - at_) / least) short_ = true;
+    return short_ ? 0 : static_cast<std::size_t>(count);
+  }
+  // Up to a zero byte, which is passed.
+  std::string GetText() {
+    const std::size_t end = bytes_.find('\0', at_);
+    if (end == std::string_view::npos) {
+      short_ = true;
+      at_ = bytes_.size();
+      return {};
+    }
+    std::string text(bytes_.substr(at_, end - at_));
+    at_ = end + 1;
+    return text;
+  }
   bool IsShort() const { return short_; }
   bool AtEnd() const { return at_ == bytes_.size(); }
 

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/image/image.h"
+
 namespace ulf {
 namespace {
 
@@ -105,6 +107,14 @@ std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
   if (signature == Bytes8{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}) return ReadPng(file);
   if (signature[0] == 0xFF && signature[1] == 0xD8) return ReadJpeg(file);
   return std::nullopt;
+}
+
+cv::Size ReadImageSize(const std::string& path) {
+  constexpr std::int64_t kMostPx = 1 << 20;
+  if (const auto header = ReadImageHeader(path);
+      header && header->width <= kMostPx && header->height <= kMostPx)
+    return {static_cast<int>(header->width), static_cast<int>(header->height)};
+  return ReadImageFile(path).size();
 }
 
 }  // namespace ulf

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 
@@ -25,5 +26,8 @@ struct ImageHeader {
 
 // None for other kinds of files and for truncated headers.
 std::optional<ImageHeader> ReadImageHeader(const std::string& path);
+
+// Width and height of any picture that ulf reads; other kinds are decoded for it. Throws Error as ReadImageFile().
+cv::Size ReadImageSize(const std::string& path);
 
 }  // namespace ulf

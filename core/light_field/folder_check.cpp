@@ -15,6 +15,7 @@
 #include "core/image/image_header.h"
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/image_names.h"
+#include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/view_files.h"
 #include "core/light_field/view_numbers.h"
@@ -361,11 +362,12 @@ Error MissingJournalError(const fs::path& dir) {
     return Error("{}: there is no such folder; give the folder of a light field", folder);
   if (IsJournalMissing(dir))
     return Error("{}: the journal is missing; 'ulf repair {}' shows how to restore it", folder, word);
-  if (fs::is_regular_file(dir / kTransformsFile))
+  if (const std::vector<SetFormat> formats = FormatsIn(dir); !formats.empty())
     return Error(
-        "{}: a set by another program, which is never written to; 'ulf import {} -o NEW' makes a light field "
+        "{}: a set by another program ({}), which is never written to; 'ulf import {} -o NEW' makes a light "
+        "field "
         "of it",
-        folder, word);
+        folder, Name(formats.front()), word);
   return Error(
       "{}: holds no light field (no journal.jsonl); check the path, or record one with 'ulf capture -o {}'",
       folder, word);

@@ -17,6 +17,7 @@
 #include "core/base/mutex.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/derived_files.h"
+#include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
@@ -160,7 +161,7 @@ LightField ReadLightField(const fs::path& path) {
     throw Error("{}: there is no such folder; give the folder of a light field", path.string());
   if (!fs::is_regular_file(path / kJournalFile)) {
     if (fs::is_regular_file(path / kTransformsFile)) return ReadForeignSet(path / kTransformsFile);
-    if (IsJournalMissing(path)) throw MissingJournalError(path);
+    if (IsJournalMissing(path) || !FormatsIn(path).empty()) throw MissingJournalError(path);
     throw Error(
         "{}: holds no light field: neither {} nor {}; capture or import one{}", path.string(), kJournalFile,
         kTransformsFile,

@@ -251,6 +251,29 @@ std::string WithoutRepairHint(std::string words) {
   return words;
 }
 
+// Whether two texts differ by the rounding of numbers alone, as what two builds of ulf write of one journal may.
+bool SameButForRounding(const std::string& a, const std::string& b) {
+  constexpr double kRounding = 1e-12;
+  constexpr char kOfNumbers[] = "0123456789+-.eE";
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    const std::size_t end_a = std::min(a.find_first_not_of(kOfNumbers, i), a.size()),
+                      end_b = std::min(b.find_first_not_of(kOfNumbers, j), b.size());
+    const std::string number_a = a.substr(i, end_a - i), number_b = b.substr(j, end_b - j);
+    if (number_a != number_b) {
+      const bool are_decimal = number_a.find_first_of(".e") != std::string::npos ||
+                               number_b.find_first_of(".e") != std::string::npos;
+      const double x = std::strtod(number_a.c_str(), nullptr), y = std::strtod(number_b.c_str(), nullptr);
+      if (!are_decimal || !(std::abs(x - y) <= kRounding * std::max({1.0, std::abs(x), std::abs(y)})))
+        return false;
+    }
+    i = end_a;
+    j = end_b;
+    if (i < a.size() && j < b.size() && a[i++] != b[j++]) return false;
+  }
+  return i == a.size() && j == b.size();
+}
+
 // Finds derived files of this journal that were damaged or edited, and points that cannot be read.
 void CompareDerived(const fs::path& dir, const LightField& journal, const FolderCheck& check,
                     RepairPlan& plan) {
@@ -277,10 +300,10 @@ void CompareDerived(const fs::path& dir, const LightField& journal, const Folder
   };
   const auto lines = [](const std::string& of) { return std::ranges::count(of, '\n'); };
   const std::string images = text("sparse/0/images.txt"), points = text("sparse/0/points3D.txt");
-  compare("sparse/0/cameras.txt", text("sparse/0/cameras.txt") == colmap.cameras);
+  compare("sparse/0/cameras.txt", SameButForRounding(text("sparse/0/cameras.txt"), colmap.cameras));
   compare("sparse/0/images.txt", images.ends_with('\n') && lines(images) == lines(colmap.images));
   compare("sparse/0/points3D.txt", points.ends_with('\n'));
-  compare(kTransformsFile, text(kTransformsFile) == TransformsJsonText(light_field, stamp));
+  compare(kTransformsFile, SameButForRounding(text(kTransformsFile), TransformsJsonText(light_field, stamp)));
 }
 
 RepairPlan PlanFrom(const fs::path& dir, const Found& found) {

@@ -46,7 +46,8 @@ struct Truth {
   bool on_rim;
 };
 
-ViewScore Score(Renderer& renderer, const Truth& truth) {
+ViewScore Score(Renderer& renderer, const Truth& truth,
+                const std::function<void(const ComparedPicture&)>& look) {
   const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
   // Compare at the photograph's own exposure.
   const cv::Mat exposed = picture.linear / truth.view->scale + cv::Scalar::all(truth.view->black);
@@ -57,6 +58,7 @@ ViewScore Score(Renderer& renderer, const Truth& truth) {
   score.filled_px = picture.filled_px;
   score.empty_px = picture.empty_px;
   score.ms = picture.ms;
+  if (look) look({truth.view->id, rendered, truth.photograph.srgb8, truth.photograph.valid});
   return score;
 }
 
@@ -101,12 +103,14 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
     throw Error("evaluation needs at least two views, one to leave out and one to render from; there is {}",
                 scene.views.size());
   const std::vector<bool> on_rim = OnRim(scene);
-  std::vector<int> left_out;
+  std::vector<int> left_out = options.left_out;
+  if (left_out.empty())
+    for (std::size_t i = 0; i < scene.views.size(); i += At(options.every))
+      left_out.push_back(static_cast<int>(i));
   std::vector<Truth> truths;
-  for (std::size_t i = 0; i < scene.views.size(); i += At(options.every)) {
-    const SceneView& view = scene.views[i];
-    left_out.push_back(static_cast<int>(i));
-    Truth truth{&view, view.camera.WithoutDistortion(), Undistort(view), {}, on_rim[i]};
+  for (const int i : left_out) {
+    const SceneView& view = scene.views[At(i)];
+    Truth truth{&view, view.camera.WithoutDistortion(), Undistort(view), {}, on_rim[At(i)]};
     truth.disc = SubjectDisc(truth.camera, view.cam_from_world, scene.subject) & truth.photograph.valid;
     truths.push_back(std::move(truth));
   }
@@ -133,7 +137,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
     FieldScore result{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
     std::vector<double> times;
     for (const Truth& truth : truths) {
-      const ViewScore score = Score(*renderer, truth);
+      const ViewScore score = Score(*renderer, truth, options.look);
       result.views.push_back(score);
       result.filled_px += score.filled_px;
       result.empty_px += score.empty_px;

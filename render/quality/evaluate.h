@@ -7,6 +7,7 @@
 // all viewpoints, which must be extrapolated, are reported separately.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -16,14 +17,24 @@
 
 namespace ulf::render {
 
+// A picture of a left-out view beside its photograph, both in 8-bit sRGB.
+struct ComparedPicture {
+  int view_id = 0;
+  const cv::Mat& rendered;
+  const cv::Mat& photograph;
+  const cv::Mat& valid;  // CV_8U, 0 where the photograph has no light
+};
+
 struct EvaluateOptions {
   int every = 8;
+  std::vector<int> left_out = {};  // indices of views, ascending; empty: every `every`-th
   std::vector<FieldOptions> fields = {};
   // Each proxy is combined with each field; empty: the scene's own proxy. Their geometry should not come from
   // the left-out views.
   std::vector<std::shared_ptr<const Proxy>> proxies = {};
   RendererKind renderer = RendererKind::kGl;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
+  std::function<void(const ComparedPicture&)> look = {};
 };
 
 struct ViewScore {

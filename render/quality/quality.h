@@ -15,4 +15,8 @@ struct Quality {
 // pixels at the image's edge, where the window does not fit.
 Quality CompareImages(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& mask);
 
+// SSIM as others compute it (render/quality/protocol.h says who).
+double SsimUniform(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& mask);
+double SsimPadded(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& mask);
+
 }  // namespace ulf::render

@@ -249,6 +249,17 @@ bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs,
          std::accumulate(turned.begin(), turned.end(), 0) > options.pair_share * static_cast<double>(count);
 }
 
+UnguidedPair MatchUnguided(const RefineScene& scene, int first, int second, const MatchOptions& options) {
+  const RefineView &a = scene.view(first), &b = scene.view(second);
+  const Eigen::Matrix3d essential = EssentialFromPose(b.cam_from_world * a.cam_from_world.Inverse());
+  UnguidedPair pair{first, second, {}, {}};
+  if (!(essential.norm() > 0)) return pair;
+  pair.matches = MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features), options);
+  for (const RayPair& ray : RaysOf(a, b, pair.matches))
+    pair.errors_px.push_back(EpipolarError(essential, ray) * scene.LensOf(a).MeanFocalPx());
+  return pair;
+}
+
 std::optional<double> MeasurePoseErrorPx(const RefineScene& scene,
                                          const std::vector<std::pair<int, int>>& pairs,
                                          const PoseErrorOptions& options) {
@@ -257,15 +268,8 @@ std::optional<double> MeasurePoseErrorPx(const RefineScene& scene,
   std::vector<double> pair_errors(count, -1);
   ParallelFor(count, [&](std::size_t k) {
     const auto [first, second] = pairs[k * pairs.size() / count];
-    const RefineView &a = scene.view(first), &b = scene.view(second);
-    const auto matches =
-        MatchAll(a.features, AllOf(a.features), b.features, AllOf(b.features), options.unguided);
-    if (matches.size() < options.min_matches) return;
-    const Eigen::Matrix3d essential = EssentialFromPose(b.cam_from_world * a.cam_from_world.Inverse());
-    if (!(essential.norm() > 0)) return;
-    std::vector<double> errors;
-    for (const RayPair& ray : RaysOf(a, b, matches))
-      errors.push_back(EpipolarError(essential, ray) * scene.LensOf(a).MeanFocalPx());
+    std::vector<double> errors = MatchUnguided(scene, first, second, options.unguided).errors_px;
+    if (errors.size() < options.min_matches) return;
     const double error = Median(std::move(errors)) / kMedianOfNormal;
     if (std::isfinite(error)) pair_errors[k] = error;
   });

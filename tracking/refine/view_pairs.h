@@ -80,9 +80,22 @@ struct OnePlaceOptions {
 bool IsOnePlace(const RefineScene& scene, const std::vector<PairMatches>& pairs, unsigned seed,
                 const OnePlaceOptions& options = {});
 
+// Of matches that are found without the poses: surer than others. Guessed.
+inline constexpr MatchOptions kUnguidedMatches{.max_distance = 40, .max_ratio = 0.75};
+
+// Matches that are found without the poses, and their distances, px, from the epipolar lines of the present ones. Empty
+// where the two views stand in one place.
+struct UnguidedPair {
+  int first = 0, second = 0;
+  std::vector<FeatureMatch> matches;
+  std::vector<double> errors_px;  // of the matches
+};
+UnguidedPair MatchUnguided(const RefineScene& scene, int first, int second,
+                           const MatchOptions& options = kUnguidedMatches);
+
 struct PoseErrorOptions {
   std::size_t pairs = 24, min_matches = 20;  // pairs that are examined, and matches that each needs. Guessed
-  MatchOptions unguided = {.max_distance = 40, .max_ratio = 0.75};  // surer than others. Guessed
+  MatchOptions unguided = kUnguidedMatches;
   double pairs_within = 0.8;  // share of the pairs whose error the result covers. Guessed
 };
 

@@ -1,7 +1,10 @@
 #include "core/light_field/exchange/colmap_model.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <functional>
 #include <unordered_map>
 
 #include "core/base/error.h"
@@ -11,6 +14,7 @@ namespace ulf {
 namespace {
 
 struct ColmapLens {
+  int number;
   const char* name;
   bool one_focal;
   Distortion distortion;
@@ -20,41 +24,50 @@ struct ColmapLens {
 const std::vector<ColmapLens>& ColmapLenses() {
   constexpr Distortion kNone = Distortion::kNone, kRadial = Distortion::kRadialTangential,
                        kFish = Distortion::kFisheye;
-  static const std::vector<ColmapLens> lenses = {{"SIMPLE_PINHOLE", true, kNone, {}},
-                                                 {"PINHOLE", false, kNone, {}},
-                                                 {"SIMPLE_RADIAL", true, kRadial, {0}},
-                                                 {"RADIAL", true, kRadial, {0, 1}},
-                                                 {"OPENCV", false, kRadial, {0, 1, 2, 3}},
-                                                 {"FULL_OPENCV", false, kRadial, {0, 1, 2, 3, 4, -1, -1, -1}},
-                                                 {"SIMPLE_RADIAL_FISHEYE", true, kFish, {0}},
-                                                 {"RADIAL_FISHEYE", true, kFish, {0, 1}},
-                                                 {"OPENCV_FISHEYE", false, kFish, {0, 1, 2, 3}}};
+  static const std::vector<ColmapLens> lenses = {
+      {0, "SIMPLE_PINHOLE", true, kNone, {}},
+      {1, "PINHOLE", false, kNone, {}},
+      {2, "SIMPLE_RADIAL", true, kRadial, {0}},
+      {3, "RADIAL", true, kRadial, {0, 1}},
+      {4, "OPENCV", false, kRadial, {0, 1, 2, 3}},
+      {5, "OPENCV_FISHEYE", false, kFish, {0, 1, 2, 3}},
+      {6, "FULL_OPENCV", false, kRadial, {0, 1, 2, 3, 4, -1, -1, -1}},
+      {8, "SIMPLE_RADIAL_FISHEYE", true, kFish, {0}},
+      {9, "RADIAL_FISHEYE", true, kFish, {0, 1}}};
   return lenses;
 }
 
-const ColmapLens& LensNamed(const std::string& name, const std::string& where) {
+// The names of the models that ulf has no lens for, by COLMAP's number.
+constexpr std::array<std::pair<int, const char*>, 3> kOtherLenses{
+    {{7, "FOV"}, {10, "THIN_PRISM_FISHEYE"}, {11, "RAD_TAN_THIN_PRISM_FISHEYE"}}};
+
+const ColmapLens& LensThat(const std::function<bool(const ColmapLens&)>& is_meant, const std::string& what,
+                           const std::string& where) {
   std::vector<std::string_view> known;
   for (const ColmapLens& lens : ColmapLenses()) {
-    if (lens.name == name) return lens;
+    if (is_meant(lens)) return lens;
     known.emplace_back(lens.name);
   }
-  throw Error("{}: camera model '{}' is not supported; supported are {}", where, name,
-              fmt::join(known, ", "));
+  throw Error(
+      "{}: camera model {} is not supported; supported are {}: convert the set with 'colmap "
+      "image_undistorter'",
+      where, what, fmt::join(known, ", "));
 }
 
-}  // namespace
-
-CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
-  std::string name;
+CameraModel CameraOf(const ColmapLens& lens, const ColmapReconstruction::Camera& from,
+                     const std::string& where) {
+  constexpr std::uint64_t kMostPx = 1 << 20;
+  if (from.width < 1 || from.height < 1 || from.width > kMostPx || from.height > kMostPx)
+    throw Error("{}: a camera of {}x{} pixels; an image has 1 to {} on a side", where, from.width,
+                from.height, kMostPx);
   CameraModel camera;
-  if (!(row >> name >> camera.width >> camera.height))
-    throw Error("{}: is no row of a camera (CAMERA_ID MODEL WIDTH HEIGHT PARAMS[])", where);
-  const ColmapLens& lens = LensNamed(name, where);
-  std::vector<double> p;
-  for (double parameter; row >> parameter;) p.push_back(parameter);
+  camera.width = static_cast<int>(from.width);
+  camera.height = static_cast<int>(from.height);
+  const std::vector<double>& p = from.parameters;
   const std::size_t first = lens.one_focal ? 3 : 4;
   if (p.size() != first + lens.coefficients.size())
-    throw Error("{}: {} has {} parameters, not {}", where, name, first + lens.coefficients.size(), p.size());
+    throw Error("{}: {} has {} parameters, not {}", where, lens.name, first + lens.coefficients.size(),
+                p.size());
   camera.fx = p[0];
   camera.fy = lens.one_focal ? p[0] : p[1];
   camera.cx = p[first - 2];
@@ -65,10 +78,40 @@ CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
     if (which >= 0)
       camera.coefficients[static_cast<std::size_t>(which)] = p[first + i];
     else if (p[first + i] != 0)
-      throw Error("{}: {} with k4 k5 k6, a rational model, is not supported", where, name);
+      throw Error(
+          "{}: {} with k4 k5 k6, a rational model, is not supported; convert the set with 'colmap "
+          "image_undistorter'",
+          where, lens.name);
   }
   camera.Validate(where);
   return camera;
+}
+
+}  // namespace
+
+CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
+  std::string name;
+  ColmapReconstruction::Camera camera;
+  if (!(row >> name >> camera.width >> camera.height))
+    throw Error("{}: is no row of a camera (CAMERA_ID MODEL WIDTH HEIGHT PARAMS[])", where);
+  const ColmapLens& lens =
+      LensThat([&](const ColmapLens& known) { return known.name == name; }, fmt::format("'{}'", name), where);
+  for (double parameter; row >> parameter;) camera.parameters.push_back(parameter);
+  return CameraOf(lens, camera, where);
+}
+
+std::size_t ColmapParameters(int model, const std::string& where) {
+  const auto other = std::ranges::find(kOtherLenses, model, &std::pair<int, const char*>::first);
+  const ColmapLens& lens = LensThat(
+      [&](const ColmapLens& known) { return known.number == model; },
+      other == kOtherLenses.end() ? fmt::format("number {}", model) : fmt::format("'{}'", other->second),
+      where);
+  return (lens.one_focal ? 3u : 4u) + lens.coefficients.size();
+}
+
+CameraModel FromColmapCamera(const ColmapReconstruction::Camera& camera, const std::string& where) {
+  ColmapParameters(camera.model, where);
+  return CameraOf(*std::ranges::find(ColmapLenses(), camera.model, &ColmapLens::number), camera, where);
 }
 
 ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera) {

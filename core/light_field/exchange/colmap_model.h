@@ -49,6 +49,9 @@ struct ColmapReconstruction {
   std::vector<Point> points;
 };
 
+// How far from 1 the length of a pose's quaternion may be.
+inline constexpr double kQuaternionTolerance = 1e-3;
+
 // Points without observations are left out if others have some. A view without observations gets one at its
 // principal point that belongs to no point, which every reader skips. Names are those of SafeName()
 // (image_names.h).
@@ -61,5 +64,11 @@ ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera);
 // (SIMPLE_)RADIAL, OPENCV, FULL_OPENCV without k4 k5 k6, and (SIMPLE_RADIAL_, RADIAL_, OPENCV_)FISHEYE.
 // Throws Error that begins with `where`.
 CameraModel ReadColmapCamera(std::istream& row, const std::string& where);
+
+// How many parameters the camera model of this number of COLMAP's has. Throws Error that begins with `where` for one
+// that ReadColmapCamera() does not know.
+std::size_t ColmapParameters(int model, const std::string& where);
+// By model number, width, height and parameters. Throws as ReadColmapCamera().
+CameraModel FromColmapCamera(const ColmapReconstruction::Camera& camera, const std::string& where);
 
 }  // namespace ulf

@@ -35,6 +35,10 @@ struct ColmapPoses {
 // Throws Error that names file and line for an invalid file.
 ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt);
 
+// DIR/cameras.txt, images.txt and, where it is there, points3D.txt. The cameras have COLMAP's model number. Throws
+// Error that names file and line for an invalid file.
+ColmapReconstruction ReadColmapText(const std::filesystem::path& dir);
+
 // Cameras by CAMERA_ID. Throws Error that names file and line for an invalid file or a camera model that
 // CameraModel does not support.
 std::map<int, CameraModel> ReadColmapCameras(const std::filesystem::path& cameras_txt);

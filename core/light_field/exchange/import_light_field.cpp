@@ -1,16 +1,17 @@
 #include "core/light_field/exchange/import_light_field.h"
 
+#include <spdlog/spdlog.h>
+
 #include <opencv2/core.hpp>
 #include <set>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/base/lowercase.h"
 #include "core/base/progress.h"
-#include "core/base/shell_word.h"
+#include "core/image/over_background.h"
 #include "core/light_field/exchange/image_names.h"
 #include "core/light_field/exchange/staged_folder.h"
-#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/light_field_io.h"
 
 namespace ulf {
@@ -55,16 +56,6 @@ void TakeImage(const LightField& source, const View& view, const fs::path& dir, 
                 is_photograph && fs::exists(original) ? ReadWholeFile(original) : PngBytes(Srgb8(image)));
 }
 
-bool HoldsPhotographs(const fs::path& folder) {
-  std::error_code unknown;
-  for (const auto& entry : fs::directory_iterator(folder, unknown)) {
-    const std::string ending = Lowercase(entry.path().extension().string());
-    for (const char* photograph : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr"})
-      if (ending == photograph) return true;
-  }
-  return false;
-}
-
 // A mask as PNG of one channel, whether it was a file or the image's alpha; none where nothing is masked.
 void TakeMask(const LightField& source, const View& view, const fs::path& dir, View& taken) {
   taken.mask_path.clear();
@@ -74,67 +65,77 @@ void TakeMask(const LightField& source, const View& view, const fs::path& dir, V
   WriteInFolder(dir / taken.mask_path, PngBytes(mask));
 }
 
-// Refuses videos, COLMAP models and plain photographs with the way in which each can be used.
-void RequirePosedSet(const fs::path& source) {
-  std::error_code unknown;
-  const std::string path = source.string(), word = ShellWord(path);
-  if (fs::is_regular_file(source, unknown)) {
-    if (Lowercase(source.extension().string()) == ".json") return;
-    throw Error(
-        "{}: is no transforms.json; a video is posed and recorded by 'ulf capture replay:{} -o DIR "
-        "--focal-px F --no-subject'",
-        path, word);
-  }
-  if (fs::exists(source / kTransformsFile, unknown) || fs::exists(source / kJournalFile, unknown)) return;
-  for (const char* model : {".", "sparse/0", "sparse", "colmap/sparse/0"})
-    for (const char* images : {"images.bin", "images.txt"})
-      if (fs::exists(source / model / images, unknown))
-        throw Error(
-            "{}: a COLMAP model ({}), which ulf does not import; instant-ngp's colmap2nerf.py or "
-            "nerfstudio's ns-process-data makes a transforms.json of it",
-            path, (fs::path(model) / images).lexically_normal().string());
-  if (fs::is_directory(source, unknown) && HoldsPhotographs(source))
-    throw Error(
-        "{}: photographs without poses (no transforms.json); they are posed and recorded by 'ulf capture "
-        "replay:{} -o DIR --focal-px F --no-subject'",
-        path, word);
+// Pictures with alpha over a colour: what they show then is no mask's business.
+void TakeOverBackground(const LightField& source, const View& view, const cv::Mat& over, const fs::path& dir,
+                        View& taken) {
+  const CameraModel& camera = source.CameraOf(view);
+  if (over.cols != camera.width || over.rows != camera.height)
+    throw Error("{}: the image is {}x{}, its camera says {}x{}; correct the intrinsics or restore the image",
+                (source.root / view.image_path).string(), over.cols, over.rows, camera.width, camera.height);
+  taken.image_path = fs::path(taken.image_path).replace_extension(".png").generic_string();
+  if (over.depth() == CV_8U) return WriteInFolder(dir / taken.image_path, PngBytes(over));
+  taken.master_path = Beside("masters", taken.image_path, ".png");
+  taken.master_transfer = Transfer::kSrgb;
+  WriteInFolder(dir / taken.master_path, PngBytes(over));
+  WriteInFolder(dir / taken.image_path, PngBytes(Srgb8({.pixels = over, .transfer = Transfer::kSrgb})));
 }
 
 }  // namespace
 
-LightField Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
-  RequirePosedSet(source_path);
-  LightField source = ReadLightField(source_path);
+Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
+  PosedSet set = ReadPosedSet(source_path, options.format, options.images);
+  LightField& source = set.light_field;
   StagedFolder folder(dir);
+  std::optional<cv::Vec3d> background = options.background;
+  if (!background && set.background) {
+    background = set.background;
+    source.doubts.push_back(
+        "pictures with alpha are laid over white, as in the papers (--background COLOUR)");
+  }
+  Imported imported{source, set.format, {}};
   if (options.subject) source.subject = options.subject;
-  if (!source.subject) source.subject = SubjectFromAxes(source);
+  if (!source.subject)
+    if (const auto found = FindSubject(set)) {
+      source.subject = found->subject;
+      imported.subject_told_by = found->told_by;
+    }
   if (!source.subject)
     throw UsageError(
-        "{}: the subject cannot be found from the cameras (their axes are nearly parallel or do not meet in "
-        "front of them); give it with --subject x,y,z,radius",
+        "{}: the subject cannot be found: the cameras' axes are nearly parallel or do not meet in front of "
+        "them, and "
+        "the set has neither points nor depth bounds; give it with --subject x,y,z,radius",
         source_path.string());
+  for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);
 
-  LightField imported = source;
-  imported.root = folder.path();
-  imported.doubts.clear();
-  if (imported.device_uri.empty()) imported.device_uri = "import:" + source_path.filename().string();
+  LightField& made = imported.light_field;
+  made = source;
+  made.root = folder.path();
+  made.doubts.clear();
+  if (made.device_uri.empty()) made.device_uri = "import:" + source_path.filename().string();
   Progress progress("import");
   std::set<std::string> names;
   try {
     for (std::size_t i = 0; i < source.views.size(); ++i) {
-      View& taken = imported.views[i];
-      taken.image_path = PathUnderImages(source.views[i].image_path, names);
-      TakeImage(source, source.views[i], folder.path(), taken);
-      TakeMask(source, source.views[i], folder.path(), taken);
-      progress.Show(static_cast<double>(i + 1) / static_cast<double>(source.views.size()),
-                    source.views[i].image_path);
+      const View& view = source.views[i];
+      View& taken = made.views[i];
+      taken.image_path = PathUnderImages(view.image_path, names);
+      const cv::Mat over =
+          background ? ReadOverBackground((source.root / view.image_path).string(), *background) : cv::Mat();
+      if (over.empty()) {
+        TakeImage(source, view, folder.path(), taken);
+        TakeMask(source, view, folder.path(), taken);
+      } else {
+        taken.mask_path.clear();
+        TakeOverBackground(source, view, over, folder.path(), taken);
+      }
+      progress.Show(static_cast<double>(i + 1) / static_cast<double>(source.views.size()), view.image_path);
     }
-    WriteLightField(imported);
+    WriteLightField(made);
     folder.Commit();
   } catch (const DiskFullError& error) {
     throw DiskFullError("{}: not imported, and no file was left behind: {}", dir.string(), error.what());
   }
-  imported.root = dir;
+  made.root = dir;
   return imported;
 }
 

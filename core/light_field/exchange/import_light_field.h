@@ -1,24 +1,38 @@
-// Imports the transforms.json of nerfstudio and instant-ngp as a light field.
+// Imports posed photographs by another program as a light field.
 #pragma once
 
 #include <filesystem>
+#include <opencv2/core.hpp>
 #include <optional>
 
+#include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
 
 struct ImportOptions {
-  std::optional<Subject> subject;  // none: the point nearest to the optical axes, if well conditioned
+  std::optional<Subject> subject =
+      {};  // none: found by the cameras, the points or the depth bounds (subject_of_set.h)
+  std::optional<SetFormat> format = {};  // none: recognised
+  std::filesystem::path images = {};     // the photographs' folder; empty: found
+  // B, G, R, 0 to 1: pictures with alpha are laid over it. None: alpha becomes a mask; NeRF's synthetic sets are laid
+  // over white, as in the papers.
+  std::optional<cv::Vec3d> background = {};
 };
 
-// Copies SOURCE (a folder with transforms.json, or such a file) into the new light field DIR. Photographs are
-// checked (they must decode and have their camera's size) and kept byte for byte; more than 8 bits go to
+struct Imported {
+  LightField light_field;
+  std::string format;           // for people
+  std::string subject_told_by;  // for people; empty: it was given, by the user or the set
+};
+
+// Copies SOURCE, a folder or a file in one of the formats of read_posed_set.h, into the new light field DIR.
+// Photographs are checked (they must decode and have their camera's size) and kept byte for byte; more than 8 bits go to
 // masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to masks/; points to
 // points.ply. White space in names becomes '_'. DIR is complete at the end, or does not exist after a
-// failure. Keys of the source that ulf does not support are listed in LightField::doubts. Throws Error for an
-// invalid source, DiskFullError, UsageError when the subject must be given.
-LightField Import(const std::filesystem::path& source, const std::filesystem::path& dir,
-                  const ImportOptions& options);
+// failure. What of the source is not used is given out as warnings. Throws Error for an invalid source, DiskFullError,
+// UsageError when the subject must be given.
+Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
+                const ImportOptions& options);
 
 }  // namespace ulf

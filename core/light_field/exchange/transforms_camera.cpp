@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/image/image.h"
 #include "core/image/image_header.h"
 
 namespace ulf {
@@ -28,13 +27,6 @@ int SidePx(const JsonPlace& place, const char* key) {
     throw Error("{}: '{}' is {} px; an image has 1 to {} on a side", place.where, key,
                 place.Raw(key).dump().substr(0, 40), kMostPx);
   return static_cast<int>(side);
-}
-
-cv::Size SizeOf(const fs::path& image) {
-  if (const auto header = ReadImageHeader(image.string());
-      header && header->width <= kMostPx && header->height <= kMostPx)
-    return {static_cast<int>(header->width), static_cast<int>(header->height)};
-  return ReadImageFile(image.string()).size();
 }
 
 }  // namespace
@@ -65,7 +57,8 @@ bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.H
 CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   CameraModel camera;
   const bool has_size = place.Has("w") && place.Has("h");
-  const cv::Size size = has_size ? cv::Size(SidePx(place, "w"), SidePx(place, "h")) : SizeOf(example_image);
+  const cv::Size size =
+      has_size ? cv::Size(SidePx(place, "w"), SidePx(place, "h")) : ReadImageSize(example_image.string());
   camera.width = size.width;
   camera.height = size.height;
   if (place.Has("fl_x")) {

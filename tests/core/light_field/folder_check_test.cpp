@@ -207,6 +207,21 @@ TEST_F(Folder, AnEditedTransformsJsonDoesNotCountAndIsKept) {
   EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
 }
 
+// Another build of ulf, or another compiler, may have written it.
+TEST_F(Folder, RoundingInATransformsJsonIsNoDifference) {
+  Sample(4);
+  const auto edit = [&](double by) {
+    json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
+    json& entry = document["frames"][2]["transform_matrix"][0][3];
+    entry = entry.get<double>() + by;
+    std::ofstream(dir() / "transforms.json") << document.dump(1) << "\n";
+  };
+  edit(2e-16);
+  EXPECT_THAT(PlanRepair(dir()).found, IsEmpty());
+  edit(1e-10);
+  EXPECT_THAT(PlanRepair(dir()).found, ElementsAre(HasSubstr("differs from what ulf made")));
+}
+
 TEST_F(Folder, ATransformsJsonThatCannotBeReadIsMadeAnewAndKept) {
   const LightField whole = Sample(4);
   fs::resize_file(dir() / "transforms.json", 300);

@@ -189,7 +189,7 @@ TEST(Import, CopiesPhotographsByteForByteAndFindsTheSubject) {
   json document = json::parse(ReadWholeFile(scratch / "source/transforms.json"));
   document.erase("ulf");
   std::ofstream(scratch / "source/transforms.json") << document.dump();
-  const LightField imported = Import(scratch / "source", scratch / "lf", {});
+  const LightField imported = Import(scratch / "source", scratch / "lf", {}).light_field;
   EXPECT_LT((imported.subject->center_in_world - Eigen::Vector3d(0, 0, 3)).norm(), 1e-6);
   EXPECT_EQ(ReadWholeFile(scratch / "lf/images/000003.png"),
             ReadWholeFile(scratch / "source/images/000003.png"));
@@ -200,7 +200,8 @@ TEST(Import, TakesWhatIsStillInItsMasterAlone) {
   ScratchFolder scratch;
   const LightFieldWriter capturing = WriterAheadOfItsPhotographs(scratch / "source", 2);
   ASSERT_FALSE(fs::exists(scratch / "source/images/000001.png"));
-  const LightField imported = Import(scratch / "source", scratch / "lf", {Subject{{0, 0, 5}, 1}});
+  const LightField imported =
+      Import(scratch / "source", scratch / "lf", {.subject = Subject{{0, 0, 5}, 1}}).light_field;
   for (const View& view : ReadLightField(scratch / "lf").views) {
     EXPECT_EQ(cv::norm(ReadImageFile((scratch / "lf" / view.image_path).string()),
                        ReadRecordedImage(capturing.Contents(), view).pixels, cv::NORM_INF),
@@ -225,7 +226,9 @@ TEST(Import, ParallelCamerasNeedASubject) {
   }
   EXPECT_THAT([&] { Import(scratch / "source", scratch / "lf", {}); },
               ThrowsMessage<UsageError>(HasSubstr("--subject")));
-  EXPECT_EQ(Import(scratch / "source", scratch / "lf", {Subject{{0, 0, 5}, 1}}).subject->radius, 1);
+  EXPECT_EQ(Import(scratch / "source", scratch / "lf", {.subject = Subject{{0, 0, 5}, 1}})
+                .light_field.subject->radius,
+            1);
   EXPECT_EQ(
       test::RunUlf("import " + (scratch / "source").string() + " -o " + (scratch / "lf2").string()).exit_code,
       2);
@@ -249,7 +252,7 @@ class Foreign : public testing::Test {
   fs::path source() const { return scratch_ / "source"; }
   LightField Imported() {
     std::ofstream(source() / "transforms.json") << document_.dump();
-    return Import(source(), scratch_ / "lf", {Subject{{0, 0, 3}, 0.4}});
+    return Import(source(), scratch_ / "lf", {.subject = Subject{{0, 0, 3}, 0.4}}).light_field;
   }
   ScratchFolder scratch_;
   json document_;
@@ -461,8 +464,8 @@ TEST_F(Foreign, WhatIsNoPosedSetIsToldApart) {
   EXPECT_THAT(refusal(scratch_ / "photographs"), HasSubstr("photographs without poses"));
   fs::create_directories(scratch_ / "photographs/sparse/0");
   std::ofstream(scratch_ / "photographs/sparse/0/images.bin") << "?";
-  EXPECT_THAT(refusal(scratch_ / "photographs"), HasSubstr("a COLMAP model (sparse/0/images.bin)"));
-  EXPECT_THAT(refusal(scratch_ / "nowhere"), HasSubstr("no such folder"));
+  EXPECT_THAT(refusal(scratch_ / "photographs"), HasSubstr("sparse/0/cameras.bin"));
+  EXPECT_THAT(refusal(scratch_ / "nowhere"), HasSubstr("no such file or folder"));
 }
 
 TEST_F(Foreign, AnImportThatFailsLeavesNothing) {
@@ -480,7 +483,7 @@ TEST_F(Foreign, AnImportOntoAFullDiskLeavesNothingAndSaysSo) {
   fs::resize_file(scratch_ / "disk/filler", fs::file_size(scratch_ / "disk/filler") - 24000);
   EXPECT_THAT(
       [&] {
-        Import(source(), scratch_ / "disk/new/lf", {Subject{{0, 0, 3}, 0.4}});
+        Import(source(), scratch_ / "disk/new/lf", {.subject = Subject{{0, 0, 3}, 0.4}});
       },
       ThrowsMessage<DiskFullError>(AllOf(HasSubstr("disk/new/lf"), HasSubstr("no file was left behind"))));
   for (const auto& entry : fs::directory_iterator(scratch_ / "disk"))
@@ -523,7 +526,7 @@ TEST_F(Foreign, ManyFramesNeedLittleMemory) {
 TEST(Import, TakesInRealCaptures) {
   ULF_NEED_TEST_DATA(fox, "fox_half");
   ScratchFolder scratch;
-  const LightField imported = Import(fox, scratch / "lf", {});
+  const LightField imported = Import(fox, scratch / "lf", {}).light_field;
   EXPECT_EQ(imported.views.size(), 50u);
   EXPECT_EQ(imported.cameras.size(), 1u);
   // The fox's head is what every camera looks at.

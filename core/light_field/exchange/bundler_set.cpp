@@ -1,0 +1,359 @@
+#include "core/light_field/exchange/bundler_set.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string_view>
+
+#include "core/base/at.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/image/image_header.h"
+#include "core/light_field/points/ply_reader.h"
+#include "core/light_field/view_json.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kBundleTitle = "# Bundle file v0.3";
+
+// The words of a bundle file, with the line for messages. Nothing larger than a word is kept of the file.
+class BundleWords {
+ public:
+  explicit BundleWords(const fs::path& file) : name_(file.string()) {
+    std::error_code unknown;
+    if (fs::is_directory(file, unknown)) throw Error("{}: is a folder; give the bundle file in it", name_);
+    stream_.open(file, std::ios::binary);
+    if (!stream_) throw Error("{}: cannot be read: {}", name_, std::strerror(errno));
+    for (int c = Take(); c != '\n' && c != kEnd; c = Take())
+      if (word_.size() < kMostInWord) word_ += static_cast<char>(c);
+    if (!word_.starts_with(kBundleTitle))
+      throw Error(
+          "{}: does not begin with '{}'; other versions are not read: let the program export that one", name_,
+          kBundleTitle);
+    line_ = 2;
+  }
+
+  std::string Where() const { return fmt::format("{}, line {}", name_, line_of_word_); }
+
+  double Number(const std::string& owner) {
+    if (!NextWord())
+      throw Error("{}: ends in {}; it is cut short, or its counts are wrong: copy or export it again", name_,
+                  owner);
+    double value = 0;
+    if (!ParseNumber(word_, value)) throw Error("{}: '{}' in {} is no number", Where(), word_, owner);
+    if (!std::isfinite(value)) throw Error("{}: '{}' in {} is not finite", Where(), word_, owner);
+    return value;
+  }
+
+  int WholeNumber(const std::string& owner, int most) {
+    const double value = Number(owner);
+    if (value != std::floor(value) || value < 0 || value > most)
+      throw Error("{}: '{}' in {} is not a whole number from 0 to {}", Where(), word_, owner, most);
+    return static_cast<int>(value);
+  }
+
+  Eigen::Vector3d Vector(const std::string& owner) {
+    Eigen::Vector3d vector;
+    for (double& value : vector) value = Number(owner);
+    return vector;
+  }
+
+  void RequireEnd() {
+    if (NextWord())
+      throw Error(
+          "{}: the file goes on after the last point that it counts; its counts are wrong: export it again",
+          Where());
+  }
+
+ private:
+  static constexpr int kEnd = std::char_traits<char>::eof();
+  static constexpr std::size_t kMostInWord = 64;
+
+  int Take() { return stream_.rdbuf()->sbumpc(); }
+
+  bool NextWord() {
+    word_.clear();
+    for (int c = Take(); c != kEnd; c = Take()) {
+      const bool is_space = c == ' ' || c == '\t' || c == '\r' || c == '\n';
+      if (!is_space) {
+        if (word_.empty()) line_of_word_ = line_;
+        word_ += static_cast<char>(c);
+        if (word_.size() > kMostInWord) throw Error("{}: '{}...' is no number", Where(), word_);
+      }
+      if (c == '\n') ++line_;
+      if (is_space && !word_.empty()) return true;
+    }
+    return !word_.empty();
+  }
+
+  std::string name_, word_;
+  std::ifstream stream_;
+  std::size_t line_ = 1, line_of_word_ = 1;
+};
+
+struct BundleCamera {
+  double focal_px = 0, k1 = 0, k2 = 0;
+  Rigid3 cam_from_world;
+};
+
+BundleCamera ReadBundleCamera(BundleWords& words, const std::string& owner) {
+  BundleCamera camera;
+  camera.focal_px = words.Number(owner);
+  const std::string where = words.Where();
+  camera.k1 = words.Number(owner);
+  camera.k2 = words.Number(owner);
+  Eigen::Matrix3d rotation;
+  for (int row = 0; row < 3; ++row) rotation.row(row) = words.Vector(owner);
+  const Eigen::Vector3d translation = words.Vector(owner);
+  if (camera.focal_px == 0) return camera;
+  if (camera.focal_px < 0)
+    throw Error(
+        "{}: the focal length of {} is {}; it must be positive, or 0 for a camera that was not registered",
+        where, owner, camera.focal_px);
+  const Eigen::DiagonalMatrix<double, 3> ours_from_bundler(1, -1, -1);
+  camera.cam_from_world.rotation =
+      NearestRotation(ours_from_bundler * rotation, where, "the rotation of " + owner);
+  camera.cam_from_world.translation = ours_from_bundler * translation;
+  return camera;
+}
+
+// Without "0 FOCAL" at its end.
+std::string NameOfBundleRow(std::string row) {
+  const auto trim = [&] { row.erase(row.find_last_not_of(" \t\r") + 1); };
+  const auto last = [&] { return std::string_view(row).substr(row.find_last_of(" \t") + 1); };
+  trim();
+  row.erase(0, row.find_first_not_of(" \t"));
+  std::ranges::replace(row, '\\', '/');  // lists of Windows
+  const std::string whole = row;
+  double focal = 0;
+  if (row.find_first_of(" \t") == std::string::npos || !ParseNumber(last(), focal)) return whole;
+  row.erase(row.find_last_of(" \t"));
+  trim();
+  if (row.find_first_of(" \t") == std::string::npos || last() != "0") return whole;
+  row.erase(row.find_last_of(" \t"));
+  trim();
+  return row;
+}
+
+struct BundleList {
+  fs::path file;
+  std::vector<std::string> names;
+};
+
+fs::path FindBundleList(const fs::path& bundle_out) {
+  const fs::path folder = fs::absolute(bundle_out).lexically_normal().parent_path();
+  std::error_code unknown;
+  const std::string stem = bundle_out.stem().string(), name = bundle_out.filename().string();
+  for (const fs::path& place : {folder, folder.parent_path()}) {
+    for (const std::string& list :
+         {name + ".list.txt", stem + ".list.txt", std::string("list.txt"), std::string("list.focal.txt")})
+      if (fs::is_regular_file(place / list, unknown)) return place / list;
+    std::vector<fs::path> others;
+    for (const auto& entry : fs::directory_iterator(place, unknown))
+      if (entry.path().filename().string().ends_with(".list.txt") && entry.is_regular_file(unknown))
+        others.push_back(entry.path());
+    if (others.size() == 1) return others.front();
+    if (others.size() > 1)
+      throw Error("{}: {} holds several lists of photographs; name the one that belongs to it {}.list.txt",
+                  bundle_out.string(), place.string(), stem);
+  }
+  throw Error(
+      "{}: no list of its photographs in {} or above it; put list.txt there, with the name of a "
+      "photograph in each line, in the order of the cameras",
+      bundle_out.string(), folder.string());
+}
+
+BundleList ReadBundleList(const fs::path& bundle_out) {
+  BundleList list{FindBundleList(bundle_out), {}};
+  std::ifstream stream(list.file);
+  if (!stream) throw Error("{}: cannot be read: {}", list.file.string(), std::strerror(errno));
+  for (std::string row; std::getline(stream, row);)
+    if (row.find_first_not_of(" \t\r") != std::string::npos) list.names.push_back(NameOfBundleRow(row));
+  return list;
+}
+
+// The folder that all names have in common; empty: there is none.
+fs::path CommonFolder(const std::vector<std::string>& names) {
+  std::optional<fs::path> common;
+  for (const std::string& name : names) {
+    const fs::path folder = fs::path(name).lexically_normal().parent_path();
+    if (!common) {
+      common = folder;
+      continue;
+    }
+    fs::path shared;
+    auto a = common->begin(), b = folder.begin();
+    for (; a != common->end() && b != folder.end() && *a == *b; ++a, ++b) shared /= *a;
+    common = shared;
+  }
+  return common.value_or(fs::path());
+}
+
+// Finds photographs by their names in a list, which count from any folder.
+class BundlePhotographs {
+ public:
+  BundlePhotographs(const BundleList& list, const fs::path& chosen)
+      : common_(CommonFolder(list.names)), images_(list.file.parent_path(), chosen, Folders(common_)) {}
+
+  const SetImages& images() const { return images_; }
+  std::string Find(const std::string& name) const {
+    const std::string inside = fs::path(name).lexically_normal().lexically_relative(common_).generic_string();
+    if (!common_.empty())
+      if (std::string found = images_.Find(inside); !found.empty()) return found;
+    return images_.Find(name);
+  }
+
+ private:
+  static std::vector<fs::path> Folders(const fs::path& common) {
+    std::vector<fs::path> folders;
+    if (!common.empty()) folders = {common, ".." / common};
+    folders.insert(folders.end(), {"images", "photos", ".", "../images", "../photos", ".."});
+    return folders;
+  }
+
+  fs::path common_;
+  SetImages images_;
+};
+
+CameraModel ModelOfBundled(const BundleCamera& camera, const fs::path& image, const std::string& where) {
+  const cv::Size size = ReadImageSize(image.string());
+  CameraModel model = CameraModel::Pinhole(size.width, size.height, camera.focal_px);
+  if (camera.k1 != 0 || camera.k2 != 0) {
+    model.distortion = Distortion::kRadialTangential;
+    model.coefficients = {camera.k1, camera.k2, 0, 0, 0};
+  }
+  model.Validate(where);
+  return model;
+}
+
+// The mean distance of a point's observations from its projections.
+double MeanErrorPx(const ScenePoint& point, const LightField& light_field) {
+  double sum = 0;
+  int count = 0;
+  for (const ViewObservation& seen : point.track) {
+    const View& view = light_field.views[At(seen.view_id - 1)];
+    const auto in_img = light_field.CameraOf(view).ImgFromCam(view.cam_from_world * point.position_in_world);
+    if (!in_img) continue;
+    sum += (*in_img - seen.in_img).norm();
+    ++count;
+  }
+  return count == 0 ? 0 : sum / count;
+}
+
+// `view_ids`: by the number of the camera; 0: it has no view.
+void ReadBundlePoints(BundleWords& words, int points, const std::vector<int>& view_ids,
+                      LightField& light_field) {
+  std::size_t twice = 0;
+  for (int i = 0; i < points; ++i) {
+    const std::string owner = fmt::format("point {} of {}", i + 1, points);
+    ScenePoint point;
+    point.position_in_world = words.Vector(owner);
+    for (std::uint8_t& channel : point.rgb)
+      channel = static_cast<std::uint8_t>(std::lround(std::clamp(words.Number(owner), 0.0, 255.0)));
+    const int seen = words.WholeNumber(owner, kMostViewId);
+    for (int k = 0; k < seen; ++k) {
+      const int camera = words.WholeNumber(owner, kMostViewId);
+      if (At(camera) >= view_ids.size())
+        throw Error("{}: {} is seen by camera {}, and there are {}, counted from 0; export the set again",
+                    words.Where(), owner, camera, view_ids.size());
+      words.Number(owner);  // which of the image's features it is
+      const double x = words.Number(owner), y = words.Number(owner);
+      const int view_id = view_ids[At(camera)];
+      if (view_id == 0) continue;
+      if (std::ranges::any_of(point.track,
+                              [&](const ViewObservation& other) { return other.view_id == view_id; })) {
+        ++twice;
+        continue;
+      }
+      const CameraModel& model = light_field.CameraOf(light_field.views[At(view_id - 1)]);
+      point.track.push_back({view_id, {0.5 * model.width + x, 0.5 * model.height - y}});
+    }
+    point.error_px = MeanErrorPx(point, light_field);
+    light_field.points.push_back(std::move(point));
+  }
+  if (twice > 0)
+    light_field.doubts.push_back(fmt::format("{} of points that a photograph shows twice: the first is kept",
+                                             Counted(twice, "observation")));
+}
+
+}  // namespace
+
+PosedSet ReadBundlerSet(const fs::path& bundle_out, const fs::path& images) {
+  BundleWords words(bundle_out);
+  const int camera_count = words.WholeNumber("the count of cameras", kMostViewId);
+  const int point_count = words.WholeNumber("the count of points", kMostViewId);
+  const BundleList list = ReadBundleList(bundle_out);
+  if (list.names.size() != At(camera_count))
+    throw Error("{}: names {}, and {} has {}; take the list that belongs to it", list.file.string(),
+                Counted(list.names.size(), "photograph"), bundle_out.string(),
+                Counted(camera_count, "camera"));
+  if (camera_count == 0)
+    throw Error("{}: holds no camera; export the set with its cameras", bundle_out.string());
+
+  const BundlePhotographs photographs(list, images);
+  const fs::path& root = photographs.images().folder();
+  PosedSet set;
+  set.format = "Bundler";
+  LightField& light_field = set.light_field;
+  light_field.root = root;
+  std::vector<int> view_ids(list.names.size(), 0);
+  std::map<std::string, std::string> taken;  // the name in the list, by its photograph
+  std::size_t unregistered = 0;
+  std::vector<std::string> missing;
+  for (int i = 0; i < camera_count; ++i) {
+    const std::string& name = list.names[At(i)];
+    const std::string owner = fmt::format("camera {} of {} ({})", i + 1, camera_count, name);
+    const BundleCamera camera = ReadBundleCamera(words, owner);
+    if (camera.focal_px == 0) {
+      ++unregistered;
+      continue;
+    }
+    View view;
+    view.image_path = photographs.Find(name);
+    if (view.image_path.empty()) {
+      missing.push_back(name);
+      continue;
+    }
+    const auto [other, is_new] = taken.try_emplace(view.image_path, name);
+    if (!is_new)
+      throw Error(
+          "{}: '{}' and '{}' both lead to {}; give the folder from which the names count with --images",
+          list.file.string(), other->second, name, (root / view.image_path).string());
+    view.id = view_ids[At(i)] = static_cast<int>(light_field.views.size()) + 1;
+    view.mask_path = photographs.images().MaskOf(view.image_path);
+    view.camera =
+        IndexOfCamera(ModelOfBundled(camera, root / view.image_path, bundle_out.string() + ", " + owner),
+                      light_field.cameras);
+    view.cam_from_world = camera.cam_from_world;
+    light_field.views.push_back(std::move(view));
+  }
+  if (unregistered == At(camera_count))
+    throw Error(
+        "{}: none of its {} cameras was registered (the focal length is 0); take the last bundle file",
+        bundle_out.string(), camera_count);
+  if (light_field.views.empty())
+    throw Error(
+        "{}: '{}' and the other photographs of {} are not in {}; say where they lie with --images FOLDER",
+        bundle_out.string(), missing.front(), list.file.string(), root.string());
+  if (unregistered > 0)
+    light_field.doubts.push_back(
+        fmt::format("{} left out: not registered (focal length 0)", Counted(unregistered, "camera")));
+  if (!missing.empty())
+    light_field.doubts.push_back(fmt::format("{} left out: no photograph in {}: {}{}",
+                                             Counted(missing.size(), "camera"), root.string(),
+                                             missing.front(), missing.size() > 1 ? ", ..." : ""));
+  ReadBundlePoints(words, point_count, view_ids, light_field);
+  words.RequireEnd();
+  return set;
+}
+
+}  // namespace ulf

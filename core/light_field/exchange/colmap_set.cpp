@@ -1,0 +1,182 @@
+#include "core/light_field/exchange/colmap_set.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <unordered_map>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/name_order.h"
+#include "core/light_field/exchange/colmap_binary.h"
+#include "core/light_field/exchange/colmap_text.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool HoldsModel(const fs::path& folder, const char* ending) {
+  std::error_code unknown;
+  return fs::exists(folder / (std::string("images.") + ending), unknown);
+}
+
+std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& model) {
+  const auto clean = [](const fs::path& path) {
+    const fs::path whole = fs::absolute(path).lexically_normal();
+    return whole.has_filename() ? whole : whole.parent_path();
+  };
+  std::vector<fs::path> folders;
+  for (fs::path around = clean(source);; around = around.parent_path()) {
+    for (const char* name : {"images", "images_2", "images_4", "images_8", "input"})
+      folders.push_back(around / name);
+    // From the model's own folder up to what holds sparse/.
+    if (around != clean(model) && around.filename() != "sparse") break;
+  }
+  folders.push_back(clean(source));
+  return folders;
+}
+
+// Reading order of the photographs, and the camera of each.
+struct TakenImage {
+  const ColmapReconstruction::Image* image;
+  std::string path;  // relative to the images folder
+  CameraModel camera;
+  Eigen::Vector2d scale;  // of image points: photographs may have been resized
+};
+
+std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::path& model_folder,
+                                   const SetImages& images, std::vector<std::string>& doubts) {
+  std::map<std::uint32_t, CameraModel> cameras;
+  for (const ColmapReconstruction::Camera& camera : model.cameras)
+    cameras[camera.id] =
+        FromColmapCamera(camera, fmt::format("{}, camera {}", model_folder.string(), camera.id));
+  std::vector<TakenImage> taken;
+  std::vector<std::string> missing;
+  for (const ColmapReconstruction::Image& image : model.images) {
+    const std::string where = fmt::format("{}, image {} ({})", model_folder.string(), image.id, image.name);
+    const auto camera = cameras.find(image.camera);
+    if (camera == cameras.end())
+      throw Error("{}: its camera {} is not among the cameras; write the model anew", where, image.camera);
+    const std::string path = images.Find(image.name);
+    if (path.empty()) {
+      missing.push_back(image.name);
+      continue;
+    }
+    const CameraModel own = AtSizeOf(images.folder() / path, camera->second, where, doubts);
+    taken.push_back({&image,
+                     path,
+                     own,
+                     {static_cast<double>(own.width) / camera->second.width,
+                      static_cast<double>(own.height) / camera->second.height}});
+  }
+  if (taken.empty())
+    throw Error("{}: none of its {} is in {} ({} is the first); say where they lie with --images FOLDER",
+                model_folder.string(), Counted(model.images.size(), "photograph"), images.folder().string(),
+                missing.empty() ? "there is none" : missing.front());
+  if (!missing.empty())
+    doubts.push_back(fmt::format("{} of the model {} not in {} and left out, {} the first",
+                                 Counted(missing.size(), "photograph"), missing.size() == 1 ? "is" : "are",
+                                 images.folder().string(), missing.front()));
+  std::ranges::sort(taken,
+                    [](const TakenImage& a, const TakenImage& b) { return NameOrder(a.path, b.path); });
+  return taken;
+}
+
+void SayUnposed(const SetImages& images, const std::vector<TakenImage>& taken,
+                std::vector<std::string>& doubts) {
+  std::set<std::string> posed;
+  for (const TakenImage& each : taken) posed.insert(each.path);
+  std::size_t count = 0;
+  std::string first;
+  for (const std::string& name : images.names())
+    if (!posed.contains(name) && count++ == 0) first = name;
+  if (count > 0)
+    doubts.push_back(fmt::format("{} without a pose in the model: left out, {} the first",
+                                 Counted(count, "photograph"), first));
+}
+
+void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>& taken,
+                LightField& light_field) {
+  struct Shown {
+    int view_id;
+    const TakenImage* taken;
+  };
+  std::unordered_map<std::uint32_t, Shown> views;
+  for (std::size_t i = 0; i < taken.size(); ++i)
+    views[taken[i].image->id] = {static_cast<int>(i) + 1, &taken[i]};
+  std::size_t astray = 0;
+  for (const ColmapReconstruction::Point& from : model.points) {
+    if (!from.position.allFinite()) continue;
+    ScenePoint point{.position_in_world = from.position, .rgb = from.rgb, .error_px = from.error_px};
+    std::set<int> seen_in;
+    for (const ColmapReconstruction::Seen& seen : from.track) {
+      const auto view = views.find(seen.image);
+      if (view == views.end()) continue;
+      const auto& points = view->second.taken->image->points;
+      if (seen.index >= points.size()) {
+        ++astray;
+        continue;
+      }
+      if (seen_in.insert(view->second.view_id).second)
+        point.track.push_back(
+            {view->second.view_id, points[seen.index].in_img.cwiseProduct(view->second.taken->scale)});
+    }
+    light_field.points.push_back(std::move(point));
+  }
+  if (astray > 0)
+    light_field.doubts.push_back(fmt::format("{} of points in images where they are not listed: left out",
+                                             Counted(astray, "observation")));
+}
+
+}  // namespace
+
+fs::path ColmapModelIn(const fs::path& source) {
+  std::error_code unknown;
+  for (const char* folder : {".", "sparse/0", "sparse", "colmap/sparse/0", "0"}) {
+    const fs::path model = (source / folder).lexically_normal();
+    for (const char* ending : {"bin", "txt"}) {
+      // A list images.txt beside photographs need not be COLMAP's.
+      const bool may_be_another = folder == std::string(".") && ending == std::string("txt");
+      if (HoldsModel(model, ending) && (!may_be_another || fs::exists(model / "cameras.txt", unknown)))
+        return model;
+    }
+  }
+  return {};
+}
+
+PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
+  const fs::path folder = ColmapModelIn(source);
+  if (folder.empty())
+    throw Error("{}: no COLMAP model (cameras and images as .bin or .txt) in it or in sparse/0",
+                source.string());
+  const bool is_binary = HoldsModel(folder, "bin");
+  const ColmapReconstruction model = is_binary ? ReadColmapBinary(folder) : ReadColmapText(folder);
+  if (model.images.empty())
+    throw Error("{}: the model has no images; was the reconstruction successful?", folder.string());
+  PosedSet set;
+  set.format = is_binary ? "COLMAP, binary" : "COLMAP, text";
+  LightField& light_field = set.light_field;
+  if (is_binary && HoldsModel(folder, "txt"))
+    light_field.doubts.push_back(fmt::format(
+        "{}: there is a binary and a text model; the binary one is read, as COLMAP does", folder.string()));
+  const SetImages images(source, chosen, ImagesFoldersOf(source, folder));
+  light_field.root = images.folder();
+  const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);
+  for (const TakenImage& each : taken) {
+    View view;
+    view.id = static_cast<int>(light_field.views.size()) + 1;
+    view.image_path = each.path;
+    view.mask_path = images.MaskOf(each.path);
+    view.camera = IndexOfCamera(each.camera, light_field.cameras);
+    view.cam_from_world = each.image->cam_from_world;
+    light_field.views.push_back(std::move(view));
+  }
+  SayUnposed(images, taken, light_field.doubts);
+  TakePoints(model, taken, light_field);
+  return set;
+}
+
+}  // namespace ulf

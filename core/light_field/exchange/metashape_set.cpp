@@ -1,0 +1,343 @@
+#include "core/light_field/exchange/metashape_set.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+#include "core/geometry/similarity3.h"
+#include "core/light_field/exchange/xml_file.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kGeocentric = 1e5;
+constexpr int kMostSensorSide_px = 1 << 20;
+constexpr const char* kOptimiseWithout =
+    "optimise the cameras without it (Tools > Optimize Cameras), or export undistorted photographs with "
+    "their cameras";
+
+std::string LabelOf(const XmlElement& element) {
+  const std::string label = element.Attribute("label").value_or("");
+  return label.empty() ? "without a label" : "'" + label + "'";
+}
+
+bool IsEnabled(const XmlElement& camera) {
+  const std::string enabled = Lowercase(camera.Attribute("enabled").value_or("true"));
+  return enabled != "0" && enabled != "false";
+}
+
+std::vector<XmlElement> CamerasOf(const XmlElement& chunk) {
+  const auto cameras = chunk.Find("cameras");
+  return cameras ? cameras->Below("camera") : std::vector<XmlElement>();
+}
+
+bool IsPosed(const XmlElement& camera) { return camera.Find("transform").has_value() && IsEnabled(camera); }
+
+// ---- Sensors ----
+
+// The adjusted calibration, else the only other one.
+std::optional<XmlElement> CalibrationOf(const XmlElement& sensor) {
+  const std::vector<XmlElement> all = sensor.Children("calibration");
+  for (const XmlElement& calibration : all)
+    if (calibration.Attribute("class") == "adjusted") return calibration;
+  return all.empty() ? std::nullopt : std::optional(all.front());
+}
+
+CameraModel ModelOfSensor(const XmlElement& sensor) {
+  const std::string where = sensor.Where() + " " + LabelOf(sensor);
+  const auto calibration = CalibrationOf(sensor);
+  if (!calibration)
+    throw Error("{}: has no <calibration>, and cameras with a pose use it; align them and export again",
+                where);
+  const std::string type =
+      calibration->Attribute("type").value_or(sensor.Attribute("type").value_or("frame"));
+  if (type != "frame" && type != "fisheye")
+    throw Error(
+        "{}: a sensor of type '{}' is not supported, only 'frame' and 'fisheye' are; convert the photographs "
+        "to a frame camera's, or leave them out",
+        where, type);
+  const auto value = [&](const char* name) {
+    const auto element = calibration->Find(name);
+    return element ? element->Number() : 0;
+  };
+  const auto refuse = [&](const char* name) {
+    if (const double given = value(name); given != 0)
+      throw Error("{}: {} is {}, which is not supported for type '{}'; {}", where, name, given, type,
+                  kOptimiseWithout);
+  };
+  for (const char* name : {"b2", "p3", "p4"}) refuse(name);
+  const bool fisheye = type == "fisheye";
+  if (fisheye)
+    for (const char* name : {"p1", "p2"}) refuse(name);
+  else
+    refuse("k4");
+  if (!calibration->Find("f"))
+    throw Error(
+        "{}: its calibration has no <f>: an older PhotoScan wrote it; open the project in Metashape "
+        "and export the cameras again",
+        where);
+
+  const auto own_size = calibration->Find("resolution");
+  const XmlElement size = own_size ? *own_size : sensor.Child("resolution");
+  CameraModel model;
+  model.width = size.IntegerAttribute("width", 1, kMostSensorSide_px);
+  model.height = size.IntegerAttribute("height", 1, kMostSensorSide_px);
+  model.fy = value("f");
+  model.fx = model.fy + value("b1");
+  model.cx = 0.5 * model.width + value("cx");
+  model.cy = 0.5 * model.height + value("cy");
+  const double k1 = value("k1"), k2 = value("k2"), k3 = value("k3");
+  if (fisheye) {
+    model.distortion = Distortion::kFisheye;
+    model.coefficients = {k1, k2, k3, value("k4"), 0};
+  } else {
+    model.coefficients = {k1, k2, value("p2"), value("p1"), k3};
+    if (model.coefficients != std::array<double, 5>{}) model.distortion = Distortion::kRadialTangential;
+  }
+  model.Validate(where);
+  return model;
+}
+
+// ---- Transforms ----
+
+// Of a chunk or a component; none: it has none.
+std::optional<Similarity3> TransformOf(const XmlElement& owner, bool& has_scale) {
+  const auto transform = owner.Find("transform");
+  if (!transform) return std::nullopt;
+  Similarity3 world_from_chunk;
+  if (const auto rotation = transform->Find("rotation")) {
+    const std::vector<double> rows = rotation->Numbers(9);
+    world_from_chunk.rotation =
+        NearestRotation(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()),
+                        rotation->Where(), "the matrix")
+            .toRotationMatrix();
+  }
+  if (const auto translation = transform->Find("translation")) {
+    const std::vector<double> numbers = translation->Numbers(3);
+    world_from_chunk.translation = {numbers[0], numbers[1], numbers[2]};
+  }
+  if (const auto scale = transform->Find("scale")) {
+    has_scale = true;
+    world_from_chunk.scale = scale->Number();
+    if (!(world_from_chunk.scale > 0))
+      throw Error("{}: is {}; it must be positive: export the cameras again", scale->Where(),
+                  world_from_chunk.scale);
+  }
+  return world_from_chunk;
+}
+
+struct PosedComponent {
+  std::string label;
+  std::optional<Similarity3> world_from_chunk;
+  std::size_t cameras = 0;  // with a pose
+};
+
+// Which component each camera belongs to, and how it lies in the world. A chunk of old files is one
+// component.
+class ChunkComponents {
+ public:
+  explicit ChunkComponents(const XmlElement& chunk) {
+    const auto of_chunk = TransformOf(chunk, has_scale_);
+    std::string first;
+    const auto list = chunk.Find("components");
+    if (list) {
+      first = list->Attribute("active_id").value_or("");
+      for (const XmlElement& component : list->Children("component")) {
+        const std::string id = component.Attribute("id").value_or("");
+        if (components_.empty() && first.empty()) first = id;
+        PosedComponent& made = components_[id];
+        made.label = LabelOf(component);
+        made.world_from_chunk = TransformOf(component, has_scale_);
+        if (!made.world_from_chunk) made.world_from_chunk = of_chunk;
+        for (const XmlElement& part : component.Below("camera_ids")) {
+          std::istringstream ids(part.Text());
+          for (std::string camera; ids >> camera;) of_camera_[camera] = id;
+        }
+      }
+    }
+    if (!components_.contains(first)) components_[first] = {LabelOf(chunk), of_chunk};
+    first_ = first;
+    for (const XmlElement& camera : CamerasOf(chunk))
+      if (IsPosed(camera)) ++components_[IdOf(camera)].cameras;
+    largest_ = std::ranges::max_element(components_, {}, [](const auto& entry) {
+                 return entry.second.cameras;
+               })->first;
+    Share();
+  }
+
+  // None: its component does not share the world of the largest.
+  const PosedComponent* Of(const XmlElement& camera) const {
+    const PosedComponent& component = components_.at(IdOf(camera));
+    return one_world_ || &component == &components_.at(largest_) ? &component : nullptr;
+  }
+  bool has_scale() const { return has_scale_; }
+  std::optional<Eigen::Vector3d> left_out() const { return left_out_; }
+
+ private:
+  std::string IdOf(const XmlElement& camera) const {
+    std::string id = camera.Attribute("component_id").value_or("");
+    if (const auto listed = of_camera_.find(camera.Attribute("id").value_or(""));
+        id.empty() && listed != of_camera_.end())
+      id = listed->second;
+    if (id.empty()) return first_;
+    if (!components_.contains(id))
+      throw Error("{} {}: belongs to the component '{}', and there is none; export the cameras again",
+                  camera.Where(), LabelOf(camera), id);
+    return id;
+  }
+
+  // Several components lie in one world where each has a transform. A geocentric origin moves to the
+  // largest's.
+  void Share() {
+    one_world_ = std::ranges::all_of(components_, [](const auto& entry) {
+      return entry.second.cameras == 0 || entry.second.world_from_chunk;
+    });
+    const auto& largest = components_.at(largest_).world_from_chunk;
+    if (!largest || largest->translation.norm() <= kGeocentric) return;
+    left_out_ = largest->translation;
+    for (auto& [id, component] : components_)
+      if (component.world_from_chunk) component.world_from_chunk->translation -= *left_out_;
+  }
+
+  std::map<std::string, PosedComponent> components_;  // by id
+  std::map<std::string, std::string> of_camera_;      // by the camera's id
+  std::string first_, largest_;
+  bool has_scale_ = false, one_world_ = true;
+  std::optional<Eigen::Vector3d> left_out_;
+};
+
+Rigid3 CamFromWorldOf(const XmlElement& camera, const std::optional<Similarity3>& world_from_chunk) {
+  const XmlElement transform = camera.Child("transform");
+  const std::vector<double> rows = transform.Numbers(16);
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> chunk_from_cam(rows.data());
+  if ((chunk_from_cam.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9)
+    throw Error("{}: its last four numbers must be 0 0 0 1; export the cameras again", transform.Where());
+  const Similarity3 chunk{
+      1,
+      NearestRotation(chunk_from_cam.topLeftCorner<3, 3>(), transform.Where(), "the matrix")
+          .toRotationMatrix(),
+      chunk_from_cam.topRightCorner<3, 1>()};
+  const Similarity3 world_from_cam = world_from_chunk.value_or(Similarity3()) * chunk;
+  return Rigid3{Eigen::Quaterniond(world_from_cam.rotation).normalized(), world_from_cam.translation}
+      .Inverse();
+}
+
+// ---- Chunks ----
+
+// The first with cameras that have a pose.
+XmlElement ChosenChunk(const XmlElement& document, const fs::path& xml, std::vector<std::string>& doubts) {
+  const std::vector<XmlElement> chunks =
+      document.Name() == "chunk" ? std::vector<XmlElement>{document} : document.Below("chunk");
+  std::optional<XmlElement> chosen;
+  std::vector<std::string> others;
+  for (const XmlElement& chunk : chunks)
+    if (!chosen && std::ranges::any_of(CamerasOf(chunk), IsPosed))
+      chosen = chunk;
+    else
+      others.push_back(LabelOf(chunk));
+  if (!chosen)
+    throw Error(
+        "{}: holds no camera with a pose; align the photographs in Metashape, then File > Export > Export "
+        "Cameras as Agisoft XML",
+        xml.string());
+  if (!others.empty())
+    doubts.push_back(
+        fmt::format("chunk {} alone is read; left out: {}", LabelOf(*chosen), fmt::join(others, ", ")));
+  return *chosen;
+}
+
+void SayWhatIsLeftOut(std::size_t count, const std::string& why, std::vector<std::string>& doubts) {
+  if (count > 0) doubts.push_back(fmt::format("{} left out: {}", Counted(count, "camera"), why));
+}
+
+}  // namespace
+
+PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
+  const XmlElement document = ReadXmlFile(xml);
+  PosedSet set;
+  set.format = "Metashape";
+  LightField& light_field = set.light_field;
+  const XmlElement chunk = ChosenChunk(document, xml, light_field.doubts);
+  const ChunkComponents components(chunk);
+  const SetImages photographs(fs::absolute(xml).lexically_normal().parent_path(), images,
+                              {"images", "photos", ".", ".."});
+  light_field.root = photographs.folder();
+
+  std::map<std::string, XmlElement> sensors;
+  for (const XmlElement& sensor : chunk.Child("sensors").Children("sensor"))
+    sensors.emplace(sensor.Attribute("id").value_or(""), sensor);
+  std::map<std::string, CameraModel> models;  // by the sensor's id
+  std::map<std::string, std::string> taken;   // the camera, by its photograph
+  std::size_t unaligned = 0, disabled = 0, elsewhere = 0, missing = 0;
+  std::string first_missing;
+  for (const XmlElement& camera : CamerasOf(chunk)) {
+    const std::string where = camera.Where() + " " + LabelOf(camera);
+    if (!IsPosed(camera)) {
+      ++(IsEnabled(camera) ? unaligned : disabled);
+      continue;
+    }
+    const PosedComponent* component = components.Of(camera);
+    if (component == nullptr) {
+      ++elsewhere;
+      continue;
+    }
+    View view;
+    const std::string label = camera.Attribute("label").value_or("");
+    if (label.empty())
+      throw Error("{}: has no label to find its photograph by; export the cameras again", where);
+    view.image_path = photographs.Find(label);
+    if (view.image_path.empty()) {
+      if (missing++ == 0) first_missing = label;
+      continue;
+    }
+    const auto [other, is_new] = taken.try_emplace(view.image_path, where);
+    if (!is_new)
+      throw Error("{}: its photograph {} is also that of {}; give the cameras labels of their own", where,
+                  view.image_path, other->second);
+    const std::string sensor_id = camera.Attribute("sensor_id").value_or("");
+    const auto sensor = sensors.find(sensor_id);
+    if (sensor == sensors.end())
+      throw Error("{}: belongs to the sensor '{}', and there is none; export the cameras again", where,
+                  sensor_id);
+    if (!models.contains(sensor_id)) models.emplace(sensor_id, ModelOfSensor(sensor->second));
+    view.id = static_cast<int>(light_field.views.size()) + 1;
+    view.mask_path = photographs.MaskOf(view.image_path);
+    view.cam_from_world = CamFromWorldOf(camera, component->world_from_chunk);
+    view.camera = IndexOfCamera(
+        AtSizeOf(light_field.root / view.image_path, models.at(sensor_id), where, light_field.doubts),
+        light_field.cameras);
+    light_field.views.push_back(std::move(view));
+  }
+  if (light_field.views.empty())
+    throw Error(
+        "{}: '{}' and the other photographs of its cameras are not in {}; say where they lie "
+        "with --images FOLDER",
+        xml.string(), first_missing, light_field.root.string());
+  if (components.has_scale()) light_field.units = "metres";
+  std::vector<std::string>& doubts = light_field.doubts;
+  SayWhatIsLeftOut(unaligned, "not aligned", doubts);
+  SayWhatIsLeftOut(disabled, "disabled", doubts);
+  SayWhatIsLeftOut(elsewhere, "of components without a transform, beside the largest", doubts);
+  SayWhatIsLeftOut(missing,
+                   fmt::format("no photograph in {}: {}{}", light_field.root.string(), first_missing,
+                               missing > 1 ? ", ..." : ""),
+                   doubts);
+  if (const auto left_out = components.left_out())
+    doubts.push_back(
+        fmt::format("the geocentric translation ({:.3f}, {:.3f}, {:.3f}) is left out: the world's origin "
+                    "is the chunk's",
+                    left_out->x(), left_out->y(), left_out->z()));
+  return set;
+}
+
+}  // namespace ulf

@@ -1,0 +1,42 @@
+#include "core/light_field/exchange/nerf_synthetic_set.h"
+
+#include "core/light_field/exchange/transforms_json.h"
+
+namespace ulf {
+namespace {
+
+constexpr const char* kParts[] = {"train", "val", "test"};
+
+std::filesystem::path FileOfPart(const std::filesystem::path& folder, const char* part) {
+  return folder / (std::string("transforms_") + part + ".json");
+}
+
+}  // namespace
+
+bool IsNerfSynthetic(const std::filesystem::path& folder) {
+  std::error_code unknown;
+  return std::filesystem::exists(FileOfPart(folder, "train"), unknown);
+}
+
+PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder) {
+  PosedSet set;
+  set.format = "NeRF, synthetic";
+  set.background = cv::Vec3d::all(1);
+  LightField& all = set.light_field;
+  all.root = folder;
+  for (const char* part : kParts) {
+    const std::filesystem::path file = FileOfPart(folder, part);
+    if (!std::filesystem::exists(file)) continue;
+    LightField light_field = ReadTransformsJson(file);
+    for (View& view : light_field.views) {
+      view.id = static_cast<int>(all.views.size()) + 1;
+      view.camera = IndexOfCamera(light_field.CameraOf(view), all.cameras);
+      all.views.push_back(std::move(view));
+    }
+    if (all.points.empty()) all.points = std::move(light_field.points);
+    all.doubts.insert(all.doubts.end(), light_field.doubts.begin(), light_field.doubts.end());
+  }
+  return set;
+}
+
+}  // namespace ulf

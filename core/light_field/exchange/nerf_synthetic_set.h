@@ -1,0 +1,18 @@
+// Sets in the format of NeRF's synthetic scenes (Mildenhall et al. 2020): transforms_train.json, transforms_val.json and
+// transforms_test.json with one field of view and pictures with alpha in train/, val/ and test/.
+#pragma once
+
+#include <filesystem>
+
+#include "core/light_field/exchange/posed_set.h"
+
+namespace ulf {
+
+// Whether a folder holds such a set.
+bool IsNerfSynthetic(const std::filesystem::path& folder);
+
+// All views of all parts that are there, in this order; the names of the photographs begin with the part's. Throws
+// Error as ReadTransformsJson().
+PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder);
+
+}  // namespace ulf

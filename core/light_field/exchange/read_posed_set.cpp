@@ -1,0 +1,204 @@
+#include "core/light_field/exchange/read_posed_set.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+#include "core/base/shell_word.h"
+#include "core/image/image.h"
+#include "core/light_field/exchange/bundler_set.h"
+#include "core/light_field/exchange/colmap_set.h"
+#include "core/light_field/exchange/llff_set.h"
+#include "core/light_field/exchange/metashape_set.h"
+#include "core/light_field/exchange/nerf_synthetic_set.h"
+#include "core/light_field/exchange/realityscan_set.h"
+#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::pair<SetFormat, const char*>, 8> kSetFormats{
+    {{SetFormat::kUlf, "ulf"},
+     {SetFormat::kTransforms, "nerfstudio"},
+     {SetFormat::kNerfSynthetic, "nerf-synthetic"},
+     {SetFormat::kColmap, "colmap"},
+     {SetFormat::kLlff, "llff"},
+     {SetFormat::kBundler, "bundler"},
+     {SetFormat::kMetashape, "metashape"},
+     {SetFormat::kRealityScan, "realityscan"}}};
+
+std::string BeginningOf(const fs::path& file) {
+  constexpr std::size_t kEnough = 4096;
+  std::string text(kEnough, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return text;
+}
+
+bool IsMetashapeFile(const fs::path& file) {
+  if (Lowercase(file.extension().string()) != ".xml") return false;
+  const std::string text = BeginningOf(file);
+  return text.find("<document") != std::string::npos && text.find("<chunk") != std::string::npos;
+}
+
+bool IsRealityScanFile(const fs::path& file) {
+  return Lowercase(file.extension().string()) == ".xmp" &&
+         BeginningOf(file).find("capturingreality") != std::string::npos;
+}
+
+bool IsBundlerFile(const fs::path& file) {
+  return Lowercase(file.extension().string()) == ".out" && BeginningOf(file).starts_with("# Bundle file");
+}
+
+// The first file, by name, in the folder or in one of its `below` for which `is_one` is true; empty: none.
+fs::path FirstFileIn(const fs::path& folder, std::initializer_list<const char*> below,
+                     bool (*is_one)(const fs::path&)) {
+  std::error_code unknown;
+  for (const char* inside : below) {
+    fs::path first;
+    for (const auto& entry : fs::directory_iterator((folder / inside).lexically_normal(), unknown))
+      if (entry.is_regular_file(unknown) && is_one(entry.path()) && (first.empty() || entry.path() < first))
+        first = entry.path();
+    if (!first.empty()) return first;
+  }
+  return {};
+}
+
+// The file, or the folder, that the reader of the format wants; empty: there is no such set.
+fs::path PlaceOf(SetFormat format, const fs::path& source) {
+  std::error_code unknown;
+  const bool is_file = fs::is_regular_file(source, unknown);
+  const auto has = [&](const char* name) { return fs::is_regular_file(source / name, unknown); };
+  const std::string name = source.filename().string();
+  switch (format) {
+    case SetFormat::kUlf:
+      return has(kJournalFile) ? source : fs::path();
+    case SetFormat::kTransforms:
+      if (is_file)
+        return Lowercase(source.extension().string()) == ".json" && !name.starts_with("transforms_")
+                   ? source
+                   : fs::path();
+      return has(kTransformsFile) && !has(kJournalFile) ? source / kTransformsFile : fs::path();
+    case SetFormat::kNerfSynthetic:
+      if (is_file) return name == "transforms_train.json" ? source.parent_path() : fs::path();
+      return IsNerfSynthetic(source) ? source : fs::path();
+    case SetFormat::kColmap: {
+      const bool is_part = name.starts_with("cameras.") || name.starts_with("images.");
+      const fs::path folder = is_file && is_part ? source.parent_path() : source;
+      // A light field holds such a model of itself.
+      return !(has(kJournalFile) || ColmapModelIn(folder).empty()) ? folder : fs::path();
+    }
+    case SetFormat::kLlff:
+      if (is_file) return Lowercase(source.extension().string()) == ".npy" ? source : fs::path();
+      return has(kLlffFile) ? source / kLlffFile : fs::path();
+    case SetFormat::kBundler:
+      if (is_file) return IsBundlerFile(source) ? source : fs::path();
+      return FirstFileIn(source, {".", "bundle", "bundler"}, IsBundlerFile);
+    case SetFormat::kMetashape:
+      if (is_file) return IsMetashapeFile(source) ? source : fs::path();
+      return FirstFileIn(source, {"."}, IsMetashapeFile);
+    case SetFormat::kRealityScan: {
+      if (is_file) return IsRealityScanFile(source) ? source.parent_path() : fs::path();
+      const fs::path first = FirstFileIn(source, {".", "images"}, IsRealityScanFile);
+      return first.empty() ? first : first.parent_path();
+    }
+  }
+  return {};
+}
+
+[[noreturn]] void RefuseUnposed(const fs::path& source) {
+  std::error_code unknown;
+  const std::string path = source.string(), word = ShellWord(path);
+  if (!fs::exists(source, unknown)) throw Error("{}: there is no such file or folder; check the path", path);
+  if (fs::is_regular_file(source, unknown))
+    throw Error(
+        "{}: is no set of posed photographs (docs/import.md lists the formats); a video is posed and "
+        "recorded "
+        "by 'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
+        path, word);
+  for (const auto& entry : fs::directory_iterator(source, unknown))
+    if (HasImageEnding(entry.path()))
+      throw Error(
+          "{}: photographs without poses (docs/import.md lists the formats); they are posed and recorded by "
+          "'ulf "
+          "capture replay:{} -o DIR --focal-px F --no-subject'",
+          path, word);
+  throw Error("{}: holds no set of posed photographs; docs/import.md lists the formats and their files",
+              path);
+}
+
+PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images) {
+  switch (format) {
+    case SetFormat::kUlf: {
+      PosedSet set{ReadLightField(place), "ulf", {}, {}};
+      set.light_field.doubts.clear();  // they have been said
+      return set;
+    }
+    case SetFormat::kTransforms:
+      return {ReadTransformsJson(place), "nerfstudio", {}, {}};
+    case SetFormat::kNerfSynthetic:
+      return ReadNerfSyntheticSet(place);
+    case SetFormat::kColmap:
+      return ReadColmapSet(place, images);
+    case SetFormat::kLlff:
+      return ReadLlffSet(place, images);
+    case SetFormat::kBundler:
+      return ReadBundlerSet(place, images);
+    case SetFormat::kMetashape:
+      return ReadMetashapeSet(place, images);
+    case SetFormat::kRealityScan:
+      return ReadRealityScanSet(place, images);
+  }
+  return {};
+}
+
+}  // namespace
+
+const char* Name(SetFormat format) {
+  return std::ranges::find(kSetFormats, format, &std::pair<SetFormat, const char*>::first)->second;
+}
+
+std::optional<SetFormat> SetFormatFromName(const std::string& name) {
+  if (name == "auto") return std::nullopt;
+  std::vector<std::string> names;
+  for (const auto& [format, known] : kSetFormats) {
+    if (name == known) return format;
+    names.emplace_back(known);
+  }
+  throw UsageError("--format {}: there is no such format; there are auto, {}", name, fmt::join(names, ", "));
+}
+
+std::vector<SetFormat> FormatsIn(const fs::path& source) {
+  std::vector<SetFormat> formats;
+  for (const auto& [format, name] : kSetFormats)
+    if (!PlaceOf(format, source).empty()) formats.push_back(format);
+  return formats;
+}
+
+PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& asked, const fs::path& images) {
+  const std::vector<SetFormat> formats = FormatsIn(source);
+  if (asked && std::ranges::find(formats, *asked) == formats.end())
+    throw Error("{}: holds no set in the format {}; {}", source.string(), Name(*asked),
+                formats.empty() ? "docs/import.md lists the files of each"
+                                : fmt::format("it holds one in the format {}", Name(formats.front())));
+  if (formats.empty()) RefuseUnposed(source);
+  const SetFormat format = asked.value_or(formats.front());
+  PosedSet set = ReadAs(format, PlaceOf(format, source), images);
+  if (asked) return set;
+  for (const SetFormat other : formats)
+    if (other != format)
+      set.light_field.doubts.push_back(
+          fmt::format("{}: is read as {}; it is also a set in the format {} (--format {})", source.string(),
+                      Name(format), Name(other), Name(other)));
+  return set;
+}
+
+}  // namespace ulf

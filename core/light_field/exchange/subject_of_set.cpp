@@ -1,0 +1,104 @@
+#include "core/light_field/exchange/subject_of_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "core/base/quantile.h"
+
+namespace ulf {
+namespace {
+
+// Of one view: the nearest and the farthest depth that is shown, and the middle by disparity.
+struct ShownDepths {
+  double nearest = 0, middle = 0, farthest = 0;
+};
+using DepthsOfViews = std::vector<std::optional<ShownDepths>>;  // by view
+
+DepthsOfViews FromBounds(const std::vector<Eigen::Vector2d>& bounds) {
+  DepthsOfViews depths;
+  for (const Eigen::Vector2d& bound : bounds)
+    depths.push_back(ShownDepths{bound.x(), 2 / (1 / bound.x() + 1 / bound.y()), bound.y()});
+  return depths;
+}
+
+// Of the points that a view is known to have seen; of all that project into it where no track is known.
+DepthsOfViews FromPoints(const LightField& light_field) {
+  constexpr std::size_t kFewestPoints = 10;  // that tell a view's depths. Guessed.
+  constexpr double kAstray = 0.05;           // of them at either end may be wrong. Guessed.
+  std::unordered_map<int, std::size_t> index_of_view;
+  for (std::size_t i = 0; i < light_field.views.size(); ++i) index_of_view[light_field.views[i].id] = i;
+  std::vector<std::vector<double>> disparities(light_field.views.size());
+  const auto note = [&](std::size_t i, const Eigen::Vector3d& point) {
+    const View& view = light_field.views[i];
+    const Eigen::Vector3d in_cam = view.cam_from_world * point;
+    const CameraModel& camera = light_field.CameraOf(view);
+    const auto img = camera.ImgFromCam(in_cam);
+    if (in_cam.z() > 0 && img && camera.Contains(*img)) disparities[i].push_back(1 / in_cam.z());
+  };
+  const bool some_are_tracked =
+      std::ranges::any_of(light_field.points, [](const ScenePoint& point) { return !point.track.empty(); });
+  for (const ScenePoint& point : light_field.points) {
+    if (some_are_tracked)
+      for (const ViewObservation& seen : point.track)
+        note(index_of_view.at(seen.view_id), point.position_in_world);
+    else
+      for (std::size_t i = 0; i < light_field.views.size(); ++i) note(i, point.position_in_world);
+  }
+  DepthsOfViews depths;
+  for (std::vector<double>& of_view : disparities) {
+    if (of_view.size() < kFewestPoints)
+      depths.push_back(std::nullopt);
+    else
+      depths.push_back(ShownDepths{1 / Quantile(of_view, 1 - kAstray), 1 / Quantile(of_view, 0.5),
+                                   1 / Quantile(of_view, kAstray)});
+  }
+  return depths;
+}
+
+bool ShowSomethingAt(const Subject& subject, const LightField& light_field, const DepthsOfViews& depths) {
+  std::size_t inside = 0, known = 0;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (!depths[i]) continue;
+    const double depth = (light_field.views[i].cam_from_world * subject.center_in_world).z();
+    ++known;
+    inside += depth >= depths[i]->nearest - subject.radius && depth <= depths[i]->farthest + subject.radius;
+  }
+  return 2 * inside >= known;
+}
+
+std::optional<Subject> SubjectFromDepths(const LightField& light_field, const DepthsOfViews& depths,
+                                         double width_share) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::vector<double> radii;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (!depths[i]) continue;
+    const View& view = light_field.views[i];
+    const CameraModel& camera = light_field.CameraOf(view);
+    sum += view.cam_from_world.Inverse() * Eigen::Vector3d(0, 0, depths[i]->middle);
+    radii.push_back(depths[i]->middle * std::sin(std::atan(0.5 * width_share * camera.width / camera.fx)));
+  }
+  if (radii.empty()) return std::nullopt;
+  const Subject subject{sum / static_cast<double>(radii.size()), Median(radii)};
+  const bool is_before_cameras = std::ranges::all_of(light_field.views, [&](const View& view) {
+    return (view.cam_from_world * subject.center_in_world).z() > 0;
+  });
+  return is_before_cameras ? std::optional(subject) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share) {
+  const LightField& light_field = set.light_field;
+  const DepthsOfViews points = FromPoints(light_field);
+  const bool points_tell = std::ranges::any_of(points, [](const auto& depths) { return depths.has_value(); });
+  const DepthsOfViews depths = points_tell ? points : FromBounds(set.depth_bounds);
+  if (const auto subject = SubjectFromAxes(light_field, width_share);
+      subject && ShowSomethingAt(*subject, light_field, depths))
+    return SubjectOfSet{*subject, "the optical axes"};
+  if (const auto subject = SubjectFromDepths(light_field, depths, width_share))
+    return SubjectOfSet{*subject, points_tell ? "the points" : "the depth bounds"};
+  return std::nullopt;
+}
+
+}  // namespace ulf

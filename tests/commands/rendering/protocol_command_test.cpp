@@ -1,0 +1,135 @@
+// Tests: commands/rendering/protocol_command.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/light_field/light_field_io.h"
+#include "render/quality/quality.h"
+#include "tests/render/scenes/synthetic_views.h"
+#include "tests/render/stereo/stereo_scenes.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using nlohmann::json;
+using test::RunUlf;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kViews = 20;
+
+// A wall with a board before it, as another program posed its photographs, with points on both.
+void WriteSet(const fs::path& dir, bool spoil_test_photographs) {
+  const test::Patch wall{{-8, -6, 3}, {16, 0, 0}, {0, 12, 0}, test::Mottled(0.02, 1)},
+      board{{-0.4, -0.3, 2.2}, {0.8, 0, 0}, {0, 0.6, 0}, test::Mottled(0.1, 2)};
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(120, 90, 110);
+  header.device_uri = "import:wall";
+  auto writer = LightFieldWriter::Create(dir, header);
+  std::vector<View> views;
+  for (const Vector3d& place : test::GridViewpoints(5, 4, 0.2, 0.0)) {
+    const test::Drawn drawn = test::Draw({wall, board}, place, {0, 0, 3});
+    cv::Mat grey, colour;
+    drawn.view.grey.convertTo(grey, CV_8U);
+    cv::merge(std::vector<cv::Mat>(3, grey), colour);
+    if (spoil_test_photographs && views.size() % 8 == 0) cv::RNG(9).fill(colour, cv::RNG::UNIFORM, 0, 256);
+    Frame frame;
+    frame.image = {.pixels = colour, .transfer = Transfer::kSrgb};
+    View view;
+    view.cam_from_world = drawn.view.cam_from_world;
+    views.push_back(writer.AddView(frame, view));
+  }
+  std::vector<ScenePoint> points;
+  cv::RNG random(3);
+  for (int i = 0; i < 300; ++i) {
+    ScenePoint point;
+    point.position_in_world = i % 3 == 0 ? Vector3d(random.uniform(-0.4, 0.4), random.uniform(-0.3, 0.3), 2.2)
+                                         : Vector3d(random.uniform(-2.0, 2.0), random.uniform(-1.5, 1.5), 3);
+    for (const View& view : views) {
+      const auto img = header.camera.ImgFromCam(view.cam_from_world * point.position_in_world);
+      if (!img || !header.camera.Contains(*img)) continue;
+      const bool is_spoiled = spoil_test_photographs && (view.id - 1) % 8 == 0;
+      point.track.push_back({view.id, is_spoiled ? Vector3d(5, 5, 0).head<2>() : *img});
+    }
+    if (point.track.size() > 1) points.push_back(point);
+  }
+  writer.SetPoints(points);
+  writer.SetSubject({spoil_test_photographs ? Vector3d(0.5, 0.4, 2) : Vector3d(0, 0, 3), 0.8});
+  writer.Close(1.0);
+}
+
+class ProtocolCommand : public testing::Test {
+ protected:
+  json Run(const fs::path& dir, const std::string& more) {
+    const auto run = RunUlf("evaluate " + dir.string() + " --json " + more);
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return json::parse(run.output);
+  }
+  test::ScratchFolder scratch_;
+  fs::path dir_ = scratch_ / "set";
+};
+
+// What the whole protocol is for: other photographs in the test views' places change the scores and nothing else.
+TEST_F(ProtocolCommand, NothingIsMadeFromTheTestViews) {
+  WriteSet(dir_, false);
+  WriteSet(scratch_ / "spoiled", true);
+  const std::string protocol = "--protocol llff -o ";
+  const json whole = Run(dir_, protocol + (scratch_ / "a").string());
+  const json spoiled = Run(scratch_ / "spoiled", protocol + (scratch_ / "b").string());
+  EXPECT_EQ(ReadWholeFile(scratch_ / "a/proxy.ply"), ReadWholeFile(scratch_ / "b/proxy.ply"));
+  for (const char* made : {"chosen_by", "field", "proxy"}) EXPECT_EQ(whole[made], spoiled[made]) << made;
+  for (const char* name : {"000001.png", "000009.png", "000017.png"})
+    EXPECT_EQ(ReadWholeFile(scratch_ / "a/rendered" / name), ReadWholeFile(scratch_ / "b/rendered" / name))
+        << name;
+  EXPECT_GT(whole["mean"]["psnr_db"], 20);
+  EXPECT_LT(spoiled["mean"]["psnr_db"], 12);
+  EXPECT_THAT(whole["chosen_by"].get<std::string>(),
+              AllOf(HasSubstr("plane"), HasSubstr("points"), HasSubstr("mesh")));
+}
+
+TEST_F(ProtocolCommand, WritesPicturesATableAndJson) {
+  WriteSet(dir_, false);
+  const json result =
+      Run(dir_, "--protocol every:10 --proxy plane --fields lumigraph -o " + (scratch_ / "out").string());
+  EXPECT_EQ(result["test"], 2);
+  EXPECT_EQ(result["given"], kViews - 2);
+  EXPECT_EQ(result["width_px"], 120);
+  EXPECT_EQ(result["proxy"], "plane");
+  EXPECT_EQ(result["views"][1]["name"], "000011.png");
+  EXPECT_TRUE(result["lpips"].is_null());
+  EXPECT_EQ(json::parse(ReadWholeFile(scratch_ / "out/result.json"))["mean"], result["mean"]);
+  EXPECT_THAT(ReadWholeFile(scratch_ / "out/result.txt"),
+              AllOf(HasSubstr("000011.png"), HasSubstr("SSIM uniform")));
+  const cv::Mat rendered = cv::imread((scratch_ / "out/rendered/000011.png").string()),
+                photograph = cv::imread((scratch_ / "out/photographs/000011.png").string());
+  EXPECT_EQ(rendered.size(), cv::Size(120, 90));
+  EXPECT_NEAR(CompareImages(rendered, photograph, cv::Mat(rendered.size(), CV_8U, cv::Scalar(1))).psnr_db,
+              result["views"][1]["psnr_db"], 1e-9);
+  EXPECT_EQ(cv::norm(photograph, ReadImageFile((dir_ / "images/000011.png").string()), cv::NORM_INF), 0);
+  EXPECT_FALSE(fs::exists(scratch_ / "out/proxy.ply")) << "none was asked for";
+}
+
+TEST_F(ProtocolCommand, RefusesWhatWouldLeak) {
+  WriteSet(dir_, false);
+  const std::string evaluate = "evaluate " + dir_.string() + " --protocol llff";
+  const auto mesh = RunUlf(evaluate + " --proxy some.ply");
+  EXPECT_EQ(mesh.exit_code, 2);
+  EXPECT_THAT(mesh.errors, HasSubstr("given photographs alone"));
+  const auto other = RunUlf("evaluate " + dir_.string() + " --protocol nerf");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.errors, HasSubstr("llff, nerf-synthetic"));
+  fs::create_directories(scratch_ / "full");
+  WriteFileAtomically(scratch_ / "full/mine", "mine");
+  EXPECT_EQ(RunUlf(evaluate + " -o " + (scratch_ / "full").string()).exit_code, 1);
+  EXPECT_EQ(ReadWholeFile(scratch_ / "full/mine"), "mine");
+}
+
+}  // namespace
+}  // namespace ulf

@@ -1,0 +1,537 @@
+// Tests: core/light_field/exchange/read_posed_set, core/light_field/exchange/posed_set,
+// core/light_field/exchange/colmap_set, core/light_field/exchange/llff_set, core/light_field/exchange/npy_file,
+// core/light_field/exchange/nerf_synthetic_set, core/light_field/exchange/subject_of_set, core/image/over_background.
+//
+// The same cameras before the same wall in every format: what is read is what was written, and what is damaged is
+// refused by name.
+#include "core/light_field/exchange/read_posed_set.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/image/over_background.h"
+#include "core/light_field/exchange/colmap_binary.h"
+#include "core/light_field/exchange/import_light_field.h"
+#include "core/light_field/exchange/npy_file.h"
+#include "core/light_field/exchange/subject_of_set.h"
+#include "core/light_field/light_field_io.h"
+#include "tests/core/light_field/light_field_samples.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using nlohmann::json;
+using test::ScratchFolder;
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::ThrowsMessage;
+
+constexpr double kNear = 2, kFar = 4;
+
+// Five cameras side by side that all face the same way, before points from kNear to kFar away.
+LightField Wall(const CameraModel& camera) {
+  LightField wall;
+  wall.cameras = {camera};
+  for (int i = 0; i < 5; ++i) {
+    View view;
+    view.id = i + 1;
+    view.image_path = fmt::format("images/shot{}.png", i + 1);
+    view.cam_from_world =
+        Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(0.01 * i, Eigen::Vector3d(1, 2, 3).normalized())),
+               {-0.3 * i, 0.02 * i, 0.01}};
+    wall.views.push_back(view);
+  }
+  cv::RNG random(5);
+  for (int i = 0; i < 60; ++i) {
+    ScenePoint point;
+    point.position_in_world = {random.uniform(-0.5, 1.5), random.uniform(-0.6, 0.6),
+                               random.uniform(kNear, kFar)};
+    point.rgb = {static_cast<std::uint8_t>(i), 2, 3};
+    for (const View& view : wall.views)
+      if (const auto img = camera.ImgFromCam(view.cam_from_world * point.position_in_world);
+          img && camera.Contains(*img))
+        point.track.push_back({view.id, *img});
+    if (point.track.size() > 1) wall.points.push_back(point);
+  }
+  return wall;
+}
+
+LightField Wall() {
+  return Wall(CameraModel{.width = kWidth,
+                          .height = kHeight,
+                          .fx = 60,
+                          .fy = 60,
+                          .cx = 31,
+                          .cy = 23,
+                          .distortion = Distortion::kRadialTangential,
+                          .coefficients = {0.02, -0.01, 0, 0, 0}});
+}
+
+void WritePhotographs(const LightField& light_field, const fs::path& folder,
+                      const cv::Size& size = {kWidth, kHeight}) {
+  fs::create_directories(folder);
+  for (const View& view : light_field.views) {
+    cv::Mat picture = NoiseFrame(view.id).image.pixels;
+    if (picture.size() != size) cv::resize(picture, picture, size);
+    cv::imwrite((folder / fs::path(view.image_path).filename()).string(), picture);
+  }
+}
+
+void ExpectSameCameras(const LightField& read, const LightField& written) {
+  ASSERT_EQ(read.views.size(), written.views.size());
+  for (std::size_t i = 0; i < read.views.size(); ++i) {
+    const View &a = read.views[i], &b = written.views[i];
+    EXPECT_EQ(fs::path(a.image_path).filename(), fs::path(b.image_path).filename());
+    EXPECT_LT((a.cam_from_world.Matrix() - b.cam_from_world.Matrix()).norm(), 1e-9) << a.image_path;
+    for (const Eigen::Vector3d& point : {Eigen::Vector3d(0.1, 0.2, 1), Eigen::Vector3d(-0.3, 0.1, 1.2)})
+      EXPECT_LT((*read.CameraOf(a).ImgFromCam(point) - *written.CameraOf(b).ImgFromCam(point)).norm(), 1e-9);
+  }
+}
+
+void ExpectPointsOnTheirObservations(const LightField& light_field, std::size_t points) {
+  ASSERT_EQ(light_field.points.size(), points);
+  for (const ScenePoint& point : light_field.points) {
+    EXPECT_GE(point.track.size(), 2u);
+    for (const ViewObservation& seen : point.track) {
+      const View& view = light_field.views.at(static_cast<std::size_t>(seen.view_id) - 1);
+      EXPECT_LT((*light_field.CameraOf(view).ImgFromCam(view.cam_from_world * point.position_in_world) -
+                 seen.in_img)
+                    .norm(),
+                1e-3);
+    }
+  }
+}
+
+// ---- LLFF ----
+
+struct NpyKind {
+  const char* type = "<f8";
+  bool by_columns = false;
+  int version = 1;
+};
+
+std::string Npy(const Eigen::MatrixXd& values, const NpyKind& kind = {}, const std::string& shape = "") {
+  std::string header =
+      fmt::format("{{'descr': '{}', 'fortran_order': {}, 'shape': ({}), }}", kind.type,
+                  kind.by_columns ? "True" : "False",
+                  shape.empty() ? fmt::format("{}, {}", values.rows(), values.cols()) : shape);
+  while ((header.size() + 11) % 64 != 0) header += ' ';
+  header += '\n';
+  std::string bytes = "\x93NUMPY";
+  bytes += static_cast<char>(kind.version);
+  bytes += '\0';
+  bytes += static_cast<char>(header.size() & 255);
+  bytes += static_cast<char>(header.size() >> 8);
+  if (kind.version > 1) bytes += std::string(2, '\0');
+  bytes += header;
+  const auto put = [&](double value) {
+    const std::string type = kind.type;
+    std::string number(type.ends_with('8') ? 8 : 4, '\0');
+    const auto narrow = static_cast<float>(value);
+    std::memcpy(number.data(), type.ends_with('8') ? static_cast<const void*>(&value) : &narrow,
+                number.size());
+    if (type.starts_with('>')) std::ranges::reverse(number);
+    bytes += number;
+  };
+  if (kind.by_columns)
+    for (Eigen::Index c = 0; c < values.cols(); ++c)
+      for (Eigen::Index r = 0; r < values.rows(); ++r) put(values(r, c));
+  else
+    for (Eigen::Index r = 0; r < values.rows(); ++r)
+      for (Eigen::Index c = 0; c < values.cols(); ++c) put(values(r, c));
+  return bytes;
+}
+
+// Columns down, right, back, centre, (height, width, focal length), then two depths.
+Eigen::MatrixXd LlffRows(const LightField& light_field) {
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(light_field.views.size()), 17);
+  for (std::size_t i = 0; i < light_field.views.size(); ++i) {
+    const CameraModel& camera = light_field.CameraOf(light_field.views[i]);
+    const Eigen::Matrix4d world_from_cam = light_field.views[i].cam_from_world.Inverse().Matrix();
+    Eigen::Matrix<double, 3, 5, Eigen::RowMajor> matrix;
+    matrix.col(0) = world_from_cam.block<3, 1>(0, 1);
+    matrix.col(1) = world_from_cam.block<3, 1>(0, 0);
+    matrix.col(2) = -world_from_cam.block<3, 1>(0, 2);
+    matrix.col(3) = world_from_cam.block<3, 1>(0, 3);
+    matrix.col(4) = Eigen::Vector3d(camera.height, camera.width, camera.fx);
+    rows.row(static_cast<Eigen::Index>(i)).head<15>() =
+        Eigen::Map<const Eigen::Matrix<double, 1, 15>>(matrix.data());
+    rows.row(static_cast<Eigen::Index>(i)).tail<2>() = Eigen::Vector2d(kNear, kFar);
+  }
+  return rows;
+}
+
+class LlffSet : public testing::Test {
+ protected:
+  LlffSet() : wall_(Wall(CameraModel::Pinhole(kWidth, kHeight, 60))) {
+    wall_.points.clear();
+    WritePhotographs(wall_, set() / "images");
+    Write(Npy(LlffRows(wall_)));
+  }
+  fs::path set() const { return scratch_ / "set"; }
+  fs::path file() const { return set() / "poses_bounds.npy"; }
+  void Write(const std::string& bytes) { std::ofstream(file(), std::ios::binary) << bytes; }
+  PosedSet Read() { return ReadPosedSet(set(), {}, {}); }
+  void ExpectRefused(const std::string& words) {
+    EXPECT_THAT([&] { Read(); },
+                ThrowsMessage<Error>(AllOf(HasSubstr("poses_bounds.npy"), HasSubstr(words))));
+  }
+  ScratchFolder scratch_;
+  LightField wall_;
+};
+
+TEST_F(LlffSet, IsReadWhateverNumbersItIsWrittenIn) {
+  EXPECT_EQ(Read().format, "LLFF");
+  ExpectSameCameras(Read().light_field, wall_);
+  for (const NpyKind& kind : {NpyKind{">f8", false, 1}, {"<f8", true, 2}, {"<f8", false, 3}}) {
+    Write(Npy(LlffRows(wall_), kind));
+    ExpectSameCameras(Read().light_field, wall_);
+  }
+  Write(Npy(LlffRows(wall_), {"<f4", false, 1}));
+  EXPECT_LT(
+      (Read().light_field.views[4].cam_from_world.Matrix() - wall_.views[4].cam_from_world.Matrix()).norm(),
+      1e-6);
+  EXPECT_EQ(ReadPosedSet(file(), {}, {}).light_field.views.size(), 5u) << "the file itself";
+}
+
+TEST_F(LlffSet, WhoeverWantsALightFieldIsSentToTheImport) {
+  EXPECT_THAT([&] { ReadLightField(set()); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("llff"), HasSubstr("ulf import"))));
+}
+
+TEST_F(LlffSet, TheSubjectLiesInTheMiddleOfTheDepthsByDisparity) {
+  const auto found = FindSubject(Read());
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->told_by, "the depth bounds");
+  const double middle = 2 / (1 / kNear + 1 / kFar);
+  EXPECT_NEAR((wall_.views[2].cam_from_world * found->subject.center_in_world).z(), middle, 0.05);
+  const auto run = test::RunUlf("import " + set().string() + " -o " + (scratch_ / "lf").string());
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("LLFF, 5 views"), HasSubstr("by the depth bounds")));
+  EXPECT_EQ(ReadLightField(scratch_ / "lf").subject, found->subject);
+}
+
+TEST_F(LlffSet, ReducedPhotographsScaleTheCamera) {
+  fs::remove_all(set() / "images");
+  WritePhotographs(wall_, set() / "images_2", {kWidth / 2, kHeight / 2});
+  const PosedSet half = Read();
+  EXPECT_EQ(half.light_field.cameras.at(0), wall_.cameras[0].ScaledTo(kWidth / 2, kHeight / 2));
+  EXPECT_THAT(half.light_field.doubts, ElementsAre(HasSubstr("resized")));
+  WritePhotographs(wall_, set() / "images");
+  EXPECT_EQ(Read().light_field.cameras.at(0), wall_.cameras[0]) << "the largest";
+  EXPECT_EQ(ReadPosedSet(set(), {}, set() / "images_2").light_field.cameras, half.light_field.cameras);
+  const auto run =
+      test::RunUlf("import " + set().string() + " --images images_2 -o " + (scratch_ / "lf").string());
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(ReadLightField(scratch_ / "lf").cameras, half.light_field.cameras);
+  WritePhotographs(wall_, set() / "images", {kWidth, kHeight - 4});
+  ExpectRefused("cropped or turned");
+}
+
+TEST_F(LlffSet, DamageIsRefusedByName) {
+  const std::string whole = Npy(LlffRows(wall_));
+  for (const std::size_t left : {0ul, 5ul, 9ul, 60ul, 128ul, 200ul, whole.size() - 8, whole.size() - 1}) {
+    Write(whole.substr(0, left));
+    ExpectRefused("copy it again");
+  }
+  Write(Npy(LlffRows(wall_), {}, "900000000, 17"));
+  ExpectRefused("cut short");
+  Write(Npy(LlffRows(wall_), {}, "5, 17, 1"));
+  ExpectRefused("one or two dimensions");
+  Write(Npy(LlffRows(wall_).leftCols(15)));
+  ExpectRefused("a row of 17");
+  Write(Npy(LlffRows(wall_), {"<i8", false, 1}));
+  ExpectRefused("numbers of type '<i8'");
+  for (const auto& [column, value, words] :
+       std::initializer_list<std::tuple<int, double, const char*>>{{3, std::nan(""), "not finite"},
+                                                                   {0, 3.0, "not a rotation"},
+                                                                   {14, -60.0, "no camera's"},
+                                                                   {15, 5.0, "no range"}}) {
+    Eigen::MatrixXd rows = LlffRows(wall_);
+    rows(2, column) = value;
+    Write(Npy(rows));
+    ExpectRefused(words);
+    ExpectRefused("row 2 (shot3.png)");
+  }
+  Write(Npy(LlffRows(wall_).topRows(4)));
+  ExpectRefused("4 poses");
+  Write(whole);
+  fs::remove_all(set() / "images");
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("--images")));
+}
+
+// ---- COLMAP ----
+
+class ColmapSet : public testing::TestWithParam<bool> {
+ protected:
+  ColmapSet() : wall_(Wall()) {
+    WritePhotographs(wall_, set() / "images");
+    WriteModel(GetParam());
+  }
+  fs::path set() const { return scratch_ / "set"; }
+  fs::path model() const { return set() / "sparse/0"; }
+  std::string ending() const { return GetParam() ? ".bin" : ".txt"; }
+  void WriteModel(bool binary) const {
+    fs::create_directories(model());
+    const ColmapReconstruction colmap = ToColmap(wall_);
+    const ColmapFiles files = binary ? ToColmapBinary(colmap) : ToColmapText(colmap);
+    const char* ending = binary ? ".bin" : ".txt";
+    std::ofstream(model() / (std::string("cameras") + ending), std::ios::binary) << files.cameras;
+    std::ofstream(model() / (std::string("images") + ending), std::ios::binary) << files.images;
+    std::ofstream(model() / (std::string("points3D") + ending), std::ios::binary) << files.points3d;
+  }
+  LightField Read() const { return ReadPosedSet(set(), {}, {}).light_field; }
+  ScratchFolder scratch_;
+  LightField wall_;
+};
+
+TEST_P(ColmapSet, IsReadWithPointsAndTracks) {
+  const LightField read = Read();
+  ExpectSameCameras(read, wall_);
+  ExpectPointsOnTheirObservations(read, wall_.points.size());
+  EXPECT_THAT(read.doubts, IsEmpty());
+  EXPECT_EQ(read.points[3].rgb, wall_.points[3].rgb);
+  for (const fs::path& place : {model(), set() / "sparse", model() / ("images" + ending())})
+    EXPECT_EQ(ReadPosedSet(place, {}, {}).light_field.views.size(), 5u) << place;
+  const Imported imported = Import(set(), scratch_ / "lf", {});
+  EXPECT_EQ(imported.subject_told_by, "the points");
+  ExpectPointsOnTheirObservations(ReadLightField(scratch_ / "lf"), wall_.points.size());
+  const double depth = (wall_.views[2].cam_from_world * imported.light_field.subject->center_in_world).z();
+  EXPECT_GT(depth, kNear);
+  EXPECT_LT(depth, kFar);
+}
+
+TEST_P(ColmapSet, ResizedPhotographsMoveTheObservations) {
+  fs::remove_all(set() / "images");
+  WritePhotographs(wall_, set() / "images_2", {kWidth / 2, kHeight / 2});
+  const LightField half = Read();
+  EXPECT_THAT(half.doubts, ElementsAre(HasSubstr("resized")));
+  ExpectPointsOnTheirObservations(half, wall_.points.size());
+}
+
+TEST_P(ColmapSet, MasksAreTakenAndPhotographsThatLackSomethingAreSaid) {
+  fs::create_directories(set() / "masks");
+  cv::Mat mask(kHeight, kWidth, CV_8U, cv::Scalar(255));
+  mask.at<std::uint8_t>(3, 4) = 0;
+  cv::imwrite((set() / "masks/shot2.png.png").string(), mask);
+  cv::imwrite((set() / "images/extra.png").string(), mask);
+  fs::remove(set() / "images/shot5.png");
+  const LightField read = Read();
+  ASSERT_EQ(read.views.size(), 4u);
+  EXPECT_THAT(read.doubts, AllOf(Contains(AllOf(HasSubstr("left out"), HasSubstr("shot5.png"))),
+                                 Contains(AllOf(HasSubstr("without a pose"), HasSubstr("extra.png")))));
+  const LightField imported = Import(set(), scratch_ / "lf", {}).light_field;
+  EXPECT_EQ(cv::countNonZero(ReadViewMask(imported, imported.views[1]) == 0), 1);
+  for (const View& view : read.views) fs::remove(set() / "images" / view.image_path);
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("--images")));
+}
+
+TEST_P(ColmapSet, ACutFileIsRefusedByName) {
+  for (const std::string name : {"cameras", "images", "points3D"}) {
+    const fs::path file = model() / (name + ending());
+    const std::string whole = ReadWholeFile(file);
+    int read = 0;
+    for (int part = 1; part < 8; ++part) {
+      fs::resize_file(file, whole.size() * static_cast<std::size_t>(part) / 8);
+      try {
+        Read();
+        ++read;
+      } catch (const Error& error) {
+        EXPECT_THAT(error.what(), AnyOf(HasSubstr(file.string()), HasSubstr("among the cameras"),
+                                        HasSubstr("no images"), HasSubstr("no COLMAP model")))
+            << name;
+      }
+      std::ofstream(file, std::ios::binary) << whole;
+    }
+    // Text that ends with a whole line looks complete; bytes do not.
+    EXPECT_LE(read, GetParam() ? 0 : 7) << name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, ColmapSet, testing::Bool(),
+                         [](const auto& binary) { return binary.param ? "Binary" : "Text"; });
+
+class ColmapBinarySet : public ColmapSet {};
+INSTANTIATE_TEST_SUITE_P(Format, ColmapBinarySet, testing::Values(true));
+
+TEST_P(ColmapBinarySet, CountsThatLieAllocateNothing) {
+  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    const std::string whole = ReadWholeFile(model() / name);
+    std::string lie = whole;
+    lie[6] = '\x7f';  // of the eight bytes of the count
+    std::ofstream(model() / name, std::ios::binary) << lie;
+    EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(AllOf(HasSubstr(name), HasSubstr("cut short"))))
+        << name;
+    std::ofstream(model() / name, std::ios::binary) << whole;
+  }
+}
+
+TEST_P(ColmapBinarySet, CameraModelsThatThereAreNoneOfAreNamed) {
+  const std::string whole = ReadWholeFile(model() / "cameras.bin");
+  for (const auto& [number, name] : std::initializer_list<std::pair<char, const char*>>{
+           {7, "'FOV'"}, {10, "'THIN_PRISM_FISHEYE'"}, {99, "number 99"}}) {
+    std::string other = whole;
+    other[12] = number;
+    std::ofstream(model() / "cameras.bin", std::ios::binary) << other;
+    EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(AllOf(HasSubstr(name), HasSubstr("not supported"),
+                                                            HasSubstr("OPENCV"))));
+  }
+}
+
+TEST_P(ColmapBinarySet, BesideATextModelTheBinaryOneCounts) {
+  wall_.views[0].cam_from_world.translation.x() += 1;
+  WriteModel(false);
+  const LightField read = Read();
+  EXPECT_LT(read.views[0].cam_from_world.translation.x(), 0.5);
+  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("the binary one is read")));
+}
+
+// ---- NeRF's synthetic sets ----
+
+class NerfSet : public testing::Test {
+ protected:
+  NerfSet() {
+    for (const char* part : {"train", "test"}) {
+      json frames = json::array();
+      fs::create_directories(scratch_ / "set" / part);
+      for (int i = 0; i < 3; ++i) {
+        View view = ViewNumber(part == std::string("test") ? i + 3 : i);
+        const Eigen::Matrix4d pose =
+            view.cam_from_world.Inverse().Matrix() * Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
+        json rows = json::array();
+        for (int r = 0; r < 4; ++r) rows.push_back({pose(r, 0), pose(r, 1), pose(r, 2), pose(r, 3)});
+        frames.push_back({{"file_path", fmt::format("./{}/r_{}", part, i)},
+                          {"rotation", 0.01},
+                          {"transform_matrix", rows}});
+        cv::Mat picture(kHeight, kWidth, CV_8UC4, cv::Scalar(40, 80, 120, 255));
+        picture.at<cv::Vec4b>(2, 3) = {200, 100, 0, 0};
+        picture.at<cv::Vec4b>(2, 4) = {200, 100, 0, 51};
+        cv::imwrite((scratch_ / "set" / part / fmt::format("r_{}.png", i)).string(), picture);
+      }
+      std::ofstream(scratch_ / "set" / fmt::format("transforms_{}.json", part))
+          << json{{"camera_angle_x", 0.7}, {"frames", frames}}.dump();
+    }
+  }
+  ScratchFolder scratch_;
+};
+
+TEST_F(NerfSet, HasAllPartsOverWhite) {
+  const Imported imported = Import(scratch_ / "set", scratch_ / "lf", {});
+  const LightField& read = imported.light_field;
+  ASSERT_EQ(read.views.size(), 6u);
+  EXPECT_EQ(imported.format, "NeRF, synthetic");
+  EXPECT_EQ(read.views[0].image_path, "images/train/r_0.png");
+  EXPECT_EQ(read.views[5].image_path, "images/test/r_2.png");
+  EXPECT_EQ(read.cameras.size(), 1u);
+  EXPECT_NEAR(read.cameras[0].fx, 0.5 * kWidth / std::tan(0.35), 1e-9);
+  EXPECT_LT((read.views[4].cam_from_world.Matrix() - ViewNumber(4).cam_from_world.Matrix()).norm(), 1e-9);
+  const cv::Mat picture = ReadImageFile((scratch_ / "lf/images/test/r_2.png").string());
+  EXPECT_EQ(picture.at<cv::Vec3b>(0, 0), cv::Vec3b(40, 80, 120));
+  EXPECT_EQ(picture.at<cv::Vec3b>(2, 3), cv::Vec3b(255, 255, 255));
+  EXPECT_EQ(picture.at<cv::Vec3b>(2, 4), cv::Vec3b(244, 224, 204)) << "a fifth of the colour";
+  EXPECT_FALSE(HasMask(read, read.views[0]));
+}
+
+TEST_F(NerfSet, TheBackgroundCanBeChosen) {
+  const std::string import = "import " + (scratch_ / "set").string() + " -o " + (scratch_ / "lf").string();
+  const auto run = test::RunUlf(import + " --background 10,20,30");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(ReadImageFile((scratch_ / "lf/images/train/r_0.png").string()).at<cv::Vec3b>(2, 3),
+            cv::Vec3b(30, 20, 10));
+  for (const char* bad : {"red", "1,2", "1,2,3,4", "256,0,0", "-1,0,0"})
+    EXPECT_EQ(test::RunUlf(import + "2 --background " + bad).exit_code, 2) << bad;
+}
+
+TEST(OverBackground, SixteenBitsStaySixteen) {
+  const ScratchFolder scratch;
+  cv::Mat picture(2, 2, CV_16UC4, cv::Scalar(1000, 2000, 3000, 65535));
+  picture.at<cv::Vec<std::uint16_t, 4>>(0, 0)[3] = 0;
+  cv::imwrite((scratch / "a.png").string(), picture);
+  const cv::Mat over = ReadOverBackground((scratch / "a.png").string(), {1, 0, 0.5});
+  ASSERT_EQ(over.type(), CV_16UC3);
+  EXPECT_EQ((over.at<cv::Vec<std::uint16_t, 3>>(0, 0)), (cv::Vec<std::uint16_t, 3>(65535, 0, 32768)));
+  EXPECT_EQ((over.at<cv::Vec<std::uint16_t, 3>>(1, 1)), (cv::Vec<std::uint16_t, 3>(1000, 2000, 3000)));
+  cv::imwrite((scratch / "b.png").string(), cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)));
+  EXPECT_TRUE(ReadOverBackground((scratch / "b.png").string(), {1, 1, 1}).empty());
+}
+
+// ---- which format it is ----
+
+TEST(PosedSets, WhatIsThereTwiceIsSaidAndCanBeChosen) {
+  const ScratchFolder scratch;
+  LightField wall = Wall(CameraModel::Pinhole(kWidth, kHeight, 60));
+  WritePhotographs(wall, scratch / "images");
+  std::ofstream(scratch / "poses_bounds.npy", std::ios::binary) << Npy(LlffRows(wall));
+  fs::create_directories(scratch / "sparse/0");
+  wall.views[0].cam_from_world.translation.x() += 1;
+  const ColmapFiles files = ToColmapText(ToColmap(wall));
+  std::ofstream(scratch / "sparse/0/cameras.txt") << files.cameras;
+  std::ofstream(scratch / "sparse/0/images.txt") << files.images;
+  EXPECT_THAT(FormatsIn(scratch.path()), ElementsAre(SetFormat::kColmap, SetFormat::kLlff));
+  const PosedSet first = ReadPosedSet(scratch.path(), {}, {});
+  EXPECT_EQ(first.format, "COLMAP, text");
+  EXPECT_THAT(first.light_field.doubts, ElementsAre(HasSubstr("--format llff")));
+  EXPECT_EQ(ReadPosedSet(scratch.path(), SetFormat::kLlff, {}).format, "LLFF");
+  EXPECT_THAT([&] { ReadPosedSet(scratch.path(), SetFormat::kBundler, {}); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("bundler"), HasSubstr("colmap"))));
+  EXPECT_THROW(SetFormatFromName("nerf"), UsageError);
+  for (const char* name : {"colmap", "llff", "nerf-synthetic", "realityscan"})
+    EXPECT_STREQ(Name(*SetFormatFromName(name)), name);
+}
+
+TEST(PosedSets, WithoutPosesTheWayOutIsSaid) {
+  const ScratchFolder scratch;
+  EXPECT_THAT([&] { ReadPosedSet(scratch.path(), {}, {}); },
+              ThrowsMessage<Error>(HasSubstr("docs/import.md")));
+  EXPECT_THAT([&] { ReadPosedSet(scratch / "none", {}, {}); }, ThrowsMessage<Error>(HasSubstr("no such")));
+  cv::imwrite((scratch / "a.png").string(), cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)));
+  EXPECT_THAT([&] { ReadPosedSet(scratch.path(), {}, {}); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("without poses"), HasSubstr("replay:"))));
+  std::ofstream(scratch / "video.mp4") << "x";
+  EXPECT_THAT([&] { ReadPosedSet(scratch / "video.mp4", {}, {}); },
+              ThrowsMessage<Error>(HasSubstr("replay:")));
+}
+
+TEST(SubjectOfSet, AxesThatMeetWhereNothingIsDoNotCount) {
+  // Cameras that toe in to a point far before the wall.
+  LightField wall = Wall(CameraModel::Pinhole(kWidth, kHeight, 60));
+  PosedSet set;
+  set.light_field = wall;
+  for (std::size_t i = 0; i < wall.views.size(); ++i)
+    set.light_field.views[i].cam_from_world =
+        LookAt({0.3 * static_cast<double>(i) - 0.6, 0, 0}, {0, 0, 0.6}, {0, -1, 0});
+  set.light_field.points.clear();
+  EXPECT_EQ(FindSubject(set)->told_by, "the optical axes");
+  set.depth_bounds.assign(wall.views.size(), {kNear, kFar});
+  ASSERT_TRUE(FindSubject(set));
+  EXPECT_EQ(FindSubject(set)->told_by, "the depth bounds");
+}
+
+TEST(PosedSets, ARealSetThatFacesOneWayIsTakenInWithoutASubject) {
+  ULF_NEED_TEST_DATA(fern, "llff_fern");
+  const ScratchFolder scratch;
+  const Imported imported = Import(fern, scratch / "lf", {});
+  EXPECT_EQ(imported.light_field.views.size(), 20u);
+  EXPECT_EQ(imported.light_field.cameras.at(0).width, 1008);
+  EXPECT_NEAR(imported.light_field.cameras.at(0).fx, 3260.5 / 4, 0.1);
+  for (const View& view : imported.light_field.views) {
+    const auto img = imported.light_field.CameraOf(view).ImgFromCam(
+        view.cam_from_world * imported.light_field.subject->center_in_world);
+    EXPECT_TRUE(img && imported.light_field.CameraOf(view).Contains(*img)) << view.image_path;
+  }
+}
+
+}  // namespace
+}  // namespace ulf
