@@ -112,6 +112,10 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
   sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit (1)");
+  sub.add_option("--subdivision", args.rules,
+                 "Rules of subdivision: ulf (for Delaunay's triangles), or loop (Loop's and Warren's as published, for "
+                 "comparison) (ulf)")
+      ->check(CLI::IsMember({"ulf", "loop"}));
   sub.add_option("--lumigraph-views", args.lumigraph_k,
                  "Lumigraph weights: number of views (4; for views on a line 3)")
       ->check(CLI::Range(1, render::kMostLumigraphViews));
@@ -125,6 +129,7 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
 
 render::FieldOptions FieldDetails(const FieldArgs& args) {
   return {.level = render::LevelFromName(args.level),
+          .rules = args.rules == "loop" ? render::SubdivisionRules::kLoop : render::SubdivisionRules::kDelaunay,
           .lumigraph_k = args.lumigraph_k,
           .lumigraph_resolution = args.lumigraph_resolution,
           .lumigraph_triangles = args.lumigraph_triangles};

@@ -39,6 +39,7 @@ std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
 // The details of a blending field.
 struct FieldArgs {
   std::string level = "1";
+  std::string rules = "ulf";
   int lumigraph_k = render::FieldOptions{}.lumigraph_k;
   double lumigraph_resolution = render::FieldOptions{}.lumigraph_resolution;
   int lumigraph_triangles = render::FieldOptions{}.lumigraph_triangles;

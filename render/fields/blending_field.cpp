@@ -44,7 +44,8 @@ FieldKind FieldFromName(const std::string& name, const std::string& option) {
 
 std::string FieldText(const FieldOptions& field) {
   if (field.kind != FieldKind::kSubdivision) return FieldName(field.kind);
-  return fmt::format("{} {}", FieldName(field.kind), LevelName(field.level));
+  return fmt::format("{} {}{}", FieldName(field.kind), LevelName(field.level),
+                     field.rules == SubdivisionRules::kLoop ? " (Loop)" : "");
 }
 
 std::string LevelName(int level) { return level == kLimitLevel ? "limit" : std::to_string(level); }
@@ -77,7 +78,7 @@ void FieldSample::Add(int view, double weight) {
 std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
                                          const FieldOptions& options) {
   const FieldOptions serves = FieldThatServes(options, scene->mesh);
-  if (UsesMesh(serves.kind)) return std::make_unique<MeshField>(std::move(scene), serves.level);
+  if (UsesMesh(serves.kind)) return std::make_unique<MeshField>(std::move(scene), serves.level, serves.rules);
   if (serves.kind == FieldKind::kNearest) return std::make_unique<NearestField>(std::move(scene));
   return std::make_unique<LumigraphField>(std::move(scene), serves);
 }

@@ -43,13 +43,14 @@ struct FieldOptions {
   // Of subdivision: 0 to kFinestLevel, or kLimitLevel; 0 equals kLinear. Measured
   // (docs/speed_and_accuracy.md: further levels bring 0.01 to 0.04 dB).
   int level = 1;
+  SubdivisionRules rules = SubdivisionRules::kDelaunay;
   int lumigraph_k = 0;                // views that get weight at a point; 0: chosen by FieldThatServes()
   double lumigraph_resolution = 0.1;  // penalty in radians for a view twice as far away as V
   int lumigraph_triangles = 2000;     // of the image, for weights at vertices
   bool operator==(const FieldOptions&) const = default;
 };
 
-// "subdivision 1", "lumigraph": the kind, and the level where it has one.
+// "subdivision 1", "subdivision 1 (Loop)", "lumigraph": the kind, and the level and rules where it has some.
 std::string FieldText(const FieldOptions& field);
 
 // The field that these viewpoints allow: lumigraph weights instead of a mesh where they span no surface, the

@@ -22,15 +22,27 @@ class WeightSum {
   std::map<int, double> sum_;
 };
 
-// A vertex keeps its weights on the boundary. Inside each neighbour gets a share of them: `share_of_three`
-// where it has three, else `share_of_all` divided by their number.
+// The shares that a vertex gives its neighbours.
+struct RingShares {
+  double of_three;            // each of three neighbours
+  double of_all;              // all together, where they are another number
+  double on_boundary = 0;     // each of the two on the boundary, for a vertex there
+};
+
 SparseWeights RingRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex,
-                       double share_of_three, double share_of_all) {
+                       const RingShares& shares) {
   WeightSum sum;
   const std::vector<int>& ring = topology.neighbours[At(vertex)];
-  if (ring.empty() || topology.OnBoundary(vertex)) return mesh.weights[At(vertex)];
+  if (ring.empty()) return mesh.weights[At(vertex)];
+  if (topology.OnBoundary(vertex)) {
+    if (shares.on_boundary == 0) return mesh.weights[At(vertex)];
+    sum.Add(mesh.weights[At(vertex)], 1 - 2 * shares.on_boundary);
+    for (const int neighbour : topology.boundary_neighbours[At(vertex)])
+      sum.Add(mesh.weights[At(neighbour)], shares.on_boundary);
+    return sum.Take();
+  }
   const double valence = static_cast<double>(ring.size());
-  const double share = ring.size() == 3 ? share_of_three : share_of_all / valence;
+  const double share = ring.size() == 3 ? shares.of_three : shares.of_all / valence;
   sum.Add(mesh.weights[At(vertex)], 1 - valence * share);
   for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], share);
   return sum.Take();
@@ -55,20 +67,21 @@ SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double 
   return sum.Take();
 }
 
-SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_first) {
+SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_first, SubdivisionRules rules) {
+  const bool is_loop = rules == SubdivisionRules::kLoop;
   const int vertex_count = static_cast<int>(coarse.positions.size());
   const TriangleTopology topology = MakeTopology(vertex_count, coarse.triangles);
   SubdividedMesh fine;
   fine.positions = coarse.positions;
   fine.outward = coarse.outward;
   for (int vertex = 0; vertex < vertex_count; ++vertex)
-    fine.weights.push_back(RingRule(coarse, topology, vertex, 3.0 / 16, 3.0 / 8));
+    fine.weights.push_back(RingRule(coarse, topology, vertex, {3.0 / 16, 3.0 / 8, is_loop ? 1.0 / 8 : 0}));
   for (const MeshEdge& edge : topology.edges) {
     fine.positions.push_back(0.5 * (coarse.positions[At(edge.from)] + coarse.positions[At(edge.to)]));
     Eigen::Vector3d outward = Eigen::Vector3d::Zero();
     if (edge.OnBoundary()) outward = 0.5 * (coarse.outward[At(edge.from)] + coarse.outward[At(edge.to)]);
     fine.outward.push_back(outward);
-    const bool may_be_ambiguous = is_first && !edge.OnBoundary();
+    const bool may_be_ambiguous = is_first && !is_loop && !edge.OnBoundary();
     fine.weights.push_back(EdgeRule(coarse, edge, may_be_ambiguous ? Ambiguity(coarse, edge) : 0));
   }
   for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
@@ -84,12 +97,13 @@ SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_first) {
   return fine;
 }
 
-std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh) {
+std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh, SubdivisionRules rules) {
   const int vertex_count = static_cast<int>(mesh.positions.size());
   const TriangleTopology topology = MakeTopology(vertex_count, mesh.triangles);
   std::vector<SparseWeights> limit;
   for (int vertex = 0; vertex < vertex_count; ++vertex)
-    limit.push_back(RingRule(mesh, topology, vertex, 1.0 / 5, 1.0 / 2));
+    limit.push_back(RingRule(mesh, topology, vertex,
+                             {1.0 / 5, 1.0 / 2, rules == SubdivisionRules::kLoop ? 1.0 / 6 : 0}));
   return limit;
 }
 
@@ -97,13 +111,14 @@ std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh) {
 
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
-                                const std::vector<Triangle>& triangles, int levels) {
+                                const std::vector<Triangle>& triangles, int levels, SubdivisionRules rules) {
   SubdividedMesh mesh{
       .positions = positions, .outward = outward, .weights = {}, .triangles = triangles, .parent = {}};
   for (std::size_t i = 0; i < positions.size(); ++i) mesh.weights.push_back({{static_cast<int>(i), 1.0}});
   for (std::size_t t = 0; t < triangles.size(); ++t) mesh.parent.push_back(static_cast<int>(t));
-  for (int level = 0; level < std::min(levels, kFinestLevel); ++level) mesh = SubdivideOnce(mesh, level == 0);
-  if (levels >= kLimitLevel) mesh.weights = LimitWeights(mesh);
+  for (int level = 0; level < std::min(levels, kFinestLevel); ++level) 
+    mesh = SubdivideOnce(mesh, level == 0, rules);
+  if (levels >= kLimitLevel) mesh.weights = LimitWeights(mesh, rules);
   return mesh;
 }
 

@@ -48,10 +48,16 @@ struct SubdividedMesh {
 inline constexpr int kFinestLevel = 3;
 inline constexpr int kLimitLevel = 4;
 
+enum class SubdivisionRules {
+  kDelaunay,  // as above
+  kLoop       // Loop's and Warren's as published: 3/4, 1/8, 1/8 on the boundary, 3/8, 3/8, 1/8, 1/8 on every edge
+};
+
 // `triangles`: Delaunay's. `outward`: a vector for each vertex, zero inside the mesh. Level 0: each vertex
 // keeps its own weight (piecewise linear weights); kLimitLevel: the limit.
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
-                                const std::vector<Triangle>& triangles, int levels);
+                                const std::vector<Triangle>& triangles, int levels,
+                                SubdivisionRules rules = SubdivisionRules::kDelaunay);
 
 }  // namespace ulf::render

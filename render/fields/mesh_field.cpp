@@ -53,13 +53,13 @@ class MeshFieldFromHere : public FieldFromHere {
 
 }  // namespace
 
-FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level) {
+FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level, SubdivisionRules rules) {
   std::vector<Vector3d> positions, outward;
   for (const ViewpointMesh::Vertex& vertex : mesh.vertices) {
     positions.push_back(vertex.position_in_world);
     outward.push_back(vertex.outward_in_world);
   }
-  SubdividedMesh fine = SubdivideWeights(positions, outward, mesh.triangles, level);
+  SubdividedMesh fine = SubdivideWeights(positions, outward, mesh.triangles, level, rules);
 
   FieldMesh result{.level = level, .positions = fine.positions, .weights = fine.weights};
   const TriangleTopology topology = MakeTopology(static_cast<int>(fine.positions.size()), fine.triangles);
@@ -88,10 +88,10 @@ FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level) {
   return result;
 }
 
-MeshField::MeshField(std::shared_ptr<const RenderScene> scene, int level)
+MeshField::MeshField(std::shared_ptr<const RenderScene> scene, int level, SubdivisionRules rules)
     : scene_(std::move(scene)),
       centers_(scene_->Centers()),
-      mesh_(std::make_shared<FieldMesh>(MakeFieldMesh(scene_->mesh, level))) {
+      mesh_(std::make_shared<FieldMesh>(MakeFieldMesh(scene_->mesh, level, rules))) {
   for (const Triangle& t : mesh_->triangles)
     cone_from_direction_.push_back(ConeFromRay(CornersFrom(*mesh_, t, scene_->mesh.center_in_world)));
 }

@@ -33,7 +33,8 @@ struct FieldMesh {
   std::size_t strips = 0;                       // the number of triangles of the extension
 };
 
-FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level);
+FieldMesh MakeFieldMesh(const ViewpointMesh& mesh, int level,
+                        SubdivisionRules rules = SubdivisionRules::kDelaunay);
 
 // The field mesh as seen from one place.
 struct PlacedMesh {
@@ -46,7 +47,8 @@ struct PlacedMesh {
 
 class MeshField : public BlendingField {
  public:
-  MeshField(std::shared_ptr<const RenderScene> scene, int level);
+  MeshField(std::shared_ptr<const RenderScene> scene, int level,
+            SubdivisionRules rules = SubdivisionRules::kDelaunay);
   std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const override;
 
   PlacedMesh Place(const Eigen::Vector3d& virtual_center_in_world) const;

@@ -93,7 +93,7 @@ void GlRenderer::SetField(const FieldOptions& field) {
   s.mesh_field.reset();
   s.aperture_field.reset();
   if (!UsesMesh(s.options.field.kind)) return;
-  s.mesh_field = std::make_shared<MeshField>(s.plain, s.options.field.level);
+  s.mesh_field = std::make_shared<MeshField>(s.plain, s.options.field.level, s.options.field.rules);
   if (s.options.aperture) s.aperture_field = std::make_unique<ApertureField>(s.mesh_field);
   const FieldMesh& mesh = s.mesh_field->field_mesh();
   s.mesh_entries = MakeEntries(mesh.triangles, [&](int vertex, auto&& add) {

@@ -252,5 +252,35 @@ TEST(LoopSubdivision, RulesByHand) {
     for (const auto& [of, weight] : open.weights[v]) EXPECT_NEAR(weight, 0.5, 1e-15) << of;
 }
 
+TEST(LoopSubdivision, LoopsOwnRulesByHand) {
+  const std::vector<Vector3d> still(3, Vector3d::Zero());
+  const std::vector<Vector3d> corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const SubdividedMesh open = SubdivideWeights(corners, still, {{0, 1, 2}}, 1, SubdivisionRules::kLoop);
+  EXPECT_EQ(open.weights[1], SparseWeights({{0, 0.125}, {1, 0.75}, {2, 0.125}}));
+  for (std::size_t v = 3; v < 6; ++v)
+    for (const auto& [of, weight] : open.weights[v]) EXPECT_EQ(weight, 0.5) << of;
+  // A cubic B-spline along the boundary: 1/6, 2/3, 1/6 in the limit.
+  const auto weight_of = [](const SparseWeights& weights, int vertex) {
+    for (const auto& [of, weight] : weights)
+      if (of == vertex) return weight;
+    return 0.0;
+  };
+  const SubdividedMesh limit = SubdivideWeights(corners, still, {{0, 1, 2}}, kLimitLevel, SubdivisionRules::kLoop);
+  EXPECT_NEAR(weight_of(limit.weights[1], 1), 2.0 / 3, 1e-12);
+  EXPECT_NEAR(weight_of(limit.weights[1], 0), 1.0 / 6, 1e-12);
+  // A square's diagonal is no better than any edge.
+  const std::vector<Vector3d> square{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  const SubdividedMesh split = SubdivideWeights(square, std::vector<Vector3d>(4, Vector3d::Zero()),
+                                                {{0, 1, 2}, {0, 2, 3}}, 1, SubdivisionRules::kLoop);
+  bool seen = false;
+  for (std::size_t v = 4; v < split.weights.size(); ++v)
+    if (split.weights[v].size() == 4) {
+      seen = true;
+      EXPECT_EQ(weight_of(split.weights[v], 0), 0.375);
+      EXPECT_EQ(weight_of(split.weights[v], 1), 0.125);
+    }
+  EXPECT_TRUE(seen);
+}
+
 }  // namespace
 }  // namespace ulf
