@@ -124,7 +124,7 @@ int RunEvaluate(const EvaluateArgs& args) {
   if (!args.temporal.path.empty())
     return RunTemporal(args.temporal, args, options.fields, args.plot, args.json);
   const auto scene = Load(args);
-  options.proxies = Proxies(args, scene->subject);
+  options.proxies = Proxies(args, *scene, options.fields.front());
   if (args.proxies.empty() && options.proxies.size() > 1)
     spdlog::info(
         "all proxies of {} are compared; those that were made with the left-out views score a little too "
@@ -163,7 +163,7 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
   sub->add_option("--proxy", args->proxies,
-                  "Geometry: plane, plane:x,y,z,d, points (the tracked points), mesh (DIR/proxy.ply), a PLY "
+                  "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, points (the tracked points), mesh (DIR/proxy.ply), a PLY "
                   "or an OBJ file; may be "
                   "given several times (plane, and the light field's points and mesh). A mesh should be made "
                   "without the left-out "

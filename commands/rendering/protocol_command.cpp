@@ -225,7 +225,10 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   CostWatch watch;
   std::vector<std::shared_ptr<const render::Proxy>> proxies;
   for (const std::string& name : proxy_names) {
-    if (name == "plane") proxies.push_back(std::make_shared<render::PlaneProxy>(given_scene->subject));
+    if (name == "plane") {
+      proxies.push_back(std::make_shared<render::PlaneProxy>(given_scene->subject));
+      proxies.push_back(render::FitPlane(*given_scene, fields.empty() ? EveryField().front() : fields.front(), renderer));
+    }
     if (name == "points" && given.points.size() >= render::PointsProxy::kFewest)
       proxies.push_back(std::make_shared<render::PointsProxy>(given_scene->subject, given.points));
     if (name != "mesh") continue;

@@ -380,7 +380,8 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option(
       "--proxy", args->proxy,
       "Geometry for the photographs (auto: the best on left-out views): auto, plane (through the subject, "
-      "facing the camera), plane:x,y,z,d (normal . point = d), points (the tracked points, triangulated in "
+      "facing the camera), plane:0.9 (at that share of its distance), plane:fitted (where left-out views are shown "
+      "best), plane:x,y,z,d (normal . point = d), points (the tracked points, triangulated in "
       "each picture), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
   sub->add_option("--frames", args->frames,
                   "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by "

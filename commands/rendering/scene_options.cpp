@@ -11,6 +11,7 @@
 #include "core/light_field/light_field_io.h"
 #include "render/gl/gl_context.h"
 #include "render/proxy/proxy_choice.h"
+#include "render/quality/choice.h"
 
 namespace ulf::commands {
 
@@ -78,11 +79,12 @@ std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& lig
   return render::LoadScene(light_field, small);
 }
 
-std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const Subject& subject) {
-  if (args.proxies.empty()) return render::EveryProxyOf(args.dir, subject);
+std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const render::RenderScene& scene,
+                                                          const render::FieldOptions& field) {
+  if (args.proxies.empty()) return render::EveryProxyOf(args.dir, scene.subject);
   std::vector<std::shared_ptr<const render::Proxy>> proxies;
   for (const std::string& name : args.proxies)
-    proxies.push_back(render::ProxyFromName(name, subject, args.dir));
+    proxies.push_back(render::ProxyByName(scene, name, field, args.dir, RendererFromName(args.renderer)));
   return proxies;
 }
 

@@ -34,7 +34,9 @@ std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
 // The views of which geometry is made, in the form that its stereo needs, `size_px` wide or high.
 std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& light_field,
                                                            const render::SceneOptions& options, int size_px);
-std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const Subject& subject);
+// `field`: for which --proxy plane:fitted fits it.
+std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const render::RenderScene& scene,
+                                                          const render::FieldOptions& field);
 
 // The details of a blending field.
 struct FieldArgs {

@@ -138,7 +138,7 @@ int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
   const auto scene = Load(scene_args);
   const render::TemporalOptions options{.path = PathOf(args, scene_args, scene, *truth),
                                         .fields = fields,
-                                        .proxies = Proxies(scene_args, scene->subject),
+                                        .proxies = Proxies(scene_args, *scene, fields.front()),
                                         .renderer = RendererFromName(scene_args.renderer),
                                         .gpu_memory_mb = scene_args.gpu_memory_mb};
   Progress progress("evaluating");

@@ -56,13 +56,14 @@ cv::Mat Proxy::Depth(const CameraModel& camera, const Rigid3& cam_from_world) co
 }
 
 std::string PlaneProxy::Name() const {
-  if (!plane_) return "plane";
+  if (!plane_) return distance_share_ == 1 ? "plane" : fmt::format("plane:{:.4g}", distance_share_);
   const Eigen::Vector3d& normal = plane_->normal;
   return fmt::format("plane:{:.4g},{:.4g},{:.4g},{:.4g}", normal.x(), normal.y(), normal.z(), plane_->offset);
 }
 
 std::uint64_t PlaneProxy::Fingerprint() const {
   Digest digest;
+  if (distance_share_ != 1) digest.Add(distance_share_);
   if (!plane_) return digest.Value();
   for (const double value : plane_->normal) digest.Add(value);
   digest.Add(plane_->offset);
@@ -78,7 +79,8 @@ std::uint64_t MeshProxy::Fingerprint() const {
 }
 
 PlaneInCamera PlaneProxy::Background(const Rigid3& cam_from_world) const {
-  const PlaneInCamera facing = PlaneThroughSubject(subject_, cam_from_world);
+  PlaneInCamera facing = PlaneThroughSubject(subject_, cam_from_world);
+  facing.offset *= distance_share_;
   if (!plane_) return facing;
   // A camera in the plane sees it edge-on: the plane is moved off by this share of the subject's distance.
   constexpr double kLeastOffset = 1e-6;

@@ -55,8 +55,8 @@ class Proxy {
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;
 };
 
-// The plane through the subject's centre that faces the virtual camera, or a plane that is fixed in the
-// world.
+// The plane that faces the virtual camera, through the subject's centre or at a share of its distance; or a plane that
+// is fixed in the world.
 class PlaneProxy : public Proxy {
  public:
   struct InWorld {
@@ -65,6 +65,9 @@ class PlaneProxy : public Proxy {
   };
   explicit PlaneProxy(const Subject& subject, const std::optional<InWorld>& plane = std::nullopt)
       : subject_(subject), plane_(plane) {}
+  // `distance_share`: below 1 nearer than the subject's centre, above 1 farther.
+  PlaneProxy(const Subject& subject, double distance_share)
+      : subject_(subject), distance_share_(distance_share) {}
   std::string Name() const override;
   std::uint64_t Fingerprint() const override;
   PlaneInCamera Background(const Rigid3& cam_from_world) const override;
@@ -72,6 +75,7 @@ class PlaneProxy : public Proxy {
  private:
   Subject subject_;
   std::optional<InWorld> plane_;
+  double distance_share_ = 1;  // of a plane that faces the camera
 };
 
 // A mesh in the world; where a picture shows nothing of it, the plane through the subject.

@@ -15,6 +15,16 @@
 namespace ulf::render {
 namespace {
 
+// The share of the subject's distance of "0.9"; none where the text is no such number alone.
+std::optional<double> DistanceShareFromText(const std::string& text) {
+  double share = 0;
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%lf%n", &share, &end) != 1 || static_cast<std::size_t>(end) != text.size() ||
+      !std::isfinite(share) || !(share > 0))
+    return std::nullopt;
+  return share;
+}
+
 PlaneProxy::InWorld PlaneFromText(const std::string& text) {
   PlaneProxy::InWorld plane;
   int end = 0;
@@ -23,7 +33,10 @@ PlaneProxy::InWorld PlaneFromText(const std::string& text) {
   const double length = plane.normal.norm();
   if (read != 4 || static_cast<std::size_t>(end) != text.size() || !std::isfinite(length) ||
       !std::isfinite(plane.offset) || !(length > 0))
-    throw UsageError("--proxy plane:{}: a plane is x,y,z,d: its normal (not zero) and normal . point", text);
+    throw UsageError(
+        "--proxy plane:{}: a plane is x,y,z,d, its normal (not zero) and normal . point; or a share of the subject's "
+        "distance, such as 0.9; or fitted",
+        text);
   plane.normal /= length;
   plane.offset /= length;
   return plane;
@@ -52,6 +65,11 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
                                            const std::filesystem::path& light_field) {
   constexpr char kPlane[] = "plane:";
   if (name == "plane") return std::make_shared<PlaneProxy>(subject);
+  if (name == kFittedPlane)
+    throw UsageError("--proxy {}: ulf render and ulf evaluate fit a plane and say where; give plane:SHARE here", name);
+  if (const auto share = name.starts_with(kPlane) ? DistanceShareFromText(name.substr(sizeof kPlane - 1))
+                                                   : std::nullopt)
+    return std::make_shared<PlaneProxy>(subject, *share);
   if (name.starts_with(kPlane))
     return std::make_shared<PlaneProxy>(subject, PlaneFromText(name.substr(sizeof kPlane - 1)));
   if (name == "points") return std::make_shared<PointsProxy>(subject, ReadLightField(light_field).points);

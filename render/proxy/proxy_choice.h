@@ -1,6 +1,7 @@
 // Proxies by name, as on the command line.
 //
 //   plane            through the subject, facing the virtual camera
+//   plane:0.9        the same at nine tenths of the subject's distance
 //   plane:x,y,z,d    the points p of the world with (x, y, z) . p = d
 //   points           the tracked points of the light field, triangulated in each picture
 //   mesh             DIR/proxy.ply, which `ulf proxy DIR` makes
@@ -15,6 +16,9 @@
 #include "render/proxy/proxy.h"
 
 namespace ulf::render {
+
+// Is fitted to photographs that are left out (render/quality/choice.h), not made by its name.
+inline constexpr char kFittedPlane[] = "plane:fitted";
 
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 

@@ -4,6 +4,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
 #include <optional>
 
 #include "core/base/counted.h"
@@ -161,6 +164,46 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   return choice;
 }
 
+std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field, RendererKind renderer,
+                                      const FitPlaneOptions& options, const ChoiceOptions& choice) {
+  if (static_cast<int>(scene.views.size()) < choice.fewest_views)
+    return std::make_shared<PlaneProxy>(scene.subject);
+  const RenderScene small = Small(scene, choice.size_px);
+  std::map<double, double> tried;  // PSNR by share
+  const auto best = [&] { return std::ranges::max_element(tried, {}, &std::pair<const double, double>::second); };
+  const auto try_at = [&](const std::vector<double>& shares) {
+    std::vector<std::shared_ptr<const Proxy>> planes;
+    for (const double share : shares) planes.push_back(std::make_shared<PlaneProxy>(scene.subject, share));
+    const int every = std::max(2, static_cast<int>(scene.views.size()) / choice.views_left_out);
+    const EvaluateSummary summary =
+        Evaluate(small, {.every = every, .fields = {field}, .proxies = planes, .renderer = renderer});
+    for (std::size_t i = 0; i < shares.size(); ++i) tried[shares[i]] = summary.results[i].all.psnr_db;
+  };
+  std::vector<double> shares;
+  const double ratio = std::pow(options.farthest / options.nearest, 1.0 / (options.first_tries - 1));
+  for (int i = 0; i < options.first_tries; ++i) shares.push_back(options.nearest * std::pow(ratio, i));
+  try_at(shares);
+  // Between the best and its neighbour on either side in turn, halving.
+  for (int i = 0; i < options.more_tries; ++i) {
+    const auto at = best();
+    const bool is_first = at == tried.begin(), is_last = std::next(at) == tried.end();
+    std::vector<double> between;
+    if (!is_first && (i % 2 == 0 || is_last)) between.push_back(std::sqrt(at->first * std::prev(at)->first));
+    if (!is_last && (i % 2 == 1 || is_first)) between.push_back(std::sqrt(at->first * std::next(at)->first));
+    try_at(between);
+  }
+  return std::make_shared<PlaneProxy>(scene.subject, best()->first);
+}
+
+std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::string& proxy,
+                                         const FieldOptions& field, const std::filesystem::path& light_field,
+                                         RendererKind renderer) {
+  if (proxy != kFittedPlane) return ProxyFromName(proxy, scene.subject, light_field);
+  auto plane = FitPlane(scene, FieldThatServes(field, scene.mesh), renderer);
+  spdlog::info("--proxy {}: {}", kFittedPlane, plane->Name());
+  return plane;
+}
+
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::string& proxy, const std::filesystem::path& light_field,
                     RendererKind renderer) {
@@ -175,9 +218,11 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
     fields[3].kind = FieldKind::kLumigraph;
     if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it equals the first
   }
-  const std::vector<std::shared_ptr<const Proxy>> proxies =
+  std::vector<std::shared_ptr<const Proxy>> proxies =
       proxy == kAuto ? EveryProxyOf(light_field, scene.subject)
-                     : std::vector{ProxyFromName(proxy, scene.subject, light_field)};
+                     : std::vector{ProxyByName(scene, proxy, fields[0], light_field, renderer)};
+  if (proxy == kAuto && proxies.size() == 1)
+    proxies.push_back(ProxyByName(scene, kFittedPlane, fields[0], light_field, renderer));
   Choice choice = ChooseByEvidence(scene, fields, proxies, renderer);
   if (proxy != kAuto) WarnOfUnfitMesh(scene, choice, renderer, {});
   return choice;

@@ -12,6 +12,7 @@
 #include "core/base/model_choice.h"
 #include "render/fields/blending_field.h"
 #include "render/proxy/proxy.h"
+#include "render/proxy/proxy_choice.h"
 #include "render/renderer/renderer.h"
 #include "render/scene/scene.h"
 
@@ -55,9 +56,26 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                         const ChoiceOptions& options = {});
 
+// Guessed.
+struct FitPlaneOptions {
+  double nearest = 0.4, farthest = 2.5;  // shares of the subject's distance
+  int first_tries = 13;                  // in equal ratios; around the best of them it is looked for more closely
+  int more_tries = 6;
+};
+
+// The plane that faces the virtual camera at the share of the subject's distance at which left-out views are shown best
+// (`choice` says how many, and how large). With too few views to leave some out it is the plane through the subject.
+std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field, RendererKind renderer,
+                                      const FitPlaneOptions& options = {}, const ChoiceOptions& choice = {});
+
+// Proxies by names of the command line: those of ProxyFromName(), and kFittedPlane.
+std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::string& proxy,
+                                         const FieldOptions& field, const std::filesystem::path& light_field,
+                                         RendererKind renderer);
+
 // The choice by names of the command line. "auto" lets the evidence choose: the field among subdivision (of
 // `details`' level), linear, subdivision in the limit, and lumigraph weights; the proxy among the plane and
-// the light field's own points and mesh. Subdivision comes first because it is the calmest in motion, which
+// the light field's own points and mesh, and where it has neither, a fitted plane. Subdivision comes first because it is the calmest in motion, which
 // left-out views do not show; then what costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::string& proxy, const std::filesystem::path& light_field,

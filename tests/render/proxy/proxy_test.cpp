@@ -264,6 +264,34 @@ TEST(ShadowMap, ARoughSurfaceDoesNotHideItself) {
   EXPECT_LT(hidden, all / 10);
 }
 
+TEST(PlaneProxyTest, FacesTheCameraAtAShareOfTheDistance) {
+  const Subject subject{{0.1, -0.2, 0}, 0.3};
+  const Rigid3 pose = LookAt({0.5, 0, 2}, {0, 0, 0}, {0, 1, 0});
+  const double distance = (pose * subject.center_in_world).norm();
+  const auto near = ProxyFromName("plane:0.75", subject, {});
+  EXPECT_EQ(near->Name(), "plane:0.75");
+  EXPECT_NEAR(near->Background(pose).offset, 0.75 * distance, 1e-12);
+  EXPECT_NE(near->Fingerprint(), PlaneProxy(subject).Fingerprint());
+  EXPECT_EQ(ProxyFromName("plane:1", subject, {})->Name(), "plane");
+  for (const char* bad : {"plane:0", "plane:-1", "plane:nan", "plane:1,2", "plane:0.5x", "plane:inf", "plane:fitted"})
+    EXPECT_THROW(ProxyFromName(bad, subject, {}), UsageError) << bad;
+}
+
+// Photographs of a plane, and a subject that was placed before or behind it.
+TEST(Choice, AFittedPlaneLiesWhereThePhotographsShowIt) {
+  test::SceneSpec spec{.viewpoints = test::GridViewpoints(6, 5, 0.15, 2.0)};
+  for (const double placed : {0.5, -0.7}) {
+    RenderScene scene = *test::MakeScene(spec);
+    scene.subject.center_in_world = {0, 0, placed};
+    scene.MakeMesh();
+    const auto fitted = FitPlane(scene, {.kind = FieldKind::kLinear}, RendererKind::kGl);
+    const Rigid3 pose = LookAt({0, 0, 2}, {0, 0, 0}, {0, 1, 0});
+    EXPECT_NEAR(fitted->Background(pose).offset, 2, 0.06) << fitted->Name();
+  }
+  const auto few = test::MakeScene({.viewpoints = test::GridViewpoints(3, 3, 0.2, 2.0)});
+  EXPECT_EQ(FitPlane(*few, {}, RendererKind::kReference)->Name(), "plane");
+}
+
 // The true surface is worth its triangles where there is relief, and not where all is in the plane.
 TEST(Choice, TakesTheFirstThatIsNearlyTheBest) {
   const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision}, {.kind = FieldKind::kLinear}};
