@@ -370,7 +370,8 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* sub = app.add_subcommand("render", "Renders a light field along a camera path");
   AddSceneOptions(*sub, *args);
   sub->add_option("--path", args->path,
-                  "Camera path (orbit): orbit, dolly (towards the subject), vertigo (a dolly that zooms "
+                  "Camera path (orbit): orbit, rise (across rows of views), sweep (along one), dolly "
+                  "(towards the subject), vertigo (a dolly that zooms "
                   "out), spiral, a file of TUM poses, another light field (its poses), or a JSON file of "
                   "keyframes or of nerfstudio's viewer");
   sub->add_option("--field", args->field,
@@ -380,7 +381,8 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option(
       "--proxy", args->proxy,
       "Geometry for the photographs (auto: the best on left-out views): auto, plane (through the subject, "
-      "facing the camera), plane:0.9 (at that share of its distance), plane:fitted (where left-out views are shown "
+      "facing the camera), plane:0.9 (at that share of its distance), plane:fitted (where left-out views are "
+      "shown "
       "best), plane:x,y,z,d (normal . point = d), points (the tracked points, triangulated in "
       "each picture), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
   sub->add_option("--frames", args->frames,

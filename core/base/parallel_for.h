@@ -1,6 +1,7 @@
 // A loop over all processors.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <opencv2/core/utility.hpp>
 
@@ -10,12 +11,18 @@ namespace ulf {
 // is divided; 0: one for each index.
 template <typename Each>
 void ParallelFor(std::size_t count, const Each& each, double stripes = 0) {
+  // The library starts and joins its threads by means that the thread sanitizer cannot see; this it sees.
+  std::atomic<std::size_t> parts = 0;
+  parts.store(1, std::memory_order_release);
   cv::parallel_for_(
       cv::Range(0, static_cast<int>(count)),
       [&](const cv::Range& range) {
+        parts.load(std::memory_order_acquire);
         for (int i = range.start; i < range.end; ++i) each(static_cast<std::size_t>(i));
+        parts.fetch_add(1, std::memory_order_release);
       },
       stripes > 0 ? stripes : static_cast<double>(count));
+  parts.load(std::memory_order_acquire);
 }
 
 }  // namespace ulf

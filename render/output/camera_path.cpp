@@ -126,6 +126,19 @@ std::vector<Vector3d> Ellipse(const Spread& spread, int frames, double share) {
   return directions;
 }
 
+// Through the middle of the viewpoints' range, by these shares of it at most.
+std::vector<Vector3d> ToAndFro(const Spread& spread, int frames, double azimuth_share,
+                               double elevation_share) {
+  std::vector<Vector3d> directions;
+  for (int i = 0; i < frames; ++i) {
+    const double off = -std::cos(2 * M_PI * i / std::max(2, frames));
+    directions.push_back(
+        spread.sphere.Direction(spread.azimuth + azimuth_share * spread.azimuth_half * off,
+                                spread.elevation + elevation_share * spread.elevation_half * off));
+  }
+  return directions;
+}
+
 // `directions(share)` for the largest share of the viewpoints' range at which all directions meet the mesh.
 template <typename Directions>
 std::vector<Vector3d> InsideHullOrSmaller(const RenderScene& scene, Directions&& directions) {
@@ -201,6 +214,20 @@ CameraPath SpiralPath(const RenderScene& scene, int frames) {
   return AimedPath(scene, spread, directions);
 }
 
+CameraPath RisePath(const RenderScene& scene, int frames) {
+  const Spread spread = SpreadOf(scene);
+  return AimedPath(scene, spread, InsideHullOrSmaller(scene, [&](double share) {
+                     return ToAndFro(spread, frames, 0, share);
+                   }));
+}
+
+CameraPath SweepPath(const RenderScene& scene, int frames) {
+  const Spread spread = SpreadOf(scene);
+  return AimedPath(scene, spread, InsideHullOrSmaller(scene, [&](double share) {
+                     return ToAndFro(spread, frames, share, 0);
+                   }));
+}
+
 double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera,
                    const ZoomOptions& options) {
   const std::size_t poses = path.cam_from_world.size();
@@ -227,7 +254,8 @@ double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel
 }
 
 bool IsNamedPath(const std::string& path) {
-  return path == "orbit" || path == "dolly" || path == "vertigo" || path == "spiral";
+  return path == "orbit" || path == "dolly" || path == "vertigo" || path == "spiral" || path == "rise" ||
+         path == "sweep";
 }
 
 void RequireFrames(const CameraPath& path, int asked, const std::string& option) {
@@ -246,6 +274,8 @@ CameraPath MakePath(const PathRequest& request, const RenderScene& scene) {
   if (request.path == "dolly") return DollyPath(scene, frames);
   if (request.path == "vertigo") return VertigoPath(scene, frames, request.camera);
   if (request.path == "spiral") return SpiralPath(scene, frames);
+  if (request.path == "rise") return RisePath(scene, frames);
+  if (request.path == "sweep") return SweepPath(scene, frames);
   return PathFromFile(request.path, request, scene);
 }
 

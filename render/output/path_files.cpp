@@ -32,7 +32,8 @@ double FocalPx(double fov_deg, int size_px) { return 0.5 * size_px / std::tan(Ra
 CameraPath FromTum(const fs::path& path) {
   if (!std::ifstream(path))
     throw Error(
-        "{}: no such camera path; give orbit, dolly, vertigo or spiral, a TUM file, a light field, or a JSON "
+        "{}: no such camera path; give orbit, dolly, vertigo, spiral, rise or sweep, a TUM file, a light "
+        "field, or a JSON "
         "file of keyframes",
         path.string());
   CameraPath result;

@@ -2,17 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 
 namespace ulf::render {
 namespace {
-
-StereoView HalfSize(const StereoView& view) {
-  StereoView half = view;
-  half.camera = view.camera.ScaledTo(std::max(1, view.camera.width / 2), std::max(1, view.camera.height / 2));
-  cv::resize(view.grey, half.grey, {half.camera.width, half.camera.height}, 0, 0, cv::INTER_AREA);
-  return half;
-}
 
 // How many pixels the middle of the view's image moves in a neighbour's image over the range of depths.
 double PathLengthPx(const StereoView& view, const StereoView& neighbour, double nearest, double farthest) {
@@ -48,13 +40,17 @@ double DepthStepOfPixel(const StereoView& view, const std::vector<const StereoVi
 
 InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                             double subject_distance, const DepthRangeOptions& options) {
-  const StereoView half = HalfSize(view);
-  std::vector<StereoView> half_neighbours;
-  for (const StereoView* neighbour : neighbours) half_neighbours.push_back(HalfSize(*neighbour));
+  StereoView small = HalfSize(view);
+  std::vector<StereoView> small_neighbours;
+  for (const StereoView* neighbour : neighbours) small_neighbours.push_back(HalfSize(*neighbour));
+  while (std::max(small.grey.cols, small.grey.rows) > options.size_px) {
+    small = HalfSize(small);
+    for (StereoView& neighbour : small_neighbours) neighbour = HalfSize(neighbour);
+  }
   std::vector<const StereoView*> pointers;
-  for (const StereoView& neighbour : half_neighbours) pointers.push_back(&neighbour);
+  for (const StereoView& neighbour : small_neighbours) pointers.push_back(&neighbour);
   const double nearest = options.nearest * subject_distance, farthest = options.farthest * subject_distance;
-  const DepthMap map = SweepPlanes(half, pointers, PixelSpacedRange(half, pointers, nearest, farthest));
+  const DepthMap map = SweepPlanes(small, pointers, PixelSpacedRange(small, pointers, nearest, farthest));
 
   std::vector<double> inverse;
   for (int y = 0; y < map.depth.rows; ++y)

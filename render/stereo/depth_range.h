@@ -8,6 +8,8 @@
 namespace ulf::render {
 
 struct DepthRangeOptions {
+  // The longer side of the first sweep's views, at most, and never more than half of the views'. Guessed.
+  int size_px = 320;
   // The first sweep's range, in distances to the subject. Guessed.
   double nearest = 0.2, farthest = 100;
   // Depths of the first sweep with a larger agreement (DepthMap::agreement) count. Guessed.
@@ -21,7 +23,7 @@ struct DepthRangeOptions {
   double margin = 0.1, margin_of_most = 0.02;
 };
 
-// The range for a view. A first sweep at half the size over a wide range finds the depths; the planes of the
+// The range for a view. A first sweep at a small size over a wide range finds the depths; the planes of the
 // result are so close together that from plane to plane a point moves by about one pixel in the neighbour
 // where it moves most.
 InverseDepthRange FindRange(const StereoView& view, const std::vector<const StereoView*>& neighbours,

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
+#include <utility>
 
 #include "core/geometry/pinhole.h"
 
@@ -50,16 +52,22 @@ class Matcher {
       for (auto& sums : row) sums.resize(static_cast<std::size_t>(width_));
   }
 
-  // Writes the costs of the rows from `first` to before `end` to `costs`. Rows of the window outside the
-  // image repeat its edge.
-  void Match(const Carrier& carrier, float inverse_depth, int first, int end, float* costs) {
+  // The part of the image that is compared.
+  struct Part {
+    int left, right, top, bottom;  // from the first to before the last
+    int width() const { return right - left; }
+  };
+  // Writes the costs of the part's pixels, row by row. Rows and columns of the window outside the image repeat its
+  // edge.
+  void Match(const Carrier& carrier, float inverse_depth, const Part& part, float* costs) {
     Matrix3f h = carrier.at_infinity;
     h.col(2) += inverse_depth * carrier.per_inverse_depth;
-    for (int y = first - kRadius; y < end + kRadius; ++y) {
-      Carry(carrier.neighbour->grey, h, y);
-      SumAlongRow(y);
-      if (y >= first + kRadius)
-        Compare(y - kRadius, carrier.neighbour->grey, h, costs + (y - kRadius - first) * width_);
+    for (int y = part.top - kRadius; y < part.bottom + kRadius; ++y) {
+      Carry(carrier.neighbour->grey, h, y, part);
+      SumAlongRow(y, part);
+      if (y >= part.top + kRadius)
+        Compare(y - kRadius, carrier.neighbour->grey, h, part,
+                costs + (y - kRadius - part.top) * part.width());
     }
   }
 
@@ -69,10 +77,10 @@ class Matcher {
   using Row = std::vector<float>;
 
   // A row of this view's image, sampled from the neighbour by way of the plane.
-  void Carry(const cv::Mat& image, const Matrix3f& h, int y) {
-    const int wide = width_ + 2 * kRadius;
-    const Vector3f start =
-        h * Vector3f(0.5f - kRadius, static_cast<float>(std::clamp(y, 0, height_ - 1)) + 0.5f, 1.0f);
+  void Carry(const cv::Mat& image, const Matrix3f& h, int y, const Part& part) {
+    const int wide = part.width() + 2 * kRadius;
+    const Vector3f start = h * Vector3f(0.5f - kRadius + static_cast<float>(part.left),
+                                        static_cast<float>(std::clamp(y, 0, height_ - 1)) + 0.5f, 1.0f);
     const float x0 = start.x(), y0 = start.y(), z0 = start.z(), dx = h(0, 0), dy = h(1, 0), dz = h(2, 0);
     const float right = static_cast<float>(image.cols) - 1.001f,
                 bottom = static_cast<float>(image.rows) - 1.001f;
@@ -106,14 +114,15 @@ class Matcher {
     }
   }
 
-  void SumAlongRow(int y) {
+  void SumAlongRow(int y, const Part& part) {
     auto& row = ring_[static_cast<std::size_t>((y + kSide) % kSide)];
-    const float* __restrict own = padded_.ptr<float>(std::clamp(y, 0, height_ - 1) + kRadius);
+    const float* __restrict own = padded_.ptr<float>(std::clamp(y, 0, height_ - 1) + kRadius) + part.left;
     const float* __restrict carried = carried_.data();
     float* __restrict value = row[0].data();
     float* __restrict square = row[1].data();
     float* __restrict product = row[2].data();
-    for (int x = 0; x < width_; ++x) {
+    const int width = part.width();
+    for (int x = 0; x < width; ++x) {
       float v = 0, s = 0, p = 0;
       for (int d = 0; d < kSide; ++d) {
         const float c = carried[x + d];
@@ -127,20 +136,23 @@ class Matcher {
     }
   }
 
-  void Compare(int y, const cv::Mat& image, const Matrix3f& h, float* __restrict costs) const {
+  void Compare(int y, const cv::Mat& image, const Matrix3f& h, const Part& part,
+               float* __restrict costs) const {
     std::array<const float*, kSide> values, squares, products;
     for (std::size_t i = 0; i < kSide; ++i) {
       values[i] = ring_[i][0].data();
       squares[i] = ring_[i][1].data();
       products[i] = ring_[i][2].data();
     }
-    const float* __restrict own_sum = sum_.ptr<float>(y);
-    const float* __restrict own_spread = spread_.ptr<float>(y);
-    const Vector3f start = h * Vector3f(0.5f, static_cast<float>(y) + 0.5f, 1.0f);
+    const float* __restrict own_sum = sum_.ptr<float>(y) + part.left;
+    const float* __restrict own_spread = spread_.ptr<float>(y) + part.left;
+    const Vector3f start =
+        h * Vector3f(0.5f + static_cast<float>(part.left), static_cast<float>(y) + 0.5f, 1.0f);
     const float x0 = start.x(), y0 = start.y(), z0 = start.z(), dx = h(0, 0), dy = h(1, 0), dz = h(2, 0);
     const float right = static_cast<float>(image.cols), bottom = static_cast<float>(image.rows);
     const float floor = floor_;
-    for (int x = 0; x < width_; ++x) {
+    const int width = part.width();
+    for (int x = 0; x < width; ++x) {
       float value = 0, square = 0, product = 0;
       for (std::size_t i = 0; i < kSide; ++i) {
         value += values[i][x];
@@ -206,10 +218,27 @@ void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t 
 
 constexpr float kCostUnit = 80;  // 8-bit units for a cost of 1: the largest, 2, still fits
 
+// Parts of rows whose tiles all want a plane.
+template <typename Wants>
+std::vector<std::pair<int, int>> RunsOf(int tiles, const Wants& wants) {
+  std::vector<std::pair<int, int>> runs;  // the first tile and the one after the last
+  for (int tile = 0; tile < tiles; ++tile) {
+    if (!wants(tile)) continue;
+    if (!runs.empty() && runs.back().second == tile)
+      ++runs.back().second;
+    else
+      runs.emplace_back(tile, tile + 1);
+  }
+  return runs;
+}
+
 template <int kRadius>
 CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView*>& neighbours,
-                      const InverseDepthRange& range, const SweepOptions& options) {
+                      const InverseDepthRange& range, const SweepOptions& options,
+                      const PlanesOfTiles* compared) {
+  using Part = typename Matcher<kRadius>::Part;
   const int width = view.grey.cols, height = view.grey.rows;
+  const auto truncation = static_cast<float>(options.truncation);
   CostVolume volume(width, height, range.planes);
   std::vector<Carrier> carriers;
   for (const StereoView* neighbour : neighbours)
@@ -218,24 +247,54 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
   // Rows whose part of the volume stays in the processor's cache while all planes are written into it.
   constexpr long kCacheBytes = 2'000'000;
   constexpr int kFewestRows = 8, kMostRows = 64;
-  const int band = std::clamp(static_cast<int>(kCacheBytes / (static_cast<long>(width) * range.planes)),
-                              kFewestRows, kMostRows);
+  const int band = compared
+                       ? compared->tile_px()
+                       : std::clamp(static_cast<int>(kCacheBytes / (static_cast<long>(width) * range.planes)),
+                                    kFewestRows, kMostRows);
   std::vector<std::vector<float>> costs(carriers.size(),
                                         std::vector<float>(static_cast<std::size_t>(width * band)));
   std::vector<float> mean(static_cast<std::size_t>(width * band));
-  for (int first = 0; first < height && !IsGivenUp(options); first += band) {
-    const int end = std::min(height, first + band);
-    const std::size_t pixels = static_cast<std::size_t>((end - first) * width);
-    for (int plane = 0; plane < range.planes; ++plane) {
-      const float inverse_depth = static_cast<float>(range.At(plane));
-      for (std::size_t i = 0; i < carriers.size(); ++i)
-        matcher.Match(carriers[i], inverse_depth, first, end, costs[i].data());
-      MeanOfBetterHalf(costs, pixels, static_cast<float>(options.truncation), mean.data());
-      std::uint8_t* out = volume.At(0, first) + plane;
-      for (std::size_t i = 0; i < pixels; ++i, out += volume.stride()) *out = CostByte(mean[i]);
+  const auto compare = [&](int plane, const Part& part) {
+    const float inverse_depth = static_cast<float>(range.At(plane));
+    for (std::size_t i = 0; i < carriers.size(); ++i)
+      matcher.Match(carriers[i], inverse_depth, part, costs[i].data());
+    const std::size_t pixels =
+        static_cast<std::size_t>(part.width()) * static_cast<std::size_t>(part.bottom - part.top);
+    MeanOfBetterHalf(costs, pixels, truncation, mean.data());
+    const float* cost = mean.data();
+    for (int y = part.top; y < part.bottom; ++y) {
+      std::uint8_t* out = volume.At(part.left, y) + plane;
+      for (int x = part.left; x < part.right; ++x, out += volume.stride()) *out = CostByte(*cost++);
     }
+  };
+  for (int first = 0, row = 0; first < height && !IsGivenUp(options); first += band, ++row) {
+    const int end = std::min(height, first + band);
+    if (!compared) {
+      for (int plane = 0; plane < range.planes; ++plane) compare(plane, {0, width, first, end});
+      continue;
+    }
+    for (int y = first; y < end; ++y)
+      for (int x = 0; x < width; ++x) std::fill_n(volume.At(x, y), range.planes, CostByte(truncation));
+    for (int plane = 0; plane < range.planes; ++plane)
+      for (const auto& [from, to] :
+           RunsOf(compared->columns(), [&](int column) { return compared->Has(column, row, plane); }))
+        compare(plane, {from * band, std::min(width, to * band), first, end});
   }
   return volume;
+}
+
+// CV_32F.
+cv::Mat ChosenPlanes(const CostVolume& volume, const StereoView& view, const SweepOptions& options) {
+  return SemiGlobalMinimum(volume, view.grey,
+                           {.small_step = static_cast<int>(options.small_step * kCostUnit),
+                            .large_step = static_cast<int>(options.large_step * kCostUnit),
+                            .edge_grey = static_cast<float>(options.edge_grey)});
+}
+
+// The plane of least cost at a pixel, without its neighbours' opinion.
+int OwnBest(const CostVolume& volume, int x, int y) {
+  const std::uint8_t* cost = volume.At(x, y);
+  return static_cast<int>(std::min_element(cost, cost + volume.labels()) - cost);
 }
 
 }  // namespace
@@ -253,26 +312,89 @@ int KeptNeighbours(std::size_t neighbours) {
 
 std::uint8_t CostByte(float cost) { return static_cast<std::uint8_t>(cost * kCostUnit + 0.5f); }
 
+PlanesOfTiles::PlanesOfTiles(const cv::Size& image, int tile_px, int planes)
+    : tile_px_(tile_px),
+      columns_((image.width + tile_px - 1) / tile_px),
+      rows_((image.height + tile_px - 1) / tile_px),
+      planes_(planes),
+      has_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) *
+               static_cast<std::size_t>(planes),
+           0) {}
+
+void PlanesOfTiles::Add(int column, int row, int first_plane, int last_plane) {
+  for (int plane = std::max(0, first_plane); plane <= std::min(planes_ - 1, last_plane); ++plane)
+    has_[Index(column, row, plane)] = 1;
+}
+
+double PlanesOfTiles::Share() const {
+  return static_cast<double>(std::ranges::count(has_, 1)) / static_cast<double>(has_.size());
+}
+
+// None: all.
+static std::optional<PlanesOfTiles> PlanesToCompare(const StereoView& view,
+                                                    const std::vector<const StereoView*>& neighbours,
+                                                    const InverseDepthRange& range,
+                                                    const SweepOptions& options) {
+  if (options.coarse_from_px <= 0 || std::max(view.grey.cols, view.grey.rows) < options.coarse_from_px)
+    return std::nullopt;
+  return PlanesNearSurfaces(view, neighbours, range, options);
+}
+
+PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                                 const InverseDepthRange& range, const SweepOptions& options) {
+  const StereoView half = HalfSize(view);
+  std::vector<StereoView> half_neighbours;
+  for (const StereoView* neighbour : neighbours) half_neighbours.push_back(HalfSize(*neighbour));
+  std::vector<const StereoView*> pointers;
+  for (const StereoView& neighbour : half_neighbours) pointers.push_back(&neighbour);
+  InverseDepthRange coarse = range;
+  coarse.planes = (range.planes + 1) / 2;
+  const auto compared = PlanesToCompare(half, pointers, coarse, options);
+  const CostVolume volume = MatchingCosts(half, pointers, coarse, options, compared ? &*compared : nullptr);
+  const cv::Mat chosen = ChosenPlanes(volume, half, options);
+  const double fine_per_coarse = static_cast<double>(range.planes - 1) / (coarse.planes - 1);
+  PlanesOfTiles near(view.grey.size(), options.tile_px, range.planes);
+  const auto add = [&](int x, int y, double plane) {  // of the half-size image
+    const int at = static_cast<int>(std::lround(plane * fine_per_coarse));
+    const auto tiles = [&](int middle, int tiles_there) {
+      return std::pair(
+          std::clamp((2 * middle - options.around_px) / options.tile_px, 0, tiles_there - 1),
+          std::clamp((2 * middle + 1 + options.around_px) / options.tile_px, 0, tiles_there - 1));
+    };
+    const auto [left, right] = tiles(x, near.columns());
+    const auto [top, bottom] = tiles(y, near.rows());
+    for (int row = top; row <= bottom; ++row)
+      for (int column = left; column <= right; ++column)
+        near.Add(column, row, at - options.around_planes, at + options.around_planes);
+  };
+  const int liked = CostByte(options.liked_cost);
+  for (int y = 0; y < chosen.rows; ++y)
+    for (int x = 0; x < chosen.cols; ++x) {
+      add(x, y, chosen.at<float>(y, x));
+      if (const int best = OwnBest(volume, x, y); volume.At(x, y)[best] <= liked) add(x, y, best);
+    }
+  return near;
+}
+
 CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
-                         const InverseDepthRange& range, const SweepOptions& options) {
-  return options.window_radius_px <= 1   ? FillVolume<1>(view, neighbours, range, options)
-         : options.window_radius_px == 2 ? FillVolume<2>(view, neighbours, range, options)
-                                         : FillVolume<3>(view, neighbours, range, options);
+                         const InverseDepthRange& range, const SweepOptions& options,
+                         const PlanesOfTiles* compared) {
+  return options.window_radius_px <= 1   ? FillVolume<1>(view, neighbours, range, options, compared)
+         : options.window_radius_px == 2 ? FillVolume<2>(view, neighbours, range, options, compared)
+                                         : FillVolume<3>(view, neighbours, range, options, compared);
 }
 
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options) {
-  const CostVolume volume = MatchingCosts(view, neighbours, range, options);
+  const auto compared = PlanesToCompare(view, neighbours, range, options);
+  const CostVolume volume = MatchingCosts(view, neighbours, range, options, compared ? &*compared : nullptr);
   if (IsGivenUp(options)) return {};
   return DepthOfLeastCost(volume, view, range, options);
 }
 
 DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,
                           const SweepOptions& options) {
-  const cv::Mat plane = SemiGlobalMinimum(volume, view.grey,
-                                          {.small_step = static_cast<int>(options.small_step * kCostUnit),
-                                           .large_step = static_cast<int>(options.large_step * kCostUnit),
-                                           .edge_grey = static_cast<float>(options.edge_grey)});
+  const cv::Mat plane = ChosenPlanes(volume, view, options);
   DepthMap map{cv::Mat::zeros(view.grey.size(), CV_32F), cv::Mat::zeros(view.grey.size(), CV_32F)};
   for (int y = 0; y < view.grey.rows; ++y)
     for (int x = 0; x < view.grey.cols; ++x) {

@@ -6,9 +6,14 @@
 // exposure. It is the mean over the better half of the neighbours, because the others may see an occluder.
 // Where a window has no texture, every plane costs the same. Semi-global matching (Hirschmueller 2008)
 // chooses the planes, and a parabola through the costs gives the depth between planes.
+//
+// Most planes are far from every surface. SweepPlanes() therefore looks at half the size first, and then compares in
+// each tile of the image only the planes around those that a pixel of the tile, or of its surroundings, chose or liked
+// best; all others cost as much as no agreement.
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -31,6 +36,13 @@ struct SweepOptions {
   double small_step = 0.10;  // cost of a change by one plane. Guessed.
   double large_step = 0.90;  // cost of a larger change, where the grey value does not change. Guessed.
   double edge_grey = 12;     // a change of the grey value that halves the cost of a larger change. Guessed.
+  // Settled on a simulated post of six pixels before a wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0: every view is.
+  int coarse_from_px = 400;
+  int tile_px = 16;       // of the image; more take planes that few of their pixels need
+  int around_px = 12;     // surroundings of a tile
+  int around_planes = 3;  // on either side of a plane that is chosen
+  float liked_cost =
+      0.65f;  // at half the size: a pixel's best plane counts as well as the chosen one, up to this cost
   const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() returns soon, and no depth
 };
 
@@ -47,9 +59,36 @@ struct PlaneCarrier {
 };
 PlaneCarrier MakePlaneCarrier(const StereoView& view, const StereoView& neighbour);
 
-// The cost of each plane at each pixel, in 8 bits; on the processor.
+// The planes that are compared, for each tile of the image.
+class PlanesOfTiles {
+ public:
+  PlanesOfTiles(const cv::Size& image, int tile_px, int planes);
+  int tile_px() const { return tile_px_; }
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  bool Has(int column, int row, int plane) const { return has_[Index(column, row, plane)] != 0; }
+  void Add(int column, int row, int first_plane, int last_plane);  // those that there are
+  double Share() const;                                            // of all planes of all tiles
+
+ private:
+  std::size_t Index(int column, int row, int plane) const {
+    return (static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+            static_cast<std::size_t>(column)) *
+               static_cast<std::size_t>(planes_) +
+           static_cast<std::size_t>(plane);
+  }
+  int tile_px_, columns_, rows_, planes_;
+  std::vector<std::uint8_t> has_;
+};
+
+// The planes of `range` that are near a surface, by the same sweep at half the size.
+PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const StereoView*>& neighbours,
+                                 const InverseDepthRange& range, const SweepOptions& options = {});
+
+// The cost of each plane at each pixel, in 8 bits; on the processor. `compared`: null: all.
 CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
-                         const InverseDepthRange& range, const SweepOptions& options = {});
+                         const InverseDepthRange& range, const SweepOptions& options = {},
+                         const PlanesOfTiles* compared = nullptr);
 // How many of this number of neighbours, those that agree best, count.
 int KeptNeighbours(std::size_t neighbours);
 // 80 units for a cost of 1.
@@ -57,7 +96,7 @@ std::uint8_t CostByte(float cost);
 
 DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,
                           const SweepOptions& options = {});
-// MatchingCosts() and DepthOfLeastCost().
+// MatchingCosts(), of all planes or of those near surfaces, and DepthOfLeastCost().
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options = {});
 

@@ -95,10 +95,13 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
                                  const Subject& subject, GlPlaneSweep* gl, Progress* progress) {
   std::vector<ViewDepth> maps(tasks.size());
   Mutex drawing;  // of `gl`
-  const auto costs = [&](const Task& task, const StereoView& view, const InverseDepthRange& depths) {
-    if (!gl) return MatchingCosts(view, task.neighbours, depths);
-    const MutexLock lock(drawing);
-    return gl->MatchingCosts(view, task.neighbours, depths);
+  const auto depth_of = [&](const Task& task, const StereoView& view, const InverseDepthRange& depths) {
+    if (!gl) return SweepPlanes(view, task.neighbours, depths).depth;
+    const CostVolume costs = [&] {
+      const MutexLock lock(drawing);
+      return gl->MatchingCosts(view, task.neighbours, depths);
+    }();
+    return DepthOfLeastCost(costs, view, depths).depth;
   };
   LoopProgress shown(progress, "depth maps", kPhotographsShare, kMapsShare, tasks.size());
   ParallelFor(tasks.size(), [&](std::size_t i) {
@@ -106,8 +109,7 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
     const StereoView& view = views[At(task.view)];
     const double distance = (subject.center_in_world - view.center_in_world).norm();
     const InverseDepthRange depths = FindRange(view, task.neighbours, distance);
-    maps[i] = {view, DepthOfLeastCost(costs(task, view, depths), view, depths).depth,
-               (depths.most - depths.least) / (depths.planes - 1)};
+    maps[i] = {view, depth_of(task, view, depths), (depths.most - depths.least) / (depths.planes - 1)};
     shown.AddOne();
   });
   return maps;

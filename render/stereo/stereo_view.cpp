@@ -61,6 +61,15 @@ Eigen::Vector3d StereoView::RayInWorld(int x, int y) const {
   return cam_from_world.DirectionInSource(PinholeRay(camera, x, y));
 }
 
+StereoView HalfSize(const StereoView& view) {
+  StereoView half = view;
+  half.camera = view.camera.ScaledTo(std::max(1, view.camera.width / 2), std::max(1, view.camera.height / 2));
+  const cv::Size size(half.camera.width, half.camera.height);
+  half.grey = Reduced(view.grey, size);
+  if (!view.valid.empty()) half.valid = Reduced(view.valid, size) == 255;
+  return half;
+}
+
 StereoView MakeStereoView(const SceneView& view, int size_px) {
   StereoView result;
   result.camera = AtWorkingSize(view.camera, size_px).WithoutDistortion();

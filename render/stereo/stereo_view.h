@@ -25,6 +25,9 @@ struct StereoView {
   Eigen::Vector3d RayInWorld(int x, int y) const;
 };
 
+// The same at half the size.
+StereoView HalfSize(const StereoView& view);
+
 // The longer side gets `size_px` pixels, or keeps the photograph's size where that is smaller.
 StereoView MakeStereoView(const SceneView& view, int size_px);
 

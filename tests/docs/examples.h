@@ -36,6 +36,7 @@ struct DataName {
   const char* path;
 };
 inline constexpr DataName kDataNames[] = {{"fox", "fox_half"},
+                                          {"fern", "llff_fern"},
                                           {"kitchen", "handheld_kitchen"},
                                           {"handheld_kitchen", "handheld_kitchen"},
                                           {"walk.mp4", "handheld_kitchen/first300.mp4"},

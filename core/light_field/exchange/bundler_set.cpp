@@ -153,9 +153,10 @@ fs::path FindBundleList(const fs::path& bundle_out) {
   const fs::path folder = fs::absolute(bundle_out).lexically_normal().parent_path();
   std::error_code unknown;
   const std::string stem = bundle_out.stem().string(), name = bundle_out.filename().string();
+  const std::string short_stem = fs::path(stem).stem().string();  // COLMAP: a.bundle.out and a.list.txt
   for (const fs::path& place : {folder, folder.parent_path()}) {
-    for (const std::string& list :
-         {name + ".list.txt", stem + ".list.txt", std::string("list.txt"), std::string("list.focal.txt")})
+    for (const std::string& list : {name + ".list.txt", stem + ".list.txt", short_stem + ".list.txt",
+                                    std::string("list.txt"), std::string("list.focal.txt")})
       if (fs::is_regular_file(place / list, unknown)) return place / list;
     std::vector<fs::path> others;
     for (const auto& entry : fs::directory_iterator(place, unknown))

@@ -180,6 +180,27 @@ TEST(CameraPath, SpiralClimbsWhereViewsStandAllAround) {
   EXPECT_GT(highest, 1.0);
 }
 
+TEST(CameraPath, RiseCrossesTheRowsAndSweepGoesAlongOne) {
+  const auto scene =
+      test::MakeScene({.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0), .width = 8, .height = 8});
+  for (const bool rises : {true, false}) {
+    const CameraPath path = rises ? RisePath(*scene, 80) : SweepPath(*scene, 80);
+    ASSERT_EQ(path.cam_from_world.size(), 80u);
+    Vector3d low = path.cam_from_world.front().OriginInSource(), high = low;
+    for (const Rigid3& pose : path.cam_from_world) {
+      EXPECT_TRUE(InsideHull(scene->mesh, pose.OriginInSource()));
+      low = low.cwiseMin(pose.OriginInSource());
+      high = high.cwiseMax(pose.OriginInSource());
+    }
+    const Vector3d extent = high - low;
+    EXPECT_GT(rises ? extent.y() : extent.x(), 0.4);
+    EXPECT_LT(rises ? extent.x() : extent.y(), 0.05);
+    EXPECT_LT((path.cam_from_world[79].OriginInSource() - path.cam_from_world[0].OriginInSource()).norm(),
+              0.02)
+        << "it comes back";
+  }
+}
+
 // ---- Keyframes ----
 
 TEST(Keyframes, TheSplineIsTwiceDifferentiableAndMeetsItsPoints) {

@@ -355,5 +355,50 @@ TEST(SurfaceCut, IsTheSameWhateverTheThreads) {
   EXPECT_EQ(one.triangles, four.triangles);
 }
 
+// A wall, a board, and a post that is three pixels wide at half the size.
+TEST(PlaneSweep, ComparingNearSurfacesAloneFindsTheSameDepths) {
+  const std::vector<Patch> patches{{{-8, -6, 4}, {16, 0, 0}, {0, 12, 0}, Mottled(0.01, 1)},
+                                   {{-1.2, -0.8, 2.4}, {0.9, 0, 0}, {0, 1.6, 0}, Mottled(0.05, 2)},
+                                   {{0.4, -3, 2.2}, {0.03, 0, 0}, {0, 6, 0}, Mottled(0.02, 3)}};
+  std::vector<Drawn> photographs;
+  for (const auto& [x, y] : {std::pair{0., 0.}, {0.25, 0.}, {-0.25, 0.}, {0., 0.25}, {0.2, -0.2}})
+    photographs.push_back(Draw(patches, {x, y, 0}, {0, 0, 3}, 480, 360, 440));
+  std::vector<const StereoView*> neighbours;
+  for (std::size_t i = 1; i < photographs.size(); ++i) neighbours.push_back(&photographs[i].view);
+  const StereoView& view = photographs[0].view;
+  const InverseDepthRange range = PixelSpacedRange(view, neighbours, 1.8, 6);
+
+  const PlanesOfTiles compared = PlanesNearSurfaces(view, neighbours, range);
+  EXPECT_LT(compared.Share(), 0.5) << "else nothing is gained";
+  const CostVolume all = MatchingCosts(view, neighbours, range),
+                   some = MatchingCosts(view, neighbours, range, {}, &compared);
+  for (int y = 0; y < all.height(); y += 7)
+    for (int x = 0; x < all.width(); x += 5)
+      for (int plane = 0; plane < range.planes; ++plane) {
+        const bool is_compared = compared.Has(x / compared.tile_px(), y / compared.tile_px(), plane);
+        ASSERT_NEAR(some.At(x, y)[plane], is_compared ? all.At(x, y)[plane] : CostByte(1),
+                    is_compared ? 1 : 0)
+            << x << " " << y << " " << plane;
+      }
+
+  const DepthMap full = SweepPlanes(view, neighbours, range, {.coarse_from_px = 0}),
+                 near = SweepPlanes(view, neighbours, range);
+  const double step = (range.most - range.least) / (range.planes - 1);
+  const auto right = [&](const DepthMap& map, double nearest, double farthest) {
+    int right = 0, all = 0;
+    for (int y = 5; y < map.depth.rows - 5; ++y)
+      for (int x = 5; x < map.depth.cols - 5; ++x) {
+        const double truth = photographs[0].depth.at<float>(y, x), found = map.depth.at<float>(y, x);
+        if (truth < nearest || truth > farthest) continue;
+        ++all;
+        right += found > 0 && std::abs(1 / truth - 1 / found) < 1.5 * step;
+      }
+    return static_cast<double>(right) / all;
+  };
+  EXPECT_GE(right(near, 0, 10), right(full, 0, 10) - 0.002);
+  EXPECT_GE(right(near, 0, 2.3), right(full, 0, 2.3) - 0.02) << "the post";
+  EXPECT_GT(right(full, 0, 2.3), 0.3);
+}
+
 }  // namespace
 }  // namespace ulf

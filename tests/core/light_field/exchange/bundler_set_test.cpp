@@ -238,13 +238,18 @@ TEST_F(BundlerSet, TheListMayLieInManyPlaces) {
       EXPECT_TRUE(fs::equivalent(set->light_field.root / set->light_field.views[i].image_path,
                                  scratch_ / "set/images" / names_[i]));
   }
-  // COLMAP names the list after the bundle file.
-  fs::rename(scratch_ / "set/list.txt", scratch_ / "set/bundle/bundle.out.list.txt");
+  // The list is named after the bundle file; by COLMAP a.list.txt of a.bundle.out.
   Write(scratch_ / "set/bundle/other.list.txt", "x.png\n");
-  EXPECT_EQ(
-      ReadBundlerSet(scratch_ / "set/bundle/bundle.out", scratch_ / "set/images").light_field.views.size(),
-      4u);
+  fs::copy(scratch_ / "set/bundle/bundle.out", scratch_ / "set/bundle/a.bundle.out");
+  fs::copy(scratch_ / "set/list.txt", scratch_ / "set/bundle/a.list.txt");
+  fs::rename(scratch_ / "set/list.txt", scratch_ / "set/bundle/bundle.out.list.txt");
+  for (const char* file : {"bundle.out", "a.bundle.out"})
+    EXPECT_EQ(
+        ReadBundlerSet(scratch_ / "set/bundle" / file, scratch_ / "set/images").light_field.views.size(), 4u)
+        << file;
+  fs::remove(scratch_ / "set/bundle/a.list.txt");
   fs::rename(scratch_ / "set/bundle/bundle.out.list.txt", scratch_ / "set/bundle/mine.list.txt");
+  fs::remove(scratch_ / "set/bundle/a.bundle.out");
   EXPECT_THAT([&] { ReadBundlerSet(scratch_ / "set/bundle/bundle.out", {}); },
               ThrowsMessage<Error>(AllOf(HasSubstr("several lists"), HasSubstr("bundle.list.txt"))));
 }

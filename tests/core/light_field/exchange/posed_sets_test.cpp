@@ -17,6 +17,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/image/exr_file.h"
 #include "core/image/over_background.h"
 #include "core/light_field/exchange/colmap_binary.h"
 #include "core/light_field/exchange/import_light_field.h"
@@ -238,6 +239,23 @@ TEST_F(LlffSet, ReducedPhotographsScaleTheCamera) {
   EXPECT_EQ(ReadLightField(scratch_ / "lf").cameras, half.light_field.cameras);
   WritePhotographs(wall_, set() / "images", {kWidth, kHeight - 4});
   ExpectRefused("cropped or turned");
+}
+
+TEST_F(LlffSet, SixteenBitsAndExrAmongEightBitsKeepTheirLight) {
+  cv::Mat deep(kHeight, kWidth, CV_16UC3, cv::Scalar(1000, 2000, 3001));
+  cv::imwrite((set() / "images/shot2.png").string(), deep);
+  cv::Mat light(kHeight, kWidth, CV_32FC3, cv::Scalar(0.1, 0.2, 3.5));
+  WriteFileAtomically(set() / "images/shot3.exr",
+                      ExrBytes({{"R", light, 2}, {"G", light, 1}, {"B", light, 0}}, ExrCompression::kZip));
+  fs::remove(set() / "images/shot3.png");
+  const LightField imported = Import(set(), scratch_ / "lf", {}).light_field;
+  EXPECT_EQ(imported.views[0].master_path, "");
+  const cv::Mat deep_master = ReadViewMaster(imported, imported.views[1]).pixels;
+  ASSERT_EQ(deep_master.type(), CV_16UC3);
+  EXPECT_EQ((deep_master.at<cv::Vec<std::uint16_t, 3>>(1, 1)[2]), 3001);
+  EXPECT_NEAR(ReadViewMaster(imported, imported.views[2]).pixels.at<cv::Vec3f>(1, 1)[2], 3.5, 1e-2);
+  for (const View& view : imported.views)
+    EXPECT_EQ(ReadImageFile((scratch_ / "lf" / view.image_path).string()).type(), CV_8UC3) << view.image_path;
 }
 
 TEST_F(LlffSet, DamageIsRefusedByName) {
