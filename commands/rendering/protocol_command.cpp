@@ -227,7 +227,8 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   for (const std::string& name : proxy_names) {
     if (name == "plane") {
       proxies.push_back(std::make_shared<render::PlaneProxy>(given_scene->subject));
-      proxies.push_back(render::FitPlane(*given_scene, fields.empty() ? EveryField().front() : fields.front(), renderer));
+      proxies.push_back(
+          render::FitPlane(*given_scene, fields.empty() ? EveryField().front() : fields.front(), renderer));
     }
     if (name == "points" && given.points.size() >= render::PointsProxy::kFewest)
       proxies.push_back(std::make_shared<render::PointsProxy>(given_scene->subject, given.points));

@@ -79,7 +79,8 @@ std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& lig
   return render::LoadScene(light_field, small);
 }
 
-std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const render::RenderScene& scene,
+std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
+                                                          const render::RenderScene& scene,
                                                           const render::FieldOptions& field) {
   if (args.proxies.empty()) return render::EveryProxyOf(args.dir, scene.subject);
   std::vector<std::shared_ptr<const render::Proxy>> proxies;
@@ -115,7 +116,8 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
 void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
   sub.add_option("--level", args.level, "Levels of subdivision: 0, 1, 2, 3, limit (1)");
   sub.add_option("--subdivision", args.rules,
-                 "Rules of subdivision: ulf (for Delaunay's triangles), or loop (Loop's and Warren's as published, for "
+                 "Rules of subdivision: ulf (for Delaunay's triangles), or loop (Loop's and Warren's as "
+                 "published, for "
                  "comparison) (ulf)")
       ->check(CLI::IsMember({"ulf", "loop"}));
   sub.add_option("--lumigraph-views", args.lumigraph_k,
@@ -130,11 +132,12 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
 }
 
 render::FieldOptions FieldDetails(const FieldArgs& args) {
-  return {.level = render::LevelFromName(args.level),
-          .rules = args.rules == "loop" ? render::SubdivisionRules::kLoop : render::SubdivisionRules::kDelaunay,
-          .lumigraph_k = args.lumigraph_k,
-          .lumigraph_resolution = args.lumigraph_resolution,
-          .lumigraph_triangles = args.lumigraph_triangles};
+  return {
+      .level = render::LevelFromName(args.level),
+      .rules = args.rules == "loop" ? render::SubdivisionRules::kLoop : render::SubdivisionRules::kDelaunay,
+      .lumigraph_k = args.lumigraph_k,
+      .lumigraph_resolution = args.lumigraph_resolution,
+      .lumigraph_triangles = args.lumigraph_triangles};
 }
 
 }  // namespace ulf::commands

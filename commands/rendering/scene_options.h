@@ -35,7 +35,8 @@ std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
 std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& light_field,
                                                            const render::SceneOptions& options, int size_px);
 // `field`: for which --proxy plane:fitted fits it.
-std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args, const render::RenderScene& scene,
+std::vector<std::shared_ptr<const render::Proxy>> Proxies(const SceneArgs& args,
+                                                          const render::RenderScene& scene,
                                                           const render::FieldOptions& field);
 
 // The details of a blending field.

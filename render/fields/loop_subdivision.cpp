@@ -24,9 +24,9 @@ class WeightSum {
 
 // The shares that a vertex gives its neighbours.
 struct RingShares {
-  double of_three;            // each of three neighbours
-  double of_all;              // all together, where they are another number
-  double on_boundary = 0;     // each of the two on the boundary, for a vertex there
+  double of_three;         // each of three neighbours
+  double of_all;           // all together, where they are another number
+  double on_boundary = 0;  // each of the two on the boundary, for a vertex there
 };
 
 SparseWeights RingRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex,
@@ -102,8 +102,8 @@ std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh, SubdivisionR
   const TriangleTopology topology = MakeTopology(vertex_count, mesh.triangles);
   std::vector<SparseWeights> limit;
   for (int vertex = 0; vertex < vertex_count; ++vertex)
-    limit.push_back(RingRule(mesh, topology, vertex,
-                             {1.0 / 5, 1.0 / 2, rules == SubdivisionRules::kLoop ? 1.0 / 6 : 0}));
+    limit.push_back(
+        RingRule(mesh, topology, vertex, {1.0 / 5, 1.0 / 2, rules == SubdivisionRules::kLoop ? 1.0 / 6 : 0}));
   return limit;
 }
 
@@ -116,7 +116,7 @@ SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
       .positions = positions, .outward = outward, .weights = {}, .triangles = triangles, .parent = {}};
   for (std::size_t i = 0; i < positions.size(); ++i) mesh.weights.push_back({{static_cast<int>(i), 1.0}});
   for (std::size_t t = 0; t < triangles.size(); ++t) mesh.parent.push_back(static_cast<int>(t));
-  for (int level = 0; level < std::min(levels, kFinestLevel); ++level) 
+  for (int level = 0; level < std::min(levels, kFinestLevel); ++level)
     mesh = SubdivideOnce(mesh, level == 0, rules);
   if (levels >= kLimitLevel) mesh.weights = LimitWeights(mesh, rules);
   return mesh;

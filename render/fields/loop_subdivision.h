@@ -50,7 +50,7 @@ inline constexpr int kLimitLevel = 4;
 
 enum class SubdivisionRules {
   kDelaunay,  // as above
-  kLoop       // Loop's and Warren's as published: 3/4, 1/8, 1/8 on the boundary, 3/8, 3/8, 1/8, 1/8 on every edge
+  kLoop  // Loop's and Warren's as published: 3/4, 1/8, 1/8 on the boundary, 3/8, 3/8, 1/8, 1/8 on every edge
 };
 
 // `triangles`: Delaunay's. `outward`: a vector for each vertex, zero inside the mesh. Level 0: each vertex

@@ -34,7 +34,8 @@ PlaneProxy::InWorld PlaneFromText(const std::string& text) {
   if (read != 4 || static_cast<std::size_t>(end) != text.size() || !std::isfinite(length) ||
       !std::isfinite(plane.offset) || !(length > 0))
     throw UsageError(
-        "--proxy plane:{}: a plane is x,y,z,d, its normal (not zero) and normal . point; or a share of the subject's "
+        "--proxy plane:{}: a plane is x,y,z,d, its normal (not zero) and normal . point; or a share of the "
+        "subject's "
         "distance, such as 0.9; or fitted",
         text);
   plane.normal /= length;
@@ -66,9 +67,10 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   constexpr char kPlane[] = "plane:";
   if (name == "plane") return std::make_shared<PlaneProxy>(subject);
   if (name == kFittedPlane)
-    throw UsageError("--proxy {}: ulf render and ulf evaluate fit a plane and say where; give plane:SHARE here", name);
-  if (const auto share = name.starts_with(kPlane) ? DistanceShareFromText(name.substr(sizeof kPlane - 1))
-                                                   : std::nullopt)
+    throw UsageError(
+        "--proxy {}: ulf render and ulf evaluate fit a plane and say where; give plane:SHARE here", name);
+  if (const auto share =
+          name.starts_with(kPlane) ? DistanceShareFromText(name.substr(sizeof kPlane - 1)) : std::nullopt)
     return std::make_shared<PlaneProxy>(subject, *share);
   if (name.starts_with(kPlane))
     return std::make_shared<PlaneProxy>(subject, PlaneFromText(name.substr(sizeof kPlane - 1)));

@@ -164,13 +164,16 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   return choice;
 }
 
-std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field, RendererKind renderer,
-                                      const FitPlaneOptions& options, const ChoiceOptions& choice) {
+std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
+                                      RendererKind renderer, const FitPlaneOptions& options,
+                                      const ChoiceOptions& choice) {
   if (static_cast<int>(scene.views.size()) < choice.fewest_views)
     return std::make_shared<PlaneProxy>(scene.subject);
   const RenderScene small = Small(scene, choice.size_px);
   std::map<double, double> tried;  // PSNR by share
-  const auto best = [&] { return std::ranges::max_element(tried, {}, &std::pair<const double, double>::second); };
+  const auto best = [&] {
+    return std::ranges::max_element(tried, {}, &std::pair<const double, double>::second);
+  };
   const auto try_at = [&](const std::vector<double>& shares) {
     std::vector<std::shared_ptr<const Proxy>> planes;
     for (const double share : shares) planes.push_back(std::make_shared<PlaneProxy>(scene.subject, share));

@@ -59,14 +59,15 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
 // Guessed.
 struct FitPlaneOptions {
   double nearest = 0.4, farthest = 2.5;  // shares of the subject's distance
-  int first_tries = 13;                  // in equal ratios; around the best of them it is looked for more closely
+  int first_tries = 13;  // in equal ratios; around the best of them it is looked for more closely
   int more_tries = 6;
 };
 
 // The plane that faces the virtual camera at the share of the subject's distance at which left-out views are shown best
 // (`choice` says how many, and how large). With too few views to leave some out it is the plane through the subject.
-std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field, RendererKind renderer,
-                                      const FitPlaneOptions& options = {}, const ChoiceOptions& choice = {});
+std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
+                                      RendererKind renderer, const FitPlaneOptions& options = {},
+                                      const ChoiceOptions& choice = {});
 
 // Proxies by names of the command line: those of ProxyFromName(), and kFittedPlane.
 std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::string& proxy,

@@ -179,9 +179,8 @@ void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
   field_ = MakeField(focused_ ? focused_ : scene_, options_.field);
   aperture_field_ = nullptr;
   if (aperture && UsesMesh(options_.field.kind))
-    aperture_field_ =
-        std::make_unique<ApertureField>(
-            std::make_shared<MeshField>(scene_, options_.field.level, options_.field.rules));
+    aperture_field_ = std::make_unique<ApertureField>(
+        std::make_shared<MeshField>(scene_, options_.field.level, options_.field.rules));
 }
 
 std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const CameraModel& camera,

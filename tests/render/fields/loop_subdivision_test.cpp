@@ -265,7 +265,8 @@ TEST(LoopSubdivision, LoopsOwnRulesByHand) {
       if (of == vertex) return weight;
     return 0.0;
   };
-  const SubdividedMesh limit = SubdivideWeights(corners, still, {{0, 1, 2}}, kLimitLevel, SubdivisionRules::kLoop);
+  const SubdividedMesh limit =
+      SubdivideWeights(corners, still, {{0, 1, 2}}, kLimitLevel, SubdivisionRules::kLoop);
   EXPECT_NEAR(weight_of(limit.weights[1], 1), 2.0 / 3, 1e-12);
   EXPECT_NEAR(weight_of(limit.weights[1], 0), 1.0 / 6, 1e-12);
   // A square's diagonal is no better than any edge.

@@ -273,7 +273,8 @@ TEST(PlaneProxyTest, FacesTheCameraAtAShareOfTheDistance) {
   EXPECT_NEAR(near->Background(pose).offset, 0.75 * distance, 1e-12);
   EXPECT_NE(near->Fingerprint(), PlaneProxy(subject).Fingerprint());
   EXPECT_EQ(ProxyFromName("plane:1", subject, {})->Name(), "plane");
-  for (const char* bad : {"plane:0", "plane:-1", "plane:nan", "plane:1,2", "plane:0.5x", "plane:inf", "plane:fitted"})
+  for (const char* bad :
+       {"plane:0", "plane:-1", "plane:nan", "plane:1,2", "plane:0.5x", "plane:inf", "plane:fitted"})
     EXPECT_THROW(ProxyFromName(bad, subject, {}), UsageError) << bad;
 }
 
