@@ -461,9 +461,11 @@ std::vector<std::pair<int, Vector3d>> PlacesOfThird(const Fan& fan, const Subdiv
     const Triangle& parent = fan.triangles[At(third.parent[t])];
     Eigen::Matrix3d corners;
     for (int k = 0; k < 3; ++k) corners.col(k) = fan.positions[At(parent[At(k)])] + Vector3d::UnitZ();
-    for (const int vertex : third.triangles[t])
-      places[At(vertex)] = {third.parent[t],
-                            corners.inverse() * (third.positions[At(vertex)] + Vector3d::UnitZ())};
+    for (const int vertex : third.triangles[t]) {
+      // Multiples of an eighth exactly: at a vertex of many neighbours weights are no smooth function of them.
+      const Vector3d eighths = corners.inverse() * (third.positions[At(vertex)] + Vector3d::UnitZ()) * 8;
+      places[At(vertex)] = {third.parent[t], eighths.array().round().matrix() / 8};
+    }
   }
   return places;
 }
