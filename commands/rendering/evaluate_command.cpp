@@ -164,9 +164,9 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   AddFieldDetails(*sub, args->field_details);
   sub->add_option("--proxy", args->proxies,
                   "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
-                  "points (the tracked points), mesh (DIR/proxy.ply), a PLY "
-                  "or an OBJ file; may be "
-                  "given several times (plane, and the light field's points and mesh). A mesh should be made "
+                  "planes (the few on which most tracked points lie), points (the tracked points), mesh "
+                  "(DIR/proxy.ply), a PLY or an OBJ file; may be given several times (plane, and the light "
+                  "field's planes, points and mesh). A mesh should be made "
                   "without the left-out "
                   "views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);

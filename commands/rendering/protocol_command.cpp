@@ -21,6 +21,7 @@
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/mesh_file.h"
+#include "render/proxy/planes_proxy.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
@@ -168,14 +169,14 @@ std::vector<render::FieldOptions> EveryField() {
   return fields;
 }
 
-// Plane, points and mesh, or those of them that were named.
+// Plane, planes, points and mesh, or those of them that were named.
 std::vector<std::string> ProxyNames(const std::vector<std::string>& asked) {
-  const std::vector<std::string> all{"plane", "points", "mesh"};
+  const std::vector<std::string> all{"plane", render::kPlanesProxy, "points", "mesh"};
   for (const std::string& name : asked)
     if (std::ranges::find(all, name) == all.end())
       throw UsageError(
-          "--proxy {}: with --protocol geometry is made from the given photographs alone: plane, points or "
-          "mesh",
+          "--proxy {}: with --protocol geometry is made from the given photographs alone: plane, planes, "
+          "points or mesh",
           name);
   return asked.empty() ? all : asked;
 }
@@ -230,6 +231,9 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
       proxies.push_back(
           render::FitPlane(*given_scene, fields.empty() ? EveryField().front() : fields.front(), renderer));
     }
+    if (name == render::kPlanesProxy &&
+        (proxy_names.size() == 1 || render::FindPlanes(given).why_none.empty()))
+      proxies.push_back(render::MakePlanesProxy(given_scene->subject, given));
     if (name == "points" && given.points.size() >= render::PointsProxy::kFewest)
       proxies.push_back(std::make_shared<render::PointsProxy>(given_scene->subject, given.points));
     if (name != "mesh") continue;

@@ -292,7 +292,7 @@ std::unique_ptr<render::Renderer> RendererOf(const RenderArgs& args, const rende
     spdlog::info("{}", choice.why);
   if (!choice.candidates.empty())
     spdlog::info("to skip this comparison the next time: {}", OptionsFor(args, choice));
-  if (args.proxy == render::kAuto && !choice.proxy->Occluder() &&
+  if (args.proxy == render::kAuto &&
       !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
     spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
   const auto scene = render::WithProxy(*plain, choice.proxy);
@@ -383,8 +383,9 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
       "Geometry for the photographs (auto: the best on left-out views): auto, plane (through the subject, "
       "facing the camera), plane:0.9 (at that share of its distance), plane:fitted (where left-out views are "
       "shown "
-      "best), plane:x,y,z,d (normal . point = d), points (the tracked points, triangulated in "
-      "each picture), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
+      "best), plane:x,y,z,d (normal . point = d), planes (the few on which most tracked points lie), points "
+      "(the tracked points, triangulated in each picture), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or "
+      "OBJ file");
   sub->add_option("--frames", args->frames,
                   "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by "
                   "their times); other paths have a picture for each pose. A:B: only the pictures A to B - "

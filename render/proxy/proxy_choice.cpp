@@ -10,6 +10,8 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/mesh_file.h"
+#include "render/proxy/plane_search.h"
+#include "render/proxy/planes_proxy.h"
 #include "render/proxy/points_proxy.h"
 
 namespace ulf::render {
@@ -57,7 +59,9 @@ std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const s
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field) {
   std::vector<std::string> names;
   // Points may be in one of several files: read the light field.
-  if (ReadLightField(light_field).points.size() >= PointsProxy::kFewest) names.push_back("points");
+  const LightField read = ReadLightField(light_field);
+  if (FindPlanes(read).why_none.empty()) names.push_back(kPlanesProxy);
+  if (read.points.size() >= PointsProxy::kFewest) names.push_back("points");
   if (std::filesystem::exists(light_field / kMeshProxyFile)) names.push_back("mesh");
   return names;
 }
@@ -74,6 +78,7 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
     return std::make_shared<PlaneProxy>(subject, *share);
   if (name.starts_with(kPlane))
     return std::make_shared<PlaneProxy>(subject, PlaneFromText(name.substr(sizeof kPlane - 1)));
+  if (name == kPlanesProxy) return MakePlanesProxy(subject, ReadLightField(light_field));
   if (name == "points") return std::make_shared<PointsProxy>(subject, ReadLightField(light_field).points);
   if (name == "mesh") {
     const std::filesystem::path file = light_field / kMeshProxyFile;
@@ -91,7 +96,8 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   if (ending == ".ply" || ending == ".obj" || ending == ".PLY" || ending == ".OBJ")
     return MeshFrom(name, std::filesystem::path(name).filename().string(), subject);
   throw UsageError(
-      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, points, mesh, and PLY or OBJ files", name);
+      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, planes, points, mesh, and PLY or OBJ files",
+      name);
 }
 
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,

@@ -3,6 +3,7 @@
 //   plane            through the subject, facing the virtual camera
 //   plane:0.9        the same at nine tenths of the subject's distance
 //   plane:x,y,z,d    the points p of the world with (x, y, z) . p = d
+//   planes           the few planes on which most of the tracked points lie
 //   points           the tracked points of the light field, triangulated in each picture
 //   mesh             DIR/proxy.ply, which `ulf proxy DIR` makes
 //   FILE.ply, .obj   a mesh of another program, in the light field's frame
@@ -22,7 +23,7 @@ inline constexpr char kFittedPlane[] = "plane:fitted";
 
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 
-// The names of the geometry that the light field itself has, simplest first: points, mesh, both or none.
+// The names of the geometry that the light field itself has, simplest first: some of planes, points and mesh.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
 // Logs what a mesh file holds. Throws UsageError for a name that does not exist, Error for a file that cannot

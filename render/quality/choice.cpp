@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "core/base/counted.h"
+#include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
 
@@ -88,7 +89,7 @@ std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fiel
 // A mesh that the user names may be of another scene, or in other coordinates.
 void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer,
                      const ChoiceOptions& options) {
-  if (choice.candidates.empty() || !choice.proxy->Occluder()) return;
+  if (choice.candidates.empty() || !choice.proxy->Occluder() || choice.proxy->Name() == kPlanesProxy) return;
   const double by_plane = Try(Small(scene, options.size_px), {choice.field},
                               {std::make_shared<PlaneProxy>(scene.subject)}, renderer, options.views_left_out)
                               .front()

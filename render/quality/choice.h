@@ -76,8 +76,8 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
 
 // The choice by names of the command line. "auto" lets the evidence choose: the field among subdivision (of
 // `details`' level), linear, subdivision in the limit, and lumigraph weights; the proxy among the plane and
-// the light field's own points and mesh, and where it has neither, a fitted plane. Subdivision comes first because it is the calmest in motion, which
-// left-out views do not show; then what costs less.
+// the light field's own planes, points and mesh, and where it has none of them, a fitted plane. Subdivision comes first
+// because it is the calmest in motion, which left-out views do not show; then what costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::string& proxy, const std::filesystem::path& light_field,
                     RendererKind renderer);

@@ -1,0 +1,292 @@
+#include "render/proxy/plane_search.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <random>
+
+#include "core/base/counted.h"
+#include "core/base/quantile.h"
+
+namespace ulf::render {
+
+using Eigen::Vector3d;
+
+namespace {
+
+struct SightedPoint {
+  Vector3d at, from;  // in the world: the point, and the viewpoint nearest to it that sees it
+  double relief;      // by how much it may be off a plane, of the viewpoint's distance from that plane
+  std::size_t index;  // in the light field
+};
+
+struct TriedPlane {
+  Vector3d normal;
+  double offset;
+
+  // Distance of the point from the plane; 1 is the most at which it lies on it.
+  double Off(const SightedPoint& point) const {
+    const double allowed = point.relief * std::abs(normal.dot(point.from) - offset);
+    const double off = std::abs(normal.dot(point.at) - offset);
+    return allowed > 0 ? off / allowed : std::numeric_limits<double>::infinity();
+  }
+};
+
+// How far viewpoints are apart: the middle of what is between each and its fourth neighbour, of a grid its
+// mesh.
+double ViewpointSpacing(const std::vector<Vector3d>& viewpoints) {
+  constexpr std::size_t kNeighbour = 4;
+  std::vector<double> spacings;
+  for (const Vector3d& own : viewpoints) {
+    std::vector<double> distances;
+    for (const Vector3d& other : viewpoints) distances.push_back((other - own).norm());  // the first is 0
+    const std::size_t at = std::min(kNeighbour, distances.size() - 1);
+    std::nth_element(distances.begin(), distances.begin() + static_cast<long>(at), distances.end());
+    spacings.push_back(distances[at]);
+  }
+  return Median(spacings);
+}
+
+std::vector<SightedPoint> SightedPoints(const LightField& light_field, const PlaneSearchOptions& options) {
+  std::vector<Vector3d> viewpoints;
+  for (const View& view : light_field.views) viewpoints.push_back(view.cam_from_world.OriginInSource());
+  const double spacing = ViewpointSpacing(viewpoints);
+  const auto seen_from = SeenFrom(light_field);
+  std::vector<SightedPoint> points;
+  for (std::size_t i = 0; i < seen_from.size(); ++i) {
+    if (seen_from[i].empty()) continue;
+    const Vector3d& at = light_field.points[i].position_in_world;
+    const double distance = (at - seen_from[i].front()).norm();
+    const double relief = spacing > 0 ? options.parallax_rad * distance / spacing : options.most_relief;
+    points.push_back(
+        {at, seen_from[i].front(), std::clamp(relief, options.least_relief, options.most_relief), i});
+  }
+  return points;
+}
+
+// Where density is even the score is 0 on average: the integral of 1 - off² from 0 to 1 is that of the rest.
+constexpr double kAround = 3;
+double Score(const TriedPlane& plane, const std::vector<SightedPoint>& points) {
+  double score = 0;
+  for (const SightedPoint& point : points) {
+    const double off = plane.Off(point);
+    if (off < 1)
+      score += 1 - off * off;
+    else if (off < kAround)
+      score -= (2.0 / 3) / (kAround - 1);
+  }
+  return score;
+}
+
+// More than chance puts there: the score's deviation over even density is half the root of the number of
+// points that have a say, and the best of thousands of samples is four or five deviations off. And most of
+// what is around lies on the plane.
+bool StandsOut(const TriedPlane& plane, const std::vector<SightedPoint>& points, double score) {
+  constexpr double kDeviations = 6, kLeastMean = 0.45;
+  std::size_t on = 0, about = 0;
+  for (const SightedPoint& point : points) {
+    const double off = plane.Off(point);
+    on += off < 1;
+    about += off < kAround;
+  }
+  return score > kDeviations * 0.5 * std::sqrt(static_cast<double>(about)) &&
+         score > kLeastMean * static_cast<double>(on);
+}
+
+std::optional<TriedPlane> Through(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const Vector3d normal = (b - a).cross(c - a);
+  const double length = normal.norm(), scale = (b - a).norm() * (c - a).norm();
+  constexpr double kLeastSine = 1e-3;
+  if (!(length > kLeastSine * scale)) return std::nullopt;
+  return TriedPlane{normal / length, normal.dot(a) / length};
+}
+
+// Least squares over the points that lie on it, each by what it may be off.
+std::optional<TriedPlane> Fitted(const TriedPlane& plane, const std::vector<SightedPoint>& points) {
+  double weights = 0;
+  std::size_t on = 0;
+  Vector3d mean = Vector3d::Zero();
+  const auto weight_of = [&](const SightedPoint& point) {
+    const double off = plane.Off(point);
+    if (!(off < 1)) return 0.0;
+    return 1 / std::pow(point.relief * (plane.normal.dot(point.from) - plane.offset), 2);
+  };
+  for (const SightedPoint& point : points)
+    if (const double weight = weight_of(point); weight > 0) {
+      weights += weight;
+      mean += weight * point.at;
+      ++on;
+    }
+  if (on < 3) return std::nullopt;
+  mean /= weights;
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const SightedPoint& point : points)
+    if (const double weight = weight_of(point); weight > 0)
+      spread += weight / weights * (point.at - mean) * (point.at - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
+  const Vector3d normal = axes.eigenvectors().col(0);
+  return TriedPlane{normal, normal.dot(mean)};
+}
+
+// Fitted again and again as long as that is better.
+TriedPlane Improved(TriedPlane plane, double& score, const std::vector<SightedPoint>& points) {
+  constexpr int kRounds = 8;
+  for (int i = 0; i < kRounds; ++i) {
+    const auto fitted = Fitted(plane, points);
+    const double better = fitted ? Score(*fitted, points) : 0;
+    if (!(better > score)) break;
+    plane = *fitted;
+    score = better;
+  }
+  return plane;
+}
+
+// Every so many-th of them.
+std::vector<SightedPoint> AtMost(const std::vector<SightedPoint>& points, std::size_t most) {
+  if (points.size() <= most) return points;
+  std::vector<SightedPoint> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(points[i * points.size() / most]);
+  return some;
+}
+
+// The corners of a sample lie near each other in one sample and anywhere in another, because planes are
+// small and large: the two points nearest to the first of 2, 4, 8, up to 128 that are drawn.
+std::optional<TriedPlane> Drawn(const std::vector<SightedPoint>& points, int sample, std::mt19937& random) {
+  const int draws = 2 << (sample % 7);
+  const auto draw = [&]() -> const Vector3d& { return points[random() % points.size()].at; };
+  const Vector3d& first = draw();
+  std::array<const Vector3d*, 2> nearest{};
+  std::array<double, 2> distances{};
+  distances.fill(std::numeric_limits<double>::infinity());
+  for (int i = 0; i < draws; ++i) {
+    const Vector3d& other = draw();
+    const double distance = (other - first).squaredNorm();
+    if (distance == 0 || distance == distances[0] || distance >= distances[1]) continue;
+    const std::size_t place = distance < distances[0] ? 0 : 1;
+    if (place == 0) distances[1] = distances[0], nearest[1] = nearest[0];
+    distances[place] = distance;
+    nearest[place] = &other;
+  }
+  if (!nearest[1]) return std::nullopt;
+  return Through(first, *nearest[0], *nearest[1]);
+}
+
+std::optional<TriedPlane> NextPlane(const std::vector<SightedPoint>& left, std::mt19937& random,
+                                    const PlaneSearchOptions& options) {
+  const std::vector<SightedPoint> scored = AtMost(left, options.most_scored);
+  std::optional<TriedPlane> best;
+  double best_score = 0;
+  for (int i = 0; i < options.samples; ++i) {
+    const auto plane = Drawn(scored, i, random);
+    if (!plane) continue;
+    double score = Score(*plane, scored);
+    if (score <= best_score) continue;
+    best = Improved(*plane, score, scored);
+    best_score = score;
+  }
+  if (!best || !StandsOut(*best, scored, best_score)) return std::nullopt;
+  double score = Score(*best, left);
+  return Improved(*best, score, left);
+}
+
+// Each point to the plane that it is nearest to; no plane: to none.
+std::vector<std::vector<SightedPoint>> Shared(const std::vector<TriedPlane>& planes,
+                                              const std::vector<SightedPoint>& points) {
+  std::vector<std::vector<SightedPoint>> shared(planes.size());
+  for (const SightedPoint& point : points) {
+    const auto nearest =
+        std::ranges::min_element(planes, {}, [&](const TriedPlane& plane) { return plane.Off(point); });
+    if (nearest != planes.end() && nearest->Off(point) < 1)
+      shared[static_cast<std::size_t>(nearest - planes.begin())].push_back(point);
+  }
+  return shared;
+}
+
+FoundPlane Found(const TriedPlane& plane, const std::vector<SightedPoint>& points) {
+  double towards = 0;
+  for (const SightedPoint& point : points) towards += plane.normal.dot(point.from) > plane.offset ? 1 : -1;
+  const double sign = towards < 0 ? -1 : 1;
+  FoundPlane found{sign * plane.normal, sign * plane.offset, {}};
+  for (const SightedPoint& point : points) found.points.push_back(point.index);
+  return found;
+}
+
+}  // namespace
+
+std::vector<std::vector<Vector3d>> SeenFrom(const LightField& light_field) {
+  std::map<int, Vector3d> viewpoints;
+  for (const View& view : light_field.views) viewpoints[view.id] = view.cam_from_world.OriginInSource();
+  std::vector<std::vector<Vector3d>> seen_from(light_field.points.size());
+  for (std::size_t i = 0; i < seen_from.size(); ++i) {
+    const ScenePoint& point = light_field.points[i];
+    if (!point.position_in_world.allFinite()) continue;
+    for (const ViewObservation& seen : point.track)
+      if (const auto view = viewpoints.find(seen.view_id); view != viewpoints.end())
+        seen_from[i].push_back(view->second);
+    const auto distance = [&](const Vector3d& from) { return (from - point.position_in_world).norm(); };
+    std::ranges::stable_sort(seen_from[i], {}, distance);
+    if (!seen_from[i].empty() || viewpoints.empty()) continue;
+    const auto nearest =
+        std::ranges::min_element(viewpoints, {}, [&](const auto& view) { return distance(view.second); });
+    seen_from[i].push_back(nearest->second);
+  }
+  return seen_from;
+}
+
+PlaneSearch FindPlanes(const LightField& light_field, const PlaneSearchOptions& options) {
+  PlaneSearch search;
+  if (light_field.views.empty() || light_field.points.size() < options.fewest_points) {
+    search.points = light_field.points.size();
+    search.why_none = fmt::format("{} are too few: planes are looked for in {} or more",
+                                  Counted(search.points, "tracked point"), options.fewest_points);
+    return search;
+  }
+  const std::vector<SightedPoint> points = SightedPoints(light_field, options);
+  search.points = points.size();
+  const auto all = static_cast<double>(points.size());
+  const auto enough = [&](const std::vector<SightedPoint>& on) {
+    return on.size() >= options.least_points && static_cast<double>(on.size()) >= options.least_share * all;
+  };
+  std::mt19937 random(static_cast<std::uint32_t>(points.size()));
+  std::vector<TriedPlane> planes;
+  std::vector<SightedPoint> left = points;
+  while (planes.size() < options.most_planes && left.size() >= options.least_points) {
+    const auto plane = NextPlane(left, random, options);
+    if (!plane || !enough(Shared({*plane}, left).front())) break;
+    planes.push_back(*plane);
+    std::erase_if(left, [&](const SightedPoint& point) { return plane->Off(point) < 1; });
+  }
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto shared = Shared(planes, points);
+    for (std::size_t i = 0; i < planes.size(); ++i)
+      if (const auto fitted = Fitted(planes[i], shared[i])) planes[i] = *fitted;
+  }
+  std::size_t explained = 0;
+  const auto shared = Shared(planes, points);
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    if (enough(shared[i])) {
+      search.planes.push_back(Found(planes[i], shared[i]));
+      explained += shared[i].size();
+    }
+  std::ranges::stable_sort(search.planes, std::ranges::greater(),
+                           [](const FoundPlane& plane) { return plane.points.size(); });
+  search.explained = all > 0 ? static_cast<double>(explained) / all : 0;
+  if (search.explained >= options.least_explained && !search.planes.empty()) return search;
+  search.why_none = search.planes.empty()
+                        ? fmt::format("no plane stands out among the {} tracked points", points.size())
+                        : fmt::format("{} explain {:.0f} % of the {} tracked points, less than {:.0f} %",
+                                      Counted(search.planes.size(), "plane"), 100 * search.explained,
+                                      points.size(), 100 * options.least_explained);
+  search.planes.clear();
+  return search;
+}
+
+}  // namespace ulf::render

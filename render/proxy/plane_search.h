@@ -1,0 +1,57 @@
+// The few planes on which most tracked points lie, found without knowing what is upright.
+//
+// Whether a point lies on a plane is asked of the pictures: put onto the plane along the ray from a viewpoint
+// that sees it, it must move by less than `parallax_rad` when seen from the viewpoints beside. So the relief
+// that counts as flat grows with the square of the distance and shrinks with how far viewpoints are apart, no
+// length is a parameter, and the scene in any unit gives the same planes.
+//
+// Planes are found one after the other, by samples of three points (Fischler and Bolles 1981), each on what
+// the ones before left over. A sample's score is that of a matched filter: points on the plane speak for it,
+// points just off it against it, evenly distributed ones not at all; so that a slab through a cloud is no
+// plane.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/light_field/light_field.h"
+
+namespace ulf::render {
+
+// Guessed, all of them.
+struct PlaneSearchOptions {
+  double parallax_rad = 0.005;  // two and a half pixels of a picture of 500 at 53 degrees
+  // The relief that counts as flat, of the plane's distance from the viewpoint: at least, since points are not
+  // exact, and at most, since pictures are also made from other places than the viewpoints.
+  double least_relief = 0.003, most_relief = 0.2;
+  std::size_t fewest_points = 50;  // of the light field
+  std::size_t most_planes = 6;
+  double least_share = 0.04;       // of all points: a plane with fewer ends the search
+  std::size_t least_points = 12;   // of a plane
+  double least_explained = 0.5;    // of all points: else the scene is not made of planes
+  int samples = 4000;              // for each plane
+  std::size_t most_scored = 3000;  // points by which samples are scored
+};
+
+struct FoundPlane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // unit, towards most viewpoints
+  double offset = 0;                                  // normal . x of its points
+  std::vector<std::size_t> points;                    // indices, ascending
+};
+
+struct PlaneSearch {
+  std::vector<FoundPlane> planes;  // the most points first; empty where `why_none` says something
+  std::size_t points = 0;          // that were looked at
+  double explained = 0;            // share of them that lie on a plane
+  std::string why_none;            // a clause
+};
+
+// Of the light field's points those that are finite are looked at; views only say where they were seen from.
+PlaneSearch FindPlanes(const LightField& light_field, const PlaneSearchOptions& options = {});
+
+// For each point of the light field the viewpoints of the views that show it, the nearest first; where that is not
+// known, the nearest of all. Empty for a point that is not finite, and without views.
+std::vector<std::vector<Eigen::Vector3d>> SeenFrom(const LightField& light_field);
+
+}  // namespace ulf::render
