@@ -181,11 +181,16 @@ std::optional<TriedPlane> Drawn(const std::vector<SightedPoint>& points, int sam
 std::optional<TriedPlane> NextPlane(const std::vector<SightedPoint>& left, std::mt19937& random,
                                     const PlaneSearchOptions& options) {
   const std::vector<SightedPoint> scored = AtMost(left, options.most_scored);
+  // Samples that do not promise half of the best one's score on these are given up. Guessed.
+  constexpr std::size_t kFew = 400;
+  constexpr double kPromising = 0.5;
+  const std::vector<SightedPoint> few = AtMost(scored, kFew);
+  const double few_of_scored = static_cast<double>(scored.size()) / static_cast<double>(few.size());
   std::optional<TriedPlane> best;
   double best_score = 0;
   for (int i = 0; i < options.samples; ++i) {
     const auto plane = Drawn(scored, i, random);
-    if (!plane) continue;
+    if (!plane || Score(*plane, few) * few_of_scored < kPromising * best_score) continue;
     double score = Score(*plane, scored);
     if (score <= best_score) continue;
     best = Improved(*plane, score, scored);

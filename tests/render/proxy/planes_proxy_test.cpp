@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/plane_search.h"
+#include "render/proxy/points_proxy.h"
 #include "render/quality/choice.h"
 #include "render/quality/quality.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -44,7 +45,7 @@ struct MadeOfPoints {
   // Seen by all views, as far as any of them looks.
   void Add(const Vector3d& at) {
     ScenePoint point{at};
-    for (const View& view : light_field.views) point.track.push_back({view.id, {}});
+    for (const View& view : light_field.views) point.track.push_back({view.id, Eigen::Vector2d::Zero()});
     light_field.points.push_back(point);
   }
   // origin + s * a + t * b + noise, s and t within one of zero.
@@ -266,10 +267,19 @@ TEST(PlanesProxyTest, ShowsLayersBetterThanOnePlaneAndAboutAsWellAsTheirMesh) {
       EXPECT_GT(by_planes, psnr(plane, field, renderer) + 2) << FieldName(field);
       EXPECT_GT(by_planes, psnr(mesh, field, renderer) - 1) << FieldName(field);
     }
-  // By evidence: they are taken, where the plane is not enough.
-  const Choice choice =
-      ChooseByEvidence(*scene, {{.kind = FieldKind::kSubdivision}}, {plane, planes, mesh}, RendererKind::kGl);
-  EXPECT_EQ(choice.proxy->Name(), "planes") << choice.why;
+  // By evidence: they are taken where the plane is not enough, and are not where it is.
+  const auto points = std::make_shared<PointsProxy>(scene->subject, light_field.points);
+  const auto chosen = [&](const RenderScene& from) {
+    return ChooseByEvidence(from, {{.kind = FieldKind::kSubdivision}}, {plane, planes, points},
+                            RendererKind::kGl);
+  };
+  const Choice layers = chosen(*scene);
+  EXPECT_EQ(layers.proxy->Name(), "planes") << layers.why;
+  test::SceneSpec flat = spec;
+  flat.with_square = false;
+  flat.viewpoints = test::CapViewpoints(50, 0.05, 2.0);  // from straight before it
+  const Choice one = chosen(*test::MakeScene(flat));
+  EXPECT_EQ(one.proxy->Name(), "plane") << one.why;
 }
 
 }  // namespace
