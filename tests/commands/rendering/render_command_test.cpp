@@ -266,8 +266,8 @@ TEST_F(RenderCommand, EvaluateComparesEveryProxyThereIsAndDrawsIt) {
   const auto report = nlohmann::json::parse(all.output);
   std::vector<std::string> proxies;
   for (const auto& result : report["results"]) proxies.push_back(result["proxy"].get<std::string>());
-  EXPECT_THAT(proxies, testing::ElementsAre("plane", "plane", "planes", "planes", "points", "points", "mesh",
-                                            "mesh"));
+  EXPECT_THAT(proxies,
+              testing::ElementsAre("plane", "plane", "planes", "planes", "points", "points", "mesh", "mesh"));
   const std::string drawn = ReadWholeFile(Out("chart.svg"));
   for (const char* text : {"lf: how good pictures of left-out views", "plane", "points", "mesh", "linear",
                            "nearest", "milliseconds a picture", "8 of 30 views left out"})
