@@ -8,7 +8,7 @@
 // Planes are found one after the other, by samples of three points (Fischler and Bolles 1981), each on what
 // the ones before left over. A sample's score is that of a matched filter: points on the plane speak for it,
 // points just off it against it, evenly distributed ones not at all; so that a slab through a cloud is no
-// plane.
+// plane, as long as it is thin beside the cloud.
 #pragma once
 
 #include <Eigen/Core>
