@@ -23,6 +23,7 @@
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/proxy_choice.h"
+#include "render/proxy/soft_proxy.h"
 #include "render/quality/choice.h"
 #include "render/quality/evaluate.h"
 #include "render/quality/protocol.h"
@@ -160,11 +161,13 @@ std::string TextOf(const ProtocolResult& result) {
 }
 
 std::vector<render::FieldOptions> EveryField() {
-  std::vector<render::FieldOptions> fields(4);
+  std::vector<render::FieldOptions> fields(6);
   fields[0].kind = fields[2].kind = render::FieldKind::kSubdivision;
   fields[1].kind = render::FieldKind::kLinear;
   fields[2].level = render::kLimitLevel;
   fields[3].kind = render::FieldKind::kLumigraph;
+  fields[4].kind = fields[5].kind = render::FieldKind::kSoft;
+  fields[5].soft_width = render::kWideSoft;
   return fields;
 }
 
@@ -235,14 +238,18 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     if (name != "mesh") continue;
     render::ProxyOptions geometry;
     if (args.geometry_px > 0) geometry.size_px = args.geometry_px;
+    geometry.keep_maps = true;
     try {
       watch.Lap();
       render::ProxyMesh mesh =
           render::BuildProxy(*LoadForGeometry(given, options, geometry.size_px), geometry, &progress);
       result.geometry = watch.Lap();
       if (folder) render::WriteMeshPly(folder->path() / render::kMeshProxyFile, mesh.mesh);
-      proxies.push_back(std::make_shared<render::MeshProxy>(
-          given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh))));
+      render::SoftProxy::Maps maps;
+      for (auto& [view, map] : mesh.maps)
+        maps.emplace(view, std::make_shared<render::LazyDepthMap>([map] { return map; }));
+      proxies.push_back(std::make_shared<render::SoftProxy>(
+          given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)), std::move(maps)));
     } catch (const Error& error) {
       if (proxy_names.size() == 1) throw;
       spdlog::warn("no mesh: {}", error.what());

@@ -77,7 +77,7 @@ void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::str
 render::ProxyMesh Imported(const std::string& file) {
   render::MeshReading reading = render::ReadMeshFile(file);
   if (const std::string dropped = reading.Dropped(); !dropped.empty()) spdlog::warn("{}: {}", file, dropped);
-  return {std::move(reading.mesh), {}};
+  return {std::move(reading.mesh), {}, {}};
 }
 
 render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {

@@ -142,9 +142,11 @@ std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shar
   auto other = std::make_shared<RenderScene>(scene);
   other->proxy = std::move(proxy);
   const auto occluder = other->proxy->Occluder();
-  for (SceneView& view : other->views)
+  for (SceneView& view : other->views) {
     view.shadow_map =
         occluder ? std::make_shared<LazyShadowMap>(occluder, view.camera, view.cam_from_world) : nullptr;
+    view.depth_map = other->proxy->DepthMapOf(view.id, view.camera, view.cam_from_world);
+  }
   return other;
 }
 

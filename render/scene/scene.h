@@ -39,6 +39,7 @@ struct SceneView {
   float scale = 1;
 
   std::shared_ptr<const LazyShadowMap> shadow_map;  // null: the proxy hides nothing
+  std::shared_ptr<const LazyDepthMap> depth_map;    // null: the proxy has none
 
   // The photograph in 8-bit sRGB, with its own exposure.
   cv::Mat Srgb8() const;

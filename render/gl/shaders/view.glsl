@@ -8,7 +8,11 @@ struct View {
   vec4 color;             // in pictures of the blending field
   vec4 center;            // of the view; w: 1 where its photograph has pixels without light
   vec4 shadow_map;        // fx fy cx cy of its shadow map, for a map of size 1
-  ivec4 place;            // texture array (-1: none), layer, unused, layer of the shadow map (-1: none)
+  ivec4 place;            // texture array (-1: none), layer, layer of the depth map, layer of the shadow map (-1: none)
+};
+struct DepthMap {
+  vec4 intrinsics;  // fx fy cx cy, of the map's pixels
+  vec4 more;        // width, height, the largest inverse depth, step
 };
 #ifdef ONE_CAMERA
 uniform vec4 intrinsics, size, k, shadow_map;  // of all views

@@ -1,8 +1,9 @@
+const int VIEW_TEXELS = 13;
 // Texels: software rasterisers read them for all fragments together, and storage buffers for one fragment at a time.
 layout(binding = 9) uniform samplerBuffer view_texels;
 
 View ViewAt(int i) {
-  int first = 11 * i;
+  int first = VIEW_TEXELS * i;
   View v;
   v.row0 = texelFetch(view_texels, first);
   v.row1 = texelFetch(view_texels, first + 1);
@@ -27,4 +28,9 @@ View ViewAt(int i) {
   v.center = texelFetch(view_texels, first + 8);
   v.place = ivec4(texelFetch(view_texels, first + 10));
   return v;
+}
+
+DepthMap DepthMapAt(int i) {
+  int first = VIEW_TEXELS * i + 11;
+  return DepthMap(texelFetch(view_texels, first), texelFetch(view_texels, first + 1));
 }
