@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 
 #include "commands/command_line.h"
+#include "commands/rendering/refined_split.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -71,7 +72,8 @@ struct ProtocolResult {
   render::ProtocolSplit split;
   int width = 0, height = 0;
   std::string renderer, field, proxy, why;
-  Costs geometry, choice;
+  std::string refined;  // empty: poses and lens as they are
+  Costs refining, geometry, choice;
   double ms_per_picture = 0;
   std::vector<TestView> views;
 };
@@ -108,6 +110,8 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"field", result.field},
                       {"proxy", result.proxy},
                       {"chosen_by", result.why},
+                      {"refined", result.refined},
+                      {"refining", JsonOf(result.refining)},
                       {"geometry", JsonOf(result.geometry)},
                       {"choice", JsonOf(result.choice)},
                       {"ms_per_picture", result.ms_per_picture},
@@ -133,6 +137,7 @@ std::string TextOf(const ProtocolResult& result) {
                                  Counted(result.split.test.size(), "photograph"),
                                  result.split.test.size() + result.split.given.size(), result.width,
                                  result.height, result.renderer);
+  if (!result.refined.empty()) text += result.refined + "\n";
   text += fmt::format("{}, proxy {}; {}\n\n", result.field, result.proxy, result.why);
   std::size_t widest = 4;
   for (const TestView& view : result.views) widest = std::max(widest, view.name.size());
@@ -158,17 +163,6 @@ std::string TextOf(const ProtocolResult& result) {
         "count\n",
         masked_px);
   return text;
-}
-
-std::vector<render::FieldOptions> EveryField() {
-  std::vector<render::FieldOptions> fields(6);
-  fields[0].kind = fields[2].kind = render::FieldKind::kSubdivision;
-  fields[1].kind = render::FieldKind::kLinear;
-  fields[2].level = render::kLimitLevel;
-  fields[3].kind = render::FieldKind::kLumigraph;
-  fields[4].kind = fields[5].kind = render::FieldKind::kSoft;
-  fields[5].soft_width = render::kWideSoft;
-  return fields;
 }
 
 // Plane, points and mesh, or those of them that were named.
@@ -201,6 +195,10 @@ void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args) {
   sub.add_option("-o,--output", args.out,
                  "With --protocol: new folder for pictures, photographs, differences, table, JSON and mesh")
       ->needs(protocol);
+  sub.add_flag("--refine", args.refine,
+               "With --protocol: refine lens and poses first; the given views among themselves, the left-out ones only "
+               "to find where they were taken from (docs/published.md)")
+      ->needs(protocol);
   sub.add_option(
          "--geometry-size", args.geometry_px,
          "With --protocol: longer side of the photographs of which geometry is made, in pixels (as ulf "
@@ -212,26 +210,32 @@ void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args) {
 int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
                 const std::vector<render::FieldOptions>& fields, bool json) {
   const std::vector<std::string> proxy_names = ProxyNames(scene_args.proxies);
-  const LightField all = ReadLightField(scene_args.dir);
+  LightField all = ReadLightField(scene_args.dir);
   ProtocolResult result;
   result.split = render::SplitByProtocol(all, args.protocol);
   std::optional<StagedFolder> folder;
   if (!args.out.empty()) folder.emplace(args.out);
 
+  Progress progress("evaluating", json);
+  CostWatch watch;
+  if (args.refine) {
+    RefinedSplit refined = RefineForProtocol(all, result.split, progress);
+    result.refining = watch.Lap();
+    result.refined = refined.summary;
+    all = std::move(refined.light_field);
+  }
   const render::RendererKind renderer = RendererFromName(scene_args.renderer);
   render::SceneOptions options = OptionsOf(scene_args);
   const LightField given = render::OnlyViews(all, result.split.given);
   if (!options.subject) options.subject = given.subject;
   const auto given_scene = render::LoadScene(given, options);
 
-  Progress progress("evaluating", json);
-  CostWatch watch;
   std::vector<std::shared_ptr<const render::Proxy>> proxies;
   for (const std::string& name : proxy_names) {
     if (name == "plane") {
       proxies.push_back(std::make_shared<render::PlaneProxy>(given_scene->subject));
       proxies.push_back(
-          render::FitPlane(*given_scene, fields.empty() ? EveryField().front() : fields.front(), renderer));
+          render::FitPlane(*given_scene, fields.empty() ? render::EveryField().front() : fields.front(), renderer));
     }
     if (name == "points" && given.points.size() >= render::PointsProxy::kFewest)
       proxies.push_back(std::make_shared<render::PointsProxy>(given_scene->subject, given.points));
@@ -260,7 +264,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
                 scene_args.dir);
   watch.Lap();
   const render::Choice choice =
-      render::ChooseByEvidence(*given_scene, fields.empty() ? EveryField() : fields, proxies, renderer);
+      render::ChooseByEvidence(*given_scene, fields.empty() ? render::EveryField() : fields, proxies, renderer);
   result.choice = watch.Lap();
   result.why = choice.why.empty() ? "as asked" : choice.why;
 

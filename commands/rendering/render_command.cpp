@@ -121,6 +121,8 @@ std::string FieldSetting(const render::FieldOptions& field) {
     case render::FieldKind::kLumigraphPerPixel:
       return fmt::format("{}, {}, resolution {}, {}", name, Counted(field.lumigraph_k, "view"),
                          field.lumigraph_resolution, Counted(field.lumigraph_triangles, "triangle"));
+    case render::FieldKind::kSoft:
+      return fmt::format("{}, width {}", name, field.soft_width);
     default:
       return name;
   }
@@ -376,7 +378,7 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
                   "keyframes or of nerfstudio's viewer");
   sub->add_option("--field", args->field,
                   "Blending field (auto: the best on left-out views): auto, subdivision, linear, lumigraph, "
-                  "lumigraph-per-pixel, nearest");
+                  "lumigraph-per-pixel, soft, nearest");
   AddFieldDetails(*sub, args->field_details);
   sub->add_option(
       "--proxy", args->proxy,

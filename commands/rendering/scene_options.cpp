@@ -129,6 +129,10 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
   sub.add_option("--lumigraph-triangles", args.lumigraph_triangles,
                  "Lumigraph weights at vertices: number of triangles in the image (2000)")
       ->check(CLI::Range(100, 1000000));
+  sub.add_option("--soft-width", args.soft_width,
+                 "Soft field: how far the views' weights reach, in the angle of the fourth nearest view: 0.5 keeps "
+                 "highlights in place, 0.8 averages errors of poses and depth out (0.5; auto tries both)")
+      ->check(CLI::Range(0.1, 4.0));
 }
 
 render::FieldOptions FieldDetails(const FieldArgs& args) {
@@ -137,7 +141,8 @@ render::FieldOptions FieldDetails(const FieldArgs& args) {
       .rules = args.rules == "loop" ? render::SubdivisionRules::kLoop : render::SubdivisionRules::kDelaunay,
       .lumigraph_k = args.lumigraph_k,
       .lumigraph_resolution = args.lumigraph_resolution,
-      .lumigraph_triangles = args.lumigraph_triangles};
+      .lumigraph_triangles = args.lumigraph_triangles,
+      .soft_width = args.soft_width};
 }
 
 }  // namespace ulf::commands

@@ -46,6 +46,7 @@ struct FieldArgs {
   int lumigraph_k = render::FieldOptions{}.lumigraph_k;
   double lumigraph_resolution = render::FieldOptions{}.lumigraph_resolution;
   int lumigraph_triangles = render::FieldOptions{}.lumigraph_triangles;
+  double soft_width = render::FieldOptions{}.soft_width;
 };
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args);

@@ -51,7 +51,8 @@ class Proxy {
   }
   // The triangles that hide points from the recorded views; null: nothing is hidden.
   virtual std::shared_ptr<const TriangleMesh> Occluder() const { return nullptr; }
-  // The depth map of a recorded view; null: the proxy has none.
+  virtual bool HasDepthMaps() const { return false; }
+  // The depth map of a recorded view; null where HasDepthMaps() is false.
   virtual std::shared_ptr<const LazyDepthMap> DepthMapOf(int /*view_id*/, const CameraModel& /*camera*/,
                                                          const Rigid3& /*cam_from_world*/) const {
     return nullptr;

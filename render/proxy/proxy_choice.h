@@ -5,6 +5,7 @@
 //   plane:x,y,z,d    the points p of the world with (x, y, z) . p = d
 //   points           the tracked points of the light field, triangulated in each picture
 //   mesh             DIR/proxy.ply, which `ulf proxy DIR` makes
+//   soft             the same mesh and DIR/depth, the views' depth maps beside it
 //   FILE.ply, .obj   a mesh of another program, in the light field's frame
 #pragma once
 
@@ -22,7 +23,8 @@ inline constexpr char kFittedPlane[] = "plane:fitted";
 
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 
-// The names of the geometry that the light field itself has, simplest first: points, mesh, both or none.
+// The names of the geometry that the light field itself has, simplest first: points, and mesh or, where it has
+// depth maps as well, soft.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
 // Logs what a mesh file holds. Throws UsageError for a name that does not exist, Error for a file that cannot

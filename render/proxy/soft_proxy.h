@@ -16,6 +16,7 @@ class SoftProxy : public MeshProxy {
   using Maps = std::map<int, std::shared_ptr<const LazyDepthMap>>;  // by View::id
   SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps);
   std::uint64_t Fingerprint() const override;
+  bool HasDepthMaps() const override { return true; }
   // Of a view without a map of its own it is the mesh as the view sees it.
   std::shared_ptr<const LazyDepthMap> DepthMapOf(int view_id, const CameraModel& camera,
                                                  const Rigid3& cam_from_world) const override;

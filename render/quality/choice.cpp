@@ -85,6 +85,10 @@ std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fiel
   return found == fields.end() ? std::nullopt : std::optional(*found);
 }
 
+bool SoftAlone(const std::vector<FieldOptions>& fields) {
+  return std::ranges::all_of(fields, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
+}
+
 // A mesh that the user names may be of another scene, or in other coordinates.
 void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer,
                      const ChoiceOptions& options) {
@@ -152,7 +156,11 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     choice.candidates = tried;
   }
   if (fields_differ) {
-    const auto tried = Try(small, fields, {choice.proxy}, renderer, options.views_left_out);
+    // The soft field takes several times as long, which pays where there are depth maps.
+    std::vector<FieldOptions> open_fields = fields;
+    if (!choice.proxy->HasDepthMaps() && !SoftAlone(fields))
+      std::erase_if(open_fields, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
+    const auto tried = Try(small, open_fields, {choice.proxy}, renderer, options.views_left_out);
     const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
     choice.field = chosen.field;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options.within_db));
@@ -162,6 +170,19 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   choice.why +=
       fmt::format(" on left-out views; the first within {} dB of the best, in this order", options.within_db);
   return choice;
+}
+
+std::vector<FieldOptions> EveryField(const FieldOptions& details) {
+  std::vector<FieldOptions> fields(6, details);
+  fields[0].kind = fields[2].kind = FieldKind::kSubdivision;
+  fields[1].kind = FieldKind::kLinear;
+  fields[2].level = kLimitLevel;
+  fields[3].kind = FieldKind::kLumigraph;
+  fields[4].kind = fields[5].kind = FieldKind::kSoft;
+  fields[4].soft_width = kNarrowSoft;
+  fields[5].soft_width = kWideSoft;
+  if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it equals the first
+  return fields;
 }
 
 std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
@@ -214,12 +235,7 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
   if (field != kAuto) {
     fields[0].kind = FieldFromName(field);
   } else {
-    fields.resize(4, details);
-    fields[0].kind = fields[2].kind = FieldKind::kSubdivision;
-    fields[1].kind = FieldKind::kLinear;
-    fields[2].level = kLimitLevel;
-    fields[3].kind = FieldKind::kLumigraph;
-    if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it equals the first
+    fields = EveryField(details);
   }
   std::vector<std::shared_ptr<const Proxy>> proxies =
       proxy == kAuto ? EveryProxyOf(light_field, scene.subject)

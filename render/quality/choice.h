@@ -18,6 +18,9 @@
 
 namespace ulf::render {
 
+// Those between which evidence chooses, in order of preference, with these details.
+std::vector<FieldOptions> EveryField(const FieldOptions& details = {});
+
 struct ScoredChoice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
@@ -75,7 +78,7 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
                                          RendererKind renderer);
 
 // The choice by names of the command line. "auto" lets the evidence choose: the field among subdivision (of
-// `details`' level), linear, subdivision in the limit, and lumigraph weights; the proxy among the plane and
+// `details`' level), linear, subdivision in the limit, lumigraph weights and, over depth maps, the soft field, narrow and wide; the proxy among the plane and
 // the light field's own points and mesh, and where it has neither, a fitted plane. Subdivision comes first because it is the calmest in motion, which
 // left-out views do not show; then what costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
