@@ -34,10 +34,14 @@ RenderScene Small(const RenderScene& scene, int size_px) {
 
 std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                               const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
-                              int views_left_out) {
+                              int views_left_out, int window_px = 0) {
   const int every = std::max(2, static_cast<int>(scene.views.size()) / views_left_out);
   const EvaluateSummary summary =
-      Evaluate(scene, {.every = every, .fields = fields, .proxies = proxies, .renderer = renderer});
+      Evaluate(scene, {.every = every,
+                                                   .fields = fields,
+                                                   .proxies = proxies,
+                                                   .renderer = renderer,
+                                                   .window_px = window_px});
   std::vector<ScoredChoice> candidates;
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
@@ -83,6 +87,14 @@ std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fiel
   const auto found = std::ranges::find_if(
       fields, [](const FieldOptions& field) { return field.kind == FieldKind::kLumigraph; });
   return found == fields.end() ? std::nullopt : std::optional(*found);
+}
+
+// The widths of the soft field cost the same: none of them is preferred.
+const ScoredChoice& BestOfItsKind(const std::vector<ScoredChoice>& tried, const ScoredChoice& chosen) {
+  if (chosen.field.kind != FieldKind::kSoft) return chosen;
+  return *std::ranges::max_element(tried, {}, [](const ScoredChoice& candidate) {
+    return candidate.field.kind == FieldKind::kSoft ? candidate.psnr_db : -1;
+  });
 }
 
 bool SoftAlone(const std::vector<FieldOptions>& fields) {
@@ -160,8 +172,12 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     std::vector<FieldOptions> open_fields = fields;
     if (!choice.proxy->HasDepthMaps() && !SoftAlone(fields))
       std::erase_if(open_fields, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
-    const auto tried = Try(small, open_fields, {choice.proxy}, renderer, options.views_left_out);
-    const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
+    const auto tried =
+        choice.proxy->HasDepthMaps()
+            ? Try(Small(scene, options.detailed_size_px), open_fields, {choice.proxy}, renderer,
+                  options.views_left_out, options.window_px)
+            : Try(small, open_fields, {choice.proxy}, renderer, options.views_left_out);
+    const ScoredChoice& chosen = BestOfItsKind(tried, FirstWithinTolerance(tried, options.within_db));
     choice.field = chosen.field;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options.within_db));
     add_reason(fmt::format("{}: {} dB", FieldText(choice.field), Listed(tried, false)));

@@ -1,5 +1,5 @@
 // Chooses the blending field and the proxy of a light field by evidence: a few views are left out, rendered
-// small from the others, and compared with their photographs. The choice is the first candidate, in an order
+// from the others, small or in part, and compared with their photographs. The choice is the first candidate, in an order
 // of preference, that is within a margin of the best. A mesh that was made from all views knows the left-out
 // ones as well and scores a little too well.
 #pragma once
@@ -44,6 +44,9 @@ struct ChoiceOptions {
   int fewest_views = 10;
   int views_left_out = 8;  // about, evenly through the light field. Guessed.
   int size_px = 320;       // longer side of the pictures, at most. Guessed.
+  // Fields over depth maps are compared by the middle of the pictures at (nearly) their own size: what the soft field
+  // gains, small pictures do not show. Guessed.
+  int detailed_size_px = 1600, window_px = 400;
 };
 
 // The first of the candidates (at least one) that is within `within_db` of the best.

@@ -46,6 +46,17 @@ struct Truth {
   bool on_rim;
 };
 
+// Keeps the middle of the picture.
+void Crop(Truth& truth, int window_px) {
+  const cv::Size size(std::min(window_px, truth.camera.width), std::min(window_px, truth.camera.height));
+  const cv::Rect window({(truth.camera.width - size.width) / 2, (truth.camera.height - size.height) / 2}, size);
+  truth.camera.cx -= window.x;
+  truth.camera.cy -= window.y;
+  truth.camera.width = size.width;
+  truth.camera.height = size.height;
+  truth.photograph = {truth.photograph.srgb8(window).clone(), truth.photograph.valid(window).clone()};
+}
+
 ViewScore Score(Renderer& renderer, const Truth& truth,
                 const std::function<void(const ComparedPicture&)>& look) {
   const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
@@ -111,6 +122,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   for (const int i : left_out) {
     const SceneView& view = scene.views[At(i)];
     Truth truth{&view, view.camera.WithoutDistortion(), Undistort(view), {}, on_rim[At(i)]};
+    if (options.window_px > 0) Crop(truth, options.window_px);
     truth.disc = SubjectDisc(truth.camera, view.cam_from_world, scene.subject) & truth.photograph.valid;
     truths.push_back(std::move(truth));
   }

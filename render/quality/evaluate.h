@@ -34,6 +34,7 @@ struct EvaluateOptions {
   std::vector<std::shared_ptr<const Proxy>> proxies = {};
   RendererKind renderer = RendererKind::kGl;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
+  int window_px = 0;         // only the middle of each picture, at most so wide and high; 0: all of it
   std::function<void(const ComparedPicture&)> look = {};
 };
 
