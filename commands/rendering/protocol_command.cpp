@@ -26,6 +26,7 @@
 #include "render/proxy/proxy_choice.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/quality/choice.h"
+#include "render/quality/error_shares.h"
 #include "render/quality/evaluate.h"
 #include "render/quality/protocol.h"
 #include "render/stereo/proxy_builder.h"
@@ -65,6 +66,7 @@ struct TestView {
   std::string name;
   render::ViewScore score;
   render::PaperQuality papers;
+  render::ErrorShares errors;
   long masked_px = 0;
 };
 
@@ -96,6 +98,37 @@ nlohmann::json JsonOf(const render::PaperQuality& quality) {
           {"ssim_padded", quality.ssim_padded}};
 }
 
+render::ErrorShares MeanErrorsOf(const std::vector<TestView>& views) {
+  render::ErrorShares mean;
+  const double share = 1 / static_cast<double>(views.size());
+  for (const TestView& view : views) {
+    for (std::size_t kind = 0; kind < mean.of_error.size(); ++kind) {
+      mean.of_error[kind] += share * view.errors.of_error[kind];
+      mean.of_pixels[kind] += share * view.errors.of_pixels[kind];
+    }
+    mean.of_worst_hundredth += share * view.errors.of_worst_hundredth;
+  }
+  return mean;
+}
+
+nlohmann::json JsonOf(const render::ErrorShares& shares) {
+  nlohmann::json json;
+  for (std::size_t kind = 0; kind < shares.of_error.size(); ++kind)
+    json[std::string(render::kErrorKindNames[kind])] = {{"of_error", shares.of_error[kind]},
+                                                        {"of_pixels", shares.of_pixels[kind]}};
+  json["worst_hundredth_of_pixels"] = {{"of_error", shares.of_worst_hundredth}, {"of_pixels", 0.01}};
+  return json;
+}
+
+std::string TextOf(const render::ErrorShares& shares) {
+  std::string text = "
+squared error";
+  for (std::size_t kind = 0; kind < shares.of_error.size(); ++kind)
+    text += fmt::format("{} {}: {:.0f} % in {:.0f} % of the pixels", kind == 0 ? "" : ",",
+                        render::kErrorKindNames[kind], 100 * shares.of_error[kind], 100 * shares.of_pixels[kind]);
+  return text + fmt::format("; {:.0f} % in the worst hundredth\n", 100 * shares.of_worst_hundredth);
+}
+
 nlohmann::json JsonOf(const Costs& costs) {
   return {{"wall_s", costs.wall_s}, {"processor_s", costs.processor_s}};
 }
@@ -117,6 +150,7 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"ms_per_picture", result.ms_per_picture},
                       {"lpips", nullptr},
                       {"mean", JsonOf(MeanOf(result.views))},
+                      {"errors", JsonOf(MeanErrorsOf(result.views))},
                       {"views", nlohmann::json::array()}};
   for (const TestView& view : result.views) {
     nlohmann::json each = JsonOf(view.papers);
@@ -153,6 +187,7 @@ std::string TextOf(const ProtocolResult& result) {
     masked_px += view.masked_px;
   }
   row("mean", MeanOf(result.views));
+  text += TextOf(MeanErrorsOf(result.views));
   text += fmt::format(
       "\ngeometry {:.1f} s ({:.1f} s of processor), choices {:.1f} s ({:.1f}), {:.0f} ms a picture\n",
       result.geometry.wall_s, result.geometry.processor_s, result.choice.wall_s, result.choice.processor_s,
@@ -196,7 +231,8 @@ void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args) {
                  "With --protocol: new folder for pictures, photographs, differences, table, JSON and mesh")
       ->needs(protocol);
   sub.add_flag("--refine", args.refine,
-               "With --protocol: refine lens and poses first; the given views among themselves, the left-out ones only "
+               "With --protocol: refine lens and poses first; the given views among themselves, the left-out "
+               "ones only "
                "to find where they were taken from (docs/published.md)")
       ->needs(protocol);
   sub.add_option(
@@ -234,8 +270,8 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   for (const std::string& name : proxy_names) {
     if (name == "plane") {
       proxies.push_back(std::make_shared<render::PlaneProxy>(given_scene->subject));
-      proxies.push_back(
-          render::FitPlane(*given_scene, fields.empty() ? render::EveryField().front() : fields.front(), renderer));
+      proxies.push_back(render::FitPlane(
+          *given_scene, fields.empty() ? render::EveryField().front() : fields.front(), renderer));
     }
     if (name == "points" && given.points.size() >= render::PointsProxy::kFewest)
       proxies.push_back(std::make_shared<render::PointsProxy>(given_scene->subject, given.points));
@@ -253,7 +289,8 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
       for (auto& [view, map] : mesh.maps)
         maps.emplace(view, std::make_shared<render::LazyDepthMap>([map] { return map; }));
       proxies.push_back(std::make_shared<render::SoftProxy>(
-          given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)), std::move(maps)));
+          given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)),
+          std::move(maps)));
     } catch (const Error& error) {
       if (proxy_names.size() == 1) throw;
       spdlog::warn("no mesh: {}", error.what());
@@ -263,8 +300,8 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     throw Error("{}: the given photographs show too few points for --proxy points; leave it out",
                 scene_args.dir);
   watch.Lap();
-  const render::Choice choice =
-      render::ChooseByEvidence(*given_scene, fields.empty() ? render::EveryField() : fields, proxies, renderer);
+  const render::Choice choice = render::ChooseByEvidence(
+      *given_scene, fields.empty() ? render::EveryField() : fields, proxies, renderer);
   result.choice = watch.Lap();
   result.why = choice.why.empty() ? "as asked" : choice.why;
 
@@ -288,6 +325,8 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     TestView& test = seen[picture.view_id];
     test.name = fs::path(view->image_path).lexically_relative("images").generic_string();
     test.papers = render::CompareAsPapers(picture.rendered, picture.photograph, picture.valid);
+    test.errors = render::ShareErrors(picture.rendered, picture.photograph, picture.valid, picture.depth,
+                                      picture.confidence);
     test.masked_px = static_cast<long>(picture.valid.total()) - cv::countNonZero(picture.valid);
     if (!folder) return;
     const auto write = [&](const char* kind, const cv::Mat& pixels) {

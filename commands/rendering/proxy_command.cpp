@@ -170,9 +170,10 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
                   "What compares photographs: gl (OpenGL without a window), reference (the processor), or "
                   "auto (gl on a GPU)")
       ->check(CLI::IsMember({"auto", "gl", "reference"}));
-  sub->add_flag("--no-maps", args->no_maps,
-                "Write the mesh alone; otherwise DIR/depth gets the views' depth maps, for --proxy soft (with -o "
-                "never)");
+  sub->add_flag(
+      "--no-maps", args->no_maps,
+      "Write the mesh alone; otherwise DIR/depth gets the views' depth maps, for --proxy soft (with -o "
+      "never)");
   sub->add_flag("--explain", args->explain, "Compare plane, points and mesh on left-out views");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");

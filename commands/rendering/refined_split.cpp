@@ -81,8 +81,8 @@ RefinedSplit RefineForProtocol(const LightField& all, const render::ProtocolSpli
   std::string lens;
   for (std::size_t i = 0; i < all.cameras.size() && all.cameras.size() == 1; ++i)
     if (!(given.result.lenses[i] == all.cameras[i]))
-      lens = fmt::format("; focal length {:.1f} px for {:.1f}, k1 {:.4f} for {:.4f}", given.result.lenses[i].fx,
-                         all.cameras[i].fx, given.result.lenses[i].coefficients[0],
+      lens = fmt::format("; focal length {:.1f} px for {:.1f}, k1 {:.4f} for {:.4f}",
+                         given.result.lenses[i].fx, all.cameras[i].fx, given.result.lenses[i].coefficients[0],
                          all.cameras[i].coefficients[0]);
   refined.summary = fmt::format("refined: points of the given views are off by {:.3f} px, {:.3f} before{}",
                                 given.result.median_after_px, given.result.median_before_px, lens);

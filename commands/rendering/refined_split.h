@@ -12,8 +12,8 @@
 namespace ulf::commands {
 
 struct RefinedSplit {
-  LightField light_field;  // all views, the given views' points
-  std::string summary;     // one line for people
+  LightField light_field;                            // all views, the given views' points
+  std::string summary;                               // one line for people
   double median_before_px = 0, median_after_px = 0;  // of the given views' points
 };
 

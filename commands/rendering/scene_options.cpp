@@ -129,9 +129,10 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
   sub.add_option("--lumigraph-triangles", args.lumigraph_triangles,
                  "Lumigraph weights at vertices: number of triangles in the image (2000)")
       ->check(CLI::Range(100, 1000000));
-  sub.add_option("--soft-width", args.soft_width,
-                 "Soft field: how far the views' weights reach, in the angle of the fourth nearest view: 0.5 keeps "
-                 "highlights in place, 0.8 averages errors of poses and depth out (0.5; auto tries both)")
+  sub.add_option(
+         "--soft-width", args.soft_width,
+         "Soft field: how far the views' weights reach, in the angle of the fourth nearest view: 0.5 keeps "
+         "highlights in place, 0.8 averages errors of poses and depth out (0.5; auto tries both)")
       ->check(CLI::Range(0.1, 4.0));
 }
 

@@ -219,14 +219,14 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
   AddSceneOptions(*sub, *args);
   sub->remove_option(sub->get_option("--renderer"));
-  sub->add_option(
-      "--field", args->field,
-      "Blending field at the start: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, nearest, soft");
+  sub->add_option("--field", args->field,
+                  "Blending field at the start: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, "
+                  "nearest, soft");
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option(
-      "--proxy", args->proxy,
-      "Geometry at the start: auto (the light field's mesh, else its tracked points, else the "
-      "plane), mesh (DIR/proxy.ply), soft (with DIR/depth), points, plane, plane:0.9, plane:x,y,z,d, or a PLY or OBJ file");
+  sub->add_option("--proxy", args->proxy,
+                  "Geometry at the start: auto (the light field's mesh, else its tracked points, else the "
+                  "plane), mesh (DIR/proxy.ply), soft (with DIR/depth), points, plane, plane:0.9, "
+                  "plane:x,y,z,d, or a PLY or OBJ file");
   AddApertureOptions(*sub, args->aperture);
   sub->add_option("--width", args->width, "Width of the window (1280)")->check(CLI::Range(64, 16384));
   sub->add_option("--height", args->height, "Height of the window (720)")->check(CLI::Range(64, 16384));

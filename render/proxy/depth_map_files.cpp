@@ -43,8 +43,9 @@ ViewDepthMap ReadMap(const MapFile& file) {
   const std::string bytes = ReadWholeFile(file.path);
   if (fmt::format("{:016x}", FastChecksumOf(bytes)) != file.checksum)
     throw Error("{}: its bytes have changed", file.path.string());
-  const cv::Mat pixels = cv::imdecode(
-      cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())), cv::IMREAD_UNCHANGED);
+  const cv::Mat pixels =
+      cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                   cv::IMREAD_UNCHANGED);
   if (pixels.type() != CV_16UC1 || pixels.cols != file.camera.width || pixels.rows != file.camera.height)
     throw Error("{}: no depth map of {}x{}", file.path.string(), file.camera.width, file.camera.height);
   return {file.camera, pixels, file.unit, file.step};
@@ -99,8 +100,7 @@ void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_
                        {"unit", map.unit},
                        {"step", map.step}});
   }
-  WriteFileAtomically(folder / kIndex,
-                      nlohmann::json{{"format", kFormat}, {"maps", entries}}.dump(1) + "\n");
+  WriteFileAtomically(folder / kIndex, nlohmann::json{{"format", kFormat}, {"maps", entries}}.dump(1) + "\n");
   RemoveOthers(folder, kept);
 }
 

@@ -24,7 +24,8 @@ void WriteDepthMaps(const std::filesystem::path& light_field_folder, const Light
 bool HasDepthMaps(const std::filesystem::path& light_field_folder);
 
 struct DepthMapReading {
-  SoftProxy::Maps maps;  // read when they are needed; of one that cannot be read then, the mesh's stands in (a warning)
+  SoftProxy::Maps
+      maps;  // read when they are needed; of one that cannot be read then, the mesh's stands in (a warning)
   std::size_t stale = 0;  // maps of views that are gone, or have another pose or camera now
 };
 // Throws Error for a maps.json that is no such file.

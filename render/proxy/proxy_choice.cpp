@@ -62,7 +62,8 @@ std::shared_ptr<const Proxy> SoftFrom(const std::filesystem::path& light_field, 
                 (light_field / kDepthMapsFolder).string());
   if (reading.stale > 0)
     spdlog::warn(
-        "{}: {} of views that are gone or have other poses now {} not used; make them again with: ulf proxy {}",
+        "{}: {} of views that are gone or have other poses now {} not used; make them again with: ulf proxy "
+        "{}",
         (light_field / kDepthMapsFolder).string(), Counted(reading.stale, "depth map"),
         reading.stale == 1 ? "is" : "are", ShellWord(light_field.string()));
   return std::make_shared<SoftProxy>(subject, std::move(mesh), std::move(reading.maps));
@@ -111,7 +112,8 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
     return std::make_shared<MeshProxy>(subject, TrianglesFrom(name),
                                        std::filesystem::path(name).filename().string());
   throw UsageError(
-      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, points, mesh, soft, and PLY or OBJ files", name);
+      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, points, mesh, soft, and PLY or OBJ files",
+      name);
 }
 
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,

@@ -36,12 +36,9 @@ std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldO
                               const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                               int views_left_out, int window_px = 0) {
   const int every = std::max(2, static_cast<int>(scene.views.size()) / views_left_out);
-  const EvaluateSummary summary =
-      Evaluate(scene, {.every = every,
-                                                   .fields = fields,
-                                                   .proxies = proxies,
-                                                   .renderer = renderer,
-                                                   .window_px = window_px});
+  const EvaluateSummary summary = Evaluate(
+      scene,
+      {.every = every, .fields = fields, .proxies = proxies, .renderer = renderer, .window_px = window_px});
   std::vector<ScoredChoice> candidates;
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
@@ -98,7 +95,8 @@ const ScoredChoice& BestOfItsKind(const std::vector<ScoredChoice>& tried, const 
 }
 
 bool SoftAlone(const std::vector<FieldOptions>& fields) {
-  return std::ranges::all_of(fields, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
+  return std::ranges::all_of(fields,
+                             [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
 }
 
 // A mesh that the user names may be of another scene, or in other coordinates.
@@ -172,11 +170,10 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     std::vector<FieldOptions> open_fields = fields;
     if (!choice.proxy->HasDepthMaps() && !SoftAlone(fields))
       std::erase_if(open_fields, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
-    const auto tried =
-        choice.proxy->HasDepthMaps()
-            ? Try(Small(scene, options.detailed_size_px), open_fields, {choice.proxy}, renderer,
-                  options.views_left_out, options.window_px)
-            : Try(small, open_fields, {choice.proxy}, renderer, options.views_left_out);
+    const auto tried = choice.proxy->HasDepthMaps()
+                           ? Try(Small(scene, options.detailed_size_px), open_fields, {choice.proxy},
+                                 renderer, options.views_left_out, options.window_px)
+                           : Try(small, open_fields, {choice.proxy}, renderer, options.views_left_out);
     const ScoredChoice& chosen = BestOfItsKind(tried, FirstWithinTolerance(tried, options.within_db));
     choice.field = chosen.field;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options.within_db));

@@ -49,7 +49,8 @@ struct Truth {
 // Keeps the middle of the picture.
 void Crop(Truth& truth, int window_px) {
   const cv::Size size(std::min(window_px, truth.camera.width), std::min(window_px, truth.camera.height));
-  const cv::Rect window({(truth.camera.width - size.width) / 2, (truth.camera.height - size.height) / 2}, size);
+  const cv::Rect window({(truth.camera.width - size.width) / 2, (truth.camera.height - size.height) / 2},
+                        size);
   truth.camera.cx -= window.x;
   truth.camera.cy -= window.y;
   truth.camera.width = size.width;
@@ -69,7 +70,9 @@ ViewScore Score(Renderer& renderer, const Truth& truth,
   score.filled_px = picture.filled_px;
   score.empty_px = picture.empty_px;
   score.ms = picture.ms;
-  if (look) look({truth.view->id, rendered, truth.photograph.srgb8, truth.photograph.valid});
+  if (look)
+    look({truth.view->id, rendered, truth.photograph.srgb8, truth.photograph.valid, picture.depth,
+          picture.confidence});
   return score;
 }
 
@@ -134,7 +137,9 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   const auto rest = Without(scene, left_out);
   summary.viewpoints = rest->mesh.Description();
   const auto renderer =
-      MakeRenderer(rest, {.renderer = options.renderer, .gpu_memory_mb = options.gpu_memory_mb});
+      MakeRenderer(rest, {.renderer = options.renderer,
+                                            .depth = options.look != nullptr,
+                                            .gpu_memory_mb = options.gpu_memory_mb});
   summary.renderer = renderer->Name();
 
   std::vector<std::pair<std::shared_ptr<const Proxy>, FieldOptions>> combinations;

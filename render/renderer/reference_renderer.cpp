@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -46,10 +45,8 @@ struct FrameSetup {
   std::vector<int> views_by_distance;
 };
 
-using Sampler = cv::Vec4f (*)(const cv::Mat& level, const CameraModel& camera, const Vector2d& img);
-
 // Light on the common scale of all views, and the share of it that the photograph has there.
-cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img, Sampler sample = SampleLevel) {
+cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
   const SceneView& view = setup.scene.views[At(index)];
   if (setup.show_field) {
     const cv::Vec3f color = ViewColor(view.id);
@@ -57,7 +54,7 @@ cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img, Sampl
   }
   // Requested at every pixel: the store decides which levels stay in memory.
   const cv::Mat pixels = view.photograph->Level(setup.level[At(index)]);
-  const cv::Vec4f light = sample(pixels, view.camera, img);
+  const cv::Vec4f light = SampleLevel(pixels, view.camera, img);
   cv::Vec4f common = (light - cv::Vec4f::all(view.black)) * view.scale;
   common[3] = light[3];
   return common;
@@ -122,13 +119,6 @@ void Fill(const FrameSetup& setup, const Vector3d& point, int count,
   }
 }
 
-// Of the four pixels around a place that is `at` (0 to 1) behind the second of them.
-std::array<float, 4> CatmullRom(float at) {
-  const float square = at * at, cube = square * at;
-  return {-0.5f * cube + square - 0.5f * at, 1.5f * cube - 2.5f * square + 1,
-          -1.5f * cube + 2 * square + 0.5f * at, 0.5f * cube - 0.5f * square};
-}
-
 // Scales the weights so that they sum to `sum`.
 void Scale(std::span<Contribution> contributions, double sum) {
   double total = 0;
@@ -161,22 +151,6 @@ cv::Vec4f SampleLevel(const cv::Mat& pixels, const CameraModel& camera, const Ve
   const cv::Vec4f light = above * (1 - below_share) + below * below_share;
   if (!(light[3] > 0)) return {0, 0, 0, 0};
   return {light[0] / light[3], light[1] / light[3], light[2] / light[3], light[3]};
-}
-
-cv::Vec4f SampleLevelSharply(const cv::Mat& pixels, const CameraModel& camera, const Vector2d& img) {
-  const double x = img.x() * pixels.cols / camera.width - 0.5;
-  const double y = img.y() * pixels.rows / camera.height - 0.5;
-  const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
-  const auto right_weights = CatmullRom(static_cast<float>(x - left)),
-             below_weights = CatmullRom(static_cast<float>(y - top));
-  cv::Vec4f light(0, 0, 0, 0);
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column) {
-      const cv::Vec4f pixel = LinearAt(pixels, left + column - 1, top + row - 1);
-      if (!(pixel[3] >= 1)) return SampleLevel(pixels, camera, img);  // a gap: its edge stays where it is
-      light += below_weights[At(row)] * right_weights[At(column)] * pixel;
-    }
-  return {std::max(0.0f, light[0]), std::max(0.0f, light[1]), std::max(0.0f, light[2]), 1};
 }
 
 ReferenceRenderer::ReferenceRenderer(std::shared_ptr<const RenderScene> scene, const RenderOptions& options)
@@ -232,8 +206,9 @@ FrameSetup SetUp(const RenderScene& scene, const CameraModel& camera, const Rigi
 }
 
 // Sets the contributions of a pixel's own views; returns the weight of those that see its point.
-using OwnViews = std::function<double(const Vector3d& ray_in_cam, const Vector3d& point_in_world, double depth,
-                                      std::vector<Contribution>& contributions, double& confidence)>;
+using OwnViews =
+    std::function<double(const Vector3d& ray_in_cam, const Vector3d& point_in_world, double depth,
+                         std::vector<Contribution>& contributions, double& confidence)>;
 
 // Calls shade(x, y, contributions, total, confidence) for every pixel of a tile. The contributions' weights sum to
 // one, if there are any; `total` is the weight of those of the field's own views that see the point.
@@ -265,7 +240,7 @@ void ForEachPixelOf(const cv::Rect& tile, const FrameSetup& setup, const cv::Mat
 
 template <typename Shade>
 void ForEachPixelOfField(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth,
-                  const Filling& filling, const Shade& shade) {
+                         const Filling& filling, const Shade& shade) {
   const CameraModel& camera = setup.camera;
   constexpr int kTile = 16;  // pixels: their rays share the field's candidates
   FieldSample sample;
@@ -292,13 +267,12 @@ void ForEachSoftPixel(const FrameSetup& setup, const Rigid3& cam_from_world, con
                       const Filling& filling, double soft_width, const Shade& shade) {
   ViewTiler tiler(setup.scene.views);
   const ViewTiles views = SoftViewsOfTiles(tiler, setup.scene, setup.camera, cam_from_world);
-  const SoftPixel soft(setup.scene, cam_from_world, soft_width, [&](int view, const Vector2d& img) {
-    return LightOf(setup, view, img, SampleLevelSharply);
-  });
+  const SoftPixel soft(setup.scene, cam_from_world, soft_width,
+                       [&](int view, const Vector2d& img) { return LightOf(setup, view, img); });
   for (const ViewTiles::Tile& tile : views.tiles) {
     const std::span<const int> of_tile =
-        std::span(views.views).subspan(static_cast<std::size_t>(tile.first),
-                                       static_cast<std::size_t>(tile.end - tile.first));
+        std::span(views.views)
+            .subspan(static_cast<std::size_t>(tile.first), static_cast<std::size_t>(tile.end - tile.first));
     const auto own_views = [&](const Vector3d& ray_in_cam, const Vector3d& /*point*/, double pixel_depth,
                                std::vector<Contribution>& contributions, double& confidence) {
       confidence = 1;
@@ -360,7 +334,8 @@ std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFro
                                         const cv::Mat& depth, const RenderOptions& options) {
   WeightLayers layers(scene, depth.size());
   ForEachPixel(SetUp(scene, camera, cam_from_world, false), field, cam_from_world, depth, FillingOf(options),
-               options.field.soft_width, [&](int x, int y, const std::vector<Contribution>& contributions, double /*total*/,
+               options.field.soft_width,
+               [&](int x, int y, const std::vector<Contribution>& contributions, double /*total*/,
                    double /*confidence*/) { layers.Add(x, y, contributions); });
   return layers.Take();
 }
@@ -377,7 +352,8 @@ Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam
   WeightLayers layers(scene, depth.size());
   ForEachPixel(
       SetUp(scene, camera, cam_from_world, options_.show_field),
-      FieldFrom(camera, cam_from_world, depth).get(), cam_from_world, depth, FillingOf(options_), options_.field.soft_width,
+      FieldFrom(camera, cam_from_world, depth).get(), cam_from_world, depth, FillingOf(options_),
+      options_.field.soft_width,
       [&](int x, int y, const std::vector<Contribution>& contributions, double total, double confidence) {
         if (total == 0) ++(contributions.empty() ? picture.empty_px : picture.filled_px);
         if (contributions.empty()) return;

@@ -26,7 +26,7 @@ class ReferenceRenderer : public Renderer {
   std::shared_ptr<const RenderScene> scene_;    // with its own proxy
   std::shared_ptr<const RenderScene> focused_;  // with the focal plane; null without an aperture
   RenderOptions options_;
-  std::unique_ptr<BlendingField> field_;  // null: the soft field
+  std::unique_ptr<BlendingField> field_;           // null: the soft field
   std::unique_ptr<ApertureField> aperture_field_;  // null without an aperture or a mesh
 };
 
@@ -38,7 +38,5 @@ std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFro
 // Bilinear between pixel centres, edges repeated, in linear light: B G R and the share of the four pixels
 // that has light at all. `img`: in pixels of the view's camera, for every level.
 cv::Vec4f SampleLevel(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
-// The same bicubically (Catmull and Rom), bilinear beside pixels without light.
-cv::Vec4f SampleLevelSharply(const cv::Mat& level, const CameraModel& camera, const Eigen::Vector2d& img);
 
 }  // namespace ulf::render

@@ -163,8 +163,7 @@ double SoftPixel::Blend(const Vector3d& ray, double inverse_depth, const std::ve
   mean_square /= lit;
   double variance = 0;
   for (int c = 0; c < 3; ++c) variance += std::max(0.0, mean_square[c] - mean_root[c] * mean_root[c]);
-  if (samples.size() > 1)
-    belief *= std::exp(-0.5 * variance / (constants_.agreeing * constants_.agreeing));
+  if (samples.size() > 1) belief *= std::exp(-0.5 * variance / (constants_.agreeing * constants_.agreeing));
   // The samples keep the weights of the last step.
   const double squared = constants_.robust * constants_.robust;
   std::vector<double> robust(samples.size());
@@ -202,9 +201,10 @@ double SoftPixel::Blend(const Vector3d& ray, double depth, std::span<const int> 
     if (candidates.size() == 1) belief = 1;
     const double share = std::min(left, belief) + kLeastBelief;
     for (const Sample& s : samples)
-      contributions.push_back({s.view, share * s.weight,
-                               {static_cast<float>(s.light[0]), static_cast<float>(s.light[1]),
-                                static_cast<float>(s.light[2])}});
+      contributions.push_back(
+          {s.view,
+           share * s.weight,
+           {static_cast<float>(s.light[0]), static_cast<float>(s.light[1]), static_cast<float>(s.light[2])}});
     sum += share;
     seen += share * lit;
     left -= std::min(left, belief);
@@ -218,10 +218,11 @@ double SoftPixel::Blend(const Vector3d& ray, double depth, std::span<const int> 
 
 ViewTiles SoftViewsOfTiles(ViewTiler& tiler, const RenderScene& scene, const CameraModel& camera,
                            const Rigid3& cam_from_world) {
-  return tiler.Tile(scene.views, ViewsByDistance(scene, cam_from_world.OriginInSource()),
-                    {camera, cam_from_world, scene.proxy->Background(cam_from_world),
-                     scene.proxy->Triangles(camera, cam_from_world)},
-                    [](int) { return true; }, kSoftViews);
+  return tiler.Tile(
+      scene.views, ViewsByDistance(scene, cam_from_world.OriginInSource()),
+      {camera, cam_from_world, scene.proxy->Background(cam_from_world),
+       scene.proxy->Triangles(camera, cam_from_world)},
+      [](int) { return true; }, kSoftViews);
 }
 
 }  // namespace ulf::render

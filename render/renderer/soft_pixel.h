@@ -15,7 +15,6 @@
 //      a passer-by is.
 //   5. Candidates are laid over each other from near to far, each as opaque as it is believed.
 //
-// Photographs are read bicubically (Catmull and Rom): the mean of many bilinear samples is blurred.
 // Over a proxy without depth maps there is one candidate, the proxy's, and its shadow maps say what views see.
 #pragma once
 
@@ -34,16 +33,16 @@ inline constexpr int kSoftViews = 16, kSoftProposers = 8;
 
 // Settled on fern of LLFF, fox_half and the simulated studio (docs/rendering.md, Soft geometry); the same in the shader.
 struct SoftConstants {
-  double least_weight = 0.05;    // of the Gaussian: a view that has less has nothing
-  double own_share = 0.1;        // a view nearer than this share of the fourth penalty begins to take all
-  int search_steps = 3;          // of a map's depth along the ray
-  double search_end = 2;         // a search that still moves by more of the map's steps has failed
-  double merged = 1;             // candidates nearer to each other, in steps, are one
-  double vote = 2;               // standard deviation of a vote, in steps
-  double occluded = 4;           // a map that many steps before a point hides it
-  double least_seen = 0.003;     // of a hidden view, where no view sees the point
-  double agreeing = 0.2;         // standard deviation of colours on a right surface, in the root of light
-  double robust = 0.2;           // difference from the mean that halves a view's weight, in the root of light
+  double least_weight = 0.05;  // of the Gaussian: a view that has less has nothing
+  double own_share = 0.1;      // a view nearer than this share of the fourth penalty begins to take all
+  int search_steps = 3;        // of a map's depth along the ray
+  double search_end = 2;       // a search that still moves by more of the map's steps has failed
+  double merged = 1;           // candidates nearer to each other, in steps, are one
+  double vote = 2;             // standard deviation of a vote, in steps
+  double occluded = 4;         // a map that many steps before a point hides it
+  double least_seen = 0.003;   // of a hidden view, where no view sees the point
+  double agreeing = 0.2;       // standard deviation of colours on a right surface, in the root of light
+  double robust = 0.2;         // difference from the mean that halves a view's weight, in the root of light
   int robust_steps = 2;
 };
 

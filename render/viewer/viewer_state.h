@@ -126,7 +126,7 @@ inline constexpr KeyHelp kViewerKeys[] = {{"arrows, left drag", "round the subje
 
 // The fields of keys 1 to 6.
 inline constexpr FieldKind kViewerFields[] = {FieldKind::kSubdivision, FieldKind::kLinear,
-                                              FieldKind::kLumigraph, FieldKind::kLumigraphPerPixel,
-                                              FieldKind::kNearest, FieldKind::kSoft};
+                                              FieldKind::kLumigraph,   FieldKind::kLumigraphPerPixel,
+                                              FieldKind::kNearest,     FieldKind::kSoft};
 
 }  // namespace ulf::render

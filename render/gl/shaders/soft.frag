@@ -100,60 +100,6 @@ void Propose(int i, vec3 ray, float inverse_depth) {
 }
 #endif
 
-vec4 Texel(ivec4 place, ivec2 at) {
-#if ARRAYS == 1
-  return texelFetch(photographs[0], ivec3(clamp(at, ivec2(0), textureSize(photographs[0], 0).xy - 1), place.y), 0);
-#else
-  vec4 light = vec4(0.0);
-  for (int n = 0; n < ARRAYS; ++n)
-    if (n == place.x)
-      light = texelFetch(photographs[n], ivec3(clamp(at, ivec2(0), textureSize(photographs[n], 0).xy - 1), place.y), 0);
-  return light;
-#endif
-}
-
-vec2 LevelSize(ivec4 place) {
-#if ARRAYS == 1
-  return vec2(textureSize(photographs[0], 0).xy);
-#else
-  vec2 size_of_level = vec2(1.0);
-  for (int n = 0; n < ARRAYS; ++n)
-    if (n == place.x) size_of_level = vec2(textureSize(photographs[n], 0).xy);
-  return size_of_level;
-#endif
-}
-
-vec4 CatmullRom(float at) {
-  float square = at * at, cube = square * at;
-  return vec4(-0.5 * cube + square - 0.5 * at, 1.5 * cube - 2.5 * square + 1.0, -1.5 * cube + 2.0 * square + 0.5 * at,
-              0.5 * cube - 0.5 * square);
-}
-
-// LightOf(), bicubically but beside pixels without light.
-vec3 SharpLightOf(View v, vec2 img, out float share) {
-#ifdef SHOW_FIELD
-  share = 1.0;
-  return v.color.rgb;
-#else
-  vec2 at = img / v.size.xy * LevelSize(v.place) - 0.5;
-  ivec2 first = ivec2(floor(at)) - 1;
-  vec4 across = CatmullRom(fract(at.x)), down = CatmullRom(fract(at.y));
-  vec4 light = vec4(0.0);
-  float least_share = 1.0;
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column) {
-      vec4 texel = Texel(v.place, first + ivec2(column, row));
-      least_share = min(least_share, texel.a);
-      light += down[row] * across[column] * texel;
-    }
-#ifdef GAPS
-  if (least_share < 1.0) return LightOf(v, img, share);
-#endif
-  share = 1.0;
-  return (max(light.rgb, vec3(0.0)) - v.more.y) * v.more.z;
-#endif
-}
-
 // A candidate's light; returns the share of the light that photographs have, times what the best view sees.
 float Blend(vec3 ray, float inverse_depth, out vec3 mean, out float belief, out float resident) {
   vec3 point = ray / inverse_depth;
@@ -189,7 +135,7 @@ float Blend(vec3 ray, float inverse_depth, out vec3 mean, out float belief, out 
     if (v.place.x < 0) continue;
 #endif
     float share;
-    vec3 bgr = SharpLightOf(v, img, share);
+    vec3 bgr = LightOf(v, img, share);
     float lit = weights[n] * seen * feather * share;
     if (lit <= 0.0) continue;
     vec3 root = sqrt(max(bgr, vec3(0.0)));
