@@ -121,11 +121,11 @@ nlohmann::json JsonOf(const render::ErrorShares& shares) {
 }
 
 std::string TextOf(const render::ErrorShares& shares) {
-  std::string text = "
-squared error";
+  std::string text = "\nsquared error";
   for (std::size_t kind = 0; kind < shares.of_error.size(); ++kind)
-    text += fmt::format("{} {}: {:.0f} % in {:.0f} % of the pixels", kind == 0 ? "" : ",",
-                        render::kErrorKindNames[kind], 100 * shares.of_error[kind], 100 * shares.of_pixels[kind]);
+    text +=
+        fmt::format("{} {}: {:.0f} % in {:.0f} % of the pixels", kind == 0 ? "" : ",",
+                    render::kErrorKindNames[kind], 100 * shares.of_error[kind], 100 * shares.of_pixels[kind]);
   return text + fmt::format("; {:.0f} % in the worst hundredth\n", 100 * shares.of_worst_hundredth);
 }
 

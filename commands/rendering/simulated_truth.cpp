@@ -5,6 +5,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
+#include "core/geometry/pinhole.h"
 #include "core/image/image.h"
 #include "render/quality/quality.h"
 
@@ -17,9 +18,14 @@ class SimulatedTruth : public render::TruthSource {
       : name_(uri.Text()), camera_(acquisition::SimulationOptions::FromUri(uri)) {}
 
   cv::Mat Picture(int /*index*/, const CameraModel& camera, const Rigid3& cam_from_world) override {
-    if (!caster_ || caster_->camera() != camera)
-      caster_.emplace(acquisition::Scene::Named(camera_.options().scene), camera);
-    return caster_->Radiance(cam_from_world) * camera_.LightScale();
+    return CasterOf(camera).Radiance(cam_from_world) * camera_.LightScale();
+  }
+  cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) override {
+    cv::Mat depth = CasterOf(camera).RayLength(cam_from_world);
+    for (int y = 0; y < depth.rows; ++y)
+      for (int x = 0; x < depth.cols; ++x)
+        depth.at<float>(y, x) /= static_cast<float>(PinholeRay(camera, x, y).norm());
+    return depth;
   }
   bool TakesAnyCamera() const override { return true; }
 
@@ -39,6 +45,12 @@ class SimulatedTruth : public render::TruthSource {
   }
 
  private:
+  const acquisition::RayCaster& CasterOf(const CameraModel& camera) {
+    if (!caster_ || caster_->camera() != camera)
+      caster_.emplace(acquisition::Scene::Named(camera_.options().scene), camera);
+    return *caster_;
+  }
+
   std::string name_;
   acquisition::SimulatedCamera camera_;
   std::optional<acquisition::RayCaster> caster_;

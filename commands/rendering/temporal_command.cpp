@@ -66,6 +66,9 @@ nlohmann::json JsonOf(const render::TemporalSummary& summary, const TemporalArgs
                         {"truth", truth},
                         {"renderer", summary.renderer},
                         {"results", nlohmann::json::array()}};
+  const auto or_null = [](const std::optional<double>& value, bool squared) {
+    return value ? nlohmann::json(squared ? *value * *value : *value) : nlohmann::json();
+  };
   for (const render::TemporalScore& score : summary.results)
     report["results"].push_back(
         {{"field", render::FieldName(score.asked.kind)},
@@ -76,6 +79,10 @@ nlohmann::json JsonOf(const render::TemporalSummary& summary, const TemporalArgs
          {"temporal_error_disc", score.temporal_error_disc},
          {"temporal_energy", score.temporal_error * score.temporal_error},
          {"temporal_energy_disc", score.temporal_error_disc * score.temporal_error_disc},
+         {"step_error", or_null(score.step_error, false)},
+         {"step_error_disc", or_null(score.step_error_disc, false)},
+         {"step_energy", or_null(score.step_error, true)},
+         {"step_energy_disc", or_null(score.step_error_disc, true)},
          {"psnr_db", score.psnr_db},
          {"ms_per_frame", score.ms_per_frame},
          {"over_time", score.over_time}});
@@ -86,17 +93,24 @@ void PrintTable(const render::TemporalSummary& summary, const TemporalArgs& args
   fmt::print("{}, {} of {}x{} along {}, against {}, {}\n\n", Counted(summary.views, "view"),
              Counted(summary.frames, "picture"), summary.width, summary.height, args.path, truth,
              summary.renderer);
-  fmt::print("{:<22} {:<12} {:>6}  {:>9} {:>9}  {:>7}  {:>8}\n", "field", "proxy", "level", "temporal",
-             "disc", "PSNR", "ms");
+  fmt::print("{:<22} {:<12} {:>6}  {:>9} {:>9}  {:>9} {:>9}  {:>7}  {:>8}\n", "field", "proxy", "level",
+             "temporal", "disc", "steps", "disc", "PSNR", "ms");
+  const auto or_dash = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.3f}", *value) : "-";
+  };
   for (const render::TemporalScore& score : summary.results)
     fmt::print(
-        "{:<22} {:<12} {:>6}  {:9.3f} {:9.3f}  {:7.2f}  {:8.1f}{}\n", render::FieldName(score.asked.kind),
-        score.proxy, render::UsesMesh(score.used.kind) ? render::LevelName(score.used.level) : "",
-        score.temporal_error, score.temporal_error_disc, score.psnr_db, score.ms_per_frame,
+        "{:<22} {:<12} {:>6}  {:9.3f} {:9.3f}  {:>9} {:>9}  {:7.2f}  {:8.1f}{}\n",
+        render::FieldName(score.asked.kind), score.proxy,
+        render::UsesMesh(score.used.kind) ? render::LevelName(score.used.level) : "", score.temporal_error,
+        score.temporal_error_disc, or_dash(score.step_error), or_dash(score.step_error_disc), score.psnr_db,
+        score.ms_per_frame,
         score.asked.kind == score.used.kind ? "" : "  (used: " + render::FieldName(score.used.kind) + ")");
   fmt::print(
       "\ntemporal: second difference over time of (rendering - truth), RMS, in levels of 255; disc: in the "
-      "subject's silhouette.\n");
+      "subject's silhouette; steps: the same at points of the scene, smoothed{}.\n",
+      summary.results.empty() || summary.results.front().step_error ? ""
+                                                                    : " (not known: the truth has no depth)");
 }
 
 }  // namespace

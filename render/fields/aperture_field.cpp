@@ -18,8 +18,8 @@ using Eigen::Vector3d;
 constexpr double kOffPlaneShare = 1e-6;
 
 // The number of edges from a vertex at which its weight has become zero: every level doubles the reach of
-// Loop's rules and adds two edges, and the limit's rule adds one more.
-int BoundaryDistance(int level) { return level >= kLimitLevel ? 2 << kFinestLevel : (2 << level) - 1; }
+// Loop's rules and adds two edges.
+int BoundaryDistance(int level) { return (2 << level) - 1; }
 
 std::vector<std::vector<int>> Neighbours(const FieldMesh& mesh) {
   std::vector<std::vector<int>> neighbours(mesh.positions.size());

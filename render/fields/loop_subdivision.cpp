@@ -3,46 +3,27 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "core/base/at.h"
 #include "core/geometry/angles.h"
+#include "render/fields/weight_sum.h"
 
 namespace ulf::render {
 namespace {
 
-class WeightSum {
- public:
-  void Add(const SparseWeights& weights, double factor) {
-    for (const auto& [vertex, weight] : weights) sum_[vertex] += factor * weight;
-  }
-  SparseWeights Take() const { return {sum_.begin(), sum_.end()}; }
-
- private:
-  std::map<int, double> sum_;
-};
-
-// The shares that a vertex gives its neighbours.
-struct RingShares {
-  double of_three;         // each of three neighbours
-  double of_all;           // all together, where they are another number
-  double on_boundary = 0;  // each of the two on the boundary, for a vertex there
-};
-
-SparseWeights RingRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex,
-                       const RingShares& shares) {
-  WeightSum sum;
+SparseWeights VertexRule(const SubdividedMesh& mesh, const TriangleTopology& topology, int vertex,
+                         SubdivisionRules rules, WeightSum& sum) {
   const std::vector<int>& ring = topology.neighbours[At(vertex)];
   if (ring.empty()) return mesh.weights[At(vertex)];
   if (topology.OnBoundary(vertex)) {
-    if (shares.on_boundary == 0) return mesh.weights[At(vertex)];
-    sum.Add(mesh.weights[At(vertex)], 1 - 2 * shares.on_boundary);
+    if (rules == SubdivisionRules::kDelaunay) return mesh.weights[At(vertex)];
+    sum.Add(mesh.weights[At(vertex)], 3.0 / 4);
     for (const int neighbour : topology.boundary_neighbours[At(vertex)])
-      sum.Add(mesh.weights[At(neighbour)], shares.on_boundary);
+      sum.Add(mesh.weights[At(neighbour)], 1.0 / 8);
     return sum.Take();
   }
   const double valence = static_cast<double>(ring.size());
-  const double share = ring.size() == 3 ? shares.of_three : shares.of_all / valence;
+  const double share = ring.size() == 3 ? 3.0 / 16 : 3 / (8 * valence);
   sum.Add(mesh.weights[At(vertex)], 1 - valence * share);
   for (const int neighbour : ring) sum.Add(mesh.weights[At(neighbour)], share);
   return sum.Take();
@@ -58,8 +39,7 @@ double Ambiguity(const SubdividedMesh& mesh, const MeshEdge& edge) {
   return std::clamp((facing - 2 * M_PI / 3) / (M_PI / 3), 0.0, 1.0);
 }
 
-SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double ambiguity) {
-  WeightSum sum;
+SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double ambiguity, WeightSum& sum) {
   const double opposite_share = edge.OnBoundary() ? 0 : 0.125 * (1 + ambiguity);
   for (const int end : {edge.from, edge.to}) sum.Add(mesh.weights[At(end)], 0.5 - opposite_share);
   if (!edge.OnBoundary())
@@ -67,22 +47,25 @@ SparseWeights EdgeRule(const SubdividedMesh& mesh, const MeshEdge& edge, double 
   return sum.Take();
 }
 
-SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_first, SubdivisionRules rules) {
+}  // namespace
+
+SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, SubdivisionRules rules, bool is_first) {
   const bool is_loop = rules == SubdivisionRules::kLoop;
   const int vertex_count = static_cast<int>(coarse.positions.size());
   const TriangleTopology topology = MakeTopology(vertex_count, coarse.triangles);
+  WeightSum sum;
   SubdividedMesh fine;
   fine.positions = coarse.positions;
   fine.outward = coarse.outward;
   for (int vertex = 0; vertex < vertex_count; ++vertex)
-    fine.weights.push_back(RingRule(coarse, topology, vertex, {3.0 / 16, 3.0 / 8, is_loop ? 1.0 / 8 : 0}));
+    fine.weights.push_back(VertexRule(coarse, topology, vertex, rules, sum));
   for (const MeshEdge& edge : topology.edges) {
     fine.positions.push_back(0.5 * (coarse.positions[At(edge.from)] + coarse.positions[At(edge.to)]));
     Eigen::Vector3d outward = Eigen::Vector3d::Zero();
     if (edge.OnBoundary()) outward = 0.5 * (coarse.outward[At(edge.from)] + coarse.outward[At(edge.to)]);
     fine.outward.push_back(outward);
     const bool may_be_ambiguous = is_first && !is_loop && !edge.OnBoundary();
-    fine.weights.push_back(EdgeRule(coarse, edge, may_be_ambiguous ? Ambiguity(coarse, edge) : 0));
+    fine.weights.push_back(EdgeRule(coarse, edge, may_be_ambiguous ? Ambiguity(coarse, edge) : 0, sum));
   }
   for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
     const auto [a, b, c] = coarse.triangles[t];
@@ -97,18 +80,6 @@ SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, bool is_first, Subdiv
   return fine;
 }
 
-std::vector<SparseWeights> LimitWeights(const SubdividedMesh& mesh, SubdivisionRules rules) {
-  const int vertex_count = static_cast<int>(mesh.positions.size());
-  const TriangleTopology topology = MakeTopology(vertex_count, mesh.triangles);
-  std::vector<SparseWeights> limit;
-  for (int vertex = 0; vertex < vertex_count; ++vertex)
-    limit.push_back(
-        RingRule(mesh, topology, vertex, {1.0 / 5, 1.0 / 2, rules == SubdivisionRules::kLoop ? 1.0 / 6 : 0}));
-  return limit;
-}
-
-}  // namespace
-
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
                                 const std::vector<Triangle>& triangles, int levels, SubdivisionRules rules) {
@@ -117,8 +88,7 @@ SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
   for (std::size_t i = 0; i < positions.size(); ++i) mesh.weights.push_back({{static_cast<int>(i), 1.0}});
   for (std::size_t t = 0; t < triangles.size(); ++t) mesh.parent.push_back(static_cast<int>(t));
   for (int level = 0; level < std::min(levels, kFinestLevel); ++level)
-    mesh = SubdivideOnce(mesh, level == 0, rules);
-  if (levels >= kLimitLevel) mesh.weights = LimitWeights(mesh, rules);
+    mesh = SubdivideOnce(mesh, rules, level == 0);
   return mesh;
 }
 

@@ -20,10 +20,7 @@
 // Delaunay's. The weights then do not depend on the diagonal, and do not jump when a moving viewpoint changes
 // it (docs/rendering.md, Quality: 0.2 dB on shop_grid_even).
 //
-// The limit is the third level with the weights that infinitely many levels would give its vertices, in
-// closed form: interior 1 - n w own and w each neighbour, w = 1/5 for n = 3, else 1/(2 n). Between these
-// vertices the weights are linear, which is off by less than 1/60 (measured near the rim,
-// loop_subdivision_test).
+// The limit of infinitely many levels, exactly and at any place, is LimitSurface (limit_surface.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -46,7 +43,7 @@ struct SubdividedMesh {
 };
 
 inline constexpr int kFinestLevel = 3;
-inline constexpr int kLimitLevel = 4;
+inline constexpr int kLimitLevel = 4;  // the name of the limit where a level is asked for
 
 enum class SubdivisionRules {
   kDelaunay,  // as above
@@ -54,10 +51,15 @@ enum class SubdivisionRules {
 };
 
 // `triangles`: Delaunay's. `outward`: a vector for each vertex, zero inside the mesh. Level 0: each vertex
-// keeps its own weight (piecewise linear weights); kLimitLevel: the limit.
+// keeps its own weight (piecewise linear weights). At most kFinestLevel.
 SubdividedMesh SubdivideWeights(const std::vector<Eigen::Vector3d>& positions,
                                 const std::vector<Eigen::Vector3d>& outward,
                                 const std::vector<Triangle>& triangles, int levels,
                                 SubdivisionRules rules = SubdivisionRules::kDelaunay);
+
+// One level. Vertices stay and the midpoints of edges come after them, in the order of MakeTopology()'s edges.
+// Triangle t = (a, b, c) becomes 4 t and the three after it: (a, ab, ca), (ab, b, bc), (ca, bc, c),
+// (ab, bc, ca). `is_first`: the edges are Delaunay's, and kDelaunay's first rule holds.
+SubdividedMesh SubdivideOnce(const SubdividedMesh& coarse, SubdivisionRules rules, bool is_first);
 
 }  // namespace ulf::render

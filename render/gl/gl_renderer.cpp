@@ -1,6 +1,7 @@
 #include "render/gl/gl_renderer.h"
 
 #include <epoxy/gl.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 #include <utility>
 
 #include "core/base/at.h"
+#include "core/base/counted.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_renderer_state.h"
@@ -77,7 +79,8 @@ GlRenderer::~GlRenderer() {
   s.show.Release();
   s.photographs.Release();
   s.views.Release();
-  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.batches, &s.tiles, &s.needed}) buffer->Release();
+  for (GlBuffer* buffer : {&s.triangles, &s.fans, &s.batches, &s.tiles, &s.needed, &s.limit_pieces})
+    buffer->Release();
   s.nearest_first.Release();
   s.open_px.Release();
   for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved, &s.shown}) target->Release();
@@ -92,15 +95,45 @@ void GlRenderer::SetField(const FieldOptions& field) {
   State& s = *state_;
   s.options.field = FieldThatServes(field, s.scene->mesh);
   s.options.field.lumigraph_k = std::clamp(s.options.field.lumigraph_k, 1, kMostLumigraphViews);
-  s.mesh_field.reset();
-  s.aperture_field.reset();
-  if (!UsesMesh(s.options.field.kind)) return;
-  s.mesh_field = std::make_shared<MeshField>(s.plain, s.options.field.level, s.options.field.rules);
-  if (s.options.aperture) s.aperture_field = std::make_unique<ApertureField>(s.mesh_field);
-  const FieldMesh& mesh = s.mesh_field->field_mesh();
-  s.mesh_entries = MakeEntries(mesh.triangles, [&](int vertex, auto&& add) {
+  const GlContext::Current current(s.context);
+  s.MakeMeshField();
+}
+
+void GlRenderer::State::MakeMeshField() {
+  mesh_field.reset();
+  aperture_field.reset();
+  if (!UsesMesh(options.field.kind)) return;
+  const int level = options.aperture ? ApertureLevel(options.field.level) : options.field.level;
+  mesh_field = std::make_shared<MeshField>(plain, level, options.field.rules);
+  if (is_limit() && !UploadLimit())
+    mesh_field = std::make_shared<MeshField>(plain, kFinestLevel, options.field.rules);
+  if (options.aperture) aperture_field = std::make_unique<ApertureField>(mesh_field);
+  if (is_limit()) return;
+  const FieldMesh& mesh = mesh_field->field_mesh();
+  mesh_entries = MakeEntries(mesh.triangles, [&](int vertex, auto&& add) {
     for (const auto& [of_vertex, weight] : mesh.weights[At(vertex)]) add(of_vertex, weight);
   });
+}
+
+// False where a driver has too little room for them: some 70 kB a view.
+bool GlRenderer::State::UploadLimit() {
+  constexpr std::size_t kMostPieces = 1u << 24;  // a float counts so far
+  const LimitPieces pieces = MakeLimitPieces(*mesh_field->field_mesh().limit);
+  GLint64 most_bytes = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
+  const std::size_t bytes = pieces.pieces.size() * sizeof(LimitPieces::Piece);
+  if (pieces.pieces.size() > kMostPieces || bytes > static_cast<std::uint64_t>(most_bytes)) {
+    spdlog::warn(
+        "subdivision in the limit: the weights of {} take {} MB, more than OpenGL has for them here; drawing "
+        "level {}",
+        Counted(plain->mesh.vertices.size(), "viewpoint"), bytes / 1000000, kFinestLevel);
+    return false;
+  }
+  mesh_entries = MakeLimitEntries(mesh_field->field_mesh(), pieces);
+  limit_pieces.Upload(pieces.pieces);
+  limit_rings.clear();
+  for (const LimitPieces::OfTriangle& of : pieces.triangles) limit_rings.push_back(of.has_rings);
+  return true;
 }
 
 void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
@@ -118,11 +151,13 @@ void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
   State& s = *state_;
   if (aperture == s.options.aperture) return;
   const GlContext::Current current(s.context);
-  if (aperture.has_value() != s.options.aperture.has_value()) s.programs_stale = true;
+  const bool begins_or_ends = aperture.has_value() != s.options.aperture.has_value();
+  if (begins_or_ends) s.programs_stale = true;
   s.options.aperture = aperture;
   s.scene = aperture ? WithFocalPlane(*s.plain, *aperture) : s.plain;
   s.shadow_maps.Reset(s.scene->views);
   s.depth_maps.Reset(s.scene->views);
+  if (begins_or_ends && s.options.field.level > kFinestLevel) return s.MakeMeshField();
   if (!aperture) s.aperture_field.reset();
   if (aperture && s.mesh_field && !s.aperture_field)
     s.aperture_field = std::make_unique<ApertureField>(s.mesh_field);

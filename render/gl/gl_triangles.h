@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "core/geometry/camera_model.h"
+#include "render/fields/limit_pieces.h"
+#include "render/fields/mesh_field.h"
 #include "render/viewpoints/triangle_topology.h"
 
 namespace ulf::render {
@@ -28,7 +30,10 @@ struct GpuTriangle {
   std::array<Vec4, 3> row;
 };
 struct GpuFan {
-  std::uint32_t triangle, view, unused[2];
+  std::uint32_t triangle, view;
+  std::uint32_t
+      first_piece;  // at the limit of subdivision, in LimitPieces::pieces; `weights` are not used then
+  std::uint32_t unused;
   Vec4 weights;
 };
 
@@ -61,6 +66,7 @@ struct EntryTable {
   struct Entry {
     int key;  // a vertex of the viewpoint mesh, or a view
     std::array<double, 3> weights;
+    std::uint32_t first_piece = 0;  // as GpuFan's
   };
   std::vector<Entry> entries;
   std::vector<std::size_t> first;  // of each triangle, and the end
@@ -75,11 +81,14 @@ EntryTable MakeEntries(const std::vector<Triangle>& triangles, WeightsOfCorner&&
     std::map<int, std::array<double, 3>> of_key;
     for (std::size_t k = 0; k < 3; ++k)
       weights_of_corner(t[k], [&](int key, double weight) { of_key[key][k] += weight; });
-    for (const auto& [key, weights] : of_key) table.entries.push_back({key, weights});
+    for (const auto& [key, weights] : of_key) table.entries.push_back({.key = key, .weights = weights});
   }
   table.first.push_back(table.entries.size());
   return table;
 }
+
+// Of the triangles of a field mesh at the limit of subdivision. `pieces` are MakeLimitPieces() of its limit.
+EntryTable MakeLimitEntries(const FieldMesh& mesh, const LimitPieces& pieces);
 
 // None where the triangle does not meet the image. Corners are in the camera's axes. `along` (0 to 1) grows
 // with the triangles' order, so that of overlapping triangles the last one counts.
@@ -87,9 +96,9 @@ std::optional<GpuTriangle> MakeTriangle(const Eigen::Matrix3d& corners_in_cam,
                                         const Eigen::Matrix3d& cone_from_ray_in_cam,
                                         const CameraModel& camera, double confidence, double along);
 
-// Adds triangle `index` of `table` in front of all triangles before, unless it does not meet the image.
-// `view_of_key`: the view of each key of the table; empty: keys are views.
-void AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& cone_from_ray_in_cam,
+// Adds triangle `index` of `table` in front of all triangles before, unless it does not meet the image, which
+// it says. `view_of_key`: the view of each key of the table; empty: keys are views.
+bool AddTriangle(const Eigen::Matrix3d& corners_in_cam, const Eigen::Matrix3d& cone_from_ray_in_cam,
                  const CameraModel& camera, double confidence, double along, const EntryTable& table,
                  std::size_t index, const std::vector<int>& view_of_key, TriangleBatch& batch);
 

@@ -39,9 +39,10 @@ ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, cons
   for (int y = 0; y < rendered.rows; ++y)
     for (int x = 0; x < rendered.cols; ++x) {
       if (!valid.at<std::uint8_t>(y, x)) continue;
-      const cv::Vec3d off = cv::Vec3d(rendered.at<cv::Vec3b>(y, x)) - cv::Vec3d(photograph.at<cv::Vec3b>(y, x));
+      const cv::Vec3d off =
+          cv::Vec3d(rendered.at<cv::Vec3b>(y, x)) - cv::Vec3d(photograph.at<cv::Vec3b>(y, x));
       const double error = off.dot(off);
-      const ErrorKind kind = confidence.at<float>(y, x) <= 0   ? ErrorKind::kUnseen
+      const ErrorKind kind = confidence.at<float>(y, x) <= 0  ? ErrorKind::kUnseen
                              : edges.at<std::uint8_t>(y, x)   ? ErrorKind::kEdge
                              : texture.at<std::uint8_t>(y, x) ? ErrorKind::kTextured
                                                               : ErrorKind::kPlain;

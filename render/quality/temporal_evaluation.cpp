@@ -14,6 +14,7 @@
 #include "core/plot/gnuplot.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/evaluate.h"
+#include "render/quality/step_error.h"
 #include "render/quality/temporal_error.h"
 
 namespace ulf::render {
@@ -25,6 +26,7 @@ constexpr double kSixteenBits = 65535.0 / 255;
 struct TrueFrame {
   cv::Mat levels16;  // CV_16UC3
   cv::Mat disc;
+  TrueDepth depth;  // empty where it is not known
 
   cv::Mat Levels() const {
     cv::Mat levels;
@@ -43,7 +45,7 @@ std::vector<TrueFrame> TrueFrames(const RenderScene& scene, const CameraPath& pa
                                   Progress* progress) {
   const int frames = static_cast<int>(path.cam_from_world.size());
   const CameraModel& first = path.cameras.front();
-  constexpr double kBytesPerPixel = 7;   // TrueFrame
+  constexpr double kBytesPerPixel = 11;  // TrueFrame
   constexpr double kMostOfMemory = 0.8;  // the rest is for rendering
   const double bytes = kBytesPerPixel * first.width * first.height * frames;
   if (bytes > kMostOfMemory * static_cast<double>(AvailableMemory()))
@@ -56,6 +58,7 @@ std::vector<TrueFrame> TrueFrames(const RenderScene& scene, const CameraPath& pa
     TrueFrame& frame = truths.emplace_back();
     DisplayLevels(truth.Picture(i, camera, pose)).convertTo(frame.levels16, CV_16U, kSixteenBits);
     frame.disc = SubjectDisc(camera, pose, scene.subject);
+    frame.depth = {camera, pose, truth.Depth(camera, pose)};
     if (progress) progress->Show(static_cast<double>(i + 1) / frames, "true pictures");
   }
   return truths;
@@ -93,12 +96,16 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
       TemporalScore score{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
       score.strip.create(summary.height, frames, CV_8UC3);
       TemporalError error;
+      StepError steps;
+      const bool has_depth = !truths.front().depth.depth.empty();
       std::vector<double> times;
       for (int i = 0; i < frames; ++i) {
         if (i + 1 < frames) renderer->Prefetch(path.cameras[At(i + 1)], path.cam_from_world[At(i + 1)]);
         const Rendering picture = renderer->Render(path.cameras[At(i)], path.cam_from_world[At(i)]);
         const cv::Mat levels = DisplayLevels(picture.linear);
-        error.Add(levels, truths[At(i)].Levels(), truths[At(i)].disc);
+        const TrueFrame& truth_here = truths[At(i)];
+        error.Add(levels, truth_here.Levels(), truth_here.disc);
+        if (has_depth) steps.Add(levels, truth_here.Levels(), truth_here.depth, truth_here.disc);
         Column(levels).copyTo(score.strip.col(i));
         times.push_back(picture.ms);
         if (progress)
@@ -108,6 +115,10 @@ TemporalSummary EvaluateOverTime(const std::shared_ptr<const RenderScene>& scene
       score.ms_per_frame = Median(times);
       score.temporal_error = error.FrameRms();
       score.temporal_error_disc = error.DiscRms();
+      if (has_depth) {
+        score.step_error = steps.FrameRms();
+        score.step_error_disc = steps.DiscRms();
+      }
       score.psnr_db = error.PsnrDb();
       score.over_time = error.over_time();
       summary.results.push_back(std::move(score));
@@ -123,7 +134,8 @@ cv::Mat StripPicture(const TemporalSummary& summary) {
   const int scale = std::max(1, (kLeastWidth + summary.frames - 1) / summary.frames);
   std::vector<std::pair<std::string, cv::Mat>> strips{{"truth", summary.true_strip}};
   for (const TemporalScore& score : summary.results)
-    strips.emplace_back(fmt::format("{}: temporal error {:.2f}", NameOf(score), score.temporal_error),
+    strips.emplace_back(fmt::format("{}: temporal error {:.2f}", NameOf(score), score.temporal_error) +
+                            (score.step_error ? fmt::format(", step error {:.2f}", *score.step_error) : ""),
                         score.strip);
   const int step = kLabelHeight + rows.size();
   cv::Mat picture(step * static_cast<int>(strips.size()), scale * summary.frames, CV_8UC3,

@@ -1,7 +1,8 @@
 // Compares blending fields and proxies along a camera path whose true pictures are known: by
-// temporal_error.h, and with the picture of thesis figure 5-4, one column of the image over time.
+// temporal_error.h and step_error.h, and with the picture of thesis figure 5-4, one column of the image over time.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct TemporalScore {
   std::string proxy;
   // Levels of 255: on the full image, and in the silhouette of the subject's sphere.
   double temporal_error = 0, temporal_error_disc = 0;
+  // The same by StepError; none where the truth has no depth.
+  std::optional<double> step_error = {}, step_error_disc = {};
   double psnr_db = 0;  // of all pictures together
   double ms_per_frame = 0;
   std::vector<double> over_time = {};  // temporal error at each picture except the first and the last

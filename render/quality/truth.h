@@ -17,6 +17,8 @@ class TruthSource {
   virtual ~TruthSource() = default;
   // Picture `index` of the path: CV_32FC3, B G R, linear light as Rendering::linear. Throws Error.
   virtual cv::Mat Picture(int index, const CameraModel& camera, const Rigid3& cam_from_world) = 0;
+  // Depth along the optical axis at the pixels of that picture, CV_32F; empty where it is not known.
+  virtual cv::Mat Depth(const CameraModel& /*camera*/, const Rigid3& /*cam_from_world*/) { return {}; }
   virtual bool TakesAnyCamera() const = 0;  // else `camera` must be the one that made the pictures
   // Throws Error unless the light field's photographs show this truth in its own world.
   virtual void RequireSameWorld(const RenderScene& scene) = 0;

@@ -454,9 +454,27 @@ double FirstBeside(int valence) {
   return 0.125 + 0.125 * std::clamp((facing - 2 * M_PI / 3) / (M_PI / 3), 0.0, 1.0);
 }
 
+// Of each vertex of the third level a triangle of the original mesh and the barycentric place there.
+std::vector<std::pair<int, Vector3d>> PlacesOfThird(const Fan& fan, const SubdividedMesh& third) {
+  std::vector<std::pair<int, Vector3d>> places(third.positions.size());
+  for (std::size_t t = 0; t < third.triangles.size(); ++t) {
+    const Triangle& parent = fan.triangles[At(third.parent[t])];
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k) corners.col(k) = fan.positions[At(parent[At(k)])] + Vector3d::UnitZ();
+    for (const int vertex : third.triangles[t]) {
+      // Multiples of an eighth exactly: at a vertex of many neighbours weights are no smooth function of them.
+      const Vector3d eighths = corners.inverse() * (third.positions[At(vertex)] + Vector3d::UnitZ()) * 8;
+      places[At(vertex)] = {third.parent[t], eighths.array().round().matrix() / 8};
+    }
+  }
+  return places;
+}
+
 // How far the weights of the limit are from those of many levels, vertex by vertex of the third level.
-double OffTheLimit(const SubdividedMesh& third, const SubdividedMesh& limit, std::size_t vertices) {
+double OffTheLimit(const Fan& fan, const SubdividedMesh& third, const LimitSurface& limit,
+                   std::size_t vertices) {
   constexpr int kManyLevels = 60;
+  const auto places = PlacesOfThird(fan, third);
   const TriangleTopology topology = MakeTopology(static_cast<int>(third.positions.size()), third.triangles);
   double most = 0;
   for (std::size_t v = 0; v < third.positions.size(); ++v) {
@@ -466,7 +484,8 @@ double OffTheLimit(const SubdividedMesh& third, const SubdividedMesh& limit, std
       expected *= own;
       for (const int neighbour : ring) expected += each * Dense(third.weights[At(neighbour)], vertices);
     }
-    most = std::max(most, (Dense(limit.weights[v], vertices) - expected).lpNorm<Eigen::Infinity>());
+    most = std::max(most, (Dense(limit.Weights(places[v].first, places[v].second), vertices) - expected)
+                              .lpNorm<Eigen::Infinity>());
   }
   return most;
 }
@@ -523,18 +542,23 @@ Curve Valences() {
     const std::vector<Vector3d> outward(vertices, Vector3d::Zero());
     double most = kLeastShown;
     std::vector<SubdividedMesh> levels;
-    for (const int level : {1, 2, 3, kLimitLevel}) {
-      levels.push_back(SubdivideWeights(fan.positions, outward, fan.triangles, level));
-      most = std::max(most, OffWhatALevelKeeps(fan, levels.back()));
+    const auto off_hub = [&](const SparseWeights& of_hub, int level_count) {
       const auto [own, each] =
-          inside ? AfterLevels(valence, level == kLimitLevel ? 60 : level, FirstBeside(valence))
-                 : std::pair(1.0, 0.0);
+          inside ? AfterLevels(valence, level_count, FirstBeside(valence)) : std::pair(1.0, 0.0);
       VectorXd expected = VectorXd::Zero(static_cast<Eigen::Index>(vertices));
       expected(0) = own;
       expected.segment(1, valence).setConstant(each);
-      most = std::max(most, (Dense(levels.back().weights[0], vertices) - expected).lpNorm<Eigen::Infinity>());
+      return (Dense(of_hub, vertices) - expected).lpNorm<Eigen::Infinity>();
+    };
+    for (const int level : {1, 2, 3}) {
+      levels.push_back(SubdivideWeights(fan.positions, outward, fan.triangles, level));
+      most = std::max(most, OffWhatALevelKeeps(fan, levels.back()));
+      most = std::max(most, off_hub(levels.back().weights[0], level));
     }
-    most = std::max(most, OffTheLimit(levels[2], levels[3], vertices));
+    const LimitSurface limit(fan.positions, fan.triangles);
+    const auto [triangle, place] = PlacesOfThird(fan, levels[2]).front();
+    most = std::max(most, off_hub(limit.Weights(triangle, place), 60));
+    most = std::max(most, OffTheLimit(fan, levels[2], limit, vertices));
     return Trial{most < 1e-12 ? Verdict::kRight : Verdict::kWrong, most};
   };
   return curve;

@@ -33,10 +33,10 @@ SubdividedMesh SubdivisionOf(const ViewpointMesh& mesh, int level) {
 
 TEST(LoopSubdivision, WeightsArePositiveSumToOneAndReachTheTwoRing) {
   for (const double half_angle : {0.5, M_PI})
-    for (const int level : {0, 1, 2, 3, kLimitLevel}) {
+    for (const int level : {0, 1, 2, 3}) {
       const ViewpointMesh mesh = MakeViewpointMesh(test::CapViewpoints(70, half_angle, 2.0, 0.05), kSubject);
       const SubdividedMesh fine = SubdivisionOf(mesh, level);
-      EXPECT_EQ(fine.triangles.size(), mesh.triangles.size() << (2 * std::min(level, kFinestLevel)));
+      EXPECT_EQ(fine.triangles.size(), mesh.triangles.size() << (2 * level));
       const auto topology = MakeTopology(static_cast<int>(mesh.vertices.size()), mesh.triangles);
       for (std::size_t t = 0; t < fine.triangles.size(); ++t) {
         // Whatever weighs in a triangle stands within two edges of the original triangle's corners.
@@ -105,44 +105,6 @@ TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
   }
 }
 
-// A level of Loop's rules (with boundary vertices that keep their weight) for a mesh whose edges are chosen, in place of
-// Delaunay's. New vertices come after the old ones, in the order of the edges.
-SubdividedMesh PlainLoopLevel(const SubdividedMesh& coarse) {
-  const int count = static_cast<int>(coarse.positions.size());
-  const auto topology = MakeTopology(count, coarse.triangles);
-  SubdividedMesh fine{coarse.positions, {}, {}, {}, {}};
-  const auto mean = [&](const std::vector<std::pair<int, double>>& of) {
-    std::map<int, double> sum;
-    for (const auto& [vertex, share] : of)
-      for (const auto& [original, weight] : coarse.weights[At(vertex)]) sum[original] += share * weight;
-    return SparseWeights(sum.begin(), sum.end());
-  };
-  for (int vertex = 0; vertex < count; ++vertex) {
-    const auto& ring = topology.neighbours[At(vertex)];
-    const double n = static_cast<double>(ring.size()), share = ring.size() == 3 ? 3.0 / 16 : 3 / (8 * n);
-    std::vector<std::pair<int, double>> of{{vertex, topology.OnBoundary(vertex) ? 1 : 1 - n * share}};
-    for (const int neighbour : ring)
-      if (!topology.OnBoundary(vertex)) of.emplace_back(neighbour, share);
-    fine.weights.push_back(mean(of));
-  }
-  for (const MeshEdge& edge : topology.edges) {
-    const double end = edge.OnBoundary() ? 0.5 : 0.375;
-    std::vector<std::pair<int, double>> of{{edge.from, end}, {edge.to, end}};
-    for (const int opposite : edge.opposite)
-      if (!edge.OnBoundary()) of.emplace_back(opposite, 0.125);
-    fine.weights.push_back(mean(of));
-    fine.positions.push_back(0.5 * (coarse.positions[At(edge.from)] + coarse.positions[At(edge.to)]));
-  }
-  for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
-    const auto [a, b, c] = coarse.triangles[t];
-    const auto [e0, e1, e2] = topology.edges_of_triangle[t];
-    const int ab = count + e0, bc = count + e1, ca = count + e2;
-    for (const Triangle& part : {Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-      fine.triangles.push_back(part);
-  }
-  return fine;
-}
-
 double Difference(const SparseWeights& a, const SparseWeights& b) {
   std::map<int, double> difference;
   for (const auto& [of, weight] : a) difference[of] += weight;
@@ -150,59 +112,6 @@ double Difference(const SparseWeights& a, const SparseWeights& b) {
   double most = 0;
   for (const auto& [of, weight] : difference) most = std::max(most, std::abs(weight));
   return most;
-}
-
-// Valences 3 to 12, a boundary with corners.
-TEST(LoopSubdivision, TheLimitIsWhereSubdivisionGoes) {
-  for (const int valence : {3, 4, 5, 6, 7, 12}) {
-    std::vector<Vector3d> positions{{0, 0, 0}};
-    std::vector<Triangle> triangles;
-    for (int ring = 1; ring <= 2; ++ring)
-      for (int k = 0; k < valence; ++k)
-        positions.emplace_back(ring * std::cos(2 * M_PI * k / valence),
-                               ring * std::sin(2 * M_PI * k / valence), 0);
-    for (int k = 0; k < valence; ++k) {
-      const int next = (k + 1) % valence;
-      triangles.push_back({0, 1 + k, 1 + next});
-      triangles.push_back({1 + k, 1 + valence + k, 1 + valence + next});
-      triangles.push_back({1 + k, 1 + valence + next, 1 + next});
-    }
-    const std::vector<Vector3d> outward(positions.size(), Vector3d::Zero());
-    const SubdividedMesh limit = SubdivideWeights(positions, outward, triangles, kLimitLevel);
-    const SubdividedMesh third = SubdivideWeights(positions, outward, triangles, 3);
-    const SubdividedMesh sixth = PlainLoopLevel(PlainLoopLevel(PlainLoopLevel(third)));
-    for (std::size_t v = 0; v < third.positions.size(); ++v)
-      EXPECT_LT(Difference(limit.weights[v], sixth.weights[v]), 3e-4) << valence;  // a quarter a level
-    EXPECT_GT(Difference(limit.weights[0], third.weights[0]), 1e-4) << valence;
-    // Between the vertices of the third level, the limit is taken as linear.
-    const auto topology = MakeTopology(static_cast<int>(third.positions.size()), third.triangles);
-    double most = 0;
-    for (std::size_t e = 0; e < topology.edges.size(); ++e) {
-      const MeshEdge& edge = topology.edges[e];
-      const Vector3d middle = 0.5 * (third.positions[At(edge.from)] + third.positions[At(edge.to)]);
-      SparseWeights mean;
-      for (const auto& [of, weight] : limit.weights[At(edge.from)]) mean.emplace_back(of, 0.5 * weight);
-      for (const auto& [of, weight] : limit.weights[At(edge.to)]) mean.emplace_back(of, 0.5 * weight);
-      // New vertices of a level come behind the old ones, in the order of the edges.
-      const std::size_t twin = third.positions.size() + e;
-      ASSERT_LT((sixth.positions[twin] - middle).norm(), 1e-12);
-      most = std::max(most, Difference(mean, sixth.weights[twin]));
-    }
-    EXPECT_LT(most, 1.0 / 60) << valence;
-  }
-}
-
-TEST(LoopSubdivision, LimitsByHand) {
-  // A regular vertex keeps one half, its neighbours have a twelfth each; on a boundary it keeps all.
-  constexpr int kSide = 7;
-  const auto [positions, triangles] = ShearedLattice(kSide);
-  const SubdividedMesh limit = SubdivideWeights(
-      positions, std::vector<Vector3d>(positions.size(), Vector3d::Zero()), triangles, kLimitLevel);
-  const int middle = kSide / 2 * kSide + kSide / 2;
-  ASSERT_EQ(limit.weights[At(middle)].size(), 7u);
-  for (const auto& [of, weight] : limit.weights[At(middle)])
-    EXPECT_NEAR(weight, of == middle ? 0.5 : 1.0 / 12, 1e-12);
-  EXPECT_EQ(limit.weights[3], SparseWeights({{3, 1.0}}));
 }
 
 // On a square grid the diagonals are chance: the middle of a square is a quarter of each corner whichever
@@ -259,16 +168,11 @@ TEST(LoopSubdivision, LoopsOwnRulesByHand) {
   EXPECT_EQ(open.weights[1], SparseWeights({{0, 0.125}, {1, 0.75}, {2, 0.125}}));
   for (std::size_t v = 3; v < 6; ++v)
     for (const auto& [of, weight] : open.weights[v]) EXPECT_EQ(weight, 0.5) << of;
-  // A cubic B-spline along the boundary: 1/6, 2/3, 1/6 in the limit.
   const auto weight_of = [](const SparseWeights& weights, int vertex) {
     for (const auto& [of, weight] : weights)
       if (of == vertex) return weight;
     return 0.0;
   };
-  const SubdividedMesh limit =
-      SubdivideWeights(corners, still, {{0, 1, 2}}, kLimitLevel, SubdivisionRules::kLoop);
-  EXPECT_NEAR(weight_of(limit.weights[1], 1), 2.0 / 3, 1e-12);
-  EXPECT_NEAR(weight_of(limit.weights[1], 0), 1.0 / 6, 1e-12);
   // A square's diagonal is no better than any edge.
   const std::vector<Vector3d> square{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
   const SubdividedMesh split = SubdivideWeights(square, std::vector<Vector3d>(4, Vector3d::Zero()),

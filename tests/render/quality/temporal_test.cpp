@@ -1,10 +1,12 @@
-// Tests: render/quality/temporal_error, render/quality/temporal_evaluation, render/quality/truth,
-// commands/rendering/temporal_command, commands/rendering/simulated_truth.
+// Tests: render/quality/temporal_error, render/quality/step_error, render/quality/temporal_evaluation,
+// render/quality/truth, commands/rendering/temporal_command, commands/rendering/simulated_truth.
 //
 // How restless a rendering is: what the number punishes, and the command that measures it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -13,6 +15,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
+#include "render/quality/step_error.h"
 #include "render/quality/temporal_error.h"
 #include "render/quality/temporal_evaluation.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -109,6 +112,95 @@ TEST(TemporalError, TheDiscIsThatOfThePictureInTheMiddle) {
   EXPECT_NEAR(error.FrameRms(), 20 / 4.0, 1e-6);
 }
 
+// The camera of MovingTexture(): it moves past a wall three metres away, by a quarter of a pixel a picture.
+TrueDepth WallAt(int frame) {
+  constexpr double kDepth = 3;
+  TrueDepth wall{.camera = {}, .cam_from_world = {}, .depth = cv::Mat(48, 64, CV_32F, cv::Scalar(kDepth))};
+  wall.camera.width = 64;
+  wall.camera.height = 48;
+  wall.camera.fx = wall.camera.fy = 60;
+  wall.camera.cx = 32;
+  wall.camera.cy = 24;
+  wall.cam_from_world.translation.x() = 0.25 * frame * kDepth / wall.camera.fx;
+  return wall;
+}
+
+template <typename Render>
+double StepErrorOf(Render&& render) {
+  StepError error;
+  const cv::Mat all(48, 64, CV_8U, cv::Scalar(255));
+  for (int frame = 0; frame < kFrames; ++frame)
+    error.Add(render(frame), MovingTexture(frame), WallAt(frame), all);
+  EXPECT_NEAR(error.FrameRms(), error.DiscRms(), 1e-6);
+  EXPECT_EQ(error.over_time().size(), kFrames - 2u);
+  return error.FrameRms();
+}
+
+// How much of a fault that is painted on the wall each picture has, when views that have more or less of it
+// stand six pictures apart.
+enum class Follow { kInSteps, kLinearly, kSmoothly };
+double ShareAt(int frame, Follow follow) {
+  constexpr int kApart = 6;
+  constexpr std::array kOfViews{0.2, 0.9, 0.1, 0.6, 0.4, 1.0, 0.0, 0.7};
+  const int k = frame / kApart;
+  const double x = static_cast<double>(frame % kApart) / kApart, y = 1 - x;
+  const auto view = [&](int i) { return kOfViews[static_cast<std::size_t>(i)]; };
+  if (follow == Follow::kInSteps) return view(k);
+  if (follow == Follow::kLinearly) return y * view(k) + x * view(k + 1);
+  return (y * y * y * view(k) + (4 - 6 * x * x + 3 * x * x * x) * view(k + 1) +
+          (4 - 6 * y * y + 3 * y * y * y) * view(k + 2) + x * x * x * view(k + 3)) /
+         6;
+}
+
+TEST(StepError, TellsStepsFromKinksAndKinksFromSmoothChange) {
+  const auto of = [](Follow follow) {
+    return StepErrorOf([&](int frame) -> cv::Mat {
+      const cv::Mat truth = MovingTexture(frame);
+      return truth + 0.3 * ShareAt(frame, follow) * (truth - cv::Scalar::all(128));
+    });
+  };
+  const double steps = of(Follow::kInSteps), kinks = of(Follow::kLinearly), smooth = of(Follow::kSmoothly);
+  EXPECT_GT(steps, 3 * kinks);
+  EXPECT_GT(kinks, 2 * smooth);
+  EXPECT_GT(smooth, 0);
+}
+
+TEST(StepError, ABlurThatMovesWithItsPointsIsNone) {
+  // Waves keep a share of their height, by their length; what is beyond the picture's edge is blurred in, too.
+  const auto blurred = [](int frame) {
+    constexpr double kSigmaPx = 3;
+    cv::Mat levels = MovingTexture(frame);
+    std::array<float, 3> kept{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double length_px = std::array{7.0, 11.0, 19.0}[c];
+      kept[c] = static_cast<float>(
+          std::exp(-2 * std::pow(M_PI * kSigmaPx, 2) * (1 / (length_px * length_px) + 1 / (17.0 * 17.0))));
+    }
+    levels.forEach<cv::Vec3f>([&](cv::Vec3f& pixel, const int*) {
+      for (int c = 0; c < 3; ++c) pixel[c] = 128 + kept[static_cast<std::size_t>(c)] * (pixel[c] - 128);
+    });
+    return levels;
+  };
+  const auto steps = [](int frame) -> cv::Mat {
+    const cv::Mat truth = MovingTexture(frame);
+    return truth + 0.3 * ShareAt(frame, Follow::kInSteps) * (truth - cv::Scalar::all(128));
+  };
+  EXPECT_LT(StepErrorOf(blurred), 0.1 * StepErrorOf(steps));
+  // Pixel by pixel it is as bad as the steps are.
+  EXPECT_GT(ErrorOf(blurred), 0.3 * ErrorOf(steps));
+}
+
+TEST(StepError, FollowsPointsAndLeavesOutThoseThatArePassed) {
+  const TrueDepth here = WallAt(0);
+  TrueDepth there = WallAt(8);        // two pixels to the right
+  there.depth.at<float>(10, 22) = 1;  // something stands before the wall
+  const cv::Mat places = PlacesIn(here, there);
+  EXPECT_NEAR(places.at<cv::Vec2f>(10, 30)[0], 32, 1e-4);
+  EXPECT_NEAR(places.at<cv::Vec2f>(10, 30)[1], 10, 1e-4);
+  EXPECT_EQ(places.at<cv::Vec2f>(10, 20)[0], -1) << "hidden";
+  EXPECT_EQ(places.at<cv::Vec2f>(10, 63)[0], -1) << "outside";
+}
+
 // ---- The command ----
 
 // A few clean photographs of the simulator's studio, from a small cap.
@@ -154,6 +246,9 @@ TEST(TemporalCommand, ComparesFieldsWithTheSimulatorsTruth) {
   EXPECT_GT(subdivision["temporal_error"], 0);
   // The nearest photograph jumps.
   EXPECT_GT(nearest["temporal_error_disc"], 1.5 * subdivision["temporal_error_disc"].get<double>());
+  // It does at points of the scene, too, more so than pixel by pixel.
+  EXPECT_GT(nearest["step_error_disc"], 1.5 * subdivision["step_error_disc"].get<double>());
+  EXPECT_NEAR(nearest["step_energy"], std::pow(nearest["step_error"].get<double>(), 2), 1e-9);
   const cv::Mat strips = cv::imread(out + "/strips.png");
   EXPECT_EQ(strips.cols, 480);
   EXPECT_EQ(strips.rows, 3 * (22 + 36));
@@ -185,6 +280,7 @@ TEST(TemporalCommand, SaysWhatItNeeds) {
   const auto report = nlohmann::json::parse(same.output);
   EXPECT_LT(report["results"][0]["temporal_error"], 0.1);
   EXPECT_GT(report["results"][1]["temporal_error"], 1);
+  EXPECT_TRUE(report["results"][1]["step_error"].is_null()) << "pictures have no depth";
   expect("spiral --frames 5 --truth " + truth, 1, "frame_00004.png");
 }
 
