@@ -107,7 +107,8 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
   std::vector<std::shared_ptr<const render::Proxy>> proxies{
       render::ProxyFromName("plane", scene->subject, args.dir)};
   for (const std::string& name : render::OwnProxies(args.dir))
-    if (name != "mesh") proxies.push_back(render::ProxyFromName(name, scene->subject, args.dir));
+    if (name != "mesh" && name != "soft")
+      proxies.push_back(render::ProxyFromName(name, scene->subject, args.dir));
   proxies.push_back(render::ProxyFromName(mesh_file, scene->subject, args.dir));
   const render::Choice choice =
       render::ChooseByEvidence(*scene, {render::FieldOptions{}}, proxies, RendererFromName("auto"));
