@@ -23,6 +23,7 @@
 #include "render/gl/make_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/output/frame_range.h"
+#include "render/output/narrow_gaps.h"
 #include "render/output/picture_files.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
@@ -254,6 +255,7 @@ render::PictureEncoding EncodingOf(const RenderArgs& args) {
   const render::PictureEncoding encoding{
       .format = render::FormatOf(args.out, args.format),
       .exposure_stops = args.exposure_stops,
+      .closes_narrow_gaps = !args.no_fill,
       .exr_compression = args.exr_compression == "piz" ? ExrCompression::kPiz : ExrCompression::kZip};
   if (args.weights && encoding.format != render::PictureFormat::kExr)
     throw UsageError("--weights: only EXR holds layers; give -o OUT.exr or --format exr");
@@ -353,7 +355,9 @@ int RunRender(const RenderArgs& args) {
     const render::Rendering picture =
         render::RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
     if (video)
-      video->Add(render::DisplaySrgb8(picture.linear, args.exposure_stops));
+      video->Add(render::DisplaySrgb8(
+          args.no_fill ? picture.linear : render::WithNarrowGapsClosed(picture.linear, picture.drawn),
+          args.exposure_stops));
     else
       files->Write(i, picture);
     report.Add(picture);

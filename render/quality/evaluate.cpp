@@ -8,6 +8,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/pinhole.h"
 #include "render/gl/make_renderer.h"
+#include "render/output/narrow_gaps.h"
 #include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
@@ -62,7 +63,8 @@ ViewScore Score(Renderer& renderer, const Truth& truth,
                 const std::function<void(const ComparedPicture&)>& look) {
   const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
   // Compare at the photograph's own exposure.
-  const cv::Mat exposed = picture.linear / truth.view->scale + cv::Scalar::all(truth.view->black);
+  const cv::Mat exposed = WithNarrowGapsClosed(picture.linear, picture.drawn) / truth.view->scale +
+                          cv::Scalar::all(truth.view->black);
   const cv::Mat rendered = Srgb8FromLinear(exposed);
   ViewScore score{.view_id = truth.view->id, .on_rim = truth.on_rim};
   score.frame = CompareImages(rendered, truth.photograph.srgb8, truth.photograph.valid);
@@ -136,8 +138,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   summary.height = truths.front().camera.height;
   const auto rest = Without(scene, left_out);
   summary.viewpoints = rest->mesh.Description();
-  const auto renderer =
-      MakeRenderer(rest, {.renderer = options.renderer,
+  const auto renderer = MakeRenderer(rest, {.renderer = options.renderer,
                                             .depth = options.look != nullptr,
                                             .gpu_memory_mb = options.gpu_memory_mb});
   summary.renderer = renderer->Name();

@@ -22,8 +22,8 @@ struct ComparedPicture {
   int view_id = 0;
   const cv::Mat& rendered;
   const cv::Mat& photograph;
-  const cv::Mat& valid;  // CV_8U, 0 where the photograph has no light
-  const cv::Mat& depth;  // CV_32F, the proxy's
+  const cv::Mat& valid;       // CV_8U, 0 where the photograph has no light
+  const cv::Mat& depth;       // CV_32F, the proxy's
   const cv::Mat& confidence;  // CV_32F
 };
 
