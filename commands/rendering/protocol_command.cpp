@@ -70,6 +70,7 @@ struct ProtocolResult {
   render::ProtocolSplit split;
   int width = 0, height = 0;
   std::string renderer, field, proxy, why;
+  std::optional<render::LightFit> light;
   Costs geometry, choice;
   double ms_per_picture = 0;
   std::vector<TestView> views;
@@ -97,6 +98,15 @@ nlohmann::json JsonOf(const Costs& costs) {
   return {{"wall_s", costs.wall_s}, {"processor_s", costs.processor_s}};
 }
 
+nlohmann::json JsonOf(const render::LightFit& light) {
+  nlohmann::json json{{"found", light.Words()},
+                      {"points", light.points},
+                      {"stops", light.stops},
+                      {"corner_stops", light.corner_stops},
+                      {"compared", ToJson(light.explained)}};
+  return json;
+}
+
 nlohmann::json JsonOf(const ProtocolResult& result) {
   nlohmann::json json{{"protocol", result.split.name},
                       {"given", result.split.given.size()},
@@ -107,6 +117,7 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"field", result.field},
                       {"proxy", result.proxy},
                       {"chosen_by", result.why},
+                      {"light", result.light ? JsonOf(*result.light) : nullptr},
                       {"geometry", JsonOf(result.geometry)},
                       {"choice", JsonOf(result.choice)},
                       {"ms_per_picture", result.ms_per_picture},
@@ -132,7 +143,9 @@ std::string TextOf(const ProtocolResult& result) {
                                  Counted(result.split.test.size(), "photograph"),
                                  result.split.test.size() + result.split.given.size(), result.width,
                                  result.height, result.renderer);
-  text += fmt::format("{}, proxy {}; {}\n\n", result.field, result.proxy, result.why);
+  text += fmt::format("{}, proxy {}; {}\n", result.field, result.proxy, result.why);
+  if (result.light) text += result.light->Words() + "\n";
+  text += "\n";
   std::size_t widest = 4;
   for (const TestView& view : result.views) widest = std::max(widest, view.name.size());
   const auto row = [&](const std::string& name, const render::PaperQuality& quality) {
@@ -219,7 +232,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   render::SceneOptions options = OptionsOf(scene_args);
   const LightField given = render::OnlyViews(all, result.split.given);
   if (!options.subject) options.subject = given.subject;
-  const auto given_scene = render::LoadScene(given, options);
+  auto given_scene = render::LoadScene(given, options);
 
   Progress progress("evaluating", json);
   CostWatch watch;
@@ -243,6 +256,8 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
       if (folder) render::WriteMeshPly(folder->path() / render::kMeshProxyFile, mesh.mesh);
       proxies.push_back(std::make_shared<render::MeshProxy>(
           given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh))));
+      result.light = LightOf(scene_args, *given_scene, proxies.back());
+      if (result.light) given_scene = render::WithLight(*given_scene, *result.light);
     } catch (const Error& error) {
       if (proxy_names.size() == 1) throw;
       spdlog::warn("no mesh: {}", error.what());
@@ -288,8 +303,9 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     write("photographs", picture.photograph);
     write("differences", DifferencePicture(picture.rendered, picture.photograph));
   };
-  const render::EvaluateSummary summary =
-      render::Evaluate(*render::LoadScene(both, options), evaluation, &progress);
+  auto scene = render::LoadScene(both, options);
+  if (result.light) scene = render::WithLight(*scene, *result.light);
+  const render::EvaluateSummary summary = render::Evaluate(*scene, evaluation, &progress);
   const render::FieldScore& score = summary.results.front();
   result.width = summary.width;
   result.height = summary.height;

@@ -48,7 +48,7 @@ class GlViews {
  private:
   // The shaders' struct View, a texel for each member.
   struct GpuView {
-    Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, shadow_map, place;
+    Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, shadow_map, place, correction;
   };
   void Upload();
 

@@ -2,7 +2,7 @@
 layout(binding = 9) uniform samplerBuffer view_texels;
 
 View ViewAt(int i) {
-  int first = 11 * i;
+  int first = 12 * i;
   View v;
   v.row0 = texelFetch(view_texels, first);
   v.row1 = texelFetch(view_texels, first + 1);
@@ -26,5 +26,8 @@ View ViewAt(int i) {
   v.color = texelFetch(view_texels, first + 7);
   v.center = texelFetch(view_texels, first + 8);
   v.place = ivec4(texelFetch(view_texels, first + 10));
+#ifdef CORRECTED
+  v.correction = texelFetch(view_texels, first + 11);
+#endif
   return v;
 }
