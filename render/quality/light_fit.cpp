@@ -101,14 +101,15 @@ class Normal {
 
   // Returns the largest change.
   double Step() {
-    std::vector<double> right(count_, 0.0), diagonal(count_, kPrior);
+    std::vector<double> right(count_, 0.0), diagonal(count_);
+    for (std::size_t i = 0; i < count_; ++i) diagonal[i] = PriorOf(i);
     ForEach([&](const Row& row, double weight, double residual) {
       for (int i = 0; i < row.count; ++i) {
         right[row.at[At(i)]] += weight * row.value[At(i)] * residual;
         diagonal[row.at[At(i)]] += weight * row.value[At(i)] * row.value[At(i)];
       }
     });
-    for (std::size_t i = 0; i < count_; ++i) right[i] -= kPrior * Parameter(i);
+    for (std::size_t i = 0; i < count_; ++i) right[i] -= PriorOf(i) * Parameter(i);
     const std::vector<double> step = Solve(right, diagonal);
     double largest = 0;
     for (std::size_t i = 0; i < count_; ++i) {
@@ -125,8 +126,10 @@ class Normal {
   double least_error = 1;
 
  private:
-  // Of one perfect observation that says: nothing. It holds views that nobody compares.
-  static constexpr double kPrior = 1;
+  // Of so many perfect observations that say: no gain, no fall-off. They hold what nobody compares. The shape of a
+  // fall-off hangs by small differences, and must not be bent.
+  static constexpr double kPriorOfGain = 1, kPriorOfFalloff = 1e-3;
+  double PriorOf(std::size_t i) const { return i < 3 * At(views_) ? kPriorOfGain : kPriorOfFalloff; }
 
   struct Row {  // derivatives of an observation
     int count = 0;
@@ -170,7 +173,7 @@ class Normal {
 
   // The normal matrix times x.
   void Multiply(const std::vector<double>& x, std::vector<double>& product) const {
-    for (std::size_t i = 0; i < count_; ++i) product[i] = kPrior * x[i];
+    for (std::size_t i = 0; i < count_; ++i) product[i] = PriorOf(i) * x[i];
     std::size_t entry = 0;
     std::vector<std::pair<Row, double>> of_point;
     for (const LightSample& sample : samples_) {

@@ -117,10 +117,10 @@ vec3 LightOf(View v, vec2 img, out float share) {
   share = light.a;
   light.rgb /= max(light.a, 1e-6);
 #endif
-  vec3 shared_scale = (light.rgb - v.more.y) * v.more.z;
+  vec3 above_black = light.rgb - v.more.y;
 #ifdef CORRECTED
-  shared_scale *= Correction(v.correction, v.color.w, img - v.intrinsics.zw, v.size.xy);
+  above_black *= Correction(v.correction, v.color.w, img - v.intrinsics.zw, v.size.xy);
 #endif
-  return shared_scale;
+  return above_black * v.more.z;
 #endif
 }
