@@ -12,7 +12,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -21,23 +20,14 @@
 #include <vector>
 
 #include "core/base/model_choice.h"
+#include "render/quality/light_samples.h"
+#include "render/quality/light_solution.h"
 #include "render/scene/scene.h"
 
 namespace ulf::render {
 
-enum class LightModel { kAsRecorded, kGains, kGainsAndFalloff };
-
 struct LightFitOptions {
-  int points_per_view = 400;  // tried; their number sets the error, which falls with its root. Guessed.
-  int most_points = 40000;    // in all: their number sets the time. Guessed.
-  int views_per_point = 8;    // at most, of those that see it. Guessed.
-  int most_asked = 64;        // views that are asked whether they see a point. Guessed.
-  int size_px = 480;          // longer side of the pictures that are compared, at most: as proxies are made
-  // Light outside of these is not compared: clipped, or mostly noise. Shares of white. Guessed.
-  float least_light = 0.01f, most_light = 0.95f;
-  // Of the log of light: what points differ by where the picture is smooth; where it is not, what a misplacement
-  // by a pixel changes counts as well. Guessed.
-  double smooth_error = 0.02;
+  LightSampleOptions samples = {};
   // The simplest model is kept whose error at held-out points is within this share, or this much, of the best.
   // Guessed; the second is a quarter of a level of 255.
   double within_share = 0.03, within = 0.001;
@@ -64,23 +54,5 @@ LightFit FitLight(const RenderScene& scene, const LightFitOptions& options = {})
 // automatic exposure follows what the camera sees, though: where the fitted views' gains follow from their neighbours'
 // (each predicted without itself), so does this one.
 std::shared_ptr<const RenderScene> WithLight(const RenderScene& scene, const LightFit& fit);
-
-// The steps of FitLight() between photographs and corrections, for tests.
-struct LightObservation {
-  int view = 0, camera = 0;
-  double r2 = 0;         // LightCorrection's r, squared
-  double log_light = 0;  // as the photograph has it
-  double error = 1;      // expected, of log_light
-};
-struct LightSample {  // of a point, in one channel
-  int channel = 0;
-  bool held_out = false;
-  std::vector<LightObservation> seen = {};
-};
-struct LightSolution {
-  std::array<std::vector<double>, 3> log_gain;  // by channel and view
-  std::vector<Eigen::Vector2d> falloff;         // by camera
-};
-LightSolution SolveLight(const std::vector<LightSample>& samples, int views, int cameras, LightModel model);
 
 }  // namespace ulf::render

@@ -1,4 +1,4 @@
-// Tests: render/quality/light_fit, render/scene/scene.
+// Tests: render/quality/light_fit, render/quality/light_samples, render/quality/light_solution, render/scene/scene.
 #include "render/quality/light_fit.h"
 
 #include <gmock/gmock.h>
@@ -202,40 +202,44 @@ TEST(LightFit, AFifthOfWrongPointsDoesNotMoveTheSolution) {
 }
 
 TEST(LightFit, BothRenderersTakeItOutInTheSameWay) {
-  const CameraModel camera = CameraModel::Pinhole(160, 120, 180);
-  for (const Distortion distortion : {Distortion::kNone, Distortion::kRadialTangential, Distortion::kFisheye})
-    for (const bool two_sizes : {false, true})
-      for (const bool gaps : {false, true}) {
-        SceneSpec spec{.viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03),
-                       .distortion = distortion,
-                       .two_sizes = two_sizes,
-                       .with_square = true,
-                       .linear_with_gaps = gaps};
-        const auto made = test::MakeScene(spec);
-        const auto gains = Gains(made->views.size(), 0.3, 3);
-        for (std::size_t i = 0; i < made->views.size(); ++i) {
-          made->views[i].black = 0.01f;
-          made->views[i].scale = i % 2 ? 0.8f : 1.1f;
-          made->views[i].correction = {gains[i], -0.4f - 0.1f * static_cast<float>(i % 3), 0.15f};
-        }
-        const auto scene =
-            WithProxy(*made, std::make_shared<MeshProxy>(made->subject, test::PlaneAndSquare()));
-        const auto gl = MakeRenderer(scene, {.renderer = RendererKind::kGl});
-        const auto reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
-        for (const FieldKind kind : {FieldKind::kSubdivision, FieldKind::kLumigraph,
-                                     FieldKind::kLumigraphPerPixel, FieldKind::kNearest}) {
-          gl->SetField({.kind = kind});
-          reference->SetField({.kind = kind});
-          const Rigid3 pose = LookAt({0.2, 0.1, 2.1}, Vector3d::Zero(), Vector3d::UnitY());
-          const Rendering fast = gl->Render(camera, pose), plain = reference->Render(camera, pose);
-          const cv::Mat band = test::VisibilityBand(*scene, {.field = reference->field()}, camera, pose);
-          const test::Agreement agreement = test::Compare(fast, plain, band);
-          const std::string name = fmt::format("{}, distortion {}, two sizes {}, gaps {}", FieldName(kind),
-                                               static_cast<int>(distortion), two_sizes, gaps);
-          EXPECT_GE(agreement.within_share, 0.999) << name;
-          EXPECT_GE(agreement.within_share_of_all, 0.98) << name;
-        }
-      }
+  const CameraModel camera = CameraModel::Pinhole(96, 72, 108);
+  struct Case {
+    Distortion distortion;
+    bool two_sizes, gaps;
+  };
+  for (const auto& [distortion, two_sizes, gaps] : {Case{Distortion::kNone, false, false},
+                                                    {Distortion::kNone, true, true},
+                                                    {Distortion::kRadialTangential, true, false},
+                                                    {Distortion::kFisheye, false, true}}) {
+    const SceneSpec spec{.viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03),
+                         .distortion = distortion,
+                         .two_sizes = two_sizes,
+                         .with_square = true,
+                         .linear_with_gaps = gaps};
+    const auto made = test::MakeScene(spec);
+    const auto gains = Gains(made->views.size(), 0.3, 3);
+    for (std::size_t i = 0; i < made->views.size(); ++i) {
+      made->views[i].black = 0.01f;
+      made->views[i].scale = i % 2 ? 0.8f : 1.1f;
+      made->views[i].correction = {gains[i], -0.4f - 0.1f * static_cast<float>(i % 3), 0.15f};
+    }
+    const auto scene = WithProxy(*made, std::make_shared<MeshProxy>(made->subject, test::PlaneAndSquare()));
+    const auto gl = MakeRenderer(scene, {.renderer = RendererKind::kGl});
+    const auto reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
+    for (const FieldKind kind : {FieldKind::kSubdivision, FieldKind::kLumigraph,
+                                 FieldKind::kLumigraphPerPixel, FieldKind::kNearest}) {
+      gl->SetField({.kind = kind});
+      reference->SetField({.kind = kind});
+      const Rigid3 pose = LookAt({0.2, 0.1, 2.1}, Vector3d::Zero(), Vector3d::UnitY());
+      const Rendering fast = gl->Render(camera, pose), plain = reference->Render(camera, pose);
+      const cv::Mat band = test::VisibilityBand(*scene, {.field = reference->field()}, camera, pose);
+      const test::Agreement agreement = test::Compare(fast, plain, band);
+      const std::string name = fmt::format("{}, distortion {}, two sizes {}, gaps {}", FieldName(kind),
+                                           static_cast<int>(distortion), two_sizes, gaps);
+      EXPECT_GE(agreement.within_share, 0.999) << name;
+      EXPECT_GE(agreement.within_share_of_all, 0.98) << name;
+    }
+  }
 }
 
 // What the corrections say is what is rendered: the same light from photographs that have none.
@@ -259,11 +263,12 @@ TEST(LightFit, CorrectedPhotographsShowTheCommonScale) {
 }
 
 TEST(LightFit, LeftOutViewsAreShownBetterThanWithoutIt) {
-  auto gains = Gains(36, 0.25, 8);
+  constexpr int kViews = 24;
+  auto gains = Gains(kViews, 0.25, 8);
   std::vector<int> left_out;
-  for (int i = 0; i < 36; i += 6) left_out.push_back(i);
+  for (int i = 0; i < kViews; i += 8) left_out.push_back(i);
   for (const int i : left_out) gains[At(i)] = cv::Vec3f::all(1);
-  const auto scene = Photographed(CapOf(36), Corrections(gains, -0.3f, 0));
+  const auto scene = Photographed(CapOf(kViews), Corrections(gains, -0.3f, 0));
   const auto given = Without(*scene, left_out);
   const LightFit fit = FitLight(*given);
   ASSERT_EQ(fit.model, LightModel::kGainsAndFalloff);
