@@ -132,7 +132,16 @@ int RunEvaluate(const EvaluateArgs& args) {
         "--leave-out-every {} makes a mesh without them)",
         args.dir, args.every);
   Progress progress("evaluating");
-  const render::EvaluateSummary summary = render::Evaluate(*scene, options, &progress);
+  const auto mesh =
+      std::ranges::find_if(options.proxies, [](const auto& proxy) { return proxy->Occluder() != nullptr; });
+  auto evened = scene;
+  if (mesh != options.proxies.end() && scene->views.size() > 2) {
+    for (std::size_t i = 0; i < scene->views.size(); i += static_cast<std::size_t>(args.every))
+      options.left_out.push_back(static_cast<int>(i));
+    if (const auto light = LightOf(args, *render::Without(*scene, options.left_out), *mesh))
+      evened = render::WithLight(*scene, *light);
+  }
+  const render::EvaluateSummary summary = render::Evaluate(*evened, options, &progress);
   if (!args.plot.empty()) DrawChartFile(args.plot, render::QualityChart(summary, NameOfFolder(args.dir)));
   if (!args.json) {
     PrintTable(summary);

@@ -76,6 +76,7 @@ struct ProtocolResult {
   std::string renderer, field, proxy, why;
   std::string refined;  // empty: poses and lens as they are
   Costs refining, geometry, choice;
+  std::optional<render::LightFit> light;
   double ms_per_picture = 0;
   std::vector<TestView> views;
 };
@@ -133,6 +134,15 @@ nlohmann::json JsonOf(const Costs& costs) {
   return {{"wall_s", costs.wall_s}, {"processor_s", costs.processor_s}};
 }
 
+nlohmann::json JsonOf(const render::LightFit& light) {
+  nlohmann::json json{{"found", light.Words()},
+                      {"points", light.points},
+                      {"stops", light.stops},
+                      {"corner_stops", light.corner_stops},
+                      {"compared", ToJson(light.explained)}};
+  return json;
+}
+
 nlohmann::json JsonOf(const ProtocolResult& result) {
   nlohmann::json json{{"protocol", result.split.name},
                       {"given", result.split.given.size()},
@@ -145,6 +155,7 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"chosen_by", result.why},
                       {"refined", result.refined},
                       {"refining", JsonOf(result.refining)},
+                      {"light", result.light ? JsonOf(*result.light) : nullptr},
                       {"geometry", JsonOf(result.geometry)},
                       {"choice", JsonOf(result.choice)},
                       {"ms_per_picture", result.ms_per_picture},
@@ -172,7 +183,9 @@ std::string TextOf(const ProtocolResult& result) {
                                  result.split.test.size() + result.split.given.size(), result.width,
                                  result.height, result.renderer);
   if (!result.refined.empty()) text += result.refined + "\n";
-  text += fmt::format("{}, proxy {}; {}\n\n", result.field, result.proxy, result.why);
+  text += fmt::format("{}, proxy {}; {}\n", result.field, result.proxy, result.why);
+  if (result.light) text += result.light->Words() + "\n";
+  text += "\n";
   std::size_t widest = 4;
   for (const TestView& view : result.views) widest = std::max(widest, view.name.size());
   const auto row = [&](const std::string& name, const render::PaperQuality& quality) {
@@ -264,7 +277,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   render::SceneOptions options = OptionsOf(scene_args);
   const LightField given = render::OnlyViews(all, result.split.given);
   if (!options.subject) options.subject = given.subject;
-  const auto given_scene = render::LoadScene(given, options);
+  auto given_scene = render::LoadScene(given, options);
 
   std::vector<std::shared_ptr<const render::Proxy>> proxies;
   for (const std::string& name : proxy_names) {
@@ -291,6 +304,8 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
       proxies.push_back(std::make_shared<render::SoftProxy>(
           given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)),
           std::move(maps)));
+      result.light = LightOf(scene_args, *given_scene, proxies.back());
+      if (result.light) given_scene = render::WithLight(*given_scene, *result.light);
     } catch (const Error& error) {
       if (proxy_names.size() == 1) throw;
       spdlog::warn("no mesh: {}", error.what());
@@ -338,8 +353,9 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     write("photographs", picture.photograph);
     write("differences", DifferencePicture(picture.rendered, picture.photograph));
   };
-  const render::EvaluateSummary summary =
-      render::Evaluate(*render::LoadScene(both, options), evaluation, &progress);
+  auto scene = render::LoadScene(both, options);
+  if (result.light) scene = render::WithLight(*scene, *result.light);
+  const render::EvaluateSummary summary = render::Evaluate(*scene, evaluation, &progress);
   const render::FieldScore& score = summary.results.front();
   result.width = summary.width;
   result.height = summary.height;

@@ -163,6 +163,11 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const rend
     views.Add(view.camera);
     views.Add(view.black);
     views.Add(view.scale);
+    if (view.correction != render::LightCorrection{}) {
+      for (const float gain : view.correction.gain.val) views.Add(gain);
+      views.Add(view.correction.falloff_r2);
+      views.Add(view.correction.falloff_r4);
+    }
   }
   AddPhotographs(args.dir, views);
   for (std::size_t i = 0; i < path.cam_from_world.size(); ++i) {
@@ -299,7 +304,11 @@ std::unique_ptr<render::Renderer> RendererOf(const RenderArgs& args, const rende
   if (args.proxy == render::kAuto && !choice.proxy->Occluder() &&
       !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
     spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
-  const auto scene = render::WithProxy(*plain, choice.proxy);
+  auto scene = render::WithProxy(*plain, choice.proxy);
+  if (const auto light = LightOf(args, *plain, choice.proxy)) {
+    scene = render::WithLight(*scene, *light);
+    if (args.explain) fmt::print(stderr, "{}", ToText(light->explained));
+  }
   return render::MakeRenderer(scene, {.field = choice.field,
                                       .renderer = RendererFromName(args.renderer),
                                       .fill = !args.no_fill,

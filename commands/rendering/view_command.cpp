@@ -187,12 +187,16 @@ int RunView(const ViewArgs& args) {
   std::unique_ptr<render::Viewer> viewer;
   try {
     if (args.screenshot.empty()) ShowWaiting(*surface);
-    const auto scene = Load(args);
+    auto scene = Load(args);
     spdlog::info("{}", scene->mesh.Description());
+    const auto proxies = ProxiesOf(args, scene->subject);
+    if (args.light == "fit")
+      if (const auto light = LightOf(args, *scene, proxies.front().make()))
+        scene = render::WithLight(*scene, *light);
     viewer = std::make_unique<render::Viewer>(
         *surface, scene,
         render::ViewerOptions{.field = field,
-                              .proxies = ProxiesOf(args, scene->subject),
+                              .proxies = proxies,
                               .out = args.out,
                               .gpu_memory_mb = args.gpu_memory_mb,
                               .sensor_width_mm = args.aperture.sensor_width_mm,

@@ -77,16 +77,21 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
                                [&](const SceneView& view) { return same(view, scene.views.front()); });
   };
   one_camera_ = is_as_the_first([](const SceneView& a, const SceneView& b) { return a.camera == b.camera; });
-  const bool one_exposure = one_camera_ && is_as_the_first([](const SceneView& a, const SceneView& b) {
-                              return a.black == b.black && a.scale == b.scale;
-                            });
+  const bool corrected = std::ranges::any_of(
+      scene.views, [](const SceneView& view) { return view.correction != LightCorrection{}; });
+  const bool one_exposure =
+      one_camera_ && !corrected && is_as_the_first([](const SceneView& a, const SceneView& b) {
+        return a.black == b.black && a.scale == b.scale;
+      });
   if (one_camera_) defines_ += "#define ONE_CAMERA\n";
   if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
+  if (corrected) defines_ += "#define CORRECTED\n";
   // Vectors that the vertex shader passes to the fragments: `vectors` for each view, one for each four views,
   // and one for all, which at the limit becomes three.
   int vectors = 3;
   if (!one_camera_) vectors += 5;
   if (!one_exposure) ++vectors;
+  if (corrected) ++vectors;
   if (show_field) ++vectors;
   for (const int for_all : {1, 3}) {
     int& most = most_views_of_fan_batch_[for_all == 1 ? 0 : 1];

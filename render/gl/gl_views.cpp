@@ -77,6 +77,9 @@ void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const R
     out.center = MakeVec4(center.x(), center.y(), center.z(), has_gaps_[i] ? 1 : 0);
     out.shadow_map = shadow_map_[i];
     out.place = {-1, 0, -1, -1};
+    const LightCorrection& light = view.correction;
+    out.color[3] = light.falloff_r4;
+    out.correction = MakeVec4(1 / light.gain[2], 1 / light.gain[1], 1 / light.gain[0], light.falloff_r2);
     level_.push_back(PyramidLevel(view, scene.subject, virtual_center, camera.MeanFocalPx()));
   }
 }

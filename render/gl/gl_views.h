@@ -51,8 +51,8 @@ class GlViews {
  private:
   // The shaders' struct View, a texel for each member.
   struct GpuView {
-    Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, shadow_map, place, map_intrinsics,
-        map_more;
+    Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, shadow_map, place, correction,
+        map_intrinsics, map_more;
   };
   void Upload();
 

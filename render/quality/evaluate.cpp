@@ -59,13 +59,26 @@ void Crop(Truth& truth, int window_px) {
   truth.photograph = {truth.photograph.srgb8(window).clone(), truth.photograph.valid(window).clone()};
 }
 
+// Light as the view's camera would have recorded it.
+cv::Mat AsRecorded(const SceneView& view, const CameraModel& pinhole, const cv::Mat& linear) {
+  if (view.correction == LightCorrection{}) return linear / view.scale + cv::Scalar::all(view.black);
+  cv::Mat recorded(linear.size(), CV_32FC3);
+  for (int y = 0; y < linear.rows; ++y)
+    for (int x = 0; x < linear.cols; ++x) {
+      const auto img = view.camera.ImgFromCam(PinholeRay(pinhole, x, y));
+      const cv::Vec3f scale = view.ScaleAt(img.value_or(Eigen::Vector2d(x + 0.5, y + 0.5)));
+      for (int c = 0; c < 3; ++c)
+        recorded.at<cv::Vec3f>(y, x)[c] = linear.at<cv::Vec3f>(y, x)[c] / scale[c] + view.black;
+    }
+  return recorded;
+}
+
 ViewScore Score(Renderer& renderer, const Truth& truth,
                 const std::function<void(const ComparedPicture&)>& look) {
   const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
   // Compare at the photograph's own exposure.
-  const cv::Mat exposed = WithNarrowGapsClosed(picture.linear, picture.drawn) / truth.view->scale +
-                          cv::Scalar::all(truth.view->black);
-  const cv::Mat rendered = Srgb8FromLinear(exposed);
+  const cv::Mat rendered = Srgb8FromLinear(
+      AsRecorded(*truth.view, truth.camera, WithNarrowGapsClosed(picture.linear, picture.drawn)));
   ViewScore score{.view_id = truth.view->id, .on_rim = truth.on_rim};
   score.frame = CompareImages(rendered, truth.photograph.srgb8, truth.photograph.valid);
   score.disc = CompareImages(rendered, truth.photograph.srgb8, truth.disc);

@@ -55,9 +55,9 @@ cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
   // Requested at every pixel: the store decides which levels stay in memory.
   const cv::Mat pixels = view.photograph->Level(setup.level[At(index)]);
   const cv::Vec4f light = SampleLevel(pixels, view.camera, img);
-  cv::Vec4f common = (light - cv::Vec4f::all(view.black)) * view.scale;
-  common[3] = light[3];
-  return common;
+  const cv::Vec3f scale = view.ScaleAt(img);
+  return {(light[0] - view.black) * scale[0], (light[1] - view.black) * scale[1],
+          (light[2] - view.black) * scale[2], light[3]};
 }
 
 // Adds a view's contribution, if its photograph has light there.
