@@ -156,9 +156,17 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
   if (proxies.size() == 1 && !fields_differ) return untried("as asked");
 
-  const RenderScene small = Small(scene, options.size_px);
+  const auto detailed =
+      std::ranges::find_if(proxies, [](const auto& proxy) { return proxy->HasDepthMaps(); });
+  const bool in_detail = detailed != proxies.end();
+  const RenderScene tried_on = Small(scene, in_detail ? options.detailed_size_px : options.size_px);
+  const auto scores = [&](const std::vector<FieldOptions>& some_fields,
+                          const std::vector<std::shared_ptr<const Proxy>>& some_proxies) {
+    return Try(tried_on, some_fields, some_proxies, renderer, options.views_left_out,
+               in_detail ? options.window_px : 0);
+  };
   if (proxies.size() > 1) {
-    const auto tried = Try(small, {fields.front()}, proxies, renderer, options.views_left_out);
+    const auto tried = scores({fields.front()}, proxies);
     const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("proxy", tried, chosen, true, options.within_db));
@@ -166,16 +174,22 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     choice.candidates = tried;
   }
   if (fields_differ) {
-    // The soft field takes several times as long, which pays where there are depth maps.
-    std::vector<FieldOptions> open_fields = fields;
-    if (!choice.proxy->HasDepthMaps() && !SoftAlone(fields))
-      std::erase_if(open_fields, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
-    const auto tried = choice.proxy->HasDepthMaps()
-                           ? Try(Small(scene, options.detailed_size_px), open_fields, {choice.proxy},
-                                 renderer, options.views_left_out, options.window_px)
-                           : Try(small, open_fields, {choice.proxy}, renderer, options.views_left_out);
+    // The soft field takes several times as long, which pays where there are depth maps: it is tried over these, whatever
+    // serves the other fields.
+    std::vector<FieldOptions> soft, others;
+    for (const FieldOptions& field : fields)
+      (field.kind == FieldKind::kSoft && in_detail ? soft : others).push_back(field);
+    if (!SoftAlone(fields) && !in_detail)
+      std::erase_if(others, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
+    std::vector<ScoredChoice> tried;
+    if (!others.empty()) tried = scores(others, {choice.proxy});
+    if (!soft.empty()) {
+      const auto by_maps = scores(soft, {*detailed});
+      tried.insert(tried.end(), by_maps.begin(), by_maps.end());
+    }
     const ScoredChoice& chosen = BestOfItsKind(tried, FirstWithinTolerance(tried, options.within_db));
     choice.field = chosen.field;
+    choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options.within_db));
     add_reason(fmt::format("{}: {} dB", FieldText(choice.field), Listed(tried, false)));
     choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());

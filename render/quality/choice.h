@@ -44,8 +44,8 @@ struct ChoiceOptions {
   int fewest_views = 10;
   int views_left_out = 8;  // about, evenly through the light field. Guessed.
   int size_px = 320;       // longer side of the pictures, at most. Guessed.
-  // Fields over depth maps are compared by the middle of the pictures at (nearly) their own size: what the soft field
-  // gains, small pictures do not show. Guessed.
+  // Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own size: what good
+  // geometry gains, small pictures do not show. Guessed.
   int detailed_size_px = 1600, window_px = 400;
 };
 
