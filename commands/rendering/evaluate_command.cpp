@@ -22,7 +22,8 @@ namespace {
 
 struct EvaluateArgs : SceneArgs {
   int every = 8;
-  std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel"};
+  std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel",
+                                  "soft"};
   FieldArgs field_details;
   TemporalArgs temporal;
   ProtocolArgs protocol;
@@ -171,13 +172,14 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--fields", args->fields, "Blending fields to compare, separated by commas (all)")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option("--proxy", args->proxies,
-                  "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
-                  "points (the tracked points), mesh (DIR/proxy.ply), a PLY "
-                  "or an OBJ file; may be "
-                  "given several times (plane, and the light field's points and mesh). A mesh should be made "
-                  "without the left-out "
-                  "views (ulf proxy --leave-out-every)")
+  sub->add_option(
+         "--proxy", args->proxies,
+         "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
+         "points (the tracked points), mesh (DIR/proxy.ply), soft (the same with DIR/depth), a PLY "
+         "or an OBJ file; may be "
+         "given several times (plane, and the light field's points and mesh or soft). A mesh should be made "
+         "without the left-out "
+         "views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);
   AddTemporalOptions(*sub, args->temporal);
   AddProtocolOptions(*sub, args->protocol);

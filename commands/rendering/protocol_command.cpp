@@ -215,14 +215,34 @@ std::string TextOf(const ProtocolResult& result) {
 
 // Plane, points and mesh, or those of them that were named.
 std::vector<std::string> ProxyNames(const std::vector<std::string>& asked) {
-  const std::vector<std::string> all{"plane", "points", "mesh"};
+  const std::vector<std::string> all{"plane", "points", "mesh", "soft"};  // the last two are made together
   for (const std::string& name : asked)
     if (std::ranges::find(all, name) == all.end())
       throw UsageError(
-          "--proxy {}: with --protocol geometry is made from the given photographs alone: plane, points or "
-          "mesh",
+          "--proxy {}: with --protocol geometry is made from the given photographs alone: plane, points, "
+          "mesh or soft",
           name);
-  return asked.empty() ? all : asked;
+  return asked.empty() ? std::vector<std::string>(all.begin(), all.end() - 1) : asked;
+}
+
+// As the set names it, below images/ where it lies there; never out of the folder that it is written to.
+std::string NameOf(const View& view) {
+  const fs::path path = fs::path(view.image_path).lexically_normal();
+  const fs::path below = path.lexically_relative("images");
+  return (below.empty() || *below.begin() == ".." ? path : below).generic_string();
+}
+
+// Two photographs that differ by their ending alone would be written to one file.
+void RequireDifferentNames(const LightField& light_field, const std::vector<int>& views) {
+  std::map<std::string, std::string> names;
+  for (const int index : views) {
+    const View& view = light_field.views[static_cast<std::size_t>(index)];
+    const std::string name = NameOf(view);
+    const auto [same, is_new] = names.emplace(fs::path(name).replace_extension().generic_string(), name);
+    if (!is_new)
+      throw Error("{}: {} and {} would be written to one file; leave out -o, or rename one of them",
+                  light_field.root.string(), same->second, name);
+  }
 }
 
 cv::Mat DifferencePicture(const cv::Mat& rendered, const cv::Mat& photograph) {
@@ -263,7 +283,10 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   ProtocolResult result;
   result.split = render::SplitByProtocol(all, args.protocol);
   std::optional<StagedFolder> folder;
-  if (!args.out.empty()) folder.emplace(args.out);
+  if (!args.out.empty()) {
+    RequireDifferentNames(all, result.split.test);
+    folder.emplace(args.out);
+  }
 
   Progress progress("evaluating", json);
   CostWatch watch;
@@ -288,7 +311,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     }
     if (name == "points" && given.points.size() >= render::PointsProxy::kFewest)
       proxies.push_back(std::make_shared<render::PointsProxy>(given_scene->subject, given.points));
-    if (name != "mesh") continue;
+    if (name != "mesh" && name != "soft") continue;
     render::ProxyOptions geometry;
     if (args.geometry_px > 0) geometry.size_px = args.geometry_px;
     geometry.keep_maps = true;
@@ -304,8 +327,6 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
       proxies.push_back(std::make_shared<render::SoftProxy>(
           given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)),
           std::move(maps)));
-      result.light = LightOf(scene_args, *given_scene, proxies.back());
-      if (result.light) given_scene = render::WithLight(*given_scene, *result.light);
     } catch (const Error& error) {
       if (proxy_names.size() == 1) throw;
       spdlog::warn("no mesh: {}", error.what());
@@ -314,6 +335,8 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   if (proxies.empty())
     throw Error("{}: the given photographs show too few points for --proxy points; leave it out",
                 scene_args.dir);
+  result.light = LightOf(scene_args, *given_scene, proxies.back());
+  if (result.light) given_scene = render::WithLight(*given_scene, *result.light);
   watch.Lap();
   const render::Choice choice = render::ChooseByEvidence(
       *given_scene, fields.empty() ? render::EveryField() : fields, proxies, renderer);
@@ -338,7 +361,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   evaluation.look = [&](const render::ComparedPicture& picture) {
     const auto view = std::ranges::find(both.views, picture.view_id, &View::id);
     TestView& test = seen[picture.view_id];
-    test.name = fs::path(view->image_path).lexically_relative("images").generic_string();
+    test.name = NameOf(*view);
     test.papers = render::CompareAsPapers(picture.rendered, picture.photograph, picture.valid);
     test.errors = render::ShareErrors(picture.rendered, picture.photograph, picture.valid, picture.depth,
                                       picture.confidence);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/at.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "tracking/refine/light_field_input.h"
 #include "tracking/refine/refine.h"
@@ -74,18 +75,27 @@ RefinedSplit RefineForProtocol(const LightField& all, const render::ProtocolSpli
   refined.light_field.points = tracking::WithViewIds(given.result.points, given.views);
   for (const int test : split.test) {
     const auto at = static_cast<std::size_t>(std::ranges::find(used, test) - used.begin());
-    if (!together.result.views[at].registered) continue;
+    if (!together.result.views[at].registered) ++refined.not_placed;  // its start pose, beside its neighbour
     if (const auto placed = PlacedByNeighbour(together, at, given))
       refined.light_field.views[At(test)].cam_from_world = *placed;
   }
   std::string lens;
-  for (std::size_t i = 0; i < all.cameras.size() && all.cameras.size() == 1; ++i)
-    if (!(given.result.lenses[i] == all.cameras[i]))
-      lens = fmt::format("; focal length {:.1f} px for {:.1f}, k1 {:.4f} for {:.4f}",
-                         given.result.lenses[i].fx, all.cameras[i].fx, given.result.lenses[i].coefficients[0],
-                         all.cameras[i].coefficients[0]);
+  if (all.cameras.size() == 1 && !(given.result.lenses[0] == all.cameras[0]))
+    lens = fmt::format("; focal length {:.1f} px for {:.1f}, k1 {:.4f} for {:.4f}", given.result.lenses[0].fx,
+                       all.cameras[0].fx, given.result.lenses[0].coefficients[0],
+                       all.cameras[0].coefficients[0]);
   refined.summary = fmt::format("refined: points of the given views are off by {:.3f} px, {:.3f} before{}",
                                 given.result.median_after_px, given.result.median_before_px, lens);
+  for (const tracking::RefinedView& view : given.result.views) refined.not_registered += !view.registered;
+  if (refined.not_registered > 0)
+    refined.summary += fmt::format("; {} kept {} pose", Counted(refined.not_registered, "given view"),
+                                   refined.not_registered == 1 ? "its" : "their");
+  if (refined.not_placed > 0)
+    refined.summary +=
+        fmt::format("; {} too little to say where {} taken from",
+                    refined.not_placed == 1 ? "one left-out photograph shows"
+                                            : fmt::format("{} left-out photographs show", refined.not_placed),
+                    refined.not_placed == 1 ? "it was" : "they were");
   return refined;
 }
 

@@ -15,6 +15,8 @@ struct RefinedSplit {
   LightField light_field;                            // all views, the given views' points
   std::string summary;                               // one line for people
   double median_before_px = 0, median_after_px = 0;  // of the given views' points
+  int not_registered = 0;                            // given views that kept their poses
+  int not_placed = 0;  // left-out views that stand beside their neighbour as they did before
 };
 
 // Throws Error where the photographs share too little for refining.

@@ -399,7 +399,8 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
       "facing the camera), plane:0.9 (at that share of its distance), plane:fitted (where left-out views are "
       "shown "
       "best), plane:x,y,z,d (normal . point = d), points (the tracked points, triangulated in "
-      "each picture), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or OBJ file");
+      "each picture), mesh (DIR/proxy.ply, from ulf proxy), soft (the same with the views' depth maps in "
+      "DIR/depth), or a PLY or OBJ file");
   sub->add_option("--frames", args->frames,
                   "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by "
                   "their times); other paths have a picture for each pose. A:B: only the pictures A to B - "

@@ -62,8 +62,10 @@ std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject&
   for (const std::string& name : names) {
     const auto same = [&](const render::OfferedProxy& proxy) { return proxy.name == name; };
     if (std::ranges::none_of(proxies, same))
-      proxies.push_back(
-          {name, [name, subject, dir = args.dir] { return render::ProxyFromName(name, subject, dir); }});
+      proxies.push_back({name, [name, subject, dir = args.dir, is_asked = name == args.proxy] {
+                           return is_asked ? render::ProxyFromName(name, subject, dir)
+                                           : render::OwnProxy(name, subject, dir);
+                         }});
   }
   return proxies;
 }
@@ -228,7 +230,8 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
                   "nearest, soft");
   AddFieldDetails(*sub, args->field_details);
   sub->add_option("--proxy", args->proxy,
-                  "Geometry at the start: auto (the light field's mesh, else its tracked points, else the "
+                  "Geometry at the start: auto (the light field's mesh, with its depth maps where there are "
+                  "some, else its tracked points, else the "
                   "plane), mesh (DIR/proxy.ply), soft (with DIR/depth), points, plane, plane:0.9, "
                   "plane:x,y,z,d, or a PLY or OBJ file");
   AddApertureOptions(*sub, args->aperture);

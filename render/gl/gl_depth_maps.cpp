@@ -10,11 +10,18 @@
 #include "render/gl/gl_objects.h"
 
 namespace ulf::render {
+namespace {
+
+// Beyond, software OpenGL makes no texture array (gl_photographs.cpp).
+constexpr double kMostBytes = 2e9;
+
+}  // namespace
 
 void GlDepthMaps::Reset(const std::vector<SceneView>& views) {
   views_ = &views;
   layer_.assign(views.size(), -1);
   held_.clear();
+  if (std::ranges::none_of(views, [](const SceneView& view) { return view.depth_map != nullptr; })) Release();
 }
 
 void GlDepthMaps::Provide(std::span<const int> of_views) {
@@ -45,12 +52,21 @@ void GlDepthMaps::Grow(const cv::Size& size, int layers) {
         "OpenGL: this driver has room for the depth maps of {} views, not for more; use --field auto without "
         "soft, or --renderer reference",
         most_layers);
+  const auto bytes = [&](int count) { return 2.0 * size.area() * count; };
+  if (bytes(layers) > kMostBytes)
+    throw Error(
+        "the depth maps of {} views of {}x{} take more than {:.0f} GB of graphics memory; make smaller ones "
+        "with ulf "
+        "proxy --size, or use --renderer reference, or another --field than soft",
+        layers, size.width, size.height, kMostBytes / 1e9);
+  const int wanted = std::min({std::max(layers, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
   Release();
-  size_ = size;
-  layers_ = std::min({std::max(layers, 2 * layers_), static_cast<int>(layer_.size()), most_layers});
+  const int made = bytes(wanted) > kMostBytes ? layers : wanted;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture_);
-  glTextureStorage3D(texture_, 1, GL_R16, size_.width, size_.height, layers_);
+  glTextureStorage3D(texture_, 1, GL_R16, size.width, size.height, made);
   CheckGl("making room for depth maps");
+  size_ = size;
+  layers_ = made;
   SetSampling(texture_, GL_NEAREST);
   for (const int view : held_) Upload(view);
 }
@@ -68,6 +84,7 @@ void GlDepthMaps::Release() {
   if (texture_) glDeleteTextures(1, &texture_);
   texture_ = 0;
   layers_ = 0;
+  size_ = {};
 }
 
 }  // namespace ulf::render

@@ -139,6 +139,9 @@ void GlRenderer::State::DrawSoftPixels(const CameraModel& camera, const Rigid3& 
     depth_maps.Provide(of_views);
     views.SetDepthMaps(*scene, depth_maps);
     depth_maps.Bind(kDepthMapsUnit);
+    // Photographs are still being read: what they do not cover yet, the nearest that are there fill.
+    constexpr std::size_t kFillers = 6;
+    if (!options.complete) ProvideShadowMaps(std::span(of_views).first(std::min(kFillers, of_views.size())));
   } else {
     ProvideShadowMaps(of_views);
   }

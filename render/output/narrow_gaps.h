@@ -6,7 +6,7 @@
 
 namespace ulf::render {
 
-// Of the longer side: how far colours reach into what is not drawn. Guessed.
+// Of the longer side: a gap with a pixel farther than this from what is drawn is wide. Guessed.
 inline constexpr double kNarrowGapShare = 0.03;
 
 // `linear` CV_32FC3, `drawn` CV_8U (Rendering). The same picture where everything is drawn.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/geometry/camera_json.h"
 #include "core/geometry/digest.h"
+#include "render/proxy/proxy_choice.h"
 
 namespace ulf::render {
 namespace {
@@ -70,10 +72,19 @@ std::string PngOf(const ViewDepthMap& map) {
   return {bytes.begin(), bytes.end()};
 }
 
-void RemoveOthers(const fs::path& folder, const std::set<std::string>& kept) {
+// Remains of former maps; other programs may keep files of their own in a folder of this name.
+void RemoveFormerMaps(const fs::path& folder, const std::set<std::string>& kept) {
+  static const std::regex kOurs("[0-9]{6,}-[0-9a-f]{8}\\.png");
   std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
-    if (!kept.contains(entry.path().filename().string())) fs::remove(entry.path(), ignored);
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!kept.contains(name) && std::regex_match(name, kOurs)) fs::remove(entry.path(), ignored);
+  }
+}
+
+std::string MeshChecksum(const fs::path& light_field_folder) {
+  const fs::path mesh = light_field_folder / kMeshProxyFile;
+  return fs::exists(mesh) ? fmt::format("{:016x}", FastChecksumOf(ReadWholeFile(mesh))) : std::string();
 }
 
 }  // namespace
@@ -100,8 +111,12 @@ void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_
                        {"unit", map.unit},
                        {"step", map.step}});
   }
-  WriteFileAtomically(folder / kIndex, nlohmann::json{{"format", kFormat}, {"maps", entries}}.dump(1) + "\n");
-  RemoveOthers(folder, kept);
+  WriteFileAtomically(
+      folder / kIndex,
+      nlohmann::json{{"format", kFormat}, {"mesh", MeshChecksum(light_field_folder)}, {"maps", entries}}.dump(
+          1) +
+          "\n");
+  RemoveFormerMaps(folder, kept);
 }
 
 bool HasDepthMaps(const fs::path& light_field_folder) {
@@ -112,9 +127,12 @@ DepthMapReading ReadDepthMaps(const fs::path& light_field_folder, const LightFie
                               std::shared_ptr<const TriangleMesh> mesh) {
   const fs::path folder = light_field_folder / kDepthMapsFolder, index = folder / kIndex;
   const nlohmann::json json = nlohmann::json::parse(ReadWholeFile(index), nullptr, false);
-  if (!json.is_object() || json.value("format", "") != kFormat || !json.contains("maps") ||
+  if (!json.is_object() || json.value("format", nlohmann::json()) != kFormat || !json.contains("maps") ||
       !json["maps"].is_array())
     throw Error("{}: this is no index of depth maps, or it was cut short", index.string());
+  if (json.value("mesh", nlohmann::json()) != MeshChecksum(light_field_folder))
+    throw Error("{}: these depth maps were made beside another mesh than {}", folder.string(),
+                kMeshProxyFile);
   DepthMapReading reading;
   for (const nlohmann::json& entry : json["maps"]) {
     const JsonPlace place{entry, index.string()};
@@ -130,8 +148,13 @@ DepthMapReading ReadDepthMaps(const fs::path& light_field_folder, const LightFie
     const MapFile file{folder / name, place.Text("checksum"),
                        CameraFromJson({place.Raw("camera"), fmt::format("{}, view {}", index.string(), id)}),
                        place.Positive("unit"), place.Positive("step")};
+    const CameraModel& of_view = light_field.CameraOf(*view);
+    if (file.camera.width > of_view.width || file.camera.height > of_view.height)
+      throw Error("{}: view {}: a depth map of {}x{} is larger than the photograph", index.string(), id,
+                  file.camera.width, file.camera.height);
     if (file.camera.distortion != Distortion::kNone)
       throw Error("{}: view {}: a depth map's camera has no distortion", index.string(), id);
+    reading.digest = FastChecksumOf(file.checksum, reading.digest);
     reading.maps.emplace(id, MapFrom(file, view->cam_from_world, mesh));
   }
   return reading;

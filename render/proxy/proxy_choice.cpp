@@ -66,7 +66,7 @@ std::shared_ptr<const Proxy> SoftFrom(const std::filesystem::path& light_field, 
         "{}",
         (light_field / kDepthMapsFolder).string(), Counted(reading.stale, "depth map"),
         reading.stale == 1 ? "is" : "are", ShellWord(light_field.string()));
-  return std::make_shared<SoftProxy>(subject, std::move(mesh), std::move(reading.maps));
+  return std::make_shared<SoftProxy>(subject, std::move(mesh), std::move(reading.maps), reading.digest);
 }
 
 }  // namespace
@@ -116,18 +116,22 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
       name);
 }
 
+std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,
+                                      const std::filesystem::path& light_field) {
+  if (name != "soft") return ProxyFromName(name, subject, light_field);
+  try {
+    return ProxyFromName(name, subject, light_field);
+  } catch (const Error& error) {
+    spdlog::warn("{}; the mesh alone is used", error.what());
+    return ProxyFromName("mesh", subject, light_field);
+  }
+}
+
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
                                                        const Subject& subject) {
   std::vector<std::shared_ptr<const Proxy>> proxies{ProxyFromName("plane", subject, light_field)};
-  for (const std::string& name : OwnProxies(light_field)) {
-    try {
-      proxies.push_back(ProxyFromName(name, subject, light_field));
-    } catch (const Error& error) {
-      if (name != "soft") throw;
-      spdlog::warn("{}; the mesh alone is used", error.what());
-      proxies.push_back(ProxyFromName("mesh", subject, light_field));
-    }
-  }
+  for (const std::string& name : OwnProxies(light_field))
+    proxies.push_back(OwnProxy(name, subject, light_field));
   return proxies;
 }
 

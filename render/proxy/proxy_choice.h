@@ -32,6 +32,10 @@ std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);
 
+// ProxyFromName() of one of OwnProxies(); where the depth maps cannot be used, the mesh alone, with a warning.
+std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,
+                                      const std::filesystem::path& light_field);
+
 // The plane and OwnProxies(), simplest first. Throws as ProxyFromName().
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
                                                        const Subject& subject);

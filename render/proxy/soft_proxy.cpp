@@ -21,11 +21,12 @@ CameraModel MapCamera(const CameraModel& view) {
 
 }  // namespace
 
-SoftProxy::SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps)
-    : MeshProxy(subject, std::move(mesh), "soft"), maps_(std::move(maps)) {}
+SoftProxy::SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps,
+                     std::uint64_t of_maps)
+    : MeshProxy(subject, std::move(mesh), "soft"), maps_(std::move(maps)), of_maps_(of_maps) {}
 
 std::uint64_t SoftProxy::Fingerprint() const {
-  std::uint64_t sum = MeshProxy::Fingerprint();
+  std::uint64_t sum = MeshProxy::Fingerprint() ^ of_maps_;
   for (const auto& [view, map] : maps_) sum = 1099511628211u * sum + static_cast<std::uint64_t>(view);
   return sum;
 }

@@ -14,7 +14,9 @@ namespace ulf::render {
 class SoftProxy : public MeshProxy {
  public:
   using Maps = std::map<int, std::shared_ptr<const LazyDepthMap>>;  // by View::id
-  SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps);
+  // `of_maps`: a number that differs where the maps do, for Fingerprint().
+  SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps,
+            std::uint64_t of_maps = 0);
   std::uint64_t Fingerprint() const override;
   bool HasDepthMaps() const override { return true; }
   // Of a view without a map of its own it is the mesh as the view sees it.
@@ -23,6 +25,7 @@ class SoftProxy : public MeshProxy {
 
  private:
   Maps maps_;
+  std::uint64_t of_maps_;
 };
 
 }  // namespace ulf::render

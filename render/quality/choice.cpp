@@ -103,12 +103,10 @@ bool SoftAlone(const std::vector<FieldOptions>& fields) {
 void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer,
                      const ChoiceOptions& options) {
   if (choice.candidates.empty() || !choice.proxy->Occluder()) return;
-  const double by_plane = Try(Small(scene, options.size_px), {choice.field},
-                              {std::make_shared<PlaneProxy>(scene.subject)}, renderer, options.views_left_out)
-                              .front()
-                              .psnr_db;
-  double by_mesh = 0;
-  for (const ScoredChoice& candidate : choice.candidates) by_mesh = std::max(by_mesh, candidate.psnr_db);
+  const std::vector<ScoredChoice> both =
+      Try(Small(scene, options.size_px), {choice.field},
+          {std::make_shared<PlaneProxy>(scene.subject), choice.proxy}, renderer, options.views_left_out);
+  const double by_plane = both.front().psnr_db, by_mesh = both.back().psnr_db;
   if (by_mesh < by_plane)
     spdlog::warn(
         "left-out views are worse over {} than over the plane through the subject ({:.1f} dB, {:.1f}): is it "

@@ -54,7 +54,7 @@ const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candid
                                          double within_db = ChoiceOptions().within_db);
 
 // `fields` and `proxies`: in order of preference, the simplest proxy first. First every proxy is tried with
-// the first field, then every field with the chosen proxy, because geometry matters more than weights. With
+// the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever proxy was chosen), because geometry matters more than weights. With
 // too few views to leave some out, the choice is lumigraph weights, if they are among the fields, because
 // they smooth the least, and the last proxy, which has the most geometry. Lumigraph weights are also used
 // where the viewpoints span no surface.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -17,6 +18,7 @@ using Eigen::Vector3d;
 
 // The pixel of a map that shows the point; none outside the map.
 std::optional<cv::Point> PixelOf(const ViewDepthMap& map, const Vector3d& in_view) {
+  if (!(in_view.z() > 0)) return std::nullopt;
   const double x = std::floor(map.camera.fx * in_view.x() / in_view.z() + map.camera.cx);
   const double y = std::floor(map.camera.fy * in_view.y() / in_view.z() + map.camera.cy);
   if (!(x >= 0 && y >= 0 && x < map.camera.width && y < map.camera.height)) return std::nullopt;
@@ -107,8 +109,10 @@ std::vector<double> SoftPixel::Candidates(const Vector3d& ray, double inverse_de
     if (settled) found.push_back(at);
   }
   if (found.size() == 1) return found;
-  std::ranges::sort(found, std::greater());  // from near to far
-  const double step = scene_.views[At(chosen.front().view)].depth_map->Get().step;
+  std::ranges::sort(found, std::greater());               // from near to far
+  double step = std::numeric_limits<double>::infinity();  // of the finest map
+  for (std::size_t n = 0; n < chosen.size() && n < kSoftProposers; ++n)
+    step = std::min(step, scene_.views[At(chosen[n].view)].depth_map->Get().step);
   std::vector<double> candidates;
   for (const double one : found)
     if (candidates.empty() || candidates.back() - one > constants_.merged * step) candidates.push_back(one);

@@ -57,6 +57,8 @@ void Choose(vec3 point) {
 #ifdef MAPS
 // The map's inverse depth where it shows the point; 0: unknown.
 float MapAt(View v, DepthMap map, vec3 in_view, out ivec2 at) {
+  at = ivec2(0);
+  if (in_view.z <= 0.0) return 0.0;
   vec2 pixel = floor(map.intrinsics.xy * in_view.xy / in_view.z + map.intrinsics.zw);
   at = ivec2(pixel);
   if (any(lessThan(pixel, vec2(0.0))) || any(greaterThanEqual(pixel, map.more.xy))) return 0.0;
@@ -183,8 +185,11 @@ void main() {
   float left = 1.0, sum = 0.0, seen = 0.0, here = 0.0, belief, resident;
 #ifdef MAPS
   Insert(inverse_depth);
-  for (int n = 0; n < min(count, SOFT_PROPOSERS); ++n) Propose(chosen[n], ray, inverse_depth);
-  float step = DepthMapAt(chosen[0]).more.w;
+  float step = 1e30;  // of the finest map
+  for (int n = 0; n < min(count, SOFT_PROPOSERS); ++n) {
+    Propose(chosen[n], ray, inverse_depth);
+    step = min(step, DepthMapAt(chosen[n]).more.w);
+  }
   // Of candidates that are nearly one, the nearest stays.
   int kept = 1;
   for (int n = 1; n < found; ++n)

@@ -128,6 +128,12 @@ TEST_F(ProtocolCommand, SaysWhereTheErrorIs) {
   }
   EXPECT_NEAR(of_error, 1, 1e-9);
   EXPECT_NEAR(of_pixels, 1, 1e-9);
+  WriteSet(scratch_ / "spoiled", true);
+  const json noise = Run(scratch_ / "spoiled", "--protocol llff --proxy soft --fields soft");
+  EXPECT_GT(noise["errors"]["textured"]["of_error"].get<double>() +
+                noise["errors"]["depth edges"]["of_error"].get<double>(),
+            0.95)
+      << "noise is texture everywhere";
 }
 
 TEST_F(ProtocolCommand, WritesPicturesATableAndJson) {

@@ -101,6 +101,15 @@ TEST_F(DepthMapFiles, NewOnesReplaceOldOnesAndAKillBetweenLeavesTheOld) {
   EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
 }
 
+TEST_F(DepthMapFiles, FilesOfOtherProgramsStay) {
+  fs::create_directories(dir_ / kDepthMapsFolder / "raw");
+  WriteFileAtomically(dir_ / kDepthMapsFolder / "000001.png", "a depth camera's");
+  WriteDepthMaps(dir_, light_field_, maps_);
+  WriteDepthMaps(dir_, light_field_, maps_);
+  EXPECT_EQ(ReadWholeFile(dir_ / kDepthMapsFolder / "000001.png"), "a depth camera's");
+  EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "raw"));
+}
+
 TEST_F(DepthMapFiles, TheMeshStandsInForAMapThatIsDamaged) {
   WriteDepthMaps(dir_, light_field_, maps_);
   const std::string whole = ReadWholeFile(SomePng());
@@ -130,12 +139,18 @@ TEST_F(DepthMapFiles, AnIndexThatIsNoneIsRefusedAndTheMeshServes) {
   };
   EXPECT_THAT(refusal(whole.substr(0, whole.size() / 2)), HasSubstr("cut short"));
   EXPECT_THAT(refusal("{}"), HasSubstr("no index of depth maps"));
+  EXPECT_THAT(refusal("{\"format\": 5, \"maps\": []}"), HasSubstr("no index of depth maps"));
   nlohmann::json changed = nlohmann::json::parse(whole);
   changed["maps"][0]["file"] = "../../secret.png";
   EXPECT_THAT(refusal(changed.dump()), HasSubstr("lies elsewhere"));
   changed = nlohmann::json::parse(whole);
   changed["maps"][0]["step"] = 0;
   EXPECT_THAT(refusal(changed.dump()), HasSubstr("must be positive"));
+  changed = nlohmann::json::parse(whole);
+  changed["maps"][0]["camera"]["width"] = 1900000000;
+  EXPECT_THAT(refusal(changed.dump()), HasSubstr("larger than the photograph"));
+  WriteMeshPly(dir_ / kMeshProxyFile, TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
+  EXPECT_THAT(refusal(whole), HasSubstr("another mesh"));
   const auto proxies = EveryProxyOf(dir_, *light_field_.subject);
   EXPECT_EQ(proxies.back()->Name(), "mesh");
   EXPECT_THROW(ProxyFromName("soft", *light_field_.subject, dir_), Error);

@@ -111,15 +111,19 @@ TEST(SoftPixel, MapsThatLieAreOutvoted) {
 
 TEST(SoftPixel, ViewsWithoutAMapHaveTheMeshs) {
   const auto scene = SoftScene(*MakeScene(SquareSpec()), {.views_without_map = 2});
+  int on_square = 0;
   for (const SceneView& view : scene->views) {
     ASSERT_TRUE(view.depth_map);
     const ViewDepthMap& map = view.depth_map->Get();
     EXPECT_GT(map.step, 0);
-    // The principal ray meets the subject's centre on the plane, or the square before it.
+    // The principal ray meets the square, of which the mesh knows nothing, or passes it and meets the plane.
     const double depth = 1 / map.InverseDepthAt(map.camera.width / 2, map.camera.height / 2);
     const double to_plane = view.center_in_world.norm();
-    EXPECT_TRUE(std::abs(depth - to_plane) < 0.03 || depth < to_plane - 0.2) << view.id << ": " << depth;
+    const bool has_own = static_cast<std::size_t>(&view - scene->views.data()) % 8 >= 2;
+    if (!has_own) EXPECT_NEAR(depth, to_plane, 0.03) << view.id;
+    on_square += has_own && depth < to_plane - 0.3;
   }
+  EXPECT_GT(on_square, 3);
   EXPECT_GT(PsnrOfSquare(*scene, kSoft, Between()),
             PsnrOfSquare(*scene, {.kind = FieldKind::kLumigraphPerPixel}, Between()) + 1);
 }
@@ -156,7 +160,7 @@ TEST(SoftPixel, OnAViewpointItsPhotographComesBack) {
   EXPECT_GT(cv::PSNR(picture, view.Srgb8()), 45);
 }
 
-TEST(SoftPixel, WeightsSumToOneAndAreThoseOfBothRenderers) {
+TEST(SoftPixel, WeightsSumToOne) {
   const auto scene = SoftScene(*MakeScene(SquareSpec()));
   const auto renderer =
       MakeRenderer(scene, {.field = kSoft, .renderer = RendererKind::kReference, .weights = true});
@@ -226,6 +230,7 @@ TEST(SoftPixel, InPassesNearlyTheSame) {
   CameraModel camera = CameraModel::Pinhole(384, 288, 320);
   const cv::Mat a = Srgb8FromLinear(at_once->Render(camera, pose).linear),
                 b = Srgb8FromLinear(in_passes->Render(camera, pose).linear);
+  EXPECT_GT(cv::norm(a, b, cv::NORM_INF), 0) << "in passes, indeed";
   EXPECT_GT(cv::PSNR(a, b), 30);
 }
 
