@@ -120,7 +120,9 @@ TEST(SoftPixel, ViewsWithoutAMapHaveTheMeshs) {
     const double depth = 1 / map.InverseDepthAt(map.camera.width / 2, map.camera.height / 2);
     const double to_plane = view.center_in_world.norm();
     const bool has_own = static_cast<std::size_t>(&view - scene->views.data()) % 8 >= 2;
-    if (!has_own) EXPECT_NEAR(depth, to_plane, 0.03) << view.id;
+    if (!has_own) {
+      EXPECT_NEAR(depth, to_plane, 0.03) << view.id;
+    }
     on_square += has_own && depth < to_plane - 0.3;
   }
   EXPECT_GT(on_square, 3);
