@@ -28,6 +28,7 @@ struct EvaluateArgs : SceneArgs {
   TemporalArgs temporal;
   ProtocolArgs protocol;
   bool fields_are_given = false;
+  bool every_is_given = false;
   std::string plot;
   bool json = false;
 };
@@ -116,6 +117,9 @@ int RunEvaluate(const EvaluateArgs& args) {
     options.fields.push_back(FieldDetails(args.field_details));
     options.fields.back().kind = render::FieldFromName(name, "--fields");
   }
+  if (!args.protocol.protocol.empty() && args.every_is_given)
+    throw UsageError("--every {}: --protocol says what is left out; give --protocol every:{}", args.every,
+                     args.every);
   if (!args.protocol.protocol.empty())
     return RunProtocol(args.protocol, args,
                        args.fields_are_given ? options.fields : std::vector<render::FieldOptions>{},
@@ -169,7 +173,9 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
                                      "photographs; or compares a path with true pictures");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
-  sub->add_option("--fields", args->fields, "Blending fields to compare, separated by commas (all)")
+  sub->add_option("--fields", args->fields,
+                  "Blending fields to compare, separated by commas (nearest, linear, subdivision, lumigraph, "
+                  "lumigraph-per-pixel, soft); with --protocol those to choose from")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
   sub->add_option(
@@ -191,6 +197,7 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
   sub->callback([&chosen, args, sub] {
     args->fields_are_given = sub->count("--fields") > 0;
+    args->every_is_given = sub->count("--every") > 0;
     chosen = [args] { return RunEvaluate(*args); };
   });
 }

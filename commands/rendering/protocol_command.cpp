@@ -71,6 +71,7 @@ struct TestView {
 };
 
 struct ProtocolResult {
+  std::string light_field;  // as it was named
   render::ProtocolSplit split;
   int width = 0, height = 0;
   std::string renderer, field, proxy, why;
@@ -144,7 +145,8 @@ nlohmann::json JsonOf(const render::LightFit& light) {
 }
 
 nlohmann::json JsonOf(const ProtocolResult& result) {
-  nlohmann::json json{{"protocol", result.split.name},
+  nlohmann::json json{{"light_field", result.light_field},
+                      {"protocol", result.split.name},
                       {"given", result.split.given.size()},
                       {"test", result.split.test.size()},
                       {"width_px", result.width},
@@ -178,8 +180,8 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
 }
 
 std::string TextOf(const ProtocolResult& result) {
-  std::string text = fmt::format("protocol {}: {} left out of {}, {}x{}, {}\n", result.split.name,
-                                 Counted(result.split.test.size(), "photograph"),
+  std::string text = fmt::format("{}, protocol {}: {} left out of {}, {}x{}, {}\n", result.light_field,
+                                 result.split.name, Counted(result.split.test.size(), "photograph"),
                                  result.split.test.size() + result.split.given.size(), result.width,
                                  result.height, result.renderer);
   if (!result.refined.empty()) text += result.refined + "\n";
@@ -245,11 +247,14 @@ void RequireDifferentNames(const LightField& light_field, const std::vector<int>
   }
 }
 
-cv::Mat DifferencePicture(const cv::Mat& rendered, const cv::Mat& photograph) {
+// Black where the photograph has no light: what does not count.
+cv::Mat DifferencePicture(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid) {
   constexpr double kTimes = 4;
   cv::Mat difference;
   cv::absdiff(rendered, photograph, difference);
-  return difference * kTimes;
+  difference *= kTimes;
+  difference.setTo(0, valid == 0);
+  return difference;
 }
 
 }  // namespace
@@ -281,6 +286,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   const std::vector<std::string> proxy_names = ProxyNames(scene_args.proxies);
   LightField all = ReadLightField(scene_args.dir);
   ProtocolResult result;
+  result.light_field = scene_args.dir;
   result.split = render::SplitByProtocol(all, args.protocol);
   std::optional<StagedFolder> folder;
   if (!args.out.empty()) {
@@ -374,7 +380,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     };
     write("rendered", picture.rendered);
     write("photographs", picture.photograph);
-    write("differences", DifferencePicture(picture.rendered, picture.photograph));
+    write("differences", DifferencePicture(picture.rendered, picture.photograph, picture.valid));
   };
   auto scene = render::LoadScene(both, options);
   if (result.light) scene = render::WithLight(*scene, *result.light);

@@ -143,7 +143,7 @@ int RunProxy(const ProxyArgs& args) {
 void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<ProxyArgs>();
   CLI::App* sub = app.add_subcommand(
-      "proxy", "Builds a triangle mesh of the scene from a light field's views, for rendering");
+      "proxy", "Builds a triangle mesh of the scene, and depth maps of its views, for rendering");
   sub->add_option("dir", args->dir, "The light field: a folder with a journal or a transforms.json")
       ->required();
   sub->add_option("-o,--output", args->out, "PLY file to write (DIR/proxy.ply)");

@@ -1,4 +1,4 @@
-// Tests: commands/rendering/protocol_command.
+// Tests: commands/rendering/protocol_command, commands/rendering/refined_split.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -167,6 +167,9 @@ TEST_F(ProtocolCommand, RefusesWhatWouldLeak) {
   const auto other = RunUlf("evaluate " + dir_.string() + " --protocol nerf");
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.errors, HasSubstr("llff, nerf-synthetic"));
+  const auto every = RunUlf(evaluate + " --every 4");
+  EXPECT_EQ(every.exit_code, 2);
+  EXPECT_THAT(every.errors, HasSubstr("every:4"));
   fs::create_directories(scratch_ / "full");
   WriteFileAtomically(scratch_ / "full/mine", "mine");
   EXPECT_EQ(RunUlf(evaluate + " -o " + (scratch_ / "full").string()).exit_code, 1);

@@ -1,4 +1,4 @@
-// Tests: render/proxy/depth_map_files, and what render/proxy/proxy_choice makes of them.
+// Tests: render/proxy/depth_map_files, render/proxy/proxy_choice.
 #include "render/proxy/depth_map_files.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// render/renderer/soft_pixel, render/gl/shaders/soft.frag, render/gl/gl_depth_maps, render/proxy/soft_proxy and
-// render/proxy/view_depth_map: a small square before a plane, of which the mesh knows nothing and the views' maps do.
+// Tests: render/renderer/soft_pixel, render/gl/gl_depth_maps, render/proxy/soft_proxy, render/proxy/view_depth_map.
+// A small square before a plane, of which the mesh knows nothing and the views' maps do.
 #include <gtest/gtest.h>
 
 #include <algorithm>
