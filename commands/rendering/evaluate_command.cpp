@@ -22,11 +22,13 @@ namespace {
 
 struct EvaluateArgs : SceneArgs {
   int every = 8;
-  std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel"};
+  std::vector<std::string> fields{"nearest", "linear", "subdivision", "lumigraph", "lumigraph-per-pixel",
+                                  "soft"};
   FieldArgs field_details;
   TemporalArgs temporal;
   ProtocolArgs protocol;
   bool fields_are_given = false;
+  bool every_is_given = false;
   std::string plot;
   bool json = false;
 };
@@ -115,6 +117,9 @@ int RunEvaluate(const EvaluateArgs& args) {
     options.fields.push_back(FieldDetails(args.field_details));
     options.fields.back().kind = render::FieldFromName(name, "--fields");
   }
+  if (!args.protocol.protocol.empty() && args.every_is_given)
+    throw UsageError("--every {}: --protocol says what is left out; give --protocol every:{}", args.every,
+                     args.every);
   if (!args.protocol.protocol.empty())
     return RunProtocol(args.protocol, args,
                        args.fields_are_given ? options.fields : std::vector<render::FieldOptions>{},
@@ -132,7 +137,16 @@ int RunEvaluate(const EvaluateArgs& args) {
         "--leave-out-every {} makes a mesh without them)",
         args.dir, args.every);
   Progress progress("evaluating");
-  const render::EvaluateSummary summary = render::Evaluate(*scene, options, &progress);
+  const auto mesh =
+      std::ranges::find_if(options.proxies, [](const auto& proxy) { return proxy->Occluder() != nullptr; });
+  auto evened = scene;
+  if (mesh != options.proxies.end() && scene->views.size() > 2) {
+    for (std::size_t i = 0; i < scene->views.size(); i += static_cast<std::size_t>(args.every))
+      options.left_out.push_back(static_cast<int>(i));
+    if (const auto light = LightOf(args, *render::Without(*scene, options.left_out), *mesh))
+      evened = render::WithLight(*scene, *light);
+  }
+  const render::EvaluateSummary summary = render::Evaluate(*evened, options, &progress);
   if (!args.plot.empty()) DrawChartFile(args.plot, render::QualityChart(summary, NameOfFolder(args.dir)));
   if (!args.json) {
     PrintTable(summary);
@@ -159,14 +173,18 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
                                      "photographs; or compares a path with true pictures");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
-  sub->add_option("--fields", args->fields, "Blending fields to compare, separated by commas (all)")
+  sub->add_option("--fields", args->fields,
+                  "Blending fields to compare, separated by commas (nearest, linear, subdivision, lumigraph, "
+                  "lumigraph-per-pixel, soft); with --protocol those to choose from")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
   sub->add_option("--proxy", args->proxies,
                   "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
                   "planes (the few on which most tracked points lie), points (the tracked points), mesh "
-                  "(DIR/proxy.ply), a PLY or an OBJ file; may be given several times (plane, and the light "
-                  "field's planes, points and mesh). A mesh should be made "
+                  "(DIR/proxy.ply), soft (the same with DIR/depth), a PLY "
+                  "or an OBJ file; may be "
+                  "given several times (plane, and the light field's planes, points and mesh or soft). A "
+                  "mesh should be made "
                   "without the left-out "
                   "views (ulf proxy --leave-out-every)")
       ->allow_extra_args(false);
@@ -180,6 +198,7 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->footer("Example: ulf evaluate lightfield --every 8 --fields subdivision,lumigraph");
   sub->callback([&chosen, args, sub] {
     args->fields_are_given = sub->count("--fields") > 0;
+    args->every_is_given = sub->count("--every") > 0;
     chosen = [args] { return RunEvaluate(*args); };
   });
 }

@@ -13,6 +13,7 @@ struct ProtocolArgs {
   std::string protocol;  // empty: no such evaluation
   std::string out;       // folder to write; empty: nothing is written
   int geometry_px = 0;   // 0: the default of ulf proxy
+  bool refine = false;
 };
 
 void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args);

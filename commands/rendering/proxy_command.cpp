@@ -19,6 +19,7 @@
 #include "core/base/progress.h"
 #include "core/light_field/light_field.h"
 #include "core/light_field/light_field_io.h"
+#include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
@@ -35,6 +36,7 @@ struct ProxyArgs {
   int leave_out_every = 0;
   render::ProxyOptions options;
   std::string renderer = "auto";
+  bool no_maps = false;
   bool explain = false;
   bool json = false;
 };
@@ -77,7 +79,7 @@ void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::str
 render::ProxyMesh Imported(const std::string& file) {
   render::MeshReading reading = render::ReadMeshFile(file);
   if (const std::string dropped = reading.Dropped(); !dropped.empty()) spdlog::warn("{}: {}", file, dropped);
-  return {std::move(reading.mesh), {}};
+  return {std::move(reading.mesh), {}, {}};
 }
 
 render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
@@ -92,7 +94,9 @@ render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
                 scene_options.leave_out.size());
   const auto scene = LoadForGeometry(light_field, scene_options, args.options.size_px);
   Progress progress("proxy");
-  return render::BuildProxy(*scene, args.options, &progress);
+  render::ProxyOptions options = args.options;
+  options.keep_maps = args.out.empty() && !args.no_maps;
+  return render::BuildProxy(*scene, options, &progress);
 }
 
 // Compares the mesh with the other proxies on left-out views.
@@ -103,7 +107,8 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
   std::vector<std::shared_ptr<const render::Proxy>> proxies{
       render::ProxyFromName("plane", scene->subject, args.dir)};
   for (const std::string& name : render::OwnProxies(args.dir))
-    if (name != "mesh") proxies.push_back(render::ProxyFromName(name, scene->subject, args.dir));
+    if (name != "mesh" && name != "soft")
+      proxies.push_back(render::ProxyFromName(name, scene->subject, args.dir));
   proxies.push_back(render::ProxyFromName(mesh_file, scene->subject, args.dir));
   const render::Choice choice =
       render::ChooseByEvidence(*scene, {render::FieldOptions{}}, proxies, RendererFromName("auto"));
@@ -122,6 +127,7 @@ int RunProxy(const ProxyArgs& args) {
   RequireWritable(out);
   const render::ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
   render::WriteMeshPly(out, proxy.mesh);
+  if (!proxy.maps.empty()) render::WriteDepthMaps(args.dir, light_field, proxy.maps);
   if (proxy.summary.pixel_depth_radii > render::kRoughPixelRadii)
     spdlog::warn(
         "the views stand close together: a pixel between them is worth {:.1f} of the subject's radius in "
@@ -137,7 +143,7 @@ int RunProxy(const ProxyArgs& args) {
 void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<ProxyArgs>();
   CLI::App* sub = app.add_subcommand(
-      "proxy", "Builds a triangle mesh of the scene from a light field's views, for rendering");
+      "proxy", "Builds a triangle mesh of the scene, and depth maps of its views, for rendering");
   sub->add_option("dir", args->dir, "The light field: a folder with a journal or a transforms.json")
       ->required();
   sub->add_option("-o,--output", args->out, "PLY file to write (DIR/proxy.ply)");
@@ -165,6 +171,10 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
                   "What compares photographs: gl (OpenGL without a window), reference (the processor), or "
                   "auto (gl on a GPU)")
       ->check(CLI::IsMember({"auto", "gl", "reference"}));
+  sub->add_flag(
+      "--no-maps", args->no_maps,
+      "Write the mesh alone; otherwise DIR/depth gets the views' depth maps, for --proxy soft (with -o "
+      "never)");
   sub->add_flag("--explain", args->explain, "Compare plane, points and mesh on left-out views");
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");

@@ -23,6 +23,7 @@
 #include "render/gl/make_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/output/frame_range.h"
+#include "render/output/narrow_gaps.h"
 #include "render/output/picture_files.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
@@ -121,6 +122,8 @@ std::string FieldSetting(const render::FieldOptions& field) {
     case render::FieldKind::kLumigraphPerPixel:
       return fmt::format("{}, {}, resolution {}, {}", name, Counted(field.lumigraph_k, "view"),
                          field.lumigraph_resolution, Counted(field.lumigraph_triangles, "triangle"));
+    case render::FieldKind::kSoft:
+      return fmt::format("{}, width {}", name, field.soft_width);
     default:
       return name;
   }
@@ -160,6 +163,11 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const rend
     views.Add(view.camera);
     views.Add(view.black);
     views.Add(view.scale);
+    if (view.correction != render::LightCorrection{}) {
+      for (const float gain : view.correction.gain.val) views.Add(gain);
+      views.Add(view.correction.falloff_r2);
+      views.Add(view.correction.falloff_r4);
+    }
   }
   AddPhotographs(args.dir, views);
   for (std::size_t i = 0; i < path.cam_from_world.size(); ++i) {
@@ -252,6 +260,7 @@ render::PictureEncoding EncodingOf(const RenderArgs& args) {
   const render::PictureEncoding encoding{
       .format = render::FormatOf(args.out, args.format),
       .exposure_stops = args.exposure_stops,
+      .closes_narrow_gaps = !args.no_fill,
       .exr_compression = args.exr_compression == "piz" ? ExrCompression::kPiz : ExrCompression::kZip};
   if (args.weights && encoding.format != render::PictureFormat::kExr)
     throw UsageError("--weights: only EXR holds layers; give -o OUT.exr or --format exr");
@@ -295,7 +304,11 @@ std::unique_ptr<render::Renderer> RendererOf(const RenderArgs& args, const rende
   if (args.proxy == render::kAuto &&
       !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
     spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
-  const auto scene = render::WithProxy(*plain, choice.proxy);
+  auto scene = render::WithProxy(*plain, choice.proxy);
+  if (const auto light = LightOf(args, *plain, choice.proxy)) {
+    scene = render::WithLight(*scene, *light);
+    if (args.explain) fmt::print(stderr, "{}", ToText(light->explained));
+  }
   return render::MakeRenderer(scene, {.field = choice.field,
                                       .renderer = RendererFromName(args.renderer),
                                       .fill = !args.no_fill,
@@ -351,7 +364,9 @@ int RunRender(const RenderArgs& args) {
     const render::Rendering picture =
         render::RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
     if (video)
-      video->Add(render::DisplaySrgb8(picture.linear, args.exposure_stops));
+      video->Add(render::DisplaySrgb8(
+          args.no_fill ? picture.linear : render::WithNarrowGapsClosed(picture.linear, picture.drawn),
+          args.exposure_stops));
     else
       files->Write(i, picture);
     report.Add(picture);
@@ -376,7 +391,7 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
                   "keyframes or of nerfstudio's viewer");
   sub->add_option("--field", args->field,
                   "Blending field (auto: the best on left-out views): auto, subdivision, linear, lumigraph, "
-                  "lumigraph-per-pixel, nearest");
+                  "lumigraph-per-pixel, soft, nearest");
   AddFieldDetails(*sub, args->field_details);
   sub->add_option(
       "--proxy", args->proxy,
@@ -384,8 +399,9 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
       "facing the camera), plane:0.9 (at that share of its distance), plane:fitted (where left-out views are "
       "shown "
       "best), plane:x,y,z,d (normal . point = d), planes (the few on which most tracked points lie), points "
-      "(the tracked points, triangulated in each picture), mesh (DIR/proxy.ply, from ulf proxy), or a PLY or "
-      "OBJ file");
+      "(the tracked points, triangulated in "
+      "each picture), mesh (DIR/proxy.ply, from ulf proxy), soft (the same with the views' depth maps in "
+      "DIR/depth), or a PLY or OBJ file");
   sub->add_option("--frames", args->frames,
                   "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by "
                   "their times); other paths have a picture for each pose. A:B: only the pictures A to B - "

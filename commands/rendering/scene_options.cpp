@@ -69,6 +69,21 @@ std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args) {
   return render::LoadScene(ReadLightField(args.dir), OptionsOf(args));
 }
 
+std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::RenderScene& scene,
+                                        const std::shared_ptr<const render::Proxy>& mesh) {
+  if (args.light == "as-recorded" || (args.light == "auto" && scene.knows_exposures)) return std::nullopt;
+  if (!mesh || !mesh->Occluder()) {
+    if (args.light == "fit")
+      throw UsageError(
+          "--light fit: only a mesh says where several views see the same; make one with ulf proxy, and give "
+          "--proxy mesh");
+    return std::nullopt;
+  }
+  render::LightFit fit = render::FitLight(*render::WithProxy(scene, mesh));
+  spdlog::info("{}", fit.Words());
+  return fit;
+}
+
 std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& light_field,
                                                            const render::SceneOptions& options, int size_px) {
   const bool masked =
@@ -104,6 +119,12 @@ void AddSceneOptions(CLI::App& sub, SceneArgs& args) {
                  "MB of photographs in graphics memory (three quarters of what the driver says is free, or "
                  "2048); a picture that needs more is drawn in several passes")
       ->check(CLI::Range(1.0, 1e6));
+  sub.add_option(
+         "--light", args.light,
+         "What views of a mesh differ by in exposure, and what lenses leave of light in their corners: auto "
+         "(found and evened out where the light field says nothing of exposures), fit (found in any case), "
+         "as-recorded (left as it is) (auto)")
+      ->check(CLI::IsMember({"auto", "fit", "as-recorded"}));
   sub.add_option("--viewpoint-mesh", args.viewpoint_mesh,
                  "Triangulate viewpoints on the sphere, or in the plane of azimuth and elevation as in the "
                  "thesis, for comparison (sphere)")
@@ -129,6 +150,11 @@ void AddFieldDetails(CLI::App& sub, FieldArgs& args) {
   sub.add_option("--lumigraph-triangles", args.lumigraph_triangles,
                  "Lumigraph weights at vertices: number of triangles in the image (2000)")
       ->check(CLI::Range(100, 1000000));
+  sub.add_option(
+         "--soft-width", args.soft_width,
+         "Soft field: how far the views' weights reach, in the angle of the fourth nearest view: 0.5 keeps "
+         "highlights in place, 0.8 averages errors of poses and depth out (0.5; auto tries both)")
+      ->check(CLI::Range(0.1, 4.0));
 }
 
 render::FieldOptions FieldDetails(const FieldArgs& args) {
@@ -137,7 +163,8 @@ render::FieldOptions FieldDetails(const FieldArgs& args) {
       .rules = args.rules == "loop" ? render::SubdivisionRules::kLoop : render::SubdivisionRules::kDelaunay,
       .lumigraph_k = args.lumigraph_k,
       .lumigraph_resolution = args.lumigraph_resolution,
-      .lumigraph_triangles = args.lumigraph_triangles};
+      .lumigraph_triangles = args.lumigraph_triangles,
+      .soft_width = args.soft_width};
 }
 
 }  // namespace ulf::commands

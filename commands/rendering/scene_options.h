@@ -3,9 +3,11 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "render/quality/light_fit.h"
 #include "render/renderer/renderer.h"
 
 namespace ulf::commands {
@@ -20,6 +22,7 @@ struct SceneArgs {
   std::string renderer = "auto";
   std::vector<std::string> proxies = {};  // to compare; empty: all
   std::string viewpoint_mesh = "sphere";
+  std::string light = "auto";
   render::PhotographForm form = render::PhotographForm::kAuto;
 };
 
@@ -31,6 +34,10 @@ render::RendererKind RendererFromName(const std::string& name);
 // Throws UsageError for a subject or direction that is none.
 render::SceneOptions OptionsOf(const SceneArgs& args);
 std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
+// What --light asks for: the light of the scene's views, fitted over a mesh, said in a line. None where light stays as
+// recorded.
+std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::RenderScene& scene,
+                                        const std::shared_ptr<const render::Proxy>& mesh);
 // The views of which geometry is made, in the form that its stereo needs, `size_px` wide or high.
 std::shared_ptr<const render::RenderScene> LoadForGeometry(const LightField& light_field,
                                                            const render::SceneOptions& options, int size_px);
@@ -46,6 +53,7 @@ struct FieldArgs {
   int lumigraph_k = render::FieldOptions{}.lumigraph_k;
   double lumigraph_resolution = render::FieldOptions{}.lumigraph_resolution;
   int lumigraph_triangles = render::FieldOptions{}.lumigraph_triangles;
+  double soft_width = render::FieldOptions{}.soft_width;
 };
 
 void AddFieldDetails(CLI::App& sub, FieldArgs& args);

@@ -62,8 +62,10 @@ std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject&
   for (const std::string& name : names) {
     const auto same = [&](const render::OfferedProxy& proxy) { return proxy.name == name; };
     if (std::ranges::none_of(proxies, same))
-      proxies.push_back(
-          {name, [name, subject, dir = args.dir] { return render::ProxyFromName(name, subject, dir); }});
+      proxies.push_back({name, [name, subject, dir = args.dir, is_asked = name == args.proxy] {
+                           return is_asked ? render::ProxyFromName(name, subject, dir)
+                                           : render::OwnProxy(name, subject, dir);
+                         }});
   }
   return proxies;
 }
@@ -187,12 +189,16 @@ int RunView(const ViewArgs& args) {
   std::unique_ptr<render::Viewer> viewer;
   try {
     if (args.screenshot.empty()) ShowWaiting(*surface);
-    const auto scene = Load(args);
+    auto scene = Load(args);
     spdlog::info("{}", scene->mesh.Description());
+    const auto proxies = ProxiesOf(args, scene->subject);
+    if (args.light == "fit")
+      if (const auto light = LightOf(args, *scene, proxies.front().make()))
+        scene = render::WithLight(*scene, *light);
     viewer = std::make_unique<render::Viewer>(
         *surface, scene,
         render::ViewerOptions{.field = field,
-                              .proxies = ProxiesOf(args, scene->subject),
+                              .proxies = proxies,
                               .out = args.out,
                               .gpu_memory_mb = args.gpu_memory_mb,
                               .sensor_width_mm = args.aperture.sensor_width_mm,
@@ -219,14 +225,15 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
   AddSceneOptions(*sub, *args);
   sub->remove_option(sub->get_option("--renderer"));
-  sub->add_option(
-      "--field", args->field,
-      "Blending field at the start: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, nearest");
+  sub->add_option("--field", args->field,
+                  "Blending field at the start: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, "
+                  "nearest, soft");
   AddFieldDetails(*sub, args->field_details);
   sub->add_option("--proxy", args->proxy,
-                  "Geometry at the start: auto (the light field's mesh, else its tracked points, else the "
-                  "plane), mesh (DIR/proxy.ply), points, planes (the few on which most tracked points lie), "
-                  "plane, plane:0.9, plane:x,y,z,d, or a PLY or OBJ file");
+                  "Geometry at the start: auto (the light field's mesh, with its depth maps where there are "
+                  "some, else its tracked points, else the "
+                  "plane), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, plane, plane:0.9, "
+                  "plane:x,y,z,d, or a PLY or OBJ file");
   AddApertureOptions(*sub, args->aperture);
   sub->add_option("--width", args->width, "Width of the window (1280)")->check(CLI::Range(64, 16384));
   sub->add_option("--height", args->height, "Height of the window (720)")->check(CLI::Range(64, 16384));

@@ -20,6 +20,7 @@ constexpr std::array kNames{NamedField{FieldKind::kLinear, "linear"},
                             NamedField{FieldKind::kSubdivision, "subdivision"},
                             NamedField{FieldKind::kLumigraph, "lumigraph"},
                             NamedField{FieldKind::kLumigraphPerPixel, "lumigraph-per-pixel"},
+                            NamedField{FieldKind::kSoft, "soft"},
                             NamedField{FieldKind::kNearest, "nearest"}};
 
 }  // namespace
@@ -43,6 +44,7 @@ FieldKind FieldFromName(const std::string& name, const std::string& option) {
 }
 
 std::string FieldText(const FieldOptions& field) {
+  if (field.kind == FieldKind::kSoft) return fmt::format("{} {:g}", FieldName(field.kind), field.soft_width);
   if (field.kind != FieldKind::kSubdivision) return FieldName(field.kind);
   return fmt::format("{} {}{}", FieldName(field.kind), LevelName(field.level),
                      field.rules == SubdivisionRules::kLoop ? " (Loop)" : "");
@@ -78,6 +80,7 @@ void FieldSample::Add(int view, double weight) {
 std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
                                          const FieldOptions& options) {
   const FieldOptions serves = FieldThatServes(options, scene->mesh);
+  if (serves.kind == FieldKind::kSoft) throw Error("the soft field has no weights of a point alone");
   if (UsesMesh(serves.kind)) return std::make_unique<MeshField>(std::move(scene), serves.level, serves.rules);
   if (serves.kind == FieldKind::kNearest) return std::make_unique<NearestField>(std::move(scene));
   return std::make_unique<LumigraphField>(std::move(scene), serves);

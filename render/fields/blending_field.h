@@ -8,6 +8,8 @@
 //   kLinear, kSubdivision  by where the line through V crosses the mesh of viewpoints (thesis, 5.1 and 5.3)
 //   kLumigraph             the k best views by angle and resolution at P (Buehler et al. 2001)
 //   kNearest               the view nearest to V that sees P
+//
+// The soft field (kSoft) is the exception: it weighs surfaces as well as views, and is no BlendingField.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,9 +27,12 @@ enum class FieldKind {
   kSubdivision,
   kLumigraph,  // weights at the vertices of an image triangulation (render/fields/image_triangulation.h)
   kLumigraphPerPixel,  // weights over all views at every pixel
+  kSoft,               // by the views' depth maps and agreement (render/renderer/soft_pixel.h)
   kNearest,
 };
 
+// Of FieldOptions::soft_width: those between which evidence chooses.
+inline constexpr double kNarrowSoft = 0.5, kWideSoft = 0.8;
 // Of FieldOptions::lumigraph_k: the shaders have arrays of this size.
 inline constexpr int kMostLumigraphViews = 8;
 
@@ -47,10 +52,13 @@ struct FieldOptions {
   int lumigraph_k = 0;                // views that get weight at a point; 0: chosen by FieldThatServes()
   double lumigraph_resolution = 0.1;  // penalty in radians for a view twice as far away as V
   int lumigraph_triangles = 2000;     // of the image, for weights at vertices
+  // Of the soft field: the standard deviation of the views' weights, in the fourth smallest penalty. Narrow: what shines
+  // keeps its place; wide: errors of poses and depth average out. Settled on fern (0.8) and fox_half (0.5).
+  double soft_width = kNarrowSoft;
   bool operator==(const FieldOptions&) const = default;
 };
 
-// "subdivision 1", "subdivision 1 (Loop)", "lumigraph": the kind, and the level and rules where it has some.
+// "subdivision 1", "subdivision 1 (Loop)", "soft 0.5", "lumigraph": the kind, and what it has in details.
 std::string FieldText(const FieldOptions& field);
 
 // The field that these viewpoints allow: lumigraph weights instead of a mesh where they span no surface, the
@@ -98,7 +106,7 @@ class BlendingField {
   virtual std::unique_ptr<FieldFromHere> From(const Eigen::Vector3d& virtual_center_in_world) const = 0;
 };
 
-// The field keeps the scene alive.
+// The field keeps the scene alive. Throws Error for kSoft.
 std::unique_ptr<BlendingField> MakeField(std::shared_ptr<const RenderScene> scene,
                                          const FieldOptions& options);
 

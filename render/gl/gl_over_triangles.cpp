@@ -189,9 +189,10 @@ void GlRenderer::State::DrawMesh(const CameraModel& camera, const Rigid3& cam_fr
   if (!rings.fans.empty()) AddRings(rings, camera, plane);
 }
 
-// The field on the processor, for the picture that has just been drawn.
+// The field on the processor, for the picture that has just been drawn; null: the soft field.
 std::unique_ptr<FieldFromHere> GlRenderer::State::FieldFrom(const CameraModel& camera,
                                                             const Rigid3& cam_from_world) const {
+  if (options.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field) return aperture_field->From(cam_from_world, *options.aperture);
   if (options.field.kind == FieldKind::kLumigraph)
     return LumigraphAtVertices(*scene, camera, cam_from_world,

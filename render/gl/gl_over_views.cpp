@@ -9,11 +9,13 @@
 #include "core/base/parallel_for.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/gl_renderer_state.h"
+#include "render/renderer/soft_pixel.h"
 
 namespace ulf::render {
 namespace {
 
 constexpr unsigned kNearestFirstUnit = 10, kDrawnUnit = 11, kConfidenceUnit = 14, kBeforeUnit = 15;
+constexpr unsigned kDepthMapsUnit = 14;  // before the confidence is read
 
 // Whether a level of half floats has pixels without light.
 bool HasGaps(const cv::Mat& halves) {
@@ -121,6 +123,43 @@ void GlRenderer::State::DrawLumigraphPixels(const CameraModel& camera, const Pla
       drawn.BindTexture(kBeforeUnit);
     }
     glDrawArrays(GL_TRIANGLES, 0, 3);
+  });
+}
+
+void GlRenderer::State::DrawSoftPixels(const CameraModel& camera, const Rigid3& cam_from_world,
+                                       const PlaneInCamera& plane) {
+  drawn.Clear(0);
+  confidence.Clear(1);
+  drawn.Bind();
+  no_vertices.Bind();
+  const ViewTiles of_tiles = SoftViewsOfTiles(tiler, *scene, camera, cam_from_world);
+  const std::vector<int> of_views =
+      Among(ViewsByDistance(*scene, virtual_center), of_tiles.views, scene->views.size());
+  if (scene->views.front().depth_map) {
+    depth_maps.Provide(of_views);
+    views.SetDepthMaps(*scene, depth_maps);
+    depth_maps.Bind(kDepthMapsUnit);
+    // Photographs are still being read: what they do not cover yet, the nearest that are there fill.
+    constexpr std::size_t kFillers = 6;
+    if (!options.complete) ProvideShadowMaps(std::span(of_views).first(std::min(kFillers, of_views.size())));
+  } else {
+    ProvideShadowMaps(of_views);
+  }
+  const std::size_t count = SetTiles(of_tiles, camera);
+  ForResidentViews(of_views, [&](std::size_t first, std::size_t end, int arrays) {
+    const GlProgram& program = programs.Soft(arrays);
+    SetCommon(program, camera, plane);
+    program.Set("depth", 0.0f);
+    program.Set("resolution_penalty", static_cast<float>(FieldOptions{}.lumigraph_resolution));
+    program.Set("zero_penalty", static_cast<float>(kLumigraphZeroPenalty));
+    program.Set("width_of_fourth", static_cast<float>(options.field.soft_width));
+    program.Set("goes_on", first > 0 ? 1 : 0);
+    program.Set("in_passes", first > 0 || end < of_views.size() ? 1 : 0);
+    if (first > 0) {
+      glTextureBarrier();
+      drawn.BindTexture(kBeforeUnit);
+    }
+    DrawTiles(count);
   });
 }
 

@@ -9,6 +9,7 @@
 #include "render/fields/limit_pieces.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_shadow_maps.h"
+#include "render/renderer/soft_pixel.h"
 
 namespace ulf::render {
 namespace {
@@ -23,6 +24,32 @@ int MostVaryingVectors() {
 }
 
 std::string OfViews(int views) { return "#define VIEWS " + std::to_string(views) + "\n"; }
+
+// The constants of the soft field.
+std::string SoftDefines() {
+  const SoftConstants constants;
+  std::string defines;
+  const auto define = [&](const char* name, double value) {
+    defines += fmt::format("#define {} {:.9e}\n", name, value);
+  };
+  const auto define_count = [&](const char* name, int value) {
+    defines += fmt::format("#define {} {}\n", name, value);
+  };
+  define_count("SOFT_VIEWS", kSoftViews);
+  define_count("SOFT_PROPOSERS", kSoftProposers);
+  define_count("SEARCH_STEPS", constants.search_steps);
+  define_count("ROBUST_STEPS", constants.robust_steps);
+  define("LEAST_WEIGHT", constants.least_weight);
+  define("OWN_SHARE", constants.own_share);
+  define("SEARCH_END", constants.search_end);
+  define("MERGED", constants.merged);
+  define("VOTE", constants.vote);
+  define("OCCLUDED", constants.occluded);
+  define("LEAST_SEEN", constants.least_seen);
+  define("AGREEING", constants.agreeing);
+  define("ROBUST", constants.robust);
+  return defines;
+}
 
 std::string OfLimit(bool limit) {
   return limit ? "#define LIMIT_RINGS " + std::to_string(LimitPieces::kRings) + "\n" : "";
@@ -40,6 +67,7 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
   if (has_triangles) defines_ += "#define TRIANGLES\n";
   if (scene.proxy->Occluder())
     defines_ += fmt::format("#define HIDES\n#define SHADOW_MAP_SCALE {:.9e}\n", kShadowMapScale);
+  if (scene.views.front().depth_map) defines_ += "#define MAPS\n";
   if (show_field) defines_ += "#define SHOW_FIELD\n";
   if (scene.views.front().photograph->linear()) defines_ += "#define GAPS\n";
   if (some_view_is(Distortion::kFisheye)) defines_ += "#define FISHEYE\n";
@@ -49,16 +77,21 @@ void GlPrograms::Build(const RenderScene& scene, bool show_field, bool has_trian
                                [&](const SceneView& view) { return same(view, scene.views.front()); });
   };
   one_camera_ = is_as_the_first([](const SceneView& a, const SceneView& b) { return a.camera == b.camera; });
-  const bool one_exposure = one_camera_ && is_as_the_first([](const SceneView& a, const SceneView& b) {
-                              return a.black == b.black && a.scale == b.scale;
-                            });
+  const bool corrected = std::ranges::any_of(
+      scene.views, [](const SceneView& view) { return view.correction != LightCorrection{}; });
+  const bool one_exposure =
+      one_camera_ && !corrected && is_as_the_first([](const SceneView& a, const SceneView& b) {
+        return a.black == b.black && a.scale == b.scale;
+      });
   if (one_camera_) defines_ += "#define ONE_CAMERA\n";
   if (one_exposure) defines_ += "#define ONE_EXPOSURE\n";
+  if (corrected) defines_ += "#define CORRECTED\n";
   // Vectors that the vertex shader passes to the fragments: `vectors` for each view, one for each four views,
   // and one for all, which at the limit becomes three.
   int vectors = 3;
   if (!one_camera_) vectors += 5;
   if (!one_exposure) ++vectors;
+  if (corrected) ++vectors;
   if (show_field) ++vectors;
   for (const int for_all : {1, 3}) {
     int& most = most_views_of_fan_batch_[for_all == 1 ? 0 : 1];
@@ -119,6 +152,15 @@ const GlPrograms::OverViews& GlPrograms::Over(int arrays) {
   return made;
 }
 
+const GlProgram& GlPrograms::Soft(int arrays) {
+  const auto [found, is_new] = soft_.try_emplace(arrays);
+  if (is_new)
+    found->second.Build("soft", Head(arrays) + shaders::k_fill_vert,
+                        Head(arrays) + SoftDefines() + shaders::k_view_glsl + shaders::k_common_glsl +
+                            shaders::k_views_glsl + shaders::k_soft_frag);
+  return found->second;
+}
+
 void GlPrograms::Release() {
   for (GlProgram* program : {&cover_, &open_, &ring_weight_, &normalise_, &mark_lumigraph_, &mark_fill_})
     program->Release();
@@ -128,6 +170,8 @@ void GlPrograms::Release() {
     programs.fill.Release();
   }
   over_views_.clear();
+  for (auto& [arrays, program] : soft_) program.Release();
+  soft_.clear();
   for (auto& [kind, program] : batches_) program.Release();
   batches_.clear();
 }

@@ -33,6 +33,7 @@ class GlPrograms {
   // These read many photographs at a pixel, from `arrays` texture arrays. Built at the first call.
   const GlProgram& Lumigraph(int arrays) { return Over(arrays).lumigraph; }
   const GlProgram& Fill(int arrays) { return Over(arrays).fill; }
+  const GlProgram& Soft(int arrays);
 
   void Release();
 
@@ -50,6 +51,7 @@ class GlPrograms {
   GlProgram cover_, open_, ring_weight_, normalise_, mark_lumigraph_, mark_fill_;
   bool has_ring_weight_ = false;
   std::map<int, OverViews> over_views_;
+  std::map<int, GlProgram> soft_;
   std::map<std::tuple<int, bool, bool>, GlProgram> batches_;
 };
 

@@ -66,6 +66,7 @@ GlRenderer::GlRenderer(std::shared_ptr<const RenderScene> scene, const RenderOpt
   const GlContext::Current current(state_->context);
   state_->Build();
   state_->shadow_maps.Reset(state_->scene->views);
+  state_->depth_maps.Reset(state_->scene->views);
   state_->programs.Build(*state_->scene, options.show_field, false);
   SetField(options.field);
 }
@@ -87,6 +88,7 @@ GlRenderer::~GlRenderer() {
   s.depth.Release();
   s.proxy.Release();
   s.shadow_maps.Release();
+  s.depth_maps.Release();
 }
 
 void GlRenderer::SetField(const FieldOptions& field) {
@@ -140,6 +142,7 @@ void GlRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
   s.plain = WithProxy(*s.plain, std::move(proxy));
   s.scene = s.options.aperture ? WithFocalPlane(*s.plain, *s.options.aperture) : s.plain;
   s.shadow_maps.Reset(s.scene->views);
+  s.depth_maps.Reset(s.scene->views);
   s.programs_stale = true;
   SetField(s.options.field);
 }
@@ -153,6 +156,7 @@ void GlRenderer::SetAperture(const std::optional<Aperture>& aperture) {
   s.options.aperture = aperture;
   s.scene = aperture ? WithFocalPlane(*s.plain, *aperture) : s.plain;
   s.shadow_maps.Reset(s.scene->views);
+  s.depth_maps.Reset(s.scene->views);
   if (begins_or_ends && s.options.field.level > kFinestLevel) return s.MakeMeshField();
   if (!aperture) s.aperture_field.reset();
   if (aperture && s.mesh_field && !s.aperture_field)
@@ -235,6 +239,9 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
     case FieldKind::kLumigraphPerPixel:
       s.DrawLumigraphPixels(camera, plane);
       break;
+    case FieldKind::kSoft:
+      s.DrawSoftPixels(camera, cam_from_world, plane);
+      break;
     case FieldKind::kNearest:
       break;  // Resolve() draws the nearest view
   }
@@ -298,7 +305,7 @@ Rendering GlRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_w
   const cv::Mat depth = state_->Depth(camera, cam_from_world);
   if (options.depth) picture.depth = depth;
   if (options.weights)
-    picture.weights = WeightsOfViews(*state_->scene, *state_->FieldFrom(camera, cam_from_world), camera,
+    picture.weights = WeightsOfViews(*state_->scene, state_->FieldFrom(camera, cam_from_world).get(), camera,
                                      cam_from_world, depth, options);
   return picture;
 }

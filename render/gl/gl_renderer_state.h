@@ -13,6 +13,7 @@
 #include "render/fields/image_triangulation.h"
 #include "render/fields/mesh_field.h"
 #include "render/gl/gl_context.h"
+#include "render/gl/gl_depth_maps.h"
 #include "render/gl/gl_objects.h"
 #include "render/gl/gl_photographs.h"
 #include "render/gl/gl_programs.h"
@@ -35,6 +36,7 @@ struct GlRenderer::State {
   GlViews views;
   GlProxy proxy;
   GlShadowMaps shadow_maps;
+  GlDepthMaps depth_maps;
   GlPrograms programs;
   GlProgram show;
   GlBuffer triangles, fans, batches, tiles, needed;
@@ -105,6 +107,7 @@ struct GlRenderer::State {
   void SetLumigraph(const GlProgram& program, const CameraModel& camera, const PlaneInCamera& plane) const;
   bool AreResident(const std::vector<int>& of_views) const;
   void DrawLumigraphPixels(const CameraModel& camera, const PlaneInCamera& plane);
+  void DrawSoftPixels(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   void DrawMesh(const CameraModel& camera, const Rigid3& cam_from_world, const PlaneInCamera& plane);
   using DrawPass = std::function<void(const FanBatches& of_pass, bool are_all)>;
   void ForResidentFans(const std::vector<GpuFan>& of_fans, const DrawPass& draw);

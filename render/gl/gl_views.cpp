@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "core/base/at.h"
 
@@ -74,7 +76,10 @@ void GlViews::Place(const RenderScene& scene, const CameraModel& camera, const R
     out.color = MakeVec4(bgr[2], bgr[1], bgr[0], 1);
     out.center = MakeVec4(center.x(), center.y(), center.z(), has_gaps_[i] ? 1 : 0);
     out.shadow_map = shadow_map_[i];
-    out.place = {-1, 0, 0, -1};
+    out.place = {-1, 0, -1, -1};
+    const LightCorrection& light = view.correction;
+    out.color[3] = light.falloff_r4;
+    out.correction = MakeVec4(1 / light.gain[2], 1 / light.gain[1], 1 / light.gain[0], light.falloff_r2);
     level_.push_back(PyramidLevel(view, scene.subject, virtual_center, camera.MeanFocalPx()));
   }
 }
@@ -122,6 +127,21 @@ void GlViews::SetPlaces(const GlPhotographs& photographs) {
 void GlViews::SetShadowMaps(const GlShadowMaps& shadow_maps) {
   for (std::size_t i = 0; i < gpu_views_.size(); ++i)
     gpu_views_[i].place[3] = static_cast<float>(shadow_maps.LayerOf(static_cast<int>(i)));
+  Upload();
+}
+
+void GlViews::SetDepthMaps(const RenderScene& scene, const GlDepthMaps& depth_maps) {
+  for (std::size_t i = 0; i < gpu_views_.size(); ++i) {
+    GpuView& out = gpu_views_[i];
+    const int layer = depth_maps.LayerOf(static_cast<int>(i));
+    out.place[2] = static_cast<float>(layer);
+    if (layer < 0) continue;
+    const ViewDepthMap& map = scene.views[i].depth_map->Get();
+    const CameraModel& camera = map.camera;
+    constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
+    out.map_intrinsics = MakeVec4(camera.fx, camera.fy, camera.cx, camera.cy);
+    out.map_more = MakeVec4(camera.width, camera.height, kMost * map.unit, map.step);
+  }
   Upload();
 }
 

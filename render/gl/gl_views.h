@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "render/gl/gl_depth_maps.h"
 #include "render/gl/gl_objects.h"
 #include "render/gl/gl_photographs.h"
 #include "render/gl/gl_shadow_maps.h"
@@ -37,6 +38,8 @@ class GlViews {
 
   // Sets the layers of the views' shadow maps; nothing is hidden from a view without a map.
   void SetShadowMaps(const GlShadowMaps& shadow_maps);
+  // Sets the layers of the views' depth maps, and what the maps' pixels mean.
+  void SetDepthMaps(const RenderScene& scene, const GlDepthMaps& depth_maps);
   // Where all views have one camera: sets its uniforms, and those of the first view's exposure.
   void SetOneCamera(const GlProgram& program) const;
 
@@ -48,7 +51,8 @@ class GlViews {
  private:
   // The shaders' struct View, a texel for each member.
   struct GpuView {
-    Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, shadow_map, place;
+    Vec4 row0, row1, row2, intrinsics, size, k, more, color, center, shadow_map, place, correction,
+        map_intrinsics, map_more;
   };
   void Upload();
 

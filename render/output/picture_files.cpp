@@ -13,6 +13,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "render/output/narrow_gaps.h"
 #include "render/output/tiled_rendering.h"
 
 namespace ulf::render {
@@ -21,6 +22,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSettingsFile = "render.json";
+
+cv::Mat LightFor(const Rendering& picture, const PictureEncoding& encoding) {
+  return encoding.closes_narrow_gaps ? WithNarrowGapsClosed(picture.linear, picture.drawn) : picture.linear;
+}
 
 cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
   const auto gain = static_cast<float>(std::exp2(exposure_stops));
@@ -126,11 +131,11 @@ cv::Mat DisplaySrgb8(const cv::Mat& linear, double exposure_stops) {
 std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding) {
   switch (encoding.format) {
     case PictureFormat::kPng16:
-      return PngBytes(DisplaySrgb16(picture.linear, encoding.exposure_stops));
+      return PngBytes(DisplaySrgb16(LightFor(picture, encoding), encoding.exposure_stops));
     case PictureFormat::kExr:
       return ExrOf(picture, encoding.exr_compression);
     default:
-      return PngBytes(DisplaySrgb8(picture.linear, encoding.exposure_stops));
+      return PngBytes(DisplaySrgb8(LightFor(picture, encoding), encoding.exposure_stops));
   }
 }
 

@@ -26,7 +26,8 @@ enum class PictureFormat {
 
 struct PictureEncoding {
   PictureFormat format = PictureFormat::kPng;
-  double exposure_stops = 0;  // makes PNG and video brighter; EXR keeps the light
+  double exposure_stops = 0;       // makes PNG and video brighter; EXR keeps the light
+  bool closes_narrow_gaps = true;  // of PNG (render/output/narrow_gaps.h)
   ExrCompression exr_compression = ExrCompression::kZip;
 };
 

@@ -14,6 +14,7 @@
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 #include "render/proxy/triangle_mesh.h"
+#include "render/proxy/view_depth_map.h"
 
 namespace ulf::render {
 
@@ -50,6 +51,12 @@ class Proxy {
   }
   // The triangles that hide points from the recorded views; null: nothing is hidden.
   virtual std::shared_ptr<const TriangleMesh> Occluder() const { return nullptr; }
+  virtual bool HasDepthMaps() const { return false; }
+  // The depth map of a recorded view; null where HasDepthMaps() is false.
+  virtual std::shared_ptr<const LazyDepthMap> DepthMapOf(int /*view_id*/, const CameraModel& /*camera*/,
+                                                         const Rigid3& /*cam_from_world*/) const {
+    return nullptr;
+  }
 
   // CV_32F depth along the optical axis, positive everywhere, at the pixel centres of an undistorted camera.
   cv::Mat Depth(const CameraModel& camera, const Rigid3& cam_from_world) const;

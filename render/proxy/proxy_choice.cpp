@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/light_field_io.h"
+#include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/planes_proxy.h"
@@ -45,13 +46,29 @@ PlaneProxy::InWorld PlaneFromText(const std::string& text) {
   return plane;
 }
 
-std::shared_ptr<const Proxy> MeshFrom(const std::filesystem::path& file, const std::string& name,
-                                      const Subject& subject) {
+std::shared_ptr<const TriangleMesh> TrianglesFrom(const std::filesystem::path& file) {
   MeshReading reading = ReadMeshFile(file);
   spdlog::info("{}: {}", file.string(), Counted(reading.mesh.triangles.size(), "triangle"));
   if (const std::string dropped = reading.Dropped(); !dropped.empty())
     spdlog::warn("{}: {}", file.string(), dropped);
-  return std::make_shared<MeshProxy>(subject, std::make_shared<TriangleMesh>(std::move(reading.mesh)), name);
+  return std::make_shared<TriangleMesh>(std::move(reading.mesh));
+}
+
+std::shared_ptr<const Proxy> SoftFrom(const std::filesystem::path& light_field, const Subject& subject,
+                                      std::shared_ptr<const TriangleMesh> mesh) {
+  if (!HasDepthMaps(light_field))
+    throw Error("{}: there are no depth maps", (light_field / kDepthMapsFolder).string());
+  DepthMapReading reading = ReadDepthMaps(light_field, ReadLightField(light_field), mesh);
+  if (reading.maps.empty())
+    throw Error("{}: all depth maps are of views that are gone or have other poses now",
+                (light_field / kDepthMapsFolder).string());
+  if (reading.stale > 0)
+    spdlog::warn(
+        "{}: {} of views that are gone or have other poses now {} not used; make them again with: ulf proxy "
+        "{}",
+        (light_field / kDepthMapsFolder).string(), Counted(reading.stale, "depth map"),
+        reading.stale == 1 ? "is" : "are", ShellWord(light_field.string()));
+  return std::make_shared<SoftProxy>(subject, std::move(mesh), std::move(reading.maps), reading.digest);
 }
 
 }  // namespace
@@ -62,7 +79,8 @@ std::vector<std::string> OwnProxies(const std::filesystem::path& light_field) {
   const LightField read = ReadLightField(light_field);
   if (FindPlanes(read).why_none.empty()) names.push_back(kPlanesProxy);
   if (read.points.size() >= PointsProxy::kFewest) names.push_back("points");
-  if (std::filesystem::exists(light_field / kMeshProxyFile)) names.push_back("mesh");
+  if (std::filesystem::exists(light_field / kMeshProxyFile))
+    names.push_back(HasDepthMaps(light_field) ? "soft" : "mesh");
   return names;
 }
 
@@ -80,13 +98,15 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
     return std::make_shared<PlaneProxy>(subject, PlaneFromText(name.substr(sizeof kPlane - 1)));
   if (name == kPlanesProxy) return MakePlanesProxy(subject, ReadLightField(light_field));
   if (name == "points") return std::make_shared<PointsProxy>(subject, ReadLightField(light_field).points);
-  if (name == "mesh") {
+  if (name == "mesh" || name == "soft") {
     const std::filesystem::path file = light_field / kMeshProxyFile;
     if (!std::filesystem::exists(file))
-      throw Error("--proxy mesh: {} does not exist; make it with: ulf proxy {}", file.string(),
+      throw Error("--proxy {}: {} does not exist; make it with: ulf proxy {}", name, file.string(),
                   ShellWord(light_field.string()));
     try {
-      return MeshFrom(file, name, subject);
+      auto mesh = TrianglesFrom(file);
+      if (name == "soft") return SoftFrom(light_field, subject, std::move(mesh));
+      return std::make_shared<MeshProxy>(subject, std::move(mesh), name);
     } catch (const Error& error) {
       throw Error("{}; make it again with 'ulf proxy {}', or do without: --proxy points, --proxy plane",
                   error.what(), ShellWord(light_field.string()));
@@ -94,17 +114,30 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   }
   const std::string ending = std::filesystem::path(name).extension().string();
   if (ending == ".ply" || ending == ".obj" || ending == ".PLY" || ending == ".OBJ")
-    return MeshFrom(name, std::filesystem::path(name).filename().string(), subject);
+    return std::make_shared<MeshProxy>(subject, TrianglesFrom(name),
+                                       std::filesystem::path(name).filename().string());
   throw UsageError(
-      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, planes, points, mesh, and PLY or OBJ files",
+      "--proxy {}: no such proxy; there are plane, plane:x,y,z,d, planes, points, mesh, soft, and PLY or OBJ "
+      "files",
       name);
+}
+
+std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,
+                                      const std::filesystem::path& light_field) {
+  if (name != "soft") return ProxyFromName(name, subject, light_field);
+  try {
+    return ProxyFromName(name, subject, light_field);
+  } catch (const Error& error) {
+    spdlog::warn("{}; the mesh alone is used", error.what());
+    return ProxyFromName("mesh", subject, light_field);
+  }
 }
 
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,
                                                        const Subject& subject) {
   std::vector<std::shared_ptr<const Proxy>> proxies{ProxyFromName("plane", subject, light_field)};
   for (const std::string& name : OwnProxies(light_field))
-    proxies.push_back(ProxyFromName(name, subject, light_field));
+    proxies.push_back(OwnProxy(name, subject, light_field));
   return proxies;
 }
 

@@ -6,6 +6,7 @@
 //   planes           the few planes on which most of the tracked points lie
 //   points           the tracked points of the light field, triangulated in each picture
 //   mesh             DIR/proxy.ply, which `ulf proxy DIR` makes
+//   soft             the same mesh and DIR/depth, the views' depth maps beside it
 //   FILE.ply, .obj   a mesh of another program, in the light field's frame
 #pragma once
 
@@ -23,13 +24,18 @@ inline constexpr char kFittedPlane[] = "plane:fitted";
 
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 
-// The names of the geometry that the light field itself has, simplest first: some of planes, points and mesh.
+// The names of the geometry that the light field itself has, simplest first: planes, points, and mesh or, where it has
+// depth maps as well, soft.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
 // Logs what a mesh file holds. Throws UsageError for a name that does not exist, Error for a file that cannot
 // be read.
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);
+
+// ProxyFromName() of one of OwnProxies(); where the depth maps cannot be used, the mesh alone, with a warning.
+std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,
+                                      const std::filesystem::path& light_field);
 
 // The plane and OwnProxies(), simplest first. Throws as ProxyFromName().
 std::vector<std::shared_ptr<const Proxy>> EveryProxyOf(const std::filesystem::path& light_field,

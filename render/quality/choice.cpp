@@ -35,10 +35,11 @@ RenderScene Small(const RenderScene& scene, int size_px) {
 
 std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                               const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
-                              int views_left_out) {
+                              int views_left_out, int window_px = 0) {
   const int every = std::max(2, static_cast<int>(scene.views.size()) / views_left_out);
-  const EvaluateSummary summary =
-      Evaluate(scene, {.every = every, .fields = fields, .proxies = proxies, .renderer = renderer});
+  const EvaluateSummary summary = Evaluate(
+      scene,
+      {.every = every, .fields = fields, .proxies = proxies, .renderer = renderer, .window_px = window_px});
   std::vector<ScoredChoice> candidates;
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
@@ -86,16 +87,27 @@ std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fiel
   return found == fields.end() ? std::nullopt : std::optional(*found);
 }
 
+// The widths of the soft field cost the same: none of them is preferred.
+const ScoredChoice& BestOfItsKind(const std::vector<ScoredChoice>& tried, const ScoredChoice& chosen) {
+  if (chosen.field.kind != FieldKind::kSoft) return chosen;
+  return *std::ranges::max_element(tried, {}, [](const ScoredChoice& candidate) {
+    return candidate.field.kind == FieldKind::kSoft ? candidate.psnr_db : -1;
+  });
+}
+
+bool SoftAlone(const std::vector<FieldOptions>& fields) {
+  return std::ranges::all_of(fields,
+                             [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
+}
+
 // A mesh that the user names may be of another scene, or in other coordinates.
 void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKind renderer,
                      const ChoiceOptions& options) {
   if (choice.candidates.empty() || !choice.proxy->Occluder() || choice.proxy->Name() == kPlanesProxy) return;
-  const double by_plane = Try(Small(scene, options.size_px), {choice.field},
-                              {std::make_shared<PlaneProxy>(scene.subject)}, renderer, options.views_left_out)
-                              .front()
-                              .psnr_db;
-  double by_mesh = 0;
-  for (const ScoredChoice& candidate : choice.candidates) by_mesh = std::max(by_mesh, candidate.psnr_db);
+  const std::vector<ScoredChoice> both =
+      Try(Small(scene, options.size_px), {choice.field},
+          {std::make_shared<PlaneProxy>(scene.subject), choice.proxy}, renderer, options.views_left_out);
+  const double by_plane = both.front().psnr_db, by_mesh = both.back().psnr_db;
   if (by_mesh < by_plane)
     spdlog::warn(
         "left-out views are worse over {} than over the plane through the subject ({:.1f} dB, {:.1f}): is it "
@@ -143,9 +155,17 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
   if (proxies.size() == 1 && !fields_differ) return untried("as asked");
 
-  const RenderScene small = Small(scene, options.size_px);
+  const auto detailed =
+      std::ranges::find_if(proxies, [](const auto& proxy) { return proxy->HasDepthMaps(); });
+  const bool in_detail = detailed != proxies.end();
+  const RenderScene tried_on = Small(scene, in_detail ? options.detailed_size_px : options.size_px);
+  const auto scores = [&](const std::vector<FieldOptions>& some_fields,
+                          const std::vector<std::shared_ptr<const Proxy>>& some_proxies) {
+    return Try(tried_on, some_fields, some_proxies, renderer, options.views_left_out,
+               in_detail ? options.window_px : 0);
+  };
   if (proxies.size() > 1) {
-    const auto tried = Try(small, {fields.front()}, proxies, renderer, options.views_left_out);
+    const auto tried = scores({fields.front()}, proxies);
     const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("proxy", tried, chosen, true, options.within_db));
@@ -153,9 +173,22 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     choice.candidates = tried;
   }
   if (fields_differ) {
-    const auto tried = Try(small, fields, {choice.proxy}, renderer, options.views_left_out);
-    const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
+    // The soft field takes several times as long, which pays where there are depth maps: it is tried over these, whatever
+    // serves the other fields.
+    std::vector<FieldOptions> soft, others;
+    for (const FieldOptions& field : fields)
+      (field.kind == FieldKind::kSoft && in_detail ? soft : others).push_back(field);
+    if (!SoftAlone(fields) && !in_detail)
+      std::erase_if(others, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
+    std::vector<ScoredChoice> tried;
+    if (!others.empty()) tried = scores(others, {choice.proxy});
+    if (!soft.empty()) {
+      const auto by_maps = scores(soft, {*detailed});
+      tried.insert(tried.end(), by_maps.begin(), by_maps.end());
+    }
+    const ScoredChoice& chosen = BestOfItsKind(tried, FirstWithinTolerance(tried, options.within_db));
     choice.field = chosen.field;
+    choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options.within_db));
     add_reason(fmt::format("{}: {} dB", FieldText(choice.field), Listed(tried, false)));
     choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());
@@ -163,6 +196,19 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   choice.why +=
       fmt::format(" on left-out views; the first within {} dB of the best, in this order", options.within_db);
   return choice;
+}
+
+std::vector<FieldOptions> EveryField(const FieldOptions& details) {
+  std::vector<FieldOptions> fields(6, details);
+  fields[0].kind = fields[2].kind = FieldKind::kSubdivision;
+  fields[1].kind = FieldKind::kLinear;
+  fields[2].level = kLimitLevel;
+  fields[3].kind = FieldKind::kLumigraph;
+  fields[4].kind = fields[5].kind = FieldKind::kSoft;
+  fields[4].soft_width = kNarrowSoft;
+  fields[5].soft_width = kWideSoft;
+  if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it equals the first
+  return fields;
 }
 
 std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptions& field,
@@ -215,12 +261,7 @@ Choice ChooseByName(const RenderScene& scene, const std::string& field, const Fi
   if (field != kAuto) {
     fields[0].kind = FieldFromName(field);
   } else {
-    fields.resize(4, details);
-    fields[0].kind = fields[2].kind = FieldKind::kSubdivision;
-    fields[1].kind = FieldKind::kLinear;
-    fields[2].level = kLimitLevel;
-    fields[3].kind = FieldKind::kLumigraph;
-    if (details.level == kLimitLevel) fields.erase(fields.begin() + 2);  // it equals the first
+    fields = EveryField(details);
   }
   std::vector<std::shared_ptr<const Proxy>> proxies =
       proxy == kAuto ? EveryProxyOf(light_field, scene.subject)

@@ -1,5 +1,5 @@
 // Chooses the blending field and the proxy of a light field by evidence: a few views are left out, rendered
-// small from the others, and compared with their photographs. The choice is the first candidate, in an order
+// from the others, small or in part, and compared with their photographs. The choice is the first candidate, in an order
 // of preference, that is within a margin of the best. A mesh that was made from all views knows the left-out
 // ones as well and scores a little too well.
 #pragma once
@@ -17,6 +17,9 @@
 #include "render/scene/scene.h"
 
 namespace ulf::render {
+
+// Those between which evidence chooses, in order of preference, with these details.
+std::vector<FieldOptions> EveryField(const FieldOptions& details = {});
 
 struct ScoredChoice {
   FieldOptions field;
@@ -41,6 +44,9 @@ struct ChoiceOptions {
   int fewest_views = 10;
   int views_left_out = 8;  // about, evenly through the light field. Guessed.
   int size_px = 320;       // longer side of the pictures, at most. Guessed.
+  // Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own size: what good
+  // geometry gains, small pictures do not show. Guessed.
+  int detailed_size_px = 1600, window_px = 400;
 };
 
 // The first of the candidates (at least one) that is within `within_db` of the best.
@@ -48,7 +54,7 @@ const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candid
                                          double within_db = ChoiceOptions().within_db);
 
 // `fields` and `proxies`: in order of preference, the simplest proxy first. First every proxy is tried with
-// the first field, then every field with the chosen proxy, because geometry matters more than weights. With
+// the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever proxy was chosen), because geometry matters more than weights. With
 // too few views to leave some out, the choice is lumigraph weights, if they are among the fields, because
 // they smooth the least, and the last proxy, which has the most geometry. Lumigraph weights are also used
 // where the viewpoints span no surface.
@@ -75,9 +81,9 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
                                          RendererKind renderer);
 
 // The choice by names of the command line. "auto" lets the evidence choose: the field among subdivision (of
-// `details`' level), linear, subdivision in the limit, and lumigraph weights; the proxy among the plane and
-// the light field's own planes, points and mesh, and where it has none of them, a fitted plane. Subdivision comes first
-// because it is the calmest in motion, which left-out views do not show; then what costs less.
+// `details`' level), linear, subdivision in the limit, lumigraph weights and, over depth maps, the soft field, narrow and wide; the proxy among the plane and
+// the light field's own planes, points and mesh, and where it has neither, a fitted plane. Subdivision comes first because it is the calmest in motion, which
+// left-out views do not show; then what costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
                     const std::string& proxy, const std::filesystem::path& light_field,
                     RendererKind renderer);

@@ -8,6 +8,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/pinhole.h"
 #include "render/gl/make_renderer.h"
+#include "render/output/narrow_gaps.h"
 #include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
@@ -46,19 +47,47 @@ struct Truth {
   bool on_rim;
 };
 
+// Keeps the middle of the picture.
+void Crop(Truth& truth, int window_px) {
+  const cv::Size size(std::min(window_px, truth.camera.width), std::min(window_px, truth.camera.height));
+  const cv::Rect window({(truth.camera.width - size.width) / 2, (truth.camera.height - size.height) / 2},
+                        size);
+  truth.camera.cx -= window.x;
+  truth.camera.cy -= window.y;
+  truth.camera.width = size.width;
+  truth.camera.height = size.height;
+  truth.photograph = {truth.photograph.srgb8(window).clone(), truth.photograph.valid(window).clone()};
+}
+
+// Light as the view's camera would have recorded it.
+cv::Mat AsRecorded(const SceneView& view, const CameraModel& pinhole, const cv::Mat& linear) {
+  if (view.correction == LightCorrection{}) return linear / view.scale + cv::Scalar::all(view.black);
+  cv::Mat recorded(linear.size(), CV_32FC3);
+  for (int y = 0; y < linear.rows; ++y)
+    for (int x = 0; x < linear.cols; ++x) {
+      const auto img = view.camera.ImgFromCam(PinholeRay(pinhole, x, y));
+      const cv::Vec3f scale = view.ScaleAt(img.value_or(Eigen::Vector2d(x + 0.5, y + 0.5)));
+      for (int c = 0; c < 3; ++c)
+        recorded.at<cv::Vec3f>(y, x)[c] = linear.at<cv::Vec3f>(y, x)[c] / scale[c] + view.black;
+    }
+  return recorded;
+}
+
 ViewScore Score(Renderer& renderer, const Truth& truth,
                 const std::function<void(const ComparedPicture&)>& look) {
   const Rendering picture = renderer.Render(truth.camera, truth.view->cam_from_world);
   // Compare at the photograph's own exposure.
-  const cv::Mat exposed = picture.linear / truth.view->scale + cv::Scalar::all(truth.view->black);
-  const cv::Mat rendered = Srgb8FromLinear(exposed);
+  const cv::Mat rendered = Srgb8FromLinear(
+      AsRecorded(*truth.view, truth.camera, WithNarrowGapsClosed(picture.linear, picture.drawn)));
   ViewScore score{.view_id = truth.view->id, .on_rim = truth.on_rim};
   score.frame = CompareImages(rendered, truth.photograph.srgb8, truth.photograph.valid);
   score.disc = CompareImages(rendered, truth.photograph.srgb8, truth.disc);
   score.filled_px = picture.filled_px;
   score.empty_px = picture.empty_px;
   score.ms = picture.ms;
-  if (look) look({truth.view->id, rendered, truth.photograph.srgb8, truth.photograph.valid});
+  if (look)
+    look({truth.view->id, rendered, truth.photograph.srgb8, truth.photograph.valid, picture.depth,
+          picture.confidence});
   return score;
 }
 
@@ -111,6 +140,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   for (const int i : left_out) {
     const SceneView& view = scene.views[At(i)];
     Truth truth{&view, view.camera.WithoutDistortion(), Undistort(view), {}, on_rim[At(i)]};
+    if (options.window_px > 0) Crop(truth, options.window_px);
     truth.disc = SubjectDisc(truth.camera, view.cam_from_world, scene.subject) & truth.photograph.valid;
     truths.push_back(std::move(truth));
   }
@@ -121,8 +151,9 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
   summary.height = truths.front().camera.height;
   const auto rest = Without(scene, left_out);
   summary.viewpoints = rest->mesh.Description();
-  const auto renderer =
-      MakeRenderer(rest, {.renderer = options.renderer, .gpu_memory_mb = options.gpu_memory_mb});
+  const auto renderer = MakeRenderer(rest, {.renderer = options.renderer,
+                                            .depth = options.look != nullptr,
+                                            .gpu_memory_mb = options.gpu_memory_mb});
   summary.renderer = renderer->Name();
 
   std::vector<std::pair<std::shared_ptr<const Proxy>, FieldOptions>> combinations;

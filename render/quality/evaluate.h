@@ -22,7 +22,9 @@ struct ComparedPicture {
   int view_id = 0;
   const cv::Mat& rendered;
   const cv::Mat& photograph;
-  const cv::Mat& valid;  // CV_8U, 0 where the photograph has no light
+  const cv::Mat& valid;       // CV_8U, 0 where the photograph has no light
+  const cv::Mat& depth;       // CV_32F, the proxy's
+  const cv::Mat& confidence;  // CV_32F
 };
 
 struct EvaluateOptions {
@@ -34,6 +36,7 @@ struct EvaluateOptions {
   std::vector<std::shared_ptr<const Proxy>> proxies = {};
   RendererKind renderer = RendererKind::kGl;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
+  int window_px = 0;         // only the middle of each picture, at most so wide and high; 0: all of it
   std::function<void(const ComparedPicture&)> look = {};
 };
 

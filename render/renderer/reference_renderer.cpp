@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <span>
 
 #include "core/base/at.h"
@@ -13,6 +14,7 @@
 #include "core/geometry/pinhole.h"
 #include "render/fields/image_triangulation.h"
 #include "render/fields/lumigraph_field.h"
+#include "render/renderer/soft_pixel.h"
 
 namespace ulf::render {
 namespace {
@@ -53,17 +55,10 @@ cv::Vec4f LightOf(const FrameSetup& setup, int index, const Vector2d& img) {
   // Requested at every pixel: the store decides which levels stay in memory.
   const cv::Mat pixels = view.photograph->Level(setup.level[At(index)]);
   const cv::Vec4f light = SampleLevel(pixels, view.camera, img);
-  cv::Vec4f common = (light - cv::Vec4f::all(view.black)) * view.scale;
-  common[3] = light[3];
-  return common;
+  const cv::Vec3f scale = view.ScaleAt(img);
+  return {(light[0] - view.black) * scale[0], (light[1] - view.black) * scale[1],
+          (light[2] - view.black) * scale[2], light[3]};
 }
-
-// One view's light in a pixel.
-struct Contribution {
-  int view = 0;
-  double weight = 0;
-  cv::Vec3f light;
-};
 
 // Adds a view's contribution, if its photograph has light there.
 void Contribute(const FrameSetup& setup, int view, const Vector2d& img, double weight,
@@ -176,7 +171,8 @@ void ReferenceRenderer::SetProxy(std::shared_ptr<const Proxy> proxy) {
 void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
   options_.aperture = aperture;
   focused_ = aperture ? WithFocalPlane(*scene_, *aperture) : nullptr;
-  field_ = MakeField(focused_ ? focused_ : scene_, options_.field);
+  field_ = options_.field.kind == FieldKind::kSoft ? nullptr
+                                                   : MakeField(focused_ ? focused_ : scene_, options_.field);
   aperture_field_ = nullptr;
   if (aperture && UsesMesh(options_.field.kind))
     aperture_field_ = std::make_unique<ApertureField>(
@@ -186,6 +182,7 @@ void ReferenceRenderer::SetAperture(const std::optional<Aperture>& aperture) {
 std::unique_ptr<FieldFromHere> ReferenceRenderer::FieldFrom(const CameraModel& camera,
                                                             const Rigid3& cam_from_world,
                                                             const cv::Mat& depth) const {
+  if (options_.field.kind == FieldKind::kSoft) return nullptr;
   if (aperture_field_) return aperture_field_->From(cam_from_world, *options_.aperture);
   if (options_.field.kind != FieldKind::kLumigraph) return field_->From(cam_from_world.OriginInSource());
   const RenderScene& scene = focused_ ? *focused_ : *scene_;
@@ -208,43 +205,91 @@ FrameSetup SetUp(const RenderScene& scene, const CameraModel& camera, const Rigi
   return setup;
 }
 
-// Calls shade(x, y, contributions, total, confidence) for every pixel. The contributions' weights sum to one,
-// if there are any; `total` is the weight of those of the field's own views that see the point.
+// Sets the contributions of a pixel's own views; returns the weight of those that see its point.
+using OwnViews =
+    std::function<double(const Vector3d& ray_in_cam, const Vector3d& point_in_world, double depth,
+                         std::vector<Contribution>& contributions, double& confidence)>;
+
+// Calls shade(x, y, contributions, total, confidence) for every pixel of a tile. The contributions' weights sum to
+// one, if there are any; `total` is the weight of those of the field's own views that see the point.
 template <typename Shade>
-void ForEachPixel(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth,
-                  const Filling& filling, Shade&& shade) {
-  const CameraModel& camera = setup.camera;
-  FieldSample sample;
+void ForEachPixelOf(const cv::Rect& tile, const FrameSetup& setup, const cv::Mat& depth,
+                    const Filling& filling, const OwnViews& own_views, const Shade& shade) {
   std::vector<Contribution> contributions, others;
-  const auto shade_pixel = [&](int x, int y, const std::vector<int>& candidates) {
-    const Vector3d ray_in_cam = PinholeRay(camera, x, y);
-    const Vector3d point = setup.world_from_cam * (ray_in_cam * depth.at<float>(y, x));
-    const Vector3d ray_in_world = setup.world_from_cam.rotation * ray_in_cam.normalized();
-    field.Weights({ray_in_world, point, candidates.empty() ? nullptr : &candidates}, sample);
-    contributions.clear();
-    double total = BlendViews(setup, sample, point, contributions);
-    if (total < kLeastWeight) {
-      total = 0;
+  for (int y = tile.y; y < tile.br().y; ++y)
+    for (int x = tile.x; x < tile.br().x; ++x) {
+      const Vector3d ray_in_cam = PinholeRay(setup.camera, x, y);
+      const double pixel_depth = depth.at<float>(y, x);
+      const Vector3d point = setup.world_from_cam * (ray_in_cam * pixel_depth);
       contributions.clear();
+      double confidence = 0;
+      double total = own_views(ray_in_cam, point, pixel_depth, contributions, confidence);
+      if (total < kLeastWeight) {
+        total = 0;
+        contributions.clear();
+      }
+      const double own = std::min(1.0, total / filling.whole);
+      others.clear();
+      if (filling.views > 0 && own < 1) Fill(setup, point, filling.views, others);
+      Scale(contributions, others.empty() ? 1 : own);
+      Scale(others, contributions.empty() ? 1 : 1 - own);
+      contributions.insert(contributions.end(), others.begin(), others.end());
+      shade(x, y, contributions, total, confidence);
     }
-    const double own = std::min(1.0, total / filling.whole);
-    others.clear();
-    if (filling.views > 0 && own < 1) Fill(setup, point, filling.views, others);
-    Scale(contributions, others.empty() ? 1 : own);
-    Scale(others, contributions.empty() ? 1 : 1 - own);
-    contributions.insert(contributions.end(), others.begin(), others.end());
-    shade(x, y, contributions, total, sample.confidence);
-  };
+}
+
+template <typename Shade>
+void ForEachPixelOfField(const FrameSetup& setup, const FieldFromHere& field, const cv::Mat& depth,
+                         const Filling& filling, const Shade& shade) {
+  const CameraModel& camera = setup.camera;
   constexpr int kTile = 16;  // pixels: their rays share the field's candidates
+  FieldSample sample;
   for (int top = 0; top < camera.height; top += kTile)
     for (int left = 0; left < camera.width; left += kTile) {
       const cv::Rect tile(left, top, std::min(kTile, camera.width - left),
                           std::min(kTile, camera.height - top));
       const auto [axis_in_cam, half_angle] = ConeOf(camera, tile);
       const auto candidates = field.CandidatesInCone(setup.world_from_cam.rotation * axis_in_cam, half_angle);
-      for (int y = tile.y; y < tile.y + tile.height; ++y)
-        for (int x = tile.x; x < tile.x + tile.width; ++x) shade_pixel(x, y, candidates);
+      const auto own_views = [&](const Vector3d& ray_in_cam, const Vector3d& point, double /*depth*/,
+                                 std::vector<Contribution>& contributions, double& confidence) {
+        const Vector3d ray_in_world = setup.world_from_cam.rotation * ray_in_cam.normalized();
+        field.Weights({ray_in_world, point, candidates.empty() ? nullptr : &candidates}, sample);
+        confidence = sample.confidence;
+        return BlendViews(setup, sample, point, contributions);
+      };
+      ForEachPixelOf(tile, setup, depth, filling, own_views, shade);
     }
+}
+
+// The soft field goes through views, not through weights of a point.
+template <typename Shade>
+void ForEachSoftPixel(const FrameSetup& setup, const Rigid3& cam_from_world, const cv::Mat& depth,
+                      const Filling& filling, double soft_width, const Shade& shade) {
+  ViewTiler tiler(setup.scene.views);
+  const ViewTiles views = SoftViewsOfTiles(tiler, setup.scene, setup.camera, cam_from_world);
+  const SoftPixel soft(setup.scene, cam_from_world, soft_width,
+                       [&](int view, const Vector2d& img) { return LightOf(setup, view, img); });
+  for (const ViewTiles::Tile& tile : views.tiles) {
+    const std::span<const int> of_tile =
+        std::span(views.views)
+            .subspan(static_cast<std::size_t>(tile.first), static_cast<std::size_t>(tile.end - tile.first));
+    const auto own_views = [&](const Vector3d& ray_in_cam, const Vector3d& /*point*/, double pixel_depth,
+                               std::vector<Contribution>& contributions, double& confidence) {
+      confidence = 1;
+      return soft.Blend(ray_in_cam, pixel_depth, of_tile, contributions);
+    };
+    ForEachPixelOf(tile.px, setup, depth, filling, own_views, shade);
+  }
+}
+
+// `field`: null: the soft field.
+template <typename Shade>
+void ForEachPixel(const FrameSetup& setup, const FieldFromHere* field, const Rigid3& cam_from_world,
+                  const cv::Mat& depth, const Filling& filling, double soft_width, const Shade& shade) {
+  if (field)
+    ForEachPixelOfField(setup, *field, depth, filling, shade);
+  else
+    ForEachSoftPixel(setup, cam_from_world, depth, filling, soft_width, shade);
 }
 
 // A layer of weights for each view that gives light to any pixel.
@@ -284,11 +329,12 @@ class WeightLayers {
 
 }  // namespace
 
-std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere& field,
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere* field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, const RenderOptions& options) {
   WeightLayers layers(scene, depth.size());
-  ForEachPixel(SetUp(scene, camera, cam_from_world, false), field, depth, FillingOf(options),
+  ForEachPixel(SetUp(scene, camera, cam_from_world, false), field, cam_from_world, depth, FillingOf(options),
+               options.field.soft_width,
                [&](int x, int y, const std::vector<Contribution>& contributions, double /*total*/,
                    double /*confidence*/) { layers.Add(x, y, contributions); });
   return layers.Take();
@@ -305,8 +351,9 @@ Rendering ReferenceRenderer::Render(const CameraModel& camera, const Rigid3& cam
   picture.drawn = cv::Mat::zeros(camera.height, camera.width, CV_8U);
   WeightLayers layers(scene, depth.size());
   ForEachPixel(
-      SetUp(scene, camera, cam_from_world, options_.show_field), *FieldFrom(camera, cam_from_world, depth),
-      depth, FillingOf(options_),
+      SetUp(scene, camera, cam_from_world, options_.show_field),
+      FieldFrom(camera, cam_from_world, depth).get(), cam_from_world, depth, FillingOf(options_),
+      options_.field.soft_width,
       [&](int x, int y, const std::vector<Contribution>& contributions, double total, double confidence) {
         if (total == 0) ++(contributions.empty() ? picture.empty_px : picture.filled_px);
         if (contributions.empty()) return;

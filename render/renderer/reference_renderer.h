@@ -19,18 +19,19 @@ class ReferenceRenderer : public Renderer {
   const RenderScene& scene() const override { return *scene_; }
 
  private:
+  // Null: the soft field.
   std::unique_ptr<FieldFromHere> FieldFrom(const CameraModel& camera, const Rigid3& cam_from_world,
                                            const cv::Mat& depth) const;
 
   std::shared_ptr<const RenderScene> scene_;    // with its own proxy
   std::shared_ptr<const RenderScene> focused_;  // with the focal plane; null without an aperture
   RenderOptions options_;
-  std::unique_ptr<BlendingField> field_;
+  std::unique_ptr<BlendingField> field_;           // null: the soft field
   std::unique_ptr<ApertureField> aperture_field_;  // null without an aperture or a mesh
 };
 
-// Rendering::weights of a field; `depth` as from Proxy::Depth().
-std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere& field,
+// Rendering::weights of a field (null: the soft field); `depth` as from Proxy::Depth().
+std::vector<ViewWeights> WeightsOfViews(const RenderScene& scene, const FieldFromHere* field,
                                         const CameraModel& camera, const Rigid3& cam_from_world,
                                         const cv::Mat& depth, const RenderOptions& options);
 

@@ -34,6 +34,12 @@ std::vector<float> ExposureScales(const LightField& light_field) {
   return scales;
 }
 
+bool KnowsExposures(const LightField& light_field) {
+  return std::ranges::any_of(light_field.views, [](const View& view) {
+    return view.exposure_s > 0 || view.gain != 1 || view.f_number.has_value();
+  });
+}
+
 // kAuto: where 8 bits would lose light, because a master or a photograph holds more, a flat field is divided
 // out, or exposures differ so much that photographs are brightened; and for masks, because only the linear
 // form has pixels without light.
@@ -60,6 +66,19 @@ void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) 
 }
 
 }  // namespace
+
+float LightCorrection::Falloff(const CameraModel& camera, const Eigen::Vector2d& img) const {
+  const Eigen::Vector2d half_diagonal(0.5 * camera.width, 0.5 * camera.height);
+  const auto r2 = static_cast<float>((img - Eigen::Vector2d(camera.cx, camera.cy)).squaredNorm() /
+                                     half_diagonal.squaredNorm());
+  return 1 + r2 * (falloff_r2 + r2 * falloff_r4);
+}
+
+cv::Vec3f SceneView::ScaleAt(const Eigen::Vector2d& img) const {
+  if (correction == LightCorrection{}) return cv::Vec3f::all(scale);
+  const float at = scale / correction.Falloff(camera, img);
+  return {at / correction.gain[0], at / correction.gain[1], at / correction.gain[2]};
+}
 
 cv::Mat SceneView::Srgb8() const {
   const cv::Mat pixels = photograph->Level(0);
@@ -112,6 +131,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
   auto scene = std::make_shared<RenderScene>();
   scene->subject = SubjectOf(light_field, options.subject);
   scene->in_metres = light_field.units == "metres";
+  scene->knows_exposures = KnowsExposures(light_field);
   WarnWhenAllLookAway(light_field, scene->subject);
   scene->up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
   const std::vector<float> scales = ExposureScales(light_field);
@@ -142,9 +162,11 @@ std::shared_ptr<const RenderScene> WithProxy(const RenderScene& scene, std::shar
   auto other = std::make_shared<RenderScene>(scene);
   other->proxy = std::move(proxy);
   const auto occluder = other->proxy->Occluder();
-  for (SceneView& view : other->views)
+  for (SceneView& view : other->views) {
     view.shadow_map =
         occluder ? std::make_shared<LazyShadowMap>(occluder, view.camera, view.cam_from_world) : nullptr;
+    view.depth_map = other->proxy->DepthMapOf(view.id, view.camera, view.cam_from_world);
+  }
   return other;
 }
 
@@ -153,6 +175,7 @@ std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::
   rest->subject = scene.subject;
   rest->up_in_world = scene.up_in_world;
   rest->store = scene.store;
+  rest->knows_exposures = scene.knows_exposures;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     if (std::ranges::count(left_out, static_cast<int>(i)) == 0) rest->views.push_back(scene.views[i]);
   rest->proxy = scene.proxy;

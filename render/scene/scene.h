@@ -28,6 +28,16 @@ struct Seen {
 // side of the image. Guessed.
 inline constexpr double kFeatherShare = 0.03;
 
+// How bright a photograph is beside the other views', where nobody wrote it down: what render/quality/light_fit found.
+struct LightCorrection {
+  cv::Vec3f gain{1, 1, 1};               // B G R: over the common scale of all views
+  float falloff_r2 = 0, falloff_r4 = 0;  // the lens gives 1 + falloff_r2 r^2 + falloff_r4 r^4 of the light
+  bool operator==(const LightCorrection&) const = default;
+
+  // r is the distance from the principal point over half of the image's diagonal.
+  float Falloff(const CameraModel& camera, const Eigen::Vector2d& img) const;
+};
+
 struct SceneView {
   int id = 0;          // View::id
   CameraModel camera;  // of the photograph as the store reads it, which may be smaller than recorded
@@ -37,9 +47,14 @@ struct SceneView {
   // (linear - black) * scale is light on a scale common to all views: their exposures and gains differ.
   float black = 0;
   float scale = 1;
+  // Divided out after that. Left alone it changes nothing.
+  LightCorrection correction;
 
   std::shared_ptr<const LazyShadowMap> shadow_map;  // null: the proxy hides nothing
+  std::shared_ptr<const LazyDepthMap> depth_map;    // null: the proxy has none
 
+  // B G R: what light above black is multiplied by at a point of the image, to be on the common scale.
+  cv::Vec3f ScaleAt(const Eigen::Vector2d& img) const;
   // The photograph in 8-bit sRGB, with its own exposure.
   cv::Mat Srgb8() const;
   // None where the point is behind the camera or outside its image.
@@ -55,6 +70,8 @@ struct RenderScene {
   ViewpointMesh mesh;
   bool mesh_in_plane = false;
   bool in_metres = false;  // whether world units are metres
+  // Whether the light field says how long or how sensitively the photographs were exposed.
+  bool knows_exposures = false;
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // reads the photographs; null: they are in memory
 

@@ -24,21 +24,30 @@ std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
 
 }  // namespace
 
-MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options) {
-  MapsMesh result;
-  Stopwatch watch;
+std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject,
+                                            const MapsMeshOptions& options) {
   std::vector<StereoView> mapped;
-  std::vector<Eigen::Vector3d> centers;
-  for (const ViewDepth& map : maps) {
-    mapped.push_back(map.view);
-    centers.push_back(map.view.center_in_world);
-  }
+  for (const ViewDepth& map : maps) mapped.push_back(map.view);
   std::vector<std::vector<int>> others;
   for (std::size_t i = 0; i < mapped.size(); ++i)
     others.push_back(NeighboursOf(static_cast<int>(i), mapped, subject, {.count = options.maps_compared}));
+  return others;
+}
+
+FusionOptions FusionOf(std::size_t maps, const MapsMeshOptions& options) {
   FusionOptions fusion;
   fusion.in_this_thread = options.in_this_thread;
-  fusion.agreeing_views = std::min(fusion.agreeing_views, std::max(1, static_cast<int>(maps.size()) - 1));
+  fusion.agreeing_views = std::min(fusion.agreeing_views, std::max(1, static_cast<int>(maps) - 1));
+  return fusion;
+}
+
+MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options) {
+  MapsMesh result;
+  Stopwatch watch;
+  std::vector<Eigen::Vector3d> centers;
+  for (const ViewDepth& map : maps) centers.push_back(map.view.center_in_world);
+  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject, options);
+  const FusionOptions fusion = FusionOf(maps.size(), options);
   KeepWhatAgrees(maps, others, fusion);
   double agreeing = 0, pixels = 0;
   for (const ViewDepth& map : maps) {

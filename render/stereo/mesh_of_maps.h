@@ -27,6 +27,11 @@ struct MapsMesh {
   double fusion_s = 0, surface_s = 0;
 };
 
+// For each map the others that may confirm it, and how.
+std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject,
+                                            const MapsMeshOptions& options);
+FusionOptions FusionOf(std::size_t maps, const MapsMeshOptions& options);
+
 MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options = {});
 
 }  // namespace ulf::render

@@ -8,10 +8,12 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 
 #include "core/base/progress.h"
 #include "render/proxy/triangle_mesh.h"
+#include "render/proxy/view_depth_map.h"
 #include "render/scene/scene.h"
 #include "render/stereo/mesh_of_maps.h"
 
@@ -26,6 +28,7 @@ struct ProxyOptions {
   int neighbours = 8;   // with which a view is compared. Guessed.
   MapsMeshOptions mesh = {};
   SweepDevice device = SweepDevice::kAuto;
+  bool keep_maps = false;  // make ProxyMesh::maps
 };
 
 // A mesh is rough where ProxySummary::pixel_depth_radii is larger: a warning is given. Guessed.
@@ -44,6 +47,8 @@ struct ProxySummary {
 
 struct ProxyMesh {
   TriangleMesh mesh;
+  // By View::id: what the views' own maps say where others confirm it, and elsewhere the mesh.
+  std::map<int, ViewDepthMap> maps;
   ProxySummary summary;
 };
 

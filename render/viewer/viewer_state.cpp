@@ -9,11 +9,13 @@
 namespace ulf::render {
 namespace {
 
-// Skips lumigraph weights per pixel: they have their own key, and a software rasteriser needs seconds for them.
+// Skips those for which a software rasteriser needs seconds: they have their own keys.
 FieldKind NextField(FieldKind kind) {
-  const auto at = std::ranges::find(kViewerFields, kind);
-  const auto next = std::next(at) == std::end(kViewerFields) ? std::begin(kViewerFields) : std::next(at);
-  return *next == FieldKind::kLumigraphPerPixel ? *std::next(next) : *next;
+  auto next = std::ranges::find(kViewerFields, kind);
+  do {
+    if (++next == std::end(kViewerFields)) next = std::begin(kViewerFields);
+  } while (*next == FieldKind::kLumigraphPerPixel || *next == FieldKind::kSoft);
+  return *next;
 }
 
 void Toggle(bool& flag) { flag = !flag; }
@@ -130,7 +132,7 @@ void ViewerInput::Press(const KeyPressed& key) {
 
 void ViewerInput::Type(char32_t character, const cv::Size& screen) {
   if (character >= U'A' && character <= U'Z') character += U'a' - U'A';  // also with Caps Lock
-  if (character >= U'1' && character <= U'5') {
+  if (character >= U'1' && character <= U'6') {
     state_.field.kind = kViewerFields[character - U'1'];
     return;
   }

@@ -105,7 +105,7 @@ inline constexpr KeyHelp kViewerKeys[] = {{"arrows, left drag", "round the subje
                                           {"+ -, Shift wheel", "zoom the lens"},
                                           {"N", "to the nearest recorded viewpoint"},
                                           {"Home", "back to the first view"},
-                                          {"F, 1 to 5", "blending field"},
+                                          {"F, 1 to 6", "blending field"},
                                           {"L", "level of subdivision"},
                                           {"P", "proxy"},
                                           {"O I, Ctrl wheel", "aperture wider, narrower"},
@@ -124,9 +124,9 @@ inline constexpr KeyHelp kViewerKeys[] = {{"arrows, left drag", "round the subje
                                           {"?", "these keys"},
                                           {"Q", "leave"}};
 
-// The fields of keys 1 to 5.
+// The fields of keys 1 to 6.
 inline constexpr FieldKind kViewerFields[] = {FieldKind::kSubdivision, FieldKind::kLinear,
-                                              FieldKind::kLumigraph, FieldKind::kLumigraphPerPixel,
-                                              FieldKind::kNearest};
+                                              FieldKind::kLumigraph,   FieldKind::kLumigraphPerPixel,
+                                              FieldKind::kNearest,     FieldKind::kSoft};
 
 }  // namespace ulf::render

@@ -97,6 +97,15 @@ vec4 Photograph(ivec4 place, vec2 uv) {
 #endif
 }
 
+#ifdef CORRECTED
+// What light on the common scale is multiplied by, for a view's correction. `from_axis`: from the principal point, in
+// the units of `size`, the photograph's.
+vec3 Correction(vec4 correction, float falloff_r4, vec2 from_axis, vec2 size) {
+  float r2 = 4.0 * dot(from_axis, from_axis) / dot(size, size);
+  return correction.rgb / (1.0 + r2 * (correction.w + r2 * falloff_r4));
+}
+#endif
+
 // `share`: the share of the photograph's pixels there that have light at all.
 vec3 LightOf(View v, vec2 img, out float share) {
   share = 1.0;
@@ -108,6 +117,10 @@ vec3 LightOf(View v, vec2 img, out float share) {
   share = light.a;
   light.rgb /= max(light.a, 1e-6);
 #endif
-  return (light.rgb - v.more.y) * v.more.z;
+  vec3 above_black = light.rgb - v.more.y;
+#ifdef CORRECTED
+  above_black *= Correction(v.correction, v.color.w, img - v.intrinsics.zw, v.size.xy);
+#endif
+  return above_black * v.more.z;
 #endif
 }

@@ -30,6 +30,13 @@ flat in vec4 shadow_map[VIEWS];
 flat in vec4 light[VIEWS];
 #define LIGHT(n) light[n]
 #endif
+#ifdef CORRECTED
+flat in vec4 correction[VIEWS];
+// The principal point and the photograph's size in one unit, the feather's width.
+#define SCALE(n, uv) Correction(correction[n], LIGHT(n).w, (uv - OF_CAMERA(to_uv, n).zw) * LIGHT(n).xy, LIGHT(n).xy)
+#else
+#define SCALE(n, uv) LIGHT(n).w
+#endif
 #ifdef SHOW_FIELD
 flat in vec4 color_of_view[VIEWS];
 #endif
@@ -74,7 +81,7 @@ void main() {
     of_photograph.rgb /= max(of_photograph.a, 1e-6);
     if (weight > 0.0)
 #endif
-    all += weight * vec4((of_photograph.rgb - LIGHT(n).z) * LIGHT(n).w, 1.0);
+    all += weight * vec4((of_photograph.rgb - LIGHT(n).z) * SCALE(n, uv), 1.0);
 #endif
   }
 #ifdef DIRECT

@@ -42,6 +42,9 @@ flat out vec4 shadow_map[VIEWS];
 #ifndef ONE_EXPOSURE
 flat out vec4 light[VIEWS];  // of (x, y) of the photograph, size 1: to feathers; black, scale
 #endif
+#ifdef CORRECTED
+flat out vec4 correction[VIEWS];  // times the view's scale, in place of which light has falloff_r4
+#endif
 #ifdef SHOW_FIELD
 flat out vec4 color_of_view[VIEWS];
 #endif
@@ -88,6 +91,10 @@ void main() {
 #endif
 #ifndef ONE_EXPOSURE
     light[n] = vec4(v.size.xy / v.size.z, v.more.yz);
+#endif
+#ifdef CORRECTED
+    correction[n] = vec4(v.more.z * v.correction.rgb, v.correction.w);
+    light[n].w = v.color.w;
 #endif
 #ifdef SHOW_FIELD
     color_of_view[n] = v.color;

@@ -1,8 +1,9 @@
+const int VIEW_TEXELS = 14;
 // Texels: software rasterisers read them for all fragments together, and storage buffers for one fragment at a time.
 layout(binding = 9) uniform samplerBuffer view_texels;
 
 View ViewAt(int i) {
-  int first = 11 * i;
+  int first = VIEW_TEXELS * i;
   View v;
   v.row0 = texelFetch(view_texels, first);
   v.row1 = texelFetch(view_texels, first + 1);
@@ -26,5 +27,13 @@ View ViewAt(int i) {
   v.color = texelFetch(view_texels, first + 7);
   v.center = texelFetch(view_texels, first + 8);
   v.place = ivec4(texelFetch(view_texels, first + 10));
+#ifdef CORRECTED
+  v.correction = texelFetch(view_texels, first + 11);
+#endif
   return v;
+}
+
+DepthMap DepthMapAt(int i) {
+  int first = VIEW_TEXELS * i + 12;
+  return DepthMap(texelFetch(view_texels, first), texelFetch(view_texels, first + 1));
 }

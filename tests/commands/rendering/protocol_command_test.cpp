@@ -1,4 +1,4 @@
-// Tests: commands/rendering/protocol_command.
+// Tests: commands/rendering/protocol_command, commands/rendering/refined_split.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,16 +26,18 @@ using testing::HasSubstr;
 constexpr int kViews = 20;
 
 // A wall with a board before it, as another program posed its photographs, with points on both.
-void WriteSet(const fs::path& dir, bool spoil_test_photographs) {
+// `times`: as large in pixels; `turned_deg`: by what the set's poses are off.
+void WriteSet(const fs::path& dir, bool spoil_test_photographs, int times = 1, double turned_deg = 0) {
   const test::Patch wall{{-8, -6, 3}, {16, 0, 0}, {0, 12, 0}, test::Mottled(0.02, 1)},
       board{{-0.4, -0.3, 2.2}, {0.8, 0, 0}, {0, 0.6, 0}, test::Mottled(0.1, 2)};
   CaptureHeader header;
-  header.camera = CameraModel::Pinhole(120, 90, 110);
+  header.camera = CameraModel::Pinhole(120 * times, 90 * times, 110.0 * times);
   header.device_uri = "import:wall";
   auto writer = LightFieldWriter::Create(dir, header);
   std::vector<View> views;
   for (const Vector3d& place : test::GridViewpoints(5, 4, 0.2, 0.0)) {
-    const test::Drawn drawn = test::Draw({wall, board}, place, {0, 0, 3});
+    const test::Drawn drawn =
+        test::Draw({wall, board}, place, {0, 0, 3}, 120 * times, 90 * times, 110.0 * times);
     cv::Mat grey, colour;
     drawn.view.grey.convertTo(grey, CV_8U);
     cv::merge(std::vector<cv::Mat>(3, grey), colour);
@@ -44,6 +46,12 @@ void WriteSet(const fs::path& dir, bool spoil_test_photographs) {
     frame.image = {.pixels = colour, .transfer = Transfer::kSrgb};
     View view;
     view.cam_from_world = drawn.view.cam_from_world;
+    if (turned_deg > 0) {  // about an axis that differs from view to view
+      const double at = 2.4 * static_cast<double>(views.size());
+      const Eigen::Quaterniond turn(
+          Eigen::AngleAxisd(turned_deg * M_PI / 180, Vector3d(std::cos(at), std::sin(at), 0)));
+      view.cam_from_world = Rigid3{turn, Vector3d::Zero()} * view.cam_from_world;
+    }
     views.push_back(writer.AddView(frame, view));
   }
   std::vector<ScenePoint> points;
@@ -91,7 +99,41 @@ TEST_F(ProtocolCommand, NothingIsMadeFromTheTestViews) {
   EXPECT_GT(whole["mean"]["psnr_db"], 20);
   EXPECT_LT(spoiled["mean"]["psnr_db"], 12);
   EXPECT_THAT(whole["chosen_by"].get<std::string>(),
-              AllOf(HasSubstr("plane"), HasSubstr("points"), HasSubstr("mesh")));
+              AllOf(HasSubstr("plane"), HasSubstr("points"), HasSubstr("soft")));
+}
+
+// Poses that are off are mended, and still nothing is made from the test views but their own places.
+TEST_F(ProtocolCommand, RefinesTheGivenViewsAloneAndPlacesTheOthers) {
+  constexpr int kTimes = 2;
+  constexpr double kTurnedDeg = 0.4;
+  WriteSet(dir_, false, kTimes, kTurnedDeg);
+  WriteSet(scratch_ / "spoiled", true, kTimes, kTurnedDeg);
+  const std::string protocol = "--protocol llff --proxy mesh --fields lumigraph --geometry-size 180 ";
+  const json as_said = Run(dir_, protocol),
+             refined = Run(dir_, protocol + "--refine -o " + (scratch_ / "a").string());
+  EXPECT_EQ(as_said["refined"], "");
+  EXPECT_THAT(refined["refined"].get<std::string>(), HasSubstr("before"));
+  EXPECT_GT(refined["mean"]["psnr_db"].get<double>(), as_said["mean"]["psnr_db"].get<double>() + 3);
+  Run(scratch_ / "spoiled", protocol + "--refine -o " + (scratch_ / "b").string());
+  EXPECT_EQ(ReadWholeFile(scratch_ / "a/proxy.ply"), ReadWholeFile(scratch_ / "b/proxy.ply"));
+}
+
+TEST_F(ProtocolCommand, SaysWhereTheErrorIs) {
+  WriteSet(dir_, false);
+  const json result = Run(dir_, "--protocol llff --proxy mesh --fields soft");
+  double of_error = 0, of_pixels = 0;
+  for (const char* kind : {"unseen", "depth edges", "textured", "plain"}) {
+    of_error += result["errors"][kind]["of_error"].get<double>();
+    of_pixels += result["errors"][kind]["of_pixels"].get<double>();
+  }
+  EXPECT_NEAR(of_error, 1, 1e-9);
+  EXPECT_NEAR(of_pixels, 1, 1e-9);
+  WriteSet(scratch_ / "spoiled", true);
+  const json noise = Run(scratch_ / "spoiled", "--protocol llff --proxy soft --fields soft");
+  EXPECT_GT(noise["errors"]["textured"]["of_error"].get<double>() +
+                noise["errors"]["depth edges"]["of_error"].get<double>(),
+            0.95)
+      << "noise is texture everywhere";
 }
 
 TEST_F(ProtocolCommand, WritesPicturesATableAndJson) {
@@ -125,6 +167,9 @@ TEST_F(ProtocolCommand, RefusesWhatWouldLeak) {
   const auto other = RunUlf("evaluate " + dir_.string() + " --protocol nerf");
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.errors, HasSubstr("llff, nerf-synthetic"));
+  const auto every = RunUlf(evaluate + " --every 4");
+  EXPECT_EQ(every.exit_code, 2);
+  EXPECT_THAT(every.errors, HasSubstr("every:4"));
   fs::create_directories(scratch_ / "full");
   WriteFileAtomically(scratch_ / "full/mine", "mine");
   EXPECT_EQ(RunUlf(evaluate + " -o " + (scratch_ / "full").string()).exit_code, 1);

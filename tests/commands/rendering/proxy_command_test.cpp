@@ -49,6 +49,30 @@ test::SceneSpec PlaneSeenFrom(const std::vector<Vector3d>& viewpoints) {
   return {.viewpoints = viewpoints, .width = 128, .height = 96, .focal_px = 100};
 }
 
+TEST(ProxyCommand, LeavesDepthMapsForTheSoftField) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string();
+  WriteWall(dir);
+  ASSERT_EQ(RunUlf("proxy " + dir + " --no-maps").exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(scratch / "field/depth"));
+  const auto refused = RunUlf("evaluate " + dir + " --proxy soft --fields soft");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("ulf proxy"));
+  ASSERT_EQ(RunUlf("proxy " + dir + " -o " + (scratch / "elsewhere.ply").string()).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(scratch / "field/depth"));
+  ASSERT_EQ(RunUlf("proxy " + dir).exit_code, 0);
+  const auto index = nlohmann::json::parse(ReadWholeFile(scratch / "field/depth/maps.json"));
+  EXPECT_EQ(index["maps"].size(), 12u);
+  const auto evaluated = RunUlf("evaluate " + dir + " --proxy soft --fields soft,lumigraph --json");
+  ASSERT_EQ(evaluated.exit_code, 0) << evaluated.errors;
+  EXPECT_THAT(evaluated.output, HasSubstr("\"soft\""));
+  const auto rendered =
+      RunUlf("render " + dir + " --field soft --proxy soft --path orbit --frames 0:1/9 -o " +
+             (scratch / "one.png").string());
+  EXPECT_EQ(rendered.exit_code, 0) << rendered.errors;
+  EXPECT_GT(cv::mean(cv::imread((scratch / "one.png").string()))[0], 20);
+}
+
 TEST(ProxyCommand, BuildsAMeshOfWhatTheViewsSee) {
   const test::ScratchFolder scratch;
   const std::string dir = (scratch / "field").string();

@@ -326,6 +326,60 @@ TEST_F(Foreign, AMaskAndAlphaBothExclude) {
   EXPECT_EQ(cv::countNonZero(both.colRange(30, kWidth)), (kWidth - 30) * kHeight);
 }
 
+// A PNG of grey and alpha, which OpenCV does not write (colour type 4 of ISO 15948).
+void WriteGreyWithAlpha(const fs::path& png, const cv::Mat& grey, const cv::Mat& alpha) {
+  const auto four = [](std::uint32_t n) {
+    return std::string{static_cast<char>(n >> 24), static_cast<char>(n >> 16), static_cast<char>(n >> 8),
+                       static_cast<char>(n)};
+  };
+  const auto chunk = [&](const std::string& name, const std::string& content) {
+    const std::string named = name + content;
+    const auto checksum = static_cast<std::uint32_t>(
+        crc32(0, reinterpret_cast<const Bytef*>(named.data()), static_cast<uInt>(named.size())));
+    return four(static_cast<std::uint32_t>(content.size())) + named + four(checksum);
+  };
+  std::string rows;
+  for (int y = 0; y < grey.rows; ++y) {
+    rows += '\0';  // no filter
+    for (int x = 0; x < grey.cols; ++x) {
+      rows += static_cast<char>(grey.at<std::uint8_t>(y, x));
+      rows += static_cast<char>(alpha.at<std::uint8_t>(y, x));
+    }
+  }
+  uLongf size = compressBound(rows.size());
+  std::string packed(size, '\0');
+  compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()),
+           rows.size());
+  packed.resize(size);
+  const std::string header = four(static_cast<std::uint32_t>(grey.cols)) +
+                             four(static_cast<std::uint32_t>(grey.rows)) + std::string{8, 4, 0, 0, 0};
+  std::ofstream(png, std::ios::binary)
+      << "\x89PNG\r\n\x1a\n" << chunk("IHDR", header) << chunk("IDAT", packed) << chunk("IEND", "");
+}
+
+// Alpha without colour.
+TEST_F(Foreign, GreyWithAlphaIsAGreyPictureAndAMask) {
+  const cv::Mat grey(kHeight, kWidth, CV_8UC1, cv::Scalar(90));
+  cv::Mat alpha(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
+  alpha.colRange(0, 11) = 0;
+  WriteGreyWithAlpha(source() / "images/000001.png", grey, alpha);
+  Imported();
+  const LightField read = ReadLightField(scratch_ / "lf");
+  EXPECT_EQ(cv::countNonZero(ReadViewMask(read, read.views[0])), (kWidth - 11) * kHeight);
+  const cv::Mat srgb = Srgb8(ReadViewImage(read, read.views[0]));
+  ASSERT_EQ(srgb.type(), CV_8UC3);
+  EXPECT_EQ(srgb.at<cv::Vec3b>(kHeight / 2, kWidth / 2), cv::Vec3b(90, 90, 90));
+}
+
+// A picture that is transparent all over shows nothing: it is imported with a mask that excludes all of it.
+TEST_F(Foreign, TransparentAllOverExcludesAllOfIt) {
+  cv::imwrite((source() / "images/000001.png").string(),
+              cv::Mat(kHeight, kWidth, CV_8UC4, cv::Scalar(1, 2, 3, 0)));
+  Imported();
+  const LightField read = ReadLightField(scratch_ / "lf");
+  EXPECT_EQ(cv::countNonZero(ReadViewMask(read, read.views[0])), 0);
+}
+
 // tRNS (ISO 15948) behind the header of a PNG without an alpha channel.
 void AddTransparentColors(const fs::path& png, const std::string& content) {
   constexpr std::size_t kSignatureAndHeader = 33;

@@ -1,0 +1,36 @@
+// The views' depth maps in graphics memory: a layer of a texture array for each view that was requested so far, two bytes
+// a pixel. The context must be current for all functions.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "render/scene/scene.h"
+
+namespace ulf::render {
+
+class GlDepthMaps {
+ public:
+  // Forgets all maps, for a scene with another proxy. `views` must live and stay unchanged until the next Reset().
+  void Reset(const std::vector<SceneView>& views);
+  // Makes or reads the maps that are missing, on all processors. Throws Error for too many.
+  void Provide(std::span<const int> of_views);
+  // -1: no map.
+  int LayerOf(int view) const { return layer_[static_cast<std::size_t>(view)]; }
+  void Bind(unsigned unit) const;
+  void Release();
+
+ private:
+  void Grow(const cv::Size& size, int layers);
+  void Upload(int view);
+
+  const std::vector<SceneView>* views_ = nullptr;
+  std::vector<int> layer_;
+  std::vector<int> held_;  // views, by layer
+  cv::Size size_;          // of all layers: the largest map's
+  int layers_ = 0;
+  unsigned texture_ = 0;
+};
+
+}  // namespace ulf::render

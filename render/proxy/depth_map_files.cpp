@@ -1,0 +1,163 @@
+#include "render/proxy/depth_map_files.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/geometry/camera_json.h"
+#include "core/geometry/digest.h"
+#include "render/proxy/proxy_choice.h"
+
+namespace ulf::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kIndex[] = "maps.json";
+constexpr char kFormat[] = "ulf depth maps 1";
+
+// Of the pose and the camera under which the map was made.
+std::string DigestOf(const LightField& light_field, const View& view) {
+  Digest digest;
+  digest.Add(view.cam_from_world);
+  digest.Add(light_field.CameraOf(view));
+  return fmt::format("{:016x}", digest.Value());
+}
+
+struct MapFile {
+  fs::path path;
+  std::string checksum;
+  CameraModel camera;
+  double unit, step;
+};
+
+ViewDepthMap ReadMap(const MapFile& file) {
+  const std::string bytes = ReadWholeFile(file.path);
+  if (fmt::format("{:016x}", FastChecksumOf(bytes)) != file.checksum)
+    throw Error("{}: its bytes have changed", file.path.string());
+  const cv::Mat pixels =
+      cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                   cv::IMREAD_UNCHANGED);
+  if (pixels.type() != CV_16UC1 || pixels.cols != file.camera.width || pixels.rows != file.camera.height)
+    throw Error("{}: no depth map of {}x{}", file.path.string(), file.camera.width, file.camera.height);
+  return {file.camera, pixels, file.unit, file.step};
+}
+
+// A view's map as far as the file can be read, else the mesh as the view sees it.
+std::shared_ptr<const LazyDepthMap> MapFrom(const MapFile& file, const Rigid3& cam_from_world,
+                                            const std::shared_ptr<const TriangleMesh>& mesh) {
+  return std::make_shared<LazyDepthMap>([file, cam_from_world, mesh] {
+    try {
+      return ReadMap(file);
+    } catch (const Error& error) {
+      spdlog::warn("{}; the mesh stands in for this depth map (ulf proxy makes it again)", error.what());
+      return DepthMapOfMesh(*mesh, file.camera, cam_from_world, file.step);
+    }
+  });
+}
+
+std::string PngOf(const ViewDepthMap& map) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", map.inverse_depth, bytes)) throw Error("a depth map cannot be written as PNG");
+  return {bytes.begin(), bytes.end()};
+}
+
+// Remains of former maps; other programs may keep files of their own in a folder of this name.
+void RemoveFormerMaps(const fs::path& folder, const std::set<std::string>& kept) {
+  static const std::regex kOurs("[0-9]{6,}-[0-9a-f]{8}\\.png");
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!kept.contains(name) && std::regex_match(name, kOurs)) fs::remove(entry.path(), ignored);
+  }
+}
+
+std::string MeshChecksum(const fs::path& light_field_folder) {
+  const fs::path mesh = light_field_folder / kMeshProxyFile;
+  return fs::exists(mesh) ? fmt::format("{:016x}", FastChecksumOf(ReadWholeFile(mesh))) : std::string();
+}
+
+}  // namespace
+
+void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_field,
+                    const std::map<int, ViewDepthMap>& maps) {
+  const fs::path folder = light_field_folder / kDepthMapsFolder;
+  MakeFolder(folder);
+  nlohmann::json entries = nlohmann::json::array();
+  std::set<std::string> kept{kIndex};
+  for (const auto& [id, map] : maps) {
+    const auto view = std::ranges::find(light_field.views, id, &View::id);
+    if (view == light_field.views.end()) throw Error("{}: there is no view {}", folder.string(), id);
+    const std::string png = PngOf(map), checksum = fmt::format("{:016x}", FastChecksumOf(png));
+    // The name says which bytes: a map that is there is never overwritten by another one.
+    const std::string name = fmt::format("{:06}-{}.png", id, checksum.substr(0, 8));
+    WriteFileAtomically(folder / name, png);
+    kept.insert(name);
+    entries.push_back({{"view", id},
+                       {"file", name},
+                       {"checksum", checksum},
+                       {"made_under", DigestOf(light_field, *view)},
+                       {"camera", CameraToJson(map.camera)},
+                       {"unit", map.unit},
+                       {"step", map.step}});
+  }
+  WriteFileAtomically(
+      folder / kIndex,
+      nlohmann::json{{"format", kFormat}, {"mesh", MeshChecksum(light_field_folder)}, {"maps", entries}}.dump(
+          1) +
+          "\n");
+  RemoveFormerMaps(folder, kept);
+}
+
+bool HasDepthMaps(const fs::path& light_field_folder) {
+  return fs::exists(light_field_folder / kDepthMapsFolder / kIndex);
+}
+
+DepthMapReading ReadDepthMaps(const fs::path& light_field_folder, const LightField& light_field,
+                              std::shared_ptr<const TriangleMesh> mesh) {
+  const fs::path folder = light_field_folder / kDepthMapsFolder, index = folder / kIndex;
+  const nlohmann::json json = nlohmann::json::parse(ReadWholeFile(index), nullptr, false);
+  if (!json.is_object() || json.value("format", nlohmann::json()) != kFormat || !json.contains("maps") ||
+      !json["maps"].is_array())
+    throw Error("{}: this is no index of depth maps, or it was cut short", index.string());
+  if (json.value("mesh", nlohmann::json()) != MeshChecksum(light_field_folder))
+    throw Error("{}: these depth maps were made beside another mesh than {}", folder.string(),
+                kMeshProxyFile);
+  DepthMapReading reading;
+  for (const nlohmann::json& entry : json["maps"]) {
+    const JsonPlace place{entry, index.string()};
+    const int id = place.Integer("view");
+    const auto view = std::ranges::find(light_field.views, id, &View::id);
+    if (view == light_field.views.end() || DigestOf(light_field, *view) != place.Text("made_under")) {
+      ++reading.stale;
+      continue;
+    }
+    const fs::path name = place.Text("file");
+    if (name.filename() != name)
+      throw Error("{}: view {}: the file {} lies elsewhere", index.string(), id, name.string());
+    const MapFile file{folder / name, place.Text("checksum"),
+                       CameraFromJson({place.Raw("camera"), fmt::format("{}, view {}", index.string(), id)}),
+                       place.Positive("unit"), place.Positive("step")};
+    const CameraModel& of_view = light_field.CameraOf(*view);
+    if (file.camera.width > of_view.width || file.camera.height > of_view.height)
+      throw Error("{}: view {}: a depth map of {}x{} is larger than the photograph", index.string(), id,
+                  file.camera.width, file.camera.height);
+    if (file.camera.distortion != Distortion::kNone)
+      throw Error("{}: view {}: a depth map's camera has no distortion", index.string(), id);
+    reading.digest = FastChecksumOf(file.checksum, reading.digest);
+    reading.maps.emplace(id, MapFrom(file, view->cam_from_world, mesh));
+  }
+  return reading;
+}
+
+}  // namespace ulf::render

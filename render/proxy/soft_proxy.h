@@ -1,0 +1,31 @@
+// A mesh, and beside it the depth maps of the recorded views: geometry in which each view knows what it sees (Penner and
+// Zhang 2017, "Soft 3D reconstruction for view synthesis"). The soft field asks the maps; all other fields see the mesh.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "render/proxy/proxy.h"
+#include "render/proxy/view_depth_map.h"
+
+namespace ulf::render {
+
+class SoftProxy : public MeshProxy {
+ public:
+  using Maps = std::map<int, std::shared_ptr<const LazyDepthMap>>;  // by View::id
+  // `of_maps`: a number that differs where the maps do, for Fingerprint().
+  SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps,
+            std::uint64_t of_maps = 0);
+  std::uint64_t Fingerprint() const override;
+  bool HasDepthMaps() const override { return true; }
+  // Of a view without a map of its own it is the mesh as the view sees it.
+  std::shared_ptr<const LazyDepthMap> DepthMapOf(int view_id, const CameraModel& camera,
+                                                 const Rigid3& cam_from_world) const override;
+
+ private:
+  Maps maps_;
+  std::uint64_t of_maps_;
+};
+
+}  // namespace ulf::render

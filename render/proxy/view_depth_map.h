@@ -1,0 +1,48 @@
+// A recorded view's depth map: what the soft field (render/renderer/soft_pixel.h) asks for surfaces, and for what the
+// view sees. Inverse depths in 16 bits, as on disk (depth_map_files.h) and in graphics memory.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+#include "render/proxy/triangle_mesh.h"
+
+namespace ulf::render {
+
+struct ViewDepthMap {
+  CameraModel camera;     // without distortion, of the map's size
+  cv::Mat inverse_depth;  // CV_16UC1: 1 / (depth along the optical axis), in units of `unit`; 0: unknown
+  double unit = 0;        // 1 / world units
+  double step = 0;        // 1 / world units: what the map's inverse depths are uncertain by
+
+  double InverseDepthAt(int x, int y) const { return unit * inverse_depth.at<std::uint16_t>(y, x); }
+};
+
+// `inverse_depth`: CV_32F, 0: unknown.
+ViewDepthMap MakeViewDepthMap(const CameraModel& camera, const cv::Mat& inverse_depth, double step);
+
+// The mesh as this camera (without distortion) sees it; where the mesh has holes, as deep as what is around them.
+ViewDepthMap DepthMapOfMesh(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world,
+                            double step);
+
+// Makes or reads the map at the first Get(), in that thread: a picture needs the maps of a few of many views.
+class LazyDepthMap {
+ public:
+  explicit LazyDepthMap(std::function<ViewDepthMap()> make) : make_(std::move(make)) {}
+  const ViewDepthMap& Get() const {
+    std::call_once(made_, [this] { map_ = make_(); });
+    return *map_;
+  }
+
+ private:
+  std::function<ViewDepthMap()> make_;
+  mutable std::once_flag made_;
+  mutable std::optional<ViewDepthMap> map_;
+};
+
+}  // namespace ulf::render

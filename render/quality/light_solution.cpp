@@ -1,0 +1,278 @@
+#include "render/quality/light_solution.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+
+#include "core/base/at.h"
+#include "core/base/quantile.h"
+
+namespace ulf::render {
+namespace {
+
+using Eigen::Vector2d;
+
+double MiddleOf(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+// The photograph's log light without what the solution explains.
+double Corrected(const LightSolution& solution, int channel, const LightObservation& seen) {
+  return seen.log_light - solution.log_gain[At(channel)][At(seen.view)] -
+         std::log(FalloffOf(solution.falloff[At(seen.camera)], seen.r2));
+}
+
+// Gauss-Newton steps on weighted squares. A point's own light is eliminated: what is left of an observation is its
+// difference from the point's weighted mean.
+class Normal {
+ public:
+  Normal(const std::vector<LightSample>& samples, int views, int cameras, LightModel model)
+      : samples_(samples), views_(views), has_falloff_(model == LightModel::kGainsAndFalloff) {
+    solution_.log_gain.fill(std::vector<double>(At(views), 0.0));
+    solution_.falloff.assign(At(cameras), Vector2d::Zero());
+    count_ = 3 * At(views) + 2 * At(cameras);
+    for (const LightSample& sample : samples_)
+      if (!sample.held_out) entries_ += sample.seen.size();
+    weight_.resize(entries_);
+    over_error_.resize(entries_);
+  }
+
+  const LightSolution& solution() const { return solution_; }
+
+  // Of every observation from its point's weighted mean, over its expected error; from the middle one at first.
+  void Residuals(bool first) {
+    std::size_t entry = 0;
+    std::vector<double> values;
+    for (const LightSample& sample : samples_) {
+      if (sample.held_out) continue;
+      values.clear();
+      double sum = 0, total = 0;
+      for (std::size_t i = 0; i < sample.seen.size(); ++i) {
+        values.push_back(Corrected(solution_, sample.channel, sample.seen[i]));
+        sum += weight_[entry + i] * values.back();
+        total += weight_[entry + i];
+      }
+      std::vector<double> copy = values;
+      const double center = first || total <= 0 ? MiddleOf(copy) : sum / total;
+      for (std::size_t i = 0; i < values.size(); ++i)
+        over_error_[entry + i] = (values[i] - center) / sample.seen[i].error;
+      entry += sample.seen.size();
+    }
+  }
+
+  double Scale() const {
+    std::vector<double> sizes;
+    sizes.reserve(entries_);
+    for (const double value : over_error_) sizes.push_back(std::abs(value));
+    return 1.4826 * Median(std::move(sizes));
+  }
+
+  // `weight` of a residual over its expected error.
+  template <typename Weight>
+  void Reweigh(const Weight& weight) {
+    std::size_t entry = 0;
+    for (const LightSample& sample : samples_) {
+      if (sample.held_out) continue;
+      for (const LightObservation& seen : sample.seen) {
+        const double sure = least_error / seen.error;
+        weight_[entry] = weight(over_error_[entry]) * sure * sure;
+        ++entry;
+      }
+    }
+  }
+
+  // Returns the largest change.
+  double Step() {
+    std::vector<double> right(count_, 0.0), diagonal(count_);
+    for (std::size_t i = 0; i < count_; ++i) diagonal[i] = PriorOf(i);
+    ForEach([&](const Row& row, double weight, double residual) {
+      for (int i = 0; i < row.count; ++i) {
+        right[row.at[At(i)]] += weight * row.value[At(i)] * residual;
+        diagonal[row.at[At(i)]] += weight * row.value[At(i)] * row.value[At(i)];
+      }
+    });
+    for (std::size_t i = 0; i < count_; ++i) right[i] -= PriorOf(i) * Parameter(i);
+    const std::vector<double> step = Solve(right, diagonal);
+    double largest = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      Parameter(i) += step[i];
+      largest = std::max(largest, std::abs(step[i]));
+    }
+    for (auto& gains : solution_.log_gain) {
+      const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / views_;
+      for (double& gain : gains) gain -= mean;
+    }
+    return largest;
+  }
+
+  double least_error = 1;
+
+ private:
+  // Of so many perfect observations that say: no gain, no fall-off. They hold what nobody compares. The shape of a
+  // fall-off hangs by small differences, and must not be bent.
+  static constexpr double kPriorOfGain = 1, kPriorOfFalloff = 1e-3;
+  double PriorOf(std::size_t i) const { return i < 3 * At(views_) ? kPriorOfGain : kPriorOfFalloff; }
+
+  struct Row {  // derivatives of an observation
+    int count = 0;
+    std::array<std::size_t, 3> at{};
+    std::array<double, 3> value{};
+  };
+
+  double& Parameter(std::size_t i) {
+    const auto views = static_cast<std::size_t>(views_);
+    if (i < 3 * views) return solution_.log_gain[i / views][i % views];
+    i -= 3 * views;
+    return solution_.falloff[i / 2][static_cast<Eigen::Index>(i % 2)];
+  }
+
+  Row RowOf(int channel, const LightObservation& seen) const {
+    Row row;
+    row.at[0] = At(channel) * At(views_) + At(seen.view);
+    row.value[0] = 1;
+    row.count = 1;
+    if (!has_falloff_) return row;
+    const double falloff = FalloffOf(solution_.falloff[At(seen.camera)], seen.r2);
+    for (const std::size_t i : {0, 1}) {
+      row.at[i + 1] = 3 * At(views_) + 2 * At(seen.camera) + i;
+      row.value[i + 1] = (i == 0 ? seen.r2 : seen.r2 * seen.r2) / falloff;
+    }
+    row.count = 3;
+    return row;
+  }
+
+  template <typename Each>
+  void ForEach(const Each& each) const {
+    std::size_t entry = 0;
+    for (const LightSample& sample : samples_) {
+      if (sample.held_out) continue;
+      for (const LightObservation& seen : sample.seen) {
+        each(RowOf(sample.channel, seen), weight_[entry], over_error_[entry] * seen.error);
+        ++entry;
+      }
+    }
+  }
+
+  // The normal matrix times x.
+  void Multiply(const std::vector<double>& x, std::vector<double>& product) const {
+    for (std::size_t i = 0; i < count_; ++i) product[i] = PriorOf(i) * x[i];
+    std::size_t entry = 0;
+    std::vector<std::pair<Row, double>> of_point;
+    for (const LightSample& sample : samples_) {
+      if (sample.held_out) continue;
+      double sum = 0, total = 0;
+      of_point.clear();
+      for (std::size_t i = 0; i < sample.seen.size(); ++i) {
+        const Row row = RowOf(sample.channel, sample.seen[i]);
+        double value = 0;
+        for (int n = 0; n < row.count; ++n) value += row.value[At(n)] * x[row.at[At(n)]];
+        of_point.emplace_back(row, value);
+        sum += weight_[entry + i] * value;
+        total += weight_[entry + i];
+      }
+      const double mean = total > 0 ? sum / total : 0;
+      for (std::size_t i = 0; i < sample.seen.size(); ++i) {
+        const auto& [row, value] = of_point[i];
+        for (int n = 0; n < row.count; ++n)
+          product[row.at[At(n)]] += weight_[entry + i] * row.value[At(n)] * (value - mean);
+      }
+      entry += sample.seen.size();
+    }
+  }
+
+  // Conjugate gradients: the matrix of many views would be large, and is never needed.
+  std::vector<double> Solve(const std::vector<double>& right, const std::vector<double>& diagonal) const {
+    constexpr int kMostSteps = 200;
+    constexpr double kEnough = 1e-5;  // of the first residual
+    std::vector<double> x(count_, 0.0), rest = right, scaled(count_), product(count_);
+    const auto dot = [&](const std::vector<double>& a, const std::vector<double>& b) {
+      return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+    };
+    const auto scale = [&] {
+      for (std::size_t i = 0; i < count_; ++i) scaled[i] = rest[i] / diagonal[i];
+    };
+    scale();
+    std::vector<double> along = scaled;
+    double size = dot(rest, scaled);
+    const double enough = kEnough * kEnough * size;
+    for (int i = 0; i < kMostSteps && size > enough; ++i) {
+      Multiply(along, product);
+      const double step = size / dot(along, product);
+      for (std::size_t n = 0; n < count_; ++n) {
+        x[n] += step * along[n];
+        rest[n] -= step * product[n];
+      }
+      scale();
+      const double before = std::exchange(size, dot(rest, scaled));
+      for (std::size_t n = 0; n < count_; ++n) along[n] = scaled[n] + size / before * along[n];
+    }
+    return x;
+  }
+
+  const std::vector<LightSample>& samples_;
+  int views_;
+  bool has_falloff_;
+  LightSolution solution_;
+  std::size_t count_ = 0, entries_ = 0;
+  std::vector<double> weight_, over_error_;
+};
+
+}  // namespace
+
+double FalloffOf(const Eigen::Vector2d& falloff, double r2) {
+  return 1 + r2 * (falloff[0] + r2 * falloff[1]);
+}
+
+LightSolution SolveLight(const std::vector<LightSample>& samples, int views, int cameras, LightModel model) {
+  Normal normal(samples, views, cameras, model);
+  if (model == LightModel::kAsRecorded) return normal.solution();
+  normal.least_error = 1e30;
+  for (const LightSample& sample : samples)
+    for (const LightObservation& seen : sample.seen)
+      normal.least_error = std::min(normal.least_error, seen.error);
+  // Absolute deviations find the way from far, Geman and McClure's weights forget what is far off.
+  constexpr int kAbsolute = 12, kRedescending = 12;
+  constexpr double kEnough = 1e-5, kLeastScale = 1e-3, kTimesScale = 2.5;
+  for (int i = 0; i < kAbsolute; ++i) {
+    normal.Residuals(i == 0);
+    const double scale = std::max(kLeastScale, normal.Scale());
+    normal.Reweigh([&](double r) { return scale / std::max(scale, std::abs(r)); });
+    normal.Residuals(false);
+    if (normal.Step() < kEnough) break;
+  }
+  for (int i = 0; i < kRedescending; ++i) {
+    normal.Residuals(false);
+    const double scale = std::max(kLeastScale, kTimesScale * normal.Scale());
+    normal.Reweigh([&](double r) {
+      const double root = 1 / (1 + r * r / (scale * scale));
+      return root * root;
+    });
+    normal.Residuals(false);
+    if (normal.Step() < kEnough) break;
+  }
+  return normal.solution();
+}
+
+std::vector<HeldOutError> HeldOutErrors(const std::vector<LightSample>& samples,
+                                        const LightSolution& solution) {
+  std::vector<HeldOutError> errors;
+  std::vector<double> values;
+  for (const LightSample& sample : samples) {
+    if (!sample.held_out) continue;
+    values.clear();
+    for (const LightObservation& seen : sample.seen)
+      values.push_back(Corrected(solution, sample.channel, seen));
+    std::vector<double> copy = values;
+    const double middle = MiddleOf(copy);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      errors.push_back({(values[i] - middle) / sample.seen[i].error, sample.seen[i].error});
+  }
+  return errors;
+}
+
+}  // namespace ulf::render

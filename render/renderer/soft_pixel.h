@@ -1,0 +1,97 @@
+// The soft field's pixel: which surfaces there may be along its ray, how far each is believed, and what each of them
+// shows (after Penner and Zhang 2017, "Soft 3D reconstruction for view synthesis"; here without volumes of votes: each
+// pixel asks the views' depth maps). The OpenGL renderer computes the same (render/gl/shaders/soft.frag).
+//
+//   1. The views are the nearest kSoftViews that have the proxy's point in their images, with the penalty of angle and
+//      resolution that lumigraph weights use. The weight of a view is a Gaussian of its penalty, as wide as
+//      FieldOptions::soft_width says; a view in the virtual camera's own place takes all.
+//   2. Candidates are the proxy's depth, and the depths at which the maps of the nearest kSoftProposers views meet the
+//      ray, each found by a few steps from the proxy's depth.
+//   3. The views vote for each candidate by how near their maps are to it, in steps of the maps. A view whose map is
+//      far before the candidate sees something else there, and has no vote. Colours of the views that differ lower the
+//      belief in a candidate: on a wrong surface they do.
+//   4. A candidate's colour is the mean of the views that see it, in linear light; what a view sees fades over a few
+//      steps of its map. Views far from the mean count less, since a photograph that is off by an edge, a highlight or
+//      a passer-by is.
+//   5. Candidates are laid over each other from near to far, each as opaque as it is believed.
+//
+// Over a proxy without depth maps there is one candidate, the proxy's, and its shadow maps say what views see.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "render/scene/scene.h"
+#include "render/scene/view_tiles.h"
+
+namespace ulf::render {
+
+inline constexpr int kSoftViews = 16, kSoftProposers = 8;
+
+// Settled on fern of LLFF, fox_half and the simulated studio (docs/rendering.md, Soft geometry); the same in the shader.
+struct SoftConstants {
+  double least_weight = 0.05;  // of the Gaussian: a view that has less has nothing
+  double own_share = 0.1;      // a view nearer than this share of the fourth penalty begins to take all
+  int search_steps = 3;        // of a map's depth along the ray
+  double search_end = 2;       // a search that still moves by more of the map's steps has failed
+  double merged = 1;           // candidates nearer to each other, in steps, are one
+  double vote = 2;             // standard deviation of a vote, in steps
+  double occluded = 4;         // a map that many steps before a point hides it
+  double least_seen = 0.003;   // of a hidden view, where no view sees the point
+  double agreeing = 0.2;       // standard deviation of colours on a right surface, in the root of light
+  double robust = 0.2;         // difference from the mean that halves a view's weight, in the root of light
+  int robust_steps = 2;
+};
+
+// One view's light in a pixel.
+struct Contribution {
+  int view = 0;  // index into RenderScene::views
+  double weight = 0;
+  cv::Vec3f light;
+};
+
+class SoftPixel {
+ public:
+  // `light_of(view, img)`: light on the common scale, and the share of it that the photograph has there.
+  using LightOf = std::function<cv::Vec4f(int view, const Eigen::Vector2d& img)>;
+  // `width`: FieldOptions::soft_width.
+  SoftPixel(const RenderScene& scene, const Rigid3& cam_from_world, double width, LightOf light_of);
+
+  // `ray_in_cam`: of depth 1; `depth`: the proxy's; `views`: in the order of their distance. Sets the contributions,
+  // and returns their sum of weights: the share of the light that photographs have, times what the best view sees.
+  double Blend(const Eigen::Vector3d& ray_in_cam, double depth, std::span<const int> views,
+               std::vector<Contribution>& contributions) const;
+
+ private:
+  struct Chosen {
+    int view;
+    double penalty, weight;
+  };
+  struct Sample {
+    int view;
+    double weight, seen, feather;
+    cv::Vec3d light, root;
+  };
+  std::vector<Chosen> Choose(const Eigen::Vector3d& point_in_world, std::span<const int> views) const;
+  std::vector<double> Candidates(const Eigen::Vector3d& ray_in_cam, double inverse_depth,
+                                 const std::vector<Chosen>& chosen) const;
+  double Blend(const Eigen::Vector3d& ray_in_cam, double inverse_depth, const std::vector<Chosen>& chosen,
+               std::vector<Sample>& samples, double& belief) const;
+
+  const RenderScene& scene_;
+  Rigid3 world_from_cam_;
+  std::vector<Rigid3> view_from_cam_;
+  Eigen::Vector3d virtual_center_;
+  double width_;
+  LightOf light_of_;
+  SoftConstants constants_;
+};
+
+// For each tile of the picture the views that its pixels go through, nearest to the virtual camera first.
+ViewTiles SoftViewsOfTiles(ViewTiler& tiler, const RenderScene& scene, const CameraModel& camera,
+                           const Rigid3& cam_from_world);
+
+}  // namespace ulf::render

@@ -1,0 +1,160 @@
+// Tests: render/proxy/depth_map_files, render/proxy/proxy_choice.
+#include "render/proxy/depth_map_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/mesh_file.h"
+#include "render/proxy/proxy_choice.h"
+#include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class DepthMapFiles : public testing::Test {
+ protected:
+  DepthMapFiles() {
+    SceneSpec spec{.viewpoints = CapViewpoints(6, 0.4, 2.0)};
+    WriteLightField(dir_, spec, true);
+    light_field_ = ReadLightField(dir_);
+    WriteMeshPly(dir_ / kMeshProxyFile, *mesh_);
+    for (const View& view : light_field_.views)
+      maps_.emplace(view.id, DepthMapOfMesh(*mesh_, light_field_.CameraOf(view).WithoutDistortion(),
+                                            view.cam_from_world, 0.01));
+  }
+  DepthMapReading Read() const { return ReadDepthMaps(dir_, light_field_, mesh_); }
+  cv::Mat FirstMap() const {
+    const DepthMapReading reading = Read();
+    return reading.maps.at(1)->Get().inverse_depth.clone();
+  }
+  std::size_t FilesInFolder() const {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(dir_ / kDepthMapsFolder), fs::directory_iterator()));
+  }
+  fs::path SomePng() const {
+    for (const auto& entry : fs::directory_iterator(dir_ / kDepthMapsFolder))
+      if (entry.path().extension() == ".png") return entry.path();
+    return {};
+  }
+
+  ScratchFolder scratch_;
+  fs::path dir_ = scratch_ / "field";
+  LightField light_field_;
+  std::shared_ptr<const TriangleMesh> mesh_ = PlaneAndSquare();
+  std::map<int, ViewDepthMap> maps_;
+};
+
+TEST_F(DepthMapFiles, ComeBackAsTheyWere) {
+  EXPECT_FALSE(HasDepthMaps(dir_));
+  WriteDepthMaps(dir_, light_field_, maps_);
+  ASSERT_TRUE(HasDepthMaps(dir_));
+  const DepthMapReading reading = Read();
+  EXPECT_EQ(reading.stale, 0u);
+  ASSERT_EQ(reading.maps.size(), maps_.size());
+  for (const auto& [id, map] : maps_) {
+    const ViewDepthMap& read = reading.maps.at(id)->Get();
+    EXPECT_EQ(cv::norm(read.inverse_depth, map.inverse_depth, cv::NORM_INF), 0) << id;
+    EXPECT_EQ(read.camera, map.camera);
+    EXPECT_EQ(read.unit, map.unit);
+    EXPECT_EQ(read.step, map.step);
+  }
+}
+
+TEST_F(DepthMapFiles, OfAViewWithAnotherPoseAreNotUsed) {
+  WriteDepthMaps(dir_, light_field_, maps_);
+  light_field_.views[2].cam_from_world.translation.x() += 1e-3;
+  light_field_.views.pop_back();
+  const DepthMapReading reading = Read();
+  EXPECT_EQ(reading.stale, 2u);
+  EXPECT_EQ(reading.maps.size(), 4u);
+  EXPECT_FALSE(reading.maps.contains(light_field_.views[2].id));
+}
+
+TEST_F(DepthMapFiles, NewOnesReplaceOldOnesAndAKillBetweenLeavesTheOld) {
+  WriteDepthMaps(dir_, light_field_, maps_);
+  const std::string old_index = ReadWholeFile(dir_ / kDepthMapsFolder / "maps.json");
+  std::map<std::string, std::string> old_files;
+  for (const auto& entry : fs::directory_iterator(dir_ / kDepthMapsFolder))
+    old_files[entry.path().filename().string()] = ReadWholeFile(entry.path());
+  std::map<int, ViewDepthMap> others = maps_;
+  for (auto& [id, map] : others) {
+    const cv::Mat halved = map.inverse_depth / 2;
+    map.inverse_depth = halved;
+  }
+  WriteDepthMaps(dir_, light_field_, others);
+  EXPECT_EQ(FilesInFolder(), others.size() + 1);
+  EXPECT_EQ(cv::norm(FirstMap(), others.at(1).inverse_depth, cv::NORM_INF), 0);
+  // Killed before the index: the old index and files stand, with some of the new files beside them.
+  for (const auto& [name, bytes] : old_files) WriteFileAtomically(dir_ / kDepthMapsFolder / name, bytes);
+  WriteFileAtomically(dir_ / kDepthMapsFolder / "maps.json", old_index);
+  EXPECT_GT(FilesInFolder(), others.size() + 1) << "old and new names differ";
+  EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
+}
+
+TEST_F(DepthMapFiles, FilesOfOtherProgramsStay) {
+  fs::create_directories(dir_ / kDepthMapsFolder / "raw");
+  WriteFileAtomically(dir_ / kDepthMapsFolder / "000001.png", "a depth camera's");
+  WriteDepthMaps(dir_, light_field_, maps_);
+  WriteDepthMaps(dir_, light_field_, maps_);
+  EXPECT_EQ(ReadWholeFile(dir_ / kDepthMapsFolder / "000001.png"), "a depth camera's");
+  EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "raw"));
+}
+
+TEST_F(DepthMapFiles, TheMeshStandsInForAMapThatIsDamaged) {
+  WriteDepthMaps(dir_, light_field_, maps_);
+  const std::string whole = ReadWholeFile(SomePng());
+  WriteFileAtomically(SomePng(), whole.substr(0, whole.size() / 2));
+  testing::internal::CaptureStdout();
+  const DepthMapReading reading = Read();
+  for (const auto& [id, map] : reading.maps) {
+    const ViewDepthMap& read = map->Get();
+    EXPECT_LE(cv::norm(read.inverse_depth, maps_.at(id).inverse_depth, cv::NORM_INF), 1) << id;
+  }
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("the mesh stands in"));
+}
+
+TEST_F(DepthMapFiles, AnIndexThatIsNoneIsRefusedAndTheMeshServes) {
+  WriteDepthMaps(dir_, light_field_, maps_);
+  EXPECT_THAT(OwnProxies(dir_), testing::Contains("soft"));
+  const fs::path index = dir_ / kDepthMapsFolder / "maps.json";
+  const std::string whole = ReadWholeFile(index);
+  const auto refusal = [&](const std::string& text) {
+    WriteFileAtomically(index, text);
+    try {
+      Read();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(refusal(whole.substr(0, whole.size() / 2)), HasSubstr("cut short"));
+  EXPECT_THAT(refusal("{}"), HasSubstr("no index of depth maps"));
+  EXPECT_THAT(refusal("{\"format\": 5, \"maps\": []}"), HasSubstr("no index of depth maps"));
+  nlohmann::json changed = nlohmann::json::parse(whole);
+  changed["maps"][0]["file"] = "../../secret.png";
+  EXPECT_THAT(refusal(changed.dump()), HasSubstr("lies elsewhere"));
+  changed = nlohmann::json::parse(whole);
+  changed["maps"][0]["step"] = 0;
+  EXPECT_THAT(refusal(changed.dump()), HasSubstr("must be positive"));
+  changed = nlohmann::json::parse(whole);
+  changed["maps"][0]["camera"]["width"] = 1900000000;
+  EXPECT_THAT(refusal(changed.dump()), HasSubstr("larger than the photograph"));
+  WriteMeshPly(dir_ / kMeshProxyFile, TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
+  EXPECT_THAT(refusal(whole), HasSubstr("another mesh"));
+  const auto proxies = EveryProxyOf(dir_, *light_field_.subject);
+  EXPECT_EQ(proxies.back()->Name(), "mesh");
+  EXPECT_THROW(ProxyFromName("soft", *light_field_.subject, dir_), Error);
+}
+
+}  // namespace
+}  // namespace ulf::test
