@@ -165,11 +165,14 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
   WriteFileAtomically(dir_ / "points.ply", PointPlyBytes(points));
   const auto chosen = RunUlf("render " + dir_.string() + " --field linear -o " + Out("a.png"));
   ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
-  EXPECT_THAT(chosen.errors, testing::ContainsRegex("proxy points: plane [0-9.]+, points [0-9.]+ dB"))
+  EXPECT_THAT(chosen.errors,
+              testing::ContainsRegex("proxy planes: plane [0-9.]+, planes [0-9.]+, points [0-9.]+ dB"))
       << "the plane turns with the camera, what was photographed does not";
   const auto why = RunUlf("render " + dir_.string() + " --field linear --explain -o " + Out("b.png"));
-  EXPECT_THAT(why.errors, testing::ContainsRegex(
-                              "proxy: the first within.*\n  plane +[0-9.]+ dB\n\\* points +[0-9.]+ dB"));
+  EXPECT_THAT(
+      why.errors,
+      testing::ContainsRegex(
+          "proxy: the first within.*\n  plane +[0-9.]+ dB\n\\* planes +[0-9.]+ dB\n  points +[0-9.]+ dB"));
   const auto given = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
   ASSERT_EQ(given.exit_code, 0) << given.errors;
   EXPECT_GT(nlohmann::json::parse(given.output)["results"][0]["psnr_db"], 30);
