@@ -353,8 +353,8 @@ void WriteGreyWithAlpha(const fs::path& png, const cv::Mat& grey, const cv::Mat&
   packed.resize(size);
   const std::string header = four(static_cast<std::uint32_t>(grey.cols)) +
                              four(static_cast<std::uint32_t>(grey.rows)) + std::string{8, 4, 0, 0, 0};
-  std::ofstream(png, std::ios::binary)
-      << "\x89PNG\r\n\x1a\n" << chunk("IHDR", header) << chunk("IDAT", packed) << chunk("IEND", "");
+  std::ofstream(png, std::ios::binary) << "\x89PNG\r\n\x1a\n"
+                                       << chunk("IHDR", header) << chunk("IDAT", packed) << chunk("IEND", "");
 }
 
 // Alpha without colour.
