@@ -31,7 +31,7 @@ namespace ulf::render {
 
 inline constexpr int kSoftViews = 16, kSoftProposers = 8;
 
-// Settled on fern of LLFF, fox_half and the simulated studio (docs/rendering.md, Soft geometry); the same in the shader.
+// Settled on fern of LLFF and fox_half (docs/rendering.md, Soft geometry); the same in the shader.
 struct SoftConstants {
   double least_weight = 0.05;  // of the Gaussian: a view that has less has nothing
   double own_share = 0.1;      // a view nearer than this share of the fourth penalty begins to take all

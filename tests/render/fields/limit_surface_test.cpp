@@ -14,6 +14,7 @@
 #include "render/fields/limit_pieces.h"
 #include "render/fields/weight_sum.h"
 #include "render/viewpoints/viewpoint_mesh.h"
+#include "tests/render/fields/weights_difference.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -22,6 +23,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using test::LargestDifference;
 
 constexpr std::array kBothRules{SubdivisionRules::kDelaunay, SubdivisionRules::kLoop};
 const char* NameOf(SubdivisionRules rules) { return rules == SubdivisionRules::kLoop ? "Loop" : "Delaunay"; }
@@ -105,15 +107,6 @@ std::vector<Vector3d> Places() {
         places.push_back(place);
       }
   return places;
-}
-
-double LargestDifference(const SparseWeights& a, const SparseWeights& b) {
-  std::map<int, double> difference;
-  for (const auto& [of, weight] : a) difference[of] += weight;
-  for (const auto& [of, weight] : b) difference[of] -= weight;
-  double most = 0;
-  for (const auto& [of, weight] : difference) most = std::max(most, std::abs(weight));
-  return most;
 }
 
 double WeightOf(const SparseWeights& weights, int vertex) {

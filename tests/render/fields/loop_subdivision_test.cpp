@@ -10,6 +10,7 @@
 #include <set>
 
 #include "render/viewpoints/viewpoint_mesh.h"
+#include "tests/render/fields/weights_difference.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -17,6 +18,7 @@ namespace ulf {
 namespace {
 
 using Eigen::Vector3d;
+using test::LargestDifference;
 
 const Subject kSubject{Vector3d::Zero(), 0.2};
 
@@ -105,15 +107,6 @@ TEST(LoopSubdivision, RegularMeshReproducesLinearFunctions) {
   }
 }
 
-double Difference(const SparseWeights& a, const SparseWeights& b) {
-  std::map<int, double> difference;
-  for (const auto& [of, weight] : a) difference[of] += weight;
-  for (const auto& [of, weight] : b) difference[of] -= weight;
-  double most = 0;
-  for (const auto& [of, weight] : difference) most = std::max(most, std::abs(weight));
-  return most;
-}
-
 // On a square grid the diagonals are chance: the middle of a square is a quarter of each corner whichever
 // was taken, and nothing jumps as a viewpoint moves over the circle of the other three.
 TEST(LoopSubdivision, DoesNotPreferTheDiagonalThatDelaunayHappenedToTake) {
@@ -137,10 +130,11 @@ TEST(LoopSubdivision, DoesNotPreferTheDiagonalThatDelaunayHappenedToTake) {
   const SparseWeights one = middle(corners[2], false, largest);
   ASSERT_EQ(one.size(), 4u);
   EXPECT_NEAR(largest, 0.25, 1e-12);
-  EXPECT_LT(Difference(one, middle(corners[2], true, largest)), 1e-12);
+  EXPECT_LT(LargestDifference(one, middle(corners[2], true, largest)), 1e-12);
   // Inside the circle Delaunay joins 0 and 2, outside it joins 1 and 3.
-  EXPECT_LT(Difference(middle({0.99, 0.99, 0}, false, largest), middle({1.01, 1.01, 0}, true, largest)),
-            0.01);
+  EXPECT_LT(
+      LargestDifference(middle({0.99, 0.99, 0}, false, largest), middle({1.01, 1.01, 0}, true, largest)),
+      0.01);
   // Far from the circle the edge is no chance.
   middle({0.6, 0.6, 0}, false, largest);
   EXPECT_GT(largest, 0.3);
