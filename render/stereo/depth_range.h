@@ -10,6 +10,8 @@ namespace ulf::render {
 struct DepthRangeOptions {
   // The longer side of the first sweep's views, at most, and never more than half of the views'. Guessed.
   int size_px = 320;
+  // SweepOptions::coarse_from_px of the first sweep. Settled on fern of LLFF and fox_half.
+  int coarse_from_px = 160;
   // The first sweep's range, in distances to the subject. Guessed.
   double nearest = 0.2, farthest = 100;
   // Depths of the first sweep with a larger agreement (DepthMap::agreement) count. Guessed.

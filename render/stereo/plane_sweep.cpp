@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -24,15 +25,19 @@ struct Carrier : PlaneCarrier {
 
 constexpr float kUnseen = 4.0f;  // above any cost, which is at most 2
 
-// Plain arrays and windows of fixed size, so that the compiler processes eight pixels at a time.
+// Rows are processed in whole groups of pixels; what is beyond their end is written and never read.
+constexpr int kGroup = 8;
+constexpr int WholeGroups(int pixels) { return (pixels + kGroup - 1) / kGroup * kGroup; }
+
+// Plain arrays and windows of fixed size, so that the compiler processes a group at a time.
 template <int kRadius>
 class Matcher {
  public:
   Matcher(const cv::Mat& grey, double noise)
       : width_(grey.cols), height_(grey.rows), floor_(static_cast<float>(noise * noise * kArea)) {
-    cv::copyMakeBorder(grey, padded_, kRadius, kRadius, kRadius, kRadius, cv::BORDER_REPLICATE);
-    sum_ = cv::Mat(grey.size(), CV_32F);
-    spread_ = cv::Mat(grey.size(), CV_32F);
+    cv::copyMakeBorder(grey, padded_, kRadius, kRadius, kRadius, kRadius + kGroup, cv::BORDER_REPLICATE);
+    sum_ = cv::Mat(height_, WholeGroups(width_), CV_32F, cv::Scalar(0));
+    spread_ = cv::Mat(sum_.size(), CV_32F, cv::Scalar(1));
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x) {
         float sum = 0, square = 0;
@@ -45,11 +50,12 @@ class Matcher {
         sum_.at<float>(y, x) = sum;
         spread_.at<float>(y, x) = std::max(0.0f, square - sum * sum / kArea) + floor_;
       }
-    const std::size_t wide = static_cast<std::size_t>(width_ + 2 * kRadius);
+    const std::size_t wide = static_cast<std::size_t>(WholeGroups(width_ + 2 * kRadius) + kGroup);
     offset_.resize(wide);
     for (auto* row : {&right_share_, &lower_share_, &carried_}) row->resize(wide);
+    for (auto* pairs : {&above_, &below_}) pairs->resize(2 * wide);
     for (auto& row : ring_)
-      for (auto& sums : row) sums.resize(static_cast<std::size_t>(width_));
+      for (auto& sums : row) sums.resize(wide);
   }
 
   // The part of the image that is compared.
@@ -57,7 +63,7 @@ class Matcher {
     int left, right, top, bottom;  // from the first to before the last
     int width() const { return right - left; }
   };
-  // Writes the costs of the part's pixels, row by row. Rows and columns of the window outside the image repeat its
+  // Writes the costs of the part's pixels, row by row, and up to a group beyond the last. Rows and columns of the window outside the image repeat its
   // edge.
   void Match(const Carrier& carrier, float inverse_depth, const Part& part, float* costs) {
     Matrix3f h = carrier.at_infinity;
@@ -78,7 +84,7 @@ class Matcher {
 
   // A row of this view's image, sampled from the neighbour by way of the plane.
   void Carry(const cv::Mat& image, const Matrix3f& h, int y, const Part& part) {
-    const int wide = part.width() + 2 * kRadius;
+    const int wide = WholeGroups(part.width() + 2 * kRadius);
     const Vector3f start = h * Vector3f(0.5f - kRadius + static_cast<float>(part.left),
                                         static_cast<float>(std::clamp(y, 0, height_ - 1)) + 0.5f, 1.0f);
     const float x0 = start.x(), y0 = start.y(), z0 = start.z(), dx = h(0, 0), dy = h(1, 0), dz = h(2, 0);
@@ -106,11 +112,17 @@ class Matcher {
     const float* __restrict pixels = image.ptr<float>();
     const float* __restrict pixels_below = pixels + stride;
     float* __restrict carried = carried_.data();
+    // The four pixels around are copied one by one; eight means at a time are made of them.
+    float* __restrict above = above_.data();
+    float* __restrict below = below_.data();
     for (int x = 0; x < wide; ++x) {
-      const int at = offset[x];
-      const float a = pixels[at], b = pixels[at + 1], c = pixels_below[at], d = pixels_below[at + 1];
-      const float above = a + right_share[x] * (b - a), below = c + right_share[x] * (d - c);
-      carried[x] = above + lower_share[x] * (below - above);
+      std::memcpy(above + 2 * x, pixels + offset[x], 2 * sizeof(float));
+      std::memcpy(below + 2 * x, pixels_below + offset[x], 2 * sizeof(float));
+    }
+    for (int x = 0; x < wide; ++x) {
+      const float upper = above[2 * x] + right_share[x] * (above[2 * x + 1] - above[2 * x]);
+      const float lower = below[2 * x] + right_share[x] * (below[2 * x + 1] - below[2 * x]);
+      carried[x] = upper + lower_share[x] * (lower - upper);
     }
   }
 
@@ -121,7 +133,7 @@ class Matcher {
     float* __restrict value = row[0].data();
     float* __restrict square = row[1].data();
     float* __restrict product = row[2].data();
-    const int width = part.width();
+    const int width = WholeGroups(part.width());
     for (int x = 0; x < width; ++x) {
       float v = 0, s = 0, p = 0;
       for (int d = 0; d < kSide; ++d) {
@@ -151,7 +163,7 @@ class Matcher {
     const float x0 = start.x(), y0 = start.y(), z0 = start.z(), dx = h(0, 0), dy = h(1, 0), dz = h(2, 0);
     const float right = static_cast<float>(image.cols), bottom = static_cast<float>(image.rows);
     const float floor = floor_;
-    const int width = part.width();
+    const int width = WholeGroups(part.width());
     for (int x = 0; x < width; ++x) {
       float value = 0, square = 0, product = 0;
       for (std::size_t i = 0; i < kSide; ++i) {
@@ -174,7 +186,7 @@ class Matcher {
   float floor_;
   cv::Mat padded_, sum_, spread_;
   std::vector<int> offset_;
-  Row right_share_, lower_share_, carried_;
+  Row right_share_, lower_share_, above_, below_, carried_;
   // Of the window's rows: values, squares, products with the view.
   std::array<std::array<Row, 3>, kSide> ring_;
 };
@@ -191,28 +203,30 @@ void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t 
   std::array<float, kBlock> rest;
   for (std::size_t first = 0; first < pixels; first += kBlock) {
     const std::size_t count = std::min(kBlock, pixels - first);
-    for (std::size_t k = 0; k < keep; ++k) best[k].fill(kUnseen);
+    const std::size_t wide = static_cast<std::size_t>(WholeGroups(static_cast<int>(count)));
+    for (std::size_t k = 0; k < keep; ++k) std::fill_n(best[k].data(), wide, kUnseen);
     for (const auto& of_neighbour : costs) {
       std::copy_n(of_neighbour.data() + first, count, rest.data());
       for (std::size_t k = 0; k < keep; ++k) {
         float* __restrict kept = best[k].data();
         float* __restrict other = rest.data();
-        for (std::size_t i = 0; i < kBlock; ++i) {
+        for (std::size_t i = 0; i < wide; ++i) {
           const float a = kept[i], b = other[i];
           kept[i] = a < b ? a : b;
           other[i] = a < b ? b : a;
         }
       }
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      float sum = 0, seen = 0;
-      for (std::size_t k = 0; k < keep; ++k) {
-        const float cost = best[k][i];
-        sum += cost < kUnseen ? std::min(cost, truncation) : 0.0f;
-        seen += cost < kUnseen ? 1.0f : 0.0f;
+    std::array<float, kBlock> sum{}, seen{};
+    for (std::size_t k = 0; k < keep; ++k) {
+      const float* __restrict cost = best[k].data();
+      for (std::size_t i = 0; i < wide; ++i) {
+        const float cut = cost[i] < truncation ? cost[i] : truncation;
+        sum[i] += cost[i] < kUnseen ? cut : 0.0f;
+        seen[i] += cost[i] < kUnseen ? 1.0f : 0.0f;
       }
-      mean[first + i] = seen > 0 ? sum / seen : truncation;
     }
+    for (std::size_t i = 0; i < count; ++i) mean[first + i] = seen[i] > 0 ? sum[i] / seen[i] : truncation;
   }
 }
 
@@ -244,7 +258,8 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
   for (const StereoView* neighbour : neighbours)
     carriers.push_back({MakePlaneCarrier(view, *neighbour), neighbour});
   Matcher<kRadius> matcher(view.grey, options.noise);
-  // Rows whose part of the volume stays in the processor's cache while all planes are written into it.
+  // Rows, or tiles, whose part of the volume stays in the processor's cache while all planes are written into it.
+  constexpr int kTilesAbreast = 4;
   constexpr long kCacheBytes = 2'000'000;
   constexpr int kFewestRows = 8, kMostRows = 64;
   const int band = compared
@@ -252,7 +267,7 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
                        : std::clamp(static_cast<int>(kCacheBytes / (static_cast<long>(width) * range.planes)),
                                     kFewestRows, kMostRows);
   std::vector<std::vector<float>> costs(carriers.size(),
-                                        std::vector<float>(static_cast<std::size_t>(width * band)));
+                                        std::vector<float>(static_cast<std::size_t>(width * band + kGroup)));
   std::vector<float> mean(static_cast<std::size_t>(width * band));
   const auto compare = [&](int plane, const Part& part) {
     const float inverse_depth = static_cast<float>(range.At(plane));
@@ -275,10 +290,13 @@ CostVolume FillVolume(const StereoView& view, const std::vector<const StereoView
     }
     for (int y = first; y < end; ++y)
       for (int x = 0; x < width; ++x) std::fill_n(volume.At(x, y), range.planes, CostByte(truncation));
-    for (int plane = 0; plane < range.planes; ++plane)
-      for (const auto& [from, to] :
-           RunsOf(compared->columns(), [&](int column) { return compared->Has(column, row, plane); }))
-        compare(plane, {from * band, std::min(width, to * band), first, end});
+    for (int column = 0; column < compared->columns(); column += kTilesAbreast) {
+      const int columns = std::min(kTilesAbreast, compared->columns() - column);
+      for (int plane = 0; plane < range.planes; ++plane)
+        for (const auto& [from, to] :
+             RunsOf(columns, [&](int i) { return compared->Has(column + i, row, plane); }))
+          compare(plane, {(column + from) * band, std::min(width, (column + to) * band), first, end});
+    }
   }
   return volume;
 }
@@ -295,6 +313,25 @@ cv::Mat ChosenPlanes(const CostVolume& volume, const StereoView& view, const Swe
 int OwnBest(const CostVolume& volume, int x, int y) {
   const std::uint8_t* cost = volume.At(x, y);
   return static_cast<int>(std::min_element(cost, cost + volume.labels()) - cost);
+}
+
+// Each pixel's own best plane; -1 where even that costs too much.
+cv::Mat_<int> LikedPlanes(const CostVolume& volume, const SweepOptions& options) {
+  const int most = CostByte(options.liked_cost);
+  cv::Mat_<int> liked(volume.height(), volume.width(), -1);
+  for (int y = 0; y < liked.rows; ++y)
+    for (int x = 0; x < liked.cols; ++x)
+      if (const int best = OwnBest(volume, x, y); volume.At(x, y)[best] <= most) liked(y, x) = best;
+  return liked;
+}
+
+// How many of the nine pixels around this one, itself among them, like its plane or one beside it.
+int LikingThePlane(const cv::Mat_<int>& liked, int x, int y) {
+  int count = 0;
+  for (int v = std::max(0, y - 1); v <= std::min(liked.rows - 1, y + 1); ++v)
+    for (int u = std::max(0, x - 1); u <= std::min(liked.cols - 1, x + 1); ++u)
+      count += liked(v, u) >= 0 && std::abs(liked(v, u) - liked(y, x)) <= 1;
+  return count;
 }
 
 }  // namespace
@@ -367,11 +404,11 @@ PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const
       for (int column = left; column <= right; ++column)
         near.Add(column, row, at - options.around_planes, at + options.around_planes);
   };
-  const int liked = CostByte(options.liked_cost);
+  const cv::Mat_<int> liked = LikedPlanes(volume, options);
   for (int y = 0; y < chosen.rows; ++y)
     for (int x = 0; x < chosen.cols; ++x) {
       add(x, y, chosen.at<float>(y, x));
-      if (const int best = OwnBest(volume, x, y); volume.At(x, y)[best] <= liked) add(x, y, best);
+      if (liked(y, x) >= 0 && LikingThePlane(liked, x, y) >= options.liked_by) add(x, y, liked(y, x));
     }
   return near;
 }

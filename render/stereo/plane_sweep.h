@@ -8,8 +8,8 @@
 // chooses the planes, and a parabola through the costs gives the depth between planes.
 //
 // Most planes are far from every surface. SweepPlanes() therefore looks at half the size first, and then compares in
-// each tile of the image only the planes around those that a pixel of the tile, or of its surroundings, chose or liked
-// best; all others cost as much as no agreement.
+// each tile of the image only the planes around those that a pixel of the tile, or of its surroundings, chose, or a few
+// together liked best; all others cost as much as no agreement.
 #pragma once
 
 #include <atomic>
@@ -36,13 +36,17 @@ struct SweepOptions {
   double small_step = 0.10;  // cost of a change by one plane. Guessed.
   double large_step = 0.90;  // cost of a larger change, where the grey value does not change. Guessed.
   double edge_grey = 12;     // a change of the grey value that halves the cost of a larger change. Guessed.
-  // Settled on a simulated post of six pixels before a wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0: every view is.
+  // Settled on fern of LLFF and fox_half (decibels), the simulated plant, and a simulated post of six pixels before a
+  // wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0: every view is.
+  // has fewer pixels is swept in full; 0: every view is.
   int coarse_from_px = 400;
   int tile_px = 16;       // of the image; more take planes that few of their pixels need
-  int around_px = 12;     // surroundings of a tile
+  int around_px = 6;      // surroundings of a tile
   int around_planes = 3;  // on either side of a plane that is chosen
-  float liked_cost =
-      0.65f;  // at half the size: a pixel's best plane counts as well as the chosen one, up to this cost
+  // At half the size a pixel's best plane counts as well as the chosen one, up to this cost, where so many of the nine
+  // pixels around like it, too.
+  float liked_cost = 0.65f;
+  int liked_by = 3;
   const std::atomic<bool>* given_up = nullptr;  // once true, SweepPlanes() returns soon, and no depth
 };
 

@@ -25,15 +25,16 @@ struct Paths {
 std::uint16_t Extend(const std::uint8_t* __restrict cost, const std::uint16_t* __restrict before,
                      std::uint16_t least_before, std::uint16_t small, std::uint16_t large, std::size_t labels,
                      std::uint16_t* __restrict path, std::uint16_t* __restrict sum) {
+  const auto lower = [](std::uint16_t a, std::uint16_t b) { return a < b ? a : b; };
   const std::uint16_t jump = static_cast<std::uint16_t>(least_before + large);
   std::uint16_t least = kNever;
   for (std::size_t d = 0; d < labels; ++d) {
-    const std::uint16_t beside = static_cast<std::uint16_t>(std::min(before[d - 1], before[d + 1]) + small);
-    const std::uint16_t from = std::min(std::min(before[d], beside), jump);
+    const std::uint16_t beside = static_cast<std::uint16_t>(lower(before[d - 1], before[d + 1]) + small);
+    const std::uint16_t from = lower(lower(before[d], beside), jump);
     const std::uint16_t value = static_cast<std::uint16_t>(cost[d] + from - least_before);
     path[d] = value;
     sum[d] = static_cast<std::uint16_t>(sum[d] + value);
-    least = std::min(least, value);
+    least = lower(least, value);
   }
   return least;
 }

@@ -48,10 +48,18 @@ void Choose(vec3 point) {
   float fourth = max(zero_penalty, count > 3 ? least.w : largest);
   float width = width_of_fourth * fourth;
   float nothing = count == SOFT_VIEWS ? max(LEAST_WEIGHT, Gaussian(largest, width)) : LEAST_WEIGHT;
+  // Views without weight go, so that loops over the others end sooner.
+  int weighing = 0;
   for (int n = 0; n < count; ++n) {
     float own = OWN_SHARE * fourth / max(penalty[n], zero_penalty);
-    weights[n] = max(0.0, Gaussian(penalty[n], width) - nothing) * (1.0 + own * own);
+    float weight = max(0.0, Gaussian(penalty[n], width) - nothing) * (1.0 + own * own);
+    if (weight > 0.0) {
+      chosen[weighing] = chosen[n];
+      weights[weighing] = weight;
+      ++weighing;
+    }
   }
+  count = weighing;
 }
 
 #ifdef MAPS
