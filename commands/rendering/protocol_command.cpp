@@ -333,12 +333,9 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
           render::BuildProxy(*LoadForGeometry(given, options, geometry.size_px), geometry, &progress);
       result.geometry = watch.Lap();
       if (folder) render::WriteMeshPly(folder->path() / render::kMeshProxyFile, mesh.mesh);
-      render::SoftProxy::Maps maps;
-      for (auto& [view, map] : mesh.maps)
-        maps.emplace(view, std::make_shared<render::LazyDepthMap>([map] { return map; }));
       proxies.push_back(std::make_shared<render::SoftProxy>(
           given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)),
-          std::move(maps)));
+          render::SoftProxy::InMemory(std::move(mesh.maps))));
     } catch (const Error& error) {
       if (proxy_names.size() == 1) throw;
       spdlog::warn("no mesh: {}", error.what());

@@ -21,6 +21,13 @@ CameraModel MapCamera(const CameraModel& view) {
 
 }  // namespace
 
+SoftProxy::Maps SoftProxy::InMemory(std::map<int, ViewDepthMap> maps) {
+  Maps in_memory;
+  for (auto& [view, map] : maps)
+    in_memory.emplace(view, std::make_shared<LazyDepthMap>([map = std::move(map)] { return map; }));
+  return in_memory;
+}
+
 SoftProxy::SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps,
                      std::uint64_t of_maps)
     : MeshProxy(subject, std::move(mesh), "soft"), maps_(std::move(maps)), of_maps_(of_maps) {}

@@ -14,6 +14,7 @@ namespace ulf::render {
 class SoftProxy : public MeshProxy {
  public:
   using Maps = std::map<int, std::shared_ptr<const LazyDepthMap>>;  // by View::id
+  static Maps InMemory(std::map<int, ViewDepthMap> maps);
   // `of_maps`: a number that differs where the maps do, for Fingerprint().
   SoftProxy(const Subject& subject, std::shared_ptr<const TriangleMesh> mesh, Maps maps,
             std::uint64_t of_maps = 0);

@@ -80,6 +80,7 @@ std::vector<SoftPixel::Chosen> SoftPixel::Choose(const Vector3d& point, std::spa
     const double own = constants_.own_share * fourth / std::max(one.penalty, kLumigraphZeroPenalty);
     one.weight = std::max(0.0, gaussian(one.penalty) - nothing) * (1 + own * own);
   }
+  std::erase_if(chosen, [](const Chosen& one) { return one.weight <= 0; });
   return chosen;
 }
 
@@ -125,7 +126,6 @@ double SoftPixel::Blend(const Vector3d& ray, double inverse_depth, const std::ve
   double votes = 0, voters = 0;
   samples.clear();
   for (const auto& [index, penalty, weight] : chosen) {
-    if (!(weight > 0)) continue;
     const SceneView& view = scene_.views[At(index)];
     const auto framed = view.Frame(point_in_world);
     if (!framed) continue;

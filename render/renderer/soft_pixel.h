@@ -4,7 +4,8 @@
 //
 //   1. The views are the nearest kSoftViews that have the proxy's point in their images, with the penalty of angle and
 //      resolution that lumigraph weights use. The weight of a view is a Gaussian of its penalty, as wide as
-//      FieldOptions::soft_width says; a view in the virtual camera's own place takes all.
+//      FieldOptions::soft_width says; a view in the virtual camera's own place takes all. Views without weight take no
+//      part in what follows.
 //   2. Candidates are the proxy's depth, and the depths at which the maps of the nearest kSoftProposers views meet the
 //      ray, each found by a few steps from the proxy's depth.
 //   3. The views vote for each candidate by how near their maps are to it, in steps of the maps. A view whose map is

@@ -38,7 +38,6 @@ struct SweepOptions {
   double edge_grey = 12;     // a change of the grey value that halves the cost of a larger change. Guessed.
   // Settled on fern of LLFF and fox_half (decibels), the simulated plant, and a simulated post of six pixels before a
   // wall (stereo_test). A view whose longer side has fewer pixels is swept in full; 0: every view is.
-  // has fewer pixels is swept in full; 0: every view is.
   int coarse_from_px = 400;
   int tile_px = 16;       // of the image; more take planes that few of their pixels need
   int around_px = 6;      // surroundings of a tile

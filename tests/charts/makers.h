@@ -24,6 +24,7 @@ Chart CalibrationChart(const ChartEffort& effort);
 Chart OneCameraSolversChart(const ChartEffort& effort);
 Chart TwoViewSolversChart(const ChartEffort& effort);
 Chart ProxyChart(const ChartEffort& effort);
+Chart GeometryChart(const ChartEffort& effort);
 Chart RenderingChart(const ChartEffort& effort);
 Chart ViewCountChart(const ChartEffort& effort);
 Chart TrackingChart(const ChartEffort& effort);

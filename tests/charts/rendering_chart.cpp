@@ -4,6 +4,7 @@
 
 #include "render/gl/make_renderer.h"
 #include "render/proxy/points_proxy.h"
+#include "render/proxy/soft_proxy.h"
 #include "render/stereo/proxy_builder.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
@@ -37,6 +38,12 @@ std::vector<NamedField> Fields(const ChartEffort& effort) {
           {"per pixel", {.kind = FieldKind::kLumigraphPerPixel}}};
 }
 
+std::vector<NamedField> SoftFields(const ChartEffort& effort) {
+  const NamedField wide{"soft 0.8", {.kind = FieldKind::kSoft, .soft_width = 0.8}};
+  if (effort.quick) return {wide};
+  return {{"soft 0.5", {.kind = FieldKind::kSoft, .soft_width = 0.5}}, wide};
+}
+
 ChartPanel PanelOf(const std::string& title, const ChartAxis& axis, const std::vector<Row>& rows,
                    std::vector<double> Row::*value) {
   ChartPanel panel{title, {"a picture [ms, CPU]", true}, axis, {}, true, false};
@@ -59,22 +66,30 @@ Chart RenderingChart(const ChartEffort& effort) {
       return options;
     };
     const auto scene = StudioScene(with_seed(large));
-    const auto mesh =
-        std::make_shared<TriangleMesh>(BuildProxy(*scene, {.depth_maps = effort.Of(8, 24)}).mesh);
-    const std::vector<std::pair<const char*, std::shared_ptr<const Proxy>>> proxies{
-        {"over the plane", scene->proxy},
+    ProxyMesh geometry = BuildProxy(*scene, {.depth_maps = effort.Of(8, 24), .keep_maps = true});
+    const auto mesh = std::make_shared<TriangleMesh>(std::move(geometry.mesh));
+    struct Series {
+      const char* name;
+      std::shared_ptr<const Proxy> proxy;
+      std::vector<NamedField> fields;
+    };
+    const std::vector<Series> all_series{
+        {"over the plane", scene->proxy, Fields(effort)},
         {"over 3,000 points",
-         std::make_shared<PointsProxy>(scene->subject, StudioPoints(with_seed(large), 3000))},
-        {"over the mesh of ulf proxy", std::make_shared<MeshProxy>(scene->subject, mesh)}};
+         std::make_shared<PointsProxy>(scene->subject, StudioPoints(with_seed(large), 3000)), Fields(effort)},
+        {"over the mesh of ulf proxy", std::make_shared<MeshProxy>(scene->subject, mesh), Fields(effort)},
+        {"over the mesh and depth maps",
+         std::make_shared<SoftProxy>(scene->subject, mesh, SoftProxy::InMemory(std::move(geometry.maps))),
+         SoftFields(effort)}};
     const std::vector<TruePicture> path = StudioPath(with_seed(small), effort.Of(8, 48));
     for (const StudioOptions& size : {small, large}) {
       std::vector<Row>& rows = by_size[fmt::format("{} x {}", size.width, size.height)];
       std::size_t next = 0;
       const auto truth = StudioTruth(with_seed(size), effort.Of(3, 12));
       const auto renderer = MakeRenderer(scene, {});
-      for (const auto& [series, proxy] : proxies) {
+      for (const auto& [series, proxy, fields] : all_series) {
         renderer->SetProxy(proxy);
-        for (const auto& [name, field] : Fields(effort)) {
+        for (const auto& [name, field] : fields) {
           renderer->SetField(field);
           const RenderedQuality quality = MeasureRendering(*renderer, truth);
           if (next == rows.size())

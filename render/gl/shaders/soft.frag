@@ -120,7 +120,6 @@ float Blend(vec3 ray, float inverse_depth, out vec3 mean, out float belief, out 
   mean = vec3(0.0);
   vec3 mean_root = vec3(0.0), mean_square = vec3(0.0);
   for (int n = 0; n < count; ++n) {
-    if (weights[n] <= 0.0) continue;
     View v = ViewAt(chosen[n]);
     vec3 in_view = InView(v, point);
     vec2 img;
