@@ -126,6 +126,8 @@ int RunEvaluate(const EvaluateArgs& args) {
                        args.json);
   CheckTemporalOptions(args.temporal);
   if (!args.plot.empty()) RequireChart(args.plot);
+  if (!args.temporal.path.empty() && args.light == "fit")
+    throw UsageError("--light fit: --temporal draws light as it was recorded; leave one of them out");
   if (!args.temporal.path.empty())
     return RunTemporal(args.temporal, args, options.fields, args.plot, args.json);
   const auto scene = Load(args);
@@ -140,10 +142,11 @@ int RunEvaluate(const EvaluateArgs& args) {
   const auto mesh =
       std::ranges::find_if(options.proxies, [](const auto& proxy) { return proxy->Occluder() != nullptr; });
   auto evened = scene;
-  if (mesh != options.proxies.end() && scene->views.size() > 2) {
+  if (scene->views.size() > 2) {
     for (std::size_t i = 0; i < scene->views.size(); i += static_cast<std::size_t>(args.every))
       options.left_out.push_back(static_cast<int>(i));
-    if (const auto light = LightOf(args, *render::Without(*scene, options.left_out), *mesh))
+    if (const auto light = LightOf(args, *render::Without(*scene, options.left_out),
+                                   mesh != options.proxies.end() ? *mesh : nullptr))
       evened = render::WithLight(*scene, *light);
   }
   const render::EvaluateSummary summary = render::Evaluate(*evened, options, &progress);

@@ -301,6 +301,16 @@ TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
   EXPECT_THAT(truncated.errors, HasSubstr("truncated"));
 }
 
+TEST_F(RenderCommand, LightThatCannotBeFoundIsNotLeftOutSilently) {
+  const std::string evaluate = "evaluate " + dir_.string() + " --fields linear --proxy plane --light fit";
+  for (const auto& [more, says] : {std::pair<std::string, std::string>{"", "only a mesh"},
+                                   {" --temporal orbit --truth sim:studio --frames 3", "--temporal"}}) {
+    const auto refused = RunUlf(evaluate + more);
+    EXPECT_EQ(refused.exit_code, 2) << more;
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr("--light fit"), HasSubstr(says)));
+  }
+}
+
 TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   const std::string dir = dir_.string();
   const auto unknown = RunUlf("render " + dir + " --proxy sphere -o " + Out("x.png"));
