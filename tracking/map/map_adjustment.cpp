@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/at.h"
+#include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
 
 namespace ulf::tracking {
@@ -17,9 +18,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The similarity that brings one set of camera poses nearest to another. Centres and directions of view have
-// the same weight: centres alone leave the turn about a straight path open.
-Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3>& to) {
+// The similarity that brings one set of camera poses nearest to another. Centres alone leave the turn about a straight
+// path open, and say little where they are hardly apart. A move counts by the angle that it makes at the scene, as a turn
+// does. `distance`: of the scene, in the units of `from`.
+Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3>& to, double distance) {
   const double n = static_cast<double>(from.size());
   Vector3d from_mean = Vector3d::Zero(), to_mean = Vector3d::Zero();
   for (std::size_t i = 0; i < from.size(); ++i) {
@@ -31,17 +33,17 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3
     from_spread += (from[i].OriginInSource() - from_mean).squaredNorm() / n;
     to_spread += (to[i].OriginInSource() - to_mean).squaredNorm() / n;
   }
-  if (!(from_spread > 0 && to_spread > 0)) return {};
+  if (!(from_spread > 0 && to_spread > 0 && distance > 0)) return {};
+  Similarity3 to_from;
+  to_from.scale = std::sqrt(to_spread / from_spread);
   Eigen::Matrix3d agreement = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < from.size(); ++i)
     agreement += (to[i].OriginInSource() - to_mean) * (from[i].OriginInSource() - from_mean).transpose() /
-                     std::sqrt(from_spread * to_spread) +
+                     (to_from.scale * distance * distance) +
                  to[i].RotationMatrix().transpose() * from[i].RotationMatrix();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(agreement, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  Similarity3 to_from;
   to_from.rotation = svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-  to_from.scale = std::sqrt(to_spread / from_spread);
   to_from.translation = to_mean - to_from.scale * (to_from.rotation * from_mean);
   return to_from;
 }
@@ -55,7 +57,10 @@ void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem&
     if (map.keyframe(id).pinned) return;
     before.push_back(map.keyframe(id).cam_from_world);
   }
-  const Similarity3 to_from = AlignPoses(problem.cam_from_world, before);
+  const Vector3d middle = problem.cam_from_world.front().OriginInSource();
+  std::vector<double> distances;
+  for (const Vector3d& point : problem.points) distances.push_back((point - middle).norm());
+  const Similarity3 to_from = AlignPoses(problem.cam_from_world, before, Median(std::move(distances)));
   for (Rigid3& pose : problem.cam_from_world) {
     const Vector3d center = to_from * pose.OriginInSource();
     pose.rotation = (pose.rotation * Eigen::Quaterniond(to_from.rotation).conjugate()).normalized();

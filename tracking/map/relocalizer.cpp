@@ -61,21 +61,25 @@ std::vector<KeyframeIndex::Ranked> KeyframeIndex::Query(const FeatureSet& featur
   const MutexLock lock(mutex_);
   int count = 0;
   for (const auto& [keyframe, keys] : keys_of_) count = std::max(count, keyframe + 1);
-  std::vector<double> votes(At(count), 0);
-  std::vector<int> voted_by(At(count), -1);  // the last feature that did
+  std::vector<double> votes(At(count), 0), vote(At(count), 0);  // of all features, of this one
+  std::vector<int> voted_by(At(count), -1);                     // the last feature that did
   std::vector<int> hit;
   for (int i = 0; i < features.size(); ++i) {
     hit.clear();
-    double weight = 0;
     for (int t = 0; t < kTables; ++t) {
       const auto& table = tables_[At(t)];
       const auto bucket = table.find(Key(t, features[i].descriptor));
       if (bucket == table.end() || bucket->second.size() > kTooCommon) continue;
-      for (const int keyframe : bucket->second)
-        if (std::exchange(voted_by[At(keyframe)], i) != i) hit.push_back(keyframe);
-      weight = std::max(weight, 1.0 / static_cast<double>(bucket->second.size()));
+      const double weight = 1.0 / static_cast<double>(bucket->second.size());
+      for (const int keyframe : bucket->second) {
+        if (std::exchange(voted_by[At(keyframe)], i) != i) {
+          hit.push_back(keyframe);
+          vote[At(keyframe)] = 0;
+        }
+        vote[At(keyframe)] = std::max(vote[At(keyframe)], weight);
+      }
     }
-    for (const int keyframe : hit) votes[At(keyframe)] += weight;
+    for (const int keyframe : hit) votes[At(keyframe)] += vote[At(keyframe)];
   }
   std::vector<Ranked> ranked;
   for (int k = 0; k < count; ++k)

@@ -1,8 +1,8 @@
 // Finds keyframes that look like a frame, and a pose from descriptors alone: for a lost camera and for loops.
 //
 // An index of descriptors ranks the keyframes. It files each descriptor under several keys of randomly drawn
-// bits (locality sensitive hashing, Indyk and Motwani 1998); a query votes for the keyframes that share a
-// key, and a rare key counts more. The frame is then matched with the best ranked keyframes, and P3P in the
+// bits (locality sensitive hashing, Indyk and Motwani 1998); a feature votes for each keyframe by the rarest key that
+// it shares with it, so that many points alone bring no votes. The frame is then matched with the best ranked keyframes, and P3P in the
 // seeded sampler proposes a pose. The caller verifies the proposal against the whole map.
 #pragma once
 

@@ -95,10 +95,9 @@ struct TrackerOptions {
   // Images with a longer side are reduced to it; 0: tracked as they come. Measured:
   // docs/charts/tracking_side.png.
   int max_side_px = 960;
-  // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay waits when the
-  // mapper is more than `max_lag` frames behind, as a camera's frame rate would make it. Guessed.
+  // A live camera does not wait: when the mapper is behind, keyframes are left out. A replay, whose frames come
+  // faster than a camera's, waits for the mapper before every frame and leaves none out.
   bool wait_for_mapper = false;
-  int max_lag = 3;
   ReadoutArgs readout = {};
 
   // Following: search radii about the predicted pose, again about it, and about the last pose. Guessed.

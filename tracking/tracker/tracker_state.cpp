@@ -368,7 +368,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   track.features = image.features->size();
   ++frames_since_keyframe;
   frame_pose_.reset();
-  if (options.wait_for_mapper && frames_since_keyframe > options.max_lag) mapper.Drain();
+  if (options.wait_for_mapper) mapper.Drain();
 
   switch (state) {
     case TrackState::kInitializing:

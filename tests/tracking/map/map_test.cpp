@@ -8,6 +8,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "core/geometry/angles.h"
 #include "core/geometry/digest.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/mapped_wall.h"
@@ -249,6 +250,84 @@ TEST(MapTest, AdjustingEverythingKeepsTheMapWhereItIs) {
   EXPECT_LT(summary.final_rms_sigmas, 0.05);
   EXPECT_LT((mean_center() - before).norm(), 1e-9);
   EXPECT_LT((map.keyframe(4).cam_from_world.OriginInSource() - fourth).norm(), 0.03);
+}
+
+// Turned on the spot, as far apart as the poses are wrong: the places say nothing of how the world lies.
+TEST(MapTest, AdjustingAMapOfATurningCameraDoesNotTurnIt) {
+  Draw draw(5);
+  const CameraModel camera = test::SceneCamera();
+  Map map(camera);
+  std::vector<int> points;
+  for (int i = 0; i < 900; ++i) {
+    const double azimuth = draw.Uniform(-0.6, 1.9), distance = draw.Uniform(3, 4);
+    points.push_back(
+        map.AddPoint({distance * std::sin(azimuth), draw.Uniform(-1.2, 1.2), distance * std::cos(azimuth)}));
+  }
+  std::vector<Rigid3> given;
+  for (int k = 0; k < 8; ++k) {
+    const auto about = [](double radians) {
+      return Eigen::Quaterniond(Eigen::AngleAxisd(radians, Eigen::Vector3d::UnitY()));
+    };
+    const Eigen::Quaterniond turned = about(-k * M_PI / 18);
+    const Eigen::Vector3d center(draw.Normal(0.01), draw.Normal(0.01), draw.Normal(0.01));
+    const Rigid3 pose{turned, -(turned * center)};
+    std::vector<Feature> features;
+    std::vector<int> seen;
+    for (const int point : points) {
+      const Eigen::Vector3d in_camera = pose * map.point(point).position;
+      const auto img = in_camera.z() > 0.5 ? camera.ImgFromCam(in_camera) : std::nullopt;
+      if (!img || !camera.Contains(*img)) continue;
+      features.push_back({*img, *camera.RayFromImg(*img), 0, 0, {}});
+      seen.push_back(point);
+    }
+    Keyframe keyframe;
+    keyframe.cam_from_world = pose;
+    keyframe.cam_from_world.translation +=
+        Eigen::Vector3d(draw.Normal(0.03), draw.Normal(0.03), draw.Normal(0.03));
+    given.push_back(keyframe.cam_from_world);
+    keyframe.features = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
+    const int id = map.AddKeyframe(std::move(keyframe));
+    for (std::size_t i = 0; i < seen.size(); ++i)
+      map.Observe(seen[i], {id, static_cast<int>(i), features[i].img, 1});
+  }
+  for (const int point : points) map.Update(point);
+  OwnedMap owned(map);
+  const Map& adjusted = owned.shared.ReadByOwner();
+  const BundleSummary summary = AdjustMap(camera, owned, map.living(), {},
+                                          {.robust_iterations = 20, .iterations = 20, .gate_sigmas = 100});
+  ASSERT_TRUE(summary.usable);
+  EXPECT_LT(summary.final_rms_sigmas, 0.05);
+  for (int k = 0; k < 8; ++k)
+    EXPECT_LT(Degrees(RotationAngle(adjusted.keyframe(k).cam_from_world.rotation *
+                                    given[static_cast<std::size_t>(k)].rotation.conjugate())),
+              0.5)
+        << k;
+}
+
+// Keys that many keyframes share speak for none of them, however rare the feature's other keys are.
+TEST(KeyframeIndexTest, CommonKeysBringHardlyAnyVotes) {
+  Draw draw(3);
+  const CameraModel camera = test::SceneCamera();
+  const Descriptor common = RandomDescriptor(draw);
+  constexpr int kKeyframes = 6, kWanted = 5, kFeatures = 30;
+  KeyframeIndex index(1);
+  std::vector<Feature> wanted;
+  for (int k = 0; k < kKeyframes; ++k) {
+    std::vector<Feature> features;
+    for (int i = 0; i < kFeatures; ++i)
+      features.push_back({{320, 240}, {0, 0, 1}, 0, 0, Disturbed(common, 12, draw)});
+    Keyframe keyframe;
+    keyframe.id = k;
+    keyframe.features = std::make_shared<const FeatureSet>(features, camera.width, camera.height);
+    keyframe.point_of_feature.assign(kFeatures, 0);
+    index.Add(keyframe);
+    if (k == kWanted) wanted = features;
+  }
+  for (Feature& feature : wanted) feature.descriptor = Disturbed(feature.descriptor, 4, draw);
+  const auto ranked = index.Query(FeatureSet(wanted, camera.width, camera.height), kKeyframes);
+  ASSERT_GE(ranked.size(), 2u);
+  EXPECT_EQ(ranked[0].keyframe, kWanted);
+  EXPECT_GT(ranked[0].votes, 2 * ranked[1].votes);
 }
 
 TEST(KeyframeIndexTest, RanksTheRightKeyframeFirst) {
