@@ -142,12 +142,15 @@ int RunEvaluate(const EvaluateArgs& args) {
   const auto mesh =
       std::ranges::find_if(options.proxies, [](const auto& proxy) { return proxy->Occluder() != nullptr; });
   auto evened = scene;
-  if (scene->views.size() > 2) {
+  if (mesh == options.proxies.end()) {
+    LightOf(args, *scene, nullptr);  // refuses --light fit
+  } else if (scene->views.size() > 2) {
     for (std::size_t i = 0; i < scene->views.size(); i += static_cast<std::size_t>(args.every))
       options.left_out.push_back(static_cast<int>(i));
-    if (const auto light = LightOf(args, *render::Without(*scene, options.left_out),
-                                   mesh != options.proxies.end() ? *mesh : nullptr))
+    if (const auto light = LightOf(args, *render::Without(*scene, options.left_out), *mesh))
       evened = render::WithLight(*scene, *light);
+  } else if (args.light == "fit") {
+    throw UsageError("--light fit: with one view left out, nothing is left to compare its light with");
   }
   const render::EvaluateSummary summary = render::Evaluate(*evened, options, &progress);
   if (!args.plot.empty()) DrawChartFile(args.plot, render::QualityChart(summary, NameOfFolder(args.dir)));

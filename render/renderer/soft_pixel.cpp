@@ -80,7 +80,7 @@ std::vector<SoftPixel::Chosen> SoftPixel::Choose(const Vector3d& point, std::spa
     const double own = constants_.own_share * fourth / std::max(one.penalty, kLumigraphZeroPenalty);
     one.weight = std::max(0.0, gaussian(one.penalty) - nothing) * (1 + own * own);
   }
-  std::erase_if(chosen, [](const Chosen& one) { return one.weight <= 0; });
+  std::erase_if(chosen, [](const Chosen& one) { return !(one.weight > 0); });
   return chosen;
 }
 

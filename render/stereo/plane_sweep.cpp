@@ -25,7 +25,7 @@ struct Carrier : PlaneCarrier {
 
 constexpr float kUnseen = 4.0f;  // above any cost, which is at most 2
 
-// Rows are processed in whole groups of pixels; what is beyond their end is written and never read.
+// Rows are processed in whole groups of pixels; no result depends on what is beyond their end.
 constexpr int kGroup = 8;
 constexpr int WholeGroups(int pixels) { return (pixels + kGroup - 1) / kGroup * kGroup; }
 
@@ -36,7 +36,7 @@ class Matcher {
   Matcher(const cv::Mat& grey, double noise)
       : width_(grey.cols), height_(grey.rows), floor_(static_cast<float>(noise * noise * kArea)) {
     cv::copyMakeBorder(grey, padded_, kRadius, kRadius, kRadius, kRadius + kGroup, cv::BORDER_REPLICATE);
-    sum_ = cv::Mat(height_, WholeGroups(width_), CV_32F, cv::Scalar(0));
+    sum_ = cv::Mat(height_, WholeGroups(width_) + kGroup, CV_32F, cv::Scalar(0));
     spread_ = cv::Mat(sum_.size(), CV_32F, cv::Scalar(1));
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x) {
@@ -207,6 +207,7 @@ void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t 
     for (std::size_t k = 0; k < keep; ++k) std::fill_n(best[k].data(), wide, kUnseen);
     for (const auto& of_neighbour : costs) {
       std::copy_n(of_neighbour.data() + first, count, rest.data());
+      std::fill_n(rest.data() + count, wide - count, kUnseen);
       for (std::size_t k = 0; k < keep; ++k) {
         float* __restrict kept = best[k].data();
         float* __restrict other = rest.data();
@@ -326,7 +327,7 @@ cv::Mat_<int> LikedPlanes(const CostVolume& volume, const SweepOptions& options)
 }
 
 // How many of the nine pixels around this one, itself among them, like its plane or one beside it.
-int LikingThePlane(const cv::Mat_<int>& liked, int x, int y) {
+int CountLikingPlane(const cv::Mat_<int>& liked, int x, int y) {
   int count = 0;
   for (int v = std::max(0, y - 1); v <= std::min(liked.rows - 1, y + 1); ++v)
     for (int u = std::max(0, x - 1); u <= std::min(liked.cols - 1, x + 1); ++u)
@@ -408,7 +409,7 @@ PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const
   for (int y = 0; y < chosen.rows; ++y)
     for (int x = 0; x < chosen.cols; ++x) {
       add(x, y, chosen.at<float>(y, x));
-      if (liked(y, x) >= 0 && LikingThePlane(liked, x, y) >= options.liked_by) add(x, y, liked(y, x));
+      if (liked(y, x) >= 0 && CountLikingPlane(liked, x, y) >= options.liked_by) add(x, y, liked(y, x));
     }
   return near;
 }
