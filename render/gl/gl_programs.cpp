@@ -46,6 +46,7 @@ std::string SoftDefines() {
   define("VOTE", constants.vote);
   define("OCCLUDED", constants.occluded);
   define("LEAST_SEEN", constants.least_seen);
+  define("BALANCED", constants.balanced);
   define("AGREEING", constants.agreeing);
   define("ROBUST", constants.robust);
   return defines;

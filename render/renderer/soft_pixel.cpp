@@ -54,24 +54,29 @@ SoftPixel::SoftPixel(const RenderScene& scene, const Rigid3& cam_from_world, dou
   for (const SceneView& view : scene.views) view_from_cam_.push_back(view.cam_from_world * world_from_cam_);
 }
 
-std::vector<SoftPixel::Chosen> SoftPixel::Choose(const Vector3d& point, std::span<const int> views) const {
-  std::vector<Chosen> chosen;
+SoftPixel::Choice SoftPixel::Choose(const Vector3d& point, std::span<const int> views) const {
+  const Vector3d back = (virtual_center_ - point).normalized();
+  const Vector3d right = back.unitOrthogonal(), up = right.cross(back);
+  Choice choice;
+  std::vector<Chosen>& chosen = choice.views;
   for (const int view : views) {
     const SceneView& candidate = scene_.views[At(view)];
     if (!candidate.Frame(point)) continue;
+    const Vector3d to_view = (candidate.center_in_world - point).normalized();
     chosen.push_back({view,
                       LumigraphPenalty(point, virtual_center_, candidate.center_in_world,
                                        FieldOptions{}.lumigraph_resolution),
-                      0});
+                      0,
+                      {to_view.dot(right), to_view.dot(up)}});
     if (chosen.size() == kSoftViews) break;
   }
-  if (chosen.empty()) return chosen;
+  if (chosen.empty()) return choice;
   std::vector<double> penalties;
   for (const Chosen& one : chosen) penalties.push_back(one.penalty);
   std::ranges::sort(penalties);
   const double fourth =
       std::max(penalties[std::min<std::size_t>(3, penalties.size() - 1)], kLumigraphZeroPenalty);
-  const double width = width_ * fourth;
+  const double width = choice.width = width_ * fourth;
   const auto gaussian = [&](double penalty) { return std::exp(-0.5 * penalty * penalty / (width * width)); };
   // The farthest of many views fades to nothing, since at the next pixel it may not be among them.
   const double nothing =
@@ -81,7 +86,7 @@ std::vector<SoftPixel::Chosen> SoftPixel::Choose(const Vector3d& point, std::spa
     one.weight = std::max(0.0, gaussian(one.penalty) - nothing) * (1 + own * own);
   }
   std::erase_if(chosen, [](const Chosen& one) { return !(one.weight > 0); });
-  return chosen;
+  return choice;
 }
 
 std::vector<double> SoftPixel::Candidates(const Vector3d& ray, double inverse_depth,
@@ -120,12 +125,29 @@ std::vector<double> SoftPixel::Candidates(const Vector3d& ray, double inverse_de
   return candidates;
 }
 
-double SoftPixel::Blend(const Vector3d& ray, double inverse_depth, const std::vector<Chosen>& chosen,
+// Weights of a local linear regression at the virtual camera's direction, with a ridge.
+void SoftPixel::Balance(std::vector<Sample>& samples, double width) const {
+  double sum = 0;
+  Eigen::Vector2d aside = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d products = Eigen::Matrix2d::Zero();
+  for (const Sample& s : samples) {
+    sum += s.weight;
+    aside += s.weight * s.aside;
+    products += s.weight * s.aside * s.aside.transpose();
+  }
+  aside /= sum;
+  const Eigen::Matrix2d covariance = products / sum - aside * aside.transpose();
+  const Eigen::Vector2d slope =
+      (covariance + constants_.balanced * width * width * Eigen::Matrix2d::Identity()).inverse() * aside;
+  for (Sample& s : samples) s.weight *= std::max(0.0, 1 - slope.dot(s.aside - aside));
+}
+
+double SoftPixel::Blend(const Vector3d& ray, double inverse_depth, const Choice& chosen,
                         std::vector<Sample>& samples, double& belief) const {
   const Vector3d point_in_world = world_from_cam_ * (ray / inverse_depth);
   double votes = 0, voters = 0;
   samples.clear();
-  for (const auto& [index, penalty, weight] : chosen) {
+  for (const auto& [index, penalty, weight, aside] : chosen.views) {
     const SceneView& view = scene_.views[At(index)];
     const auto framed = view.Frame(point_in_world);
     if (!framed) continue;
@@ -148,26 +170,32 @@ double SoftPixel::Blend(const Vector3d& ray, double inverse_depth, const std::ve
     const double lit = weight * seen * framed->feather * light[3];
     if (!(lit > 0)) continue;
     const cv::Vec3d bgr(light[0], light[1], light[2]);
-    samples.push_back({index, lit, seen, framed->feather * light[3], bgr, RootOf(bgr)});
+    samples.push_back({index, lit, seen, framed->feather * light[3], aside, bgr, RootOf(bgr)});
   }
   belief = voters > 0 ? votes / voters : 0;
   double most_seen = 0, lit = 0, sum = 0;
-  cv::Vec3d mean(0, 0, 0), mean_root(0, 0, 0), mean_square(0, 0, 0);
+  cv::Vec3d mean_root(0, 0, 0), mean_square(0, 0, 0);
   for (const Sample& s : samples) {
     most_seen = std::max(most_seen, s.seen);
     lit += s.weight;
     sum += s.weight / s.feather;
-    mean += s.weight * s.light;
     mean_root += s.weight * s.root;
     mean_square += s.weight * s.root.mul(s.root);
   }
   if (samples.empty()) return 0;
-  mean /= lit;
   mean_root /= lit;
   mean_square /= lit;
   double variance = 0;
   for (int c = 0; c < 3; ++c) variance += std::max(0.0, mean_square[c] - mean_root[c] * mean_root[c]);
   if (samples.size() > 1) belief *= std::exp(-0.5 * variance / (constants_.agreeing * constants_.agreeing));
+  Balance(samples, chosen.width);
+  double balanced = 0;
+  cv::Vec3d mean(0, 0, 0);
+  for (const Sample& s : samples) {
+    balanced += s.weight;
+    mean += s.weight * s.light;
+  }
+  mean /= balanced;
   // The samples keep the weights of the last step.
   const double squared = constants_.robust * constants_.robust;
   std::vector<double> robust(samples.size());
@@ -191,9 +219,9 @@ double SoftPixel::Blend(const Vector3d& ray, double inverse_depth, const std::ve
 double SoftPixel::Blend(const Vector3d& ray, double depth, std::span<const int> views,
                         std::vector<Contribution>& contributions) const {
   contributions.clear();
-  const std::vector<Chosen> chosen = Choose(world_from_cam_ * (ray * depth), views);
-  if (chosen.empty()) return 0;
-  const std::vector<double> candidates = Candidates(ray, 1 / depth, chosen);
+  const Choice chosen = Choose(world_from_cam_ * (ray * depth), views);
+  if (chosen.views.empty()) return 0;
+  const std::vector<double> candidates = Candidates(ray, 1 / depth, chosen.views);
   // Belief that is left for what is farther; a candidate that nobody believes still shows where all are such.
   constexpr double kOpaque = 0.001, kLeastBelief = 1e-6;
   double left = 1, sum = 0, seen = 0;

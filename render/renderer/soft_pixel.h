@@ -12,8 +12,11 @@
 //      far before the candidate sees something else there, and has no vote. Colours of the views that differ lower the
 //      belief in a candidate: on a wrong surface they do.
 //   4. A candidate's colour is the mean of the views that see it, in linear light; what a view sees fades over a few
-//      steps of its map. Views far from the mean count less, since a photograph that is off by an edge, a highlight or
-//      a passer-by is.
+//      steps of its map. Their weights are balanced: views on the side where there are fewer count more, so that the mean
+//      of their directions comes near the virtual camera's, as in local linear regression (Cleveland 1979; no weight
+//      becomes negative). Then shading that changes with direction is right to first order, and so is what a wrong depth
+//      moves. Views far from the mean count less, since a photograph that is off by an edge, a highlight or a
+//      passer-by is.
 //   5. Candidates are laid over each other from near to far, each as opaque as it is believed.
 //
 // Over a proxy without depth maps there is one candidate, the proxy's, and its shadow maps say what views see.
@@ -42,6 +45,7 @@ struct SoftConstants {
   double vote = 2;             // standard deviation of a vote, in steps
   double occluded = 4;         // a map that many steps before a point hides it
   double least_seen = 0.003;   // of a hidden view, where no view sees the point
+  double balanced = 1;         // ridge of the balance, in the squared width of the weights
   double agreeing = 0.2;       // standard deviation of colours on a right surface, in the root of light
   double robust = 0.2;         // difference from the mean that halves a view's weight, in the root of light
   int robust_steps = 2;
@@ -70,17 +74,24 @@ class SoftPixel {
   struct Chosen {
     int view;
     double penalty, weight;
+    Eigen::Vector2d aside;  // how far its direction is beside the virtual camera's, seen from the point
+  };
+  struct Choice {
+    std::vector<Chosen> views;
+    double width = 0;  // of their weights, as a penalty
   };
   struct Sample {
     int view;
     double weight, seen, feather;
+    Eigen::Vector2d aside;
     cv::Vec3d light, root;
   };
-  std::vector<Chosen> Choose(const Eigen::Vector3d& point_in_world, std::span<const int> views) const;
+  Choice Choose(const Eigen::Vector3d& point_in_world, std::span<const int> views) const;
   std::vector<double> Candidates(const Eigen::Vector3d& ray_in_cam, double inverse_depth,
                                  const std::vector<Chosen>& chosen) const;
-  double Blend(const Eigen::Vector3d& ray_in_cam, double inverse_depth, const std::vector<Chosen>& chosen,
+  double Blend(const Eigen::Vector3d& ray_in_cam, double inverse_depth, const Choice& chosen,
                std::vector<Sample>& samples, double& belief) const;
+  void Balance(std::vector<Sample>& samples, double width) const;
 
   const RenderScene& scene_;
   Rigid3 world_from_cam_;

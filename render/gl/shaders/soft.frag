@@ -16,6 +16,8 @@ out vec4 color;  // light times weight, weight
 int chosen[SOFT_VIEWS];
 float penalty[SOFT_VIEWS];
 float weights[SOFT_VIEWS];
+vec2 asides[SOFT_VIEWS];  // how far a view's direction is beside the virtual camera's, seen from the point
+float reach;
 int count = 0;
 
 float Gaussian(float value, float width) { return exp(-0.5 * value * value / (width * width)); }
@@ -23,6 +25,7 @@ float Gaussian(float value, float width) { return exp(-0.5 * value * value / (wi
 void Choose(vec3 point) {
   float to_virtual = length(point);
   vec3 back = -point / to_virtual;
+  vec3 right = normalize(vec3(-back.z, 0.0, back.x)), up = cross(right, back);
   vec4 least = vec4(1e30);  // the four smallest penalties, ascending
   float largest = 0.0;
   for (int n = looks_through.x; n < looks_through.y && count < SOFT_VIEWS; ++n) {
@@ -36,6 +39,7 @@ void Choose(vec3 point) {
               resolution_penalty * max(0.0, 1.0 / (inverse_length * to_virtual) - 1.0);
     chosen[count] = i;
     penalty[count] = p;
+    asides[count] = vec2(dot(to_view, right), dot(to_view, up)) * inverse_length;
     ++count;
     largest = max(largest, p);
     float q = p;
@@ -47,6 +51,7 @@ void Choose(vec3 point) {
   }
   float fourth = max(zero_penalty, count > 3 ? least.w : largest);
   float width = width_of_fourth * fourth;
+  reach = width;
   float nothing = count == SOFT_VIEWS ? max(LEAST_WEIGHT, Gaussian(largest, width)) : LEAST_WEIGHT;
   // Views without weight go, so that loops over the others end sooner.
   int weighing = 0;
@@ -56,6 +61,7 @@ void Choose(vec3 point) {
     if (weight > 0.0) {
       chosen[weighing] = chosen[n];
       weights[weighing] = weight;
+      asides[weighing] = asides[n];
       ++weighing;
     }
   }
@@ -115,9 +121,10 @@ float Blend(vec3 ray, float inverse_depth, out vec3 mean, out float belief, out 
   vec3 point = ray / inverse_depth;
   float votes = 0.0, voters = 0.0, most_seen = 0.0, lit_sum = 0.0, sum = 0.0, wanted = 0.0;
   float sample_weight[SOFT_VIEWS];
+  vec2 sample_aside[SOFT_VIEWS], aside = vec2(0.0);
+  vec3 products = vec3(0.0);
   vec3 light[SOFT_VIEWS];
   int samples = 0;
-  mean = vec3(0.0);
   vec3 mean_root = vec3(0.0), mean_square = vec3(0.0);
   for (int n = 0; n < count; ++n) {
     View v = ViewAt(chosen[n]);
@@ -151,21 +158,36 @@ float Blend(vec3 ray, float inverse_depth, out vec3 mean, out float belief, out 
     most_seen = max(most_seen, seen);
     lit_sum += lit;
     sum += lit / (feather * share);
-    mean += lit * bgr;
     mean_root += lit * root;
     mean_square += lit * root * root;
+    vec2 a = asides[n];
+    aside += lit * a;
+    products += lit * vec3(a.x * a.x, a.x * a.y, a.y * a.y);
+    sample_aside[samples] = a;
     sample_weight[samples] = lit;
     light[samples] = bgr;
     ++samples;
   }
   belief = voters > 0.0 ? votes / voters : 0.0;
   resident = 0.0;
+  mean = vec3(0.0);
   if (samples == 0) return 0.0;
   resident = wanted > 0.0 ? min(1.0, lit_sum / wanted) : 0.0;
-  mean /= lit_sum;
   mean_root /= lit_sum;
   vec3 variance = max(vec3(0.0), mean_square / lit_sum - mean_root * mean_root);
   if (samples > 1) belief *= exp(-0.5 * (variance.r + variance.g + variance.b) / (AGREEING * AGREEING));
+  aside /= lit_sum;
+  products = products / lit_sum - vec3(aside.x * aside.x, aside.x * aside.y, aside.y * aside.y);
+  products.xz += vec2(BALANCED * reach * reach);
+  vec2 slope = vec2(products.z * aside.x - products.y * aside.y, products.x * aside.y - products.y * aside.x) /
+               (products.x * products.z - products.y * products.y);
+  float balanced_sum = 0.0;
+  for (int n = 0; n < samples; ++n) {
+    sample_weight[n] *= max(0.0, 1.0 - dot(slope, sample_aside[n] - aside));
+    mean += sample_weight[n] * light[n];
+    balanced_sum += sample_weight[n];
+  }
+  mean /= balanced_sum;
   for (int step = 0; step < ROBUST_STEPS; ++step) {
     vec3 root = sqrt(max(mean, vec3(0.0)));
     mean = vec3(0.0);

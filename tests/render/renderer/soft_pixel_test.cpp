@@ -154,6 +154,28 @@ TEST(SoftPixel, OneViewThatDisagreesHasLittleSay) {
   EXPECT_LT(soft, 0.5 * lumigraph);
 }
 
+// Light that changes with the direction from which it is seen; most views stand on one side.
+TEST(SoftPixel, LightThatFollowsTheDirectionIsBalanced) {
+  SceneSpec spec;
+  const Rigid3 pose = Between(0, 0);
+  for (const Vector3d& center : CapViewpoints(80, 0.6, 2.0, 0.03))
+    if (center.x() > -0.15) spec.viewpoints.push_back(center);
+  auto scene = MakeScene(spec);
+  const auto light_from = [](const Vector3d& center) { return 0.3 + 0.4 * center.x(); };
+  for (SceneView& view : scene->views) {
+    const cv::Mat one_light(view.camera.height, view.camera.width, CV_32FC3,
+                            cv::Scalar::all(light_from(view.center_in_world)));
+    view.photograph = HoldPhotograph({Srgb8FromLinear(one_light)});
+  }
+  const auto shift = [&](const FieldOptions& field) {
+    const auto renderer = MakeRenderer(scene, {.field = field, .renderer = RendererKind::kReference});
+    const cv::Mat picture = renderer->Render(kPictureCamera, pose).linear;
+    const cv::Rect middle(kPictureCamera.width / 2 - 8, kPictureCamera.height / 2 - 8, 16, 16);
+    return std::abs(cv::mean(picture(middle))[0] - light_from(pose.OriginInSource()));
+  };
+  EXPECT_LT(shift({.kind = FieldKind::kSoft, .soft_width = kWideSoft}), 0.018);
+}
+
 TEST(SoftPixel, OnAViewpointItsPhotographComesBack) {
   const auto scene = SoftScene(*MakeScene(SquareSpec()));
   const SceneView& view = scene->views[7];
