@@ -339,8 +339,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Marker that moves the camera of the display's review, such as marker:80:DICT_4X4_50:0");
   command->add_flag("--force-start", args->force_start,
                     "Let recording begin although a check of the list fails (light, focus, disk, pose ...)");
-  command->add_flag("--no-geometry", args->no_geometry,
-                    "Make no mesh of the scene while capturing (default: DIR/proxy.ply is there at the end)");
+  command->add_flag(
+      "--no-geometry", args->no_geometry,
+      "Make no geometry while capturing (default: DIR/proxy.ply, a mesh of the scene, and DIR/depth, "
+      "depth maps of views, are there at the end)");
   command->add_flag("--deterministic", args->deterministic,
                     "Use one thread, so that the same frames give the same bytes");
   command->add_flag("--resume", args->resume, "Continue the light field in the folder");

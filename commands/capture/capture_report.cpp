@@ -65,9 +65,10 @@ std::string ToText(const coverage::FinishedGeometry& geometry) {
   if (!geometry.mesh)
     return fmt::format("geometry       no mesh: the views agree on no surface yet ({})\n",
                        Counted(geometry.maps, "depth map"));
-  std::string text = fmt::format("geometry       {} of {}, {:.1f} s after the last frame: proxy.ply\n",
+  std::string text = fmt::format("geometry       {} of {}, {:.1f} s after the last frame: proxy.ply",
                                  Counted(geometry.mesh->mesh->triangles.size(), "triangle"),
                                  Counted(geometry.maps, "depth map"), geometry.seconds);
+  text += geometry.written_maps > 0 ? fmt::format(", {} in depth/\n", geometry.written_maps) : "\n";
   if (geometry.missing_maps > 0)
     text += fmt::format("               there was no time for {} more; ulf proxy makes them all\n",
                         geometry.missing_maps);
@@ -133,6 +134,7 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
     json["geometry"] = {
         {"maps", summary.geometry->maps},
         {"missing_maps", summary.geometry->missing_maps},
+        {"written_maps", summary.geometry->written_maps},
         {"triangles", summary.geometry->mesh ? summary.geometry->mesh->mesh->triangles.size() : 0},
         {"seconds", summary.geometry->seconds}};
   json["ms_measure_median"] = nullptr;

@@ -400,7 +400,8 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
       "shown "
       "best), plane:x,y,z,d (normal . point = d), planes (the few on which most tracked points lie), points "
       "(the tracked points, triangulated in "
-      "each picture), mesh (DIR/proxy.ply, from ulf proxy), soft (the same with the views' depth maps in "
+      "each picture), mesh (DIR/proxy.ply, of the capture or ulf proxy), soft (the same with the views' "
+      "depth maps in "
       "DIR/depth), or a PLY or OBJ file");
   sub->add_option("--frames", args->frames,
                   "N: number of pictures of a named path (120; 1 for a single picture) or of keyframes (by "

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <deque>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -92,30 +93,46 @@ std::string MeshChecksum(const fs::path& light_field_folder) {
 void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_field,
                     const std::map<int, ViewDepthMap>& maps) {
   const fs::path folder = light_field_folder / kDepthMapsFolder;
+  const bool is_new = !fs::exists(folder);
   MakeFolder(folder);
   nlohmann::json entries = nlohmann::json::array();
   std::set<std::string> kept{kIndex};
-  for (const auto& [id, map] : maps) {
-    const auto view = std::ranges::find(light_field.views, id, &View::id);
-    if (view == light_field.views.end()) throw Error("{}: there is no view {}", folder.string(), id);
-    const std::string png = PngOf(map), checksum = fmt::format("{:016x}", FastChecksumOf(png));
-    // The name says which bytes: a map that is there is never overwritten by another one.
-    const std::string name = fmt::format("{:06}-{}.png", id, checksum.substr(0, 8));
-    WriteFileAtomically(folder / name, png);
-    kept.insert(name);
-    entries.push_back({{"view", id},
-                       {"file", name},
-                       {"checksum", checksum},
-                       {"made_under", DigestOf(light_field, *view)},
-                       {"camera", CameraToJson(map.camera)},
-                       {"unit", map.unit},
-                       {"step", map.step}});
+  // One wait for the disk serves a batch of files, whose number is bounded because they are open until then.
+  constexpr std::size_t kFilesAtOnce = 64;
+  std::deque<FileBatch> batches;
+  try {
+    for (const auto& [id, map] : maps) {
+      const auto view = std::ranges::find(light_field.views, id, &View::id);
+      if (view == light_field.views.end()) throw Error("{}: there is no view {}", folder.string(), id);
+      const std::string png = PngOf(map), checksum = fmt::format("{:016x}", FastChecksumOf(png));
+      // The name says which bytes: a map that is there is never overwritten by another one.
+      const std::string name = fmt::format("{:06}-{}.png", id, checksum.substr(0, 8));
+      if (entries.size() % kFilesAtOnce == 0) {
+        if (!batches.empty()) batches.back().Commit();
+        batches.emplace_back();
+      }
+      batches.back().Write(folder / name, ContentOf(png));
+      kept.insert(name);
+      entries.push_back({{"view", id},
+                         {"file", name},
+                         {"checksum", checksum},
+                         {"made_under", DigestOf(light_field, *view)},
+                         {"camera", CameraToJson(map.camera)},
+                         {"unit", map.unit},
+                         {"step", map.step}});
+    }
+    if (!batches.empty()) batches.back().Commit();
+    WriteFileAtomically(
+        folder / kIndex,
+        nlohmann::json{{"format", kFormat}, {"mesh", MeshChecksum(light_field_folder)}, {"maps", entries}}
+                .dump(1) +
+            "\n");
+  } catch (...) {
+    for (FileBatch& batch : batches) batch.TakeBack();
+    std::error_code stays;  // with files of other programs
+    if (is_new) fs::remove(folder, stays);
+    throw;
   }
-  WriteFileAtomically(
-      folder / kIndex,
-      nlohmann::json{{"format", kFormat}, {"mesh", MeshChecksum(light_field_folder)}, {"maps", entries}}.dump(
-          1) +
-          "\n");
   RemoveFormerMaps(folder, kept);
 }
 

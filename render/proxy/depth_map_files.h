@@ -20,7 +20,7 @@ namespace ulf::render {
 inline constexpr char kDepthMapsFolder[] = "depth";
 
 // `maps`: by View::id, made beside the mesh in kMeshProxyFile as it is now. Replaces the maps that `light_field` has, and
-// no other file. Throws DiskFullError, Error.
+// no other file. Throws DiskFullError, Error: then nothing that it wrote is left, and what was there stays.
 void WriteDepthMaps(const std::filesystem::path& light_field_folder, const LightField& light_field,
                     const std::map<int, ViewDepthMap>& maps);
 

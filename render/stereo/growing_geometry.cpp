@@ -143,6 +143,14 @@ std::vector<ViewDepth> GrowingGeometry::Maps() const {
   return maps;
 }
 
+std::map<int, ViewDepthMap> GrowingGeometry::MapsForRendering(const TriangleMesh& mesh) const {
+  if (!subject_) return {};
+  std::vector<int> view_ids;
+  for (const Entry& entry : entries_)
+    if (entry.map) view_ids.push_back(entry.id);
+  return render::MapsForRendering(Maps(), view_ids, mesh, *subject_, options_.mesh);
+}
+
 std::map<int, Rigid3> GrowingGeometry::MapPoses() const {
   std::map<int, Rigid3> poses;
   for (const Entry& entry : entries_)

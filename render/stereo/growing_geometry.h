@@ -88,6 +88,8 @@ class GrowingGeometry {
   std::uint64_t revision() const { return revision_; }
   // The maps, in order of id; cheap, because the pixels are shared.
   std::vector<ViewDepth> Maps() const;
+  // The same as the soft field wants them, by View::id (mesh_of_maps.h). `mesh`: MeshOfMaps() of Maps().
+  std::map<int, ViewDepthMap> MapsForRendering(const TriangleMesh& mesh) const;
   // Where the views that have maps stand, by id.
   std::map<int, Rigid3> MapPoses() const;
   // Whether a mesh of the maps that stood at `then` no longer fits: one of them is gone, or has moved by more than

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "core/base/parallel_for.h"
 #include "core/base/stopwatch.h"
+#include "render/proxy/depth_raster.h"
 #include "render/stereo/surface_cut.h"
 #include "render/stereo/view_selection.h"
 
@@ -22,8 +24,7 @@ std::vector<FusedPoint> SpacedPoints(const std::vector<ViewDepth>& maps,
   return points;
 }
 
-}  // namespace
-
+// For each map the others that may confirm it, and how.
 std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject,
                                             const MapsMeshOptions& options) {
   std::vector<StereoView> mapped;
@@ -40,6 +41,12 @@ FusionOptions FusionOf(std::size_t maps, const MapsMeshOptions& options) {
   fusion.agreeing_views = std::min(fusion.agreeing_views, std::max(1, static_cast<int>(maps) - 1));
   return fusion;
 }
+
+// Maps for rendering: a map that others confirm within two of its steps is right to a pixel: nearer ones make better
+// points of a mesh, but here what is left open is the mesh's depth, which is no better. Settled on fern of LLFF.
+constexpr double kConfirmedPlanes = 2;
+
+}  // namespace
 
 MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options) {
   MapsMesh result;
@@ -61,6 +68,29 @@ MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const M
   result.mesh = CutSurface(points, centers, {.in_this_thread = options.in_this_thread});
   result.surface_s = watch.LapSeconds();
   return result;
+}
+
+std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const std::vector<int>& view_ids,
+                                             const TriangleMesh& mesh, const Subject& subject,
+                                             const MapsMeshOptions& options) {
+  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject, options);
+  FusionOptions fusion = FusionOf(maps.size(), options);
+  fusion.tolerance_planes = kConfirmedPlanes;
+  KeepWhatAgrees(maps, others, fusion);
+  std::vector<ViewDepthMap> made(maps.size());
+  ParallelFor(maps.size(), [&](std::size_t i) {
+    const ViewDepth& map = maps[i];
+    cv::Mat inverse_depth = DrawInverseDepth(mesh, map.view.camera, map.view.cam_from_world);
+    for (int y = 0; y < inverse_depth.rows; ++y)
+      for (int x = 0; x < inverse_depth.cols; ++x)
+        if (const float depth = map.depth.at<float>(y, x); depth > 0)
+          inverse_depth.at<float>(y, x) = 1 / depth;
+    FillHoles(inverse_depth);
+    made[i] = MakeViewDepthMap(map.view.camera, inverse_depth, map.plane_step);
+  });
+  std::map<int, ViewDepthMap> of_views;
+  for (std::size_t i = 0; i < made.size(); ++i) of_views.emplace(view_ids[i], std::move(made[i]));
+  return of_views;
 }
 
 }  // namespace ulf::render

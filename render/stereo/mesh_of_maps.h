@@ -1,12 +1,14 @@
-// The mesh of several depth maps: what they agree on becomes points, and the points a surface. The steps that
-// `ulf proxy` and a running capture (growing_geometry.h) share.
+// The mesh of several depth maps: what they agree on becomes points, and the points a surface. And the maps as the soft
+// field wants them. The steps that `ulf proxy` and a running capture (growing_geometry.h) share.
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <vector>
 
 #include "core/light_field/light_field.h"
 #include "render/proxy/triangle_mesh.h"
+#include "render/proxy/view_depth_map.h"
 #include "render/stereo/depth_fusion.h"
 
 namespace ulf::render {
@@ -27,11 +29,12 @@ struct MapsMesh {
   double fusion_s = 0, surface_s = 0;
 };
 
-// For each map the others that may confirm it, and how.
-std::vector<std::vector<int>> MapsToCompare(const std::vector<ViewDepth>& maps, const Subject& subject,
-                                            const MapsMeshOptions& options);
-FusionOptions FusionOf(std::size_t maps, const MapsMeshOptions& options);
-
 MapsMesh MeshOfMaps(std::vector<ViewDepth> maps, const Subject& subject, const MapsMeshOptions& options = {});
+
+// By View::id: what the maps say where others confirm it, and elsewhere `mesh`, which is MeshOfMaps() of the same maps.
+// `view_ids[i]`: of maps[i].
+std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const std::vector<int>& view_ids,
+                                             const TriangleMesh& mesh, const Subject& subject,
+                                             const MapsMeshOptions& options = {});
 
 }  // namespace ulf::render

@@ -12,7 +12,6 @@
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "core/base/stopwatch.h"
-#include "render/proxy/depth_raster.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/gl_plane_sweep.h"
 #include "render/stereo/view_selection.h"
@@ -116,33 +115,6 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
   return maps;
 }
 
-// Maps for rendering. A map that others confirm within two of its steps is right to a pixel: nearer ones make better
-// points of a mesh, but here what is left open is the mesh's depth, which is no better. Settled on fern of LLFF.
-constexpr double kConfirmedPlanes = 2;
-
-std::map<int, ViewDepthMap> MapsForRendering(std::vector<ViewDepth> maps, const std::vector<int>& view_ids,
-                                             const TriangleMesh& mesh, const Subject& subject,
-                                             const MapsMeshOptions& options) {
-  const std::vector<std::vector<int>> others = MapsToCompare(maps, subject, options);
-  FusionOptions fusion = FusionOf(maps.size(), options);
-  fusion.tolerance_planes = kConfirmedPlanes;
-  KeepWhatAgrees(maps, others, fusion);
-  std::vector<ViewDepthMap> made(maps.size());
-  ParallelFor(maps.size(), [&](std::size_t i) {
-    const ViewDepth& map = maps[i];
-    cv::Mat inverse_depth = DrawInverseDepth(mesh, map.view.camera, map.view.cam_from_world);
-    for (int y = 0; y < inverse_depth.rows; ++y)
-      for (int x = 0; x < inverse_depth.cols; ++x)
-        if (const float depth = map.depth.at<float>(y, x); depth > 0)
-          inverse_depth.at<float>(y, x) = 1 / depth;
-    FillHoles(inverse_depth);
-    made[i] = MakeViewDepthMap(map.view.camera, inverse_depth, map.plane_step);
-  });
-  std::map<int, ViewDepthMap> of_views;
-  for (std::size_t i = 0; i < made.size(); ++i) of_views.emplace(view_ids[i], std::move(made[i]));
-  return of_views;
-}
-
 }  // namespace
 
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress) {
@@ -168,8 +140,7 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
 
   if (progress) progress->Show(kBeforeSurface, "surface");
   std::vector<ViewDepth> kept;
-  if (options.keep_maps)
-    for (const ViewDepth& map : maps) kept.push_back({map.view, map.depth.clone(), map.plane_step});
+  if (options.keep_maps) kept = maps;
   MapsMesh surface = MeshOfMaps(std::move(maps), scene.subject, options.mesh);
   result.mesh = std::move(surface.mesh);
   result.summary.agreeing_share = surface.agreeing_share;

@@ -9,9 +9,11 @@
 #include <utility>
 
 #include "core/base/counted.h"
+#include "core/base/stopwatch.h"
 #include "core/image/image.h"
 #include "core/light_field/derived_files.h"
 #include "coverage/measured/threshold_by_errors.h"
+#include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 
@@ -96,8 +98,8 @@ void CaptureRecord::SayGeometryProblem() {
   if (const auto problem = geometry_->TakeProblem()) say_(*problem);
 }
 
-// The mesh that was there may be of another program, or a finer one: it is kept, and left where it is if it is of the
-// same views.
+// The mesh that was there may be of another program, or a finer one: it is kept, and left where it is, with its depth
+// maps, if it is of the same views.
 std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesystem::path& root) {
   const bool same_views =
       !geometry_->IsCorrected() &&
@@ -107,6 +109,7 @@ std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesys
     return std::nullopt;
   }
   FinishedGeometry finished = geometry_->Finish();
+  Stopwatch writing;
   SayGeometryProblem();
   if (finished.views_left_out > 0)
     say_(fmt::format("geometry: there was no time to look at {}; ulf proxy makes a mesh of all",
@@ -123,8 +126,31 @@ std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesys
     if (kept) std::filesystem::rename(*kept, file, still_kept);
     say_(fmt::format("{}; the light field is complete without a mesh, ulf proxy makes it", error.what()));
     finished.mesh = nullptr;
+    finished.maps_for_rendering.clear();
+    return finished;
   }
+  finished.written_maps = WriteMaps(root, std::exchange(finished.maps_for_rendering, {}));
+  finished.seconds += writing.LapSeconds();
   return finished;
+}
+
+// Beside the mesh that is there now; returns how many.
+int CaptureRecord::WriteMaps(const std::filesystem::path& root, std::map<int, render::ViewDepthMap> maps) {
+  try {
+    // As whoever renders reads it: the maps are bound to these poses.
+    const LightField light_field = ReadLightField(root);
+    std::erase_if(maps, [&](const auto& id_and_map) {
+      return std::ranges::find(light_field.views, id_and_map.first, &View::id) == light_field.views.end();
+    });
+    // Without any, which geometry has said: what is there is of another mesh and does not count.
+    if (!maps.empty()) render::WriteDepthMaps(root, light_field, maps);
+    return static_cast<int>(maps.size());
+  } catch (const std::exception& error) {
+    say_(fmt::format(
+        "{}; the light field and its mesh are complete, without depth maps, which ulf proxy makes",
+        error.what()));
+    return 0;
+  }
 }
 
 void CaptureRecord::SetSubject(const Subject& subject) {

@@ -113,6 +113,7 @@ class CaptureRecord {
   // The map's thresholds by the errors so far.
   void FollowErrorsNow();
   std::optional<FinishedGeometry> FinishGeometry(const std::filesystem::path& root);
+  int WriteMaps(const std::filesystem::path& root, std::map<int, render::ViewDepthMap> maps);
   std::string ReopenedInWords(double share) const;
 
   const Options options_;

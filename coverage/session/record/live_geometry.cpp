@@ -325,8 +325,11 @@ FinishedGeometry LiveGeometry::Finish() {
     finished.maps = world.growing.maps();
     finished.missing_maps = world.growing.MissingMaps();
     finished.mesh = MakeMesh(world, MeshFor::kEnd).mesh;
-    const MutexLock lock(mutex_);
-    state_.mesh = finished.mesh;
+    {
+      const MutexLock lock(mutex_);
+      state_.mesh = finished.mesh;
+    }
+    if (finished.mesh) finished.maps_for_rendering = world.growing.MapsForRendering(*finished.mesh->mesh);
   } catch (const std::exception& error) {
     Fail(error.what());
   }

@@ -1,7 +1,7 @@
 // Geometry while shooting: as views are recorded, a thread that gives way to everything else makes their depth
 // maps and, now and then, a mesh of them (render/stereo/growing_geometry.h). It keeps to a share of one
 // processor. The mesh serves review and measurement while the capture goes on; at the end the maps that are
-// still missing are made on all processors, and the mesh becomes the light field's.
+// still missing are made on all processors, and the mesh and the maps become the light field's.
 //
 // A capture never waits for it, but at its end; what fails here is said and fails alone. The thread runs only
 // when a processor has nothing else to do (SCHED_IDLE), so that it may be kept from running while it holds the
@@ -34,6 +34,7 @@
 #include "core/image/image.h"
 #include "core/light_field/light_field.h"
 #include "render/proxy/triangle_mesh.h"
+#include "render/proxy/view_depth_map.h"
 #include "render/stereo/growing_geometry.h"
 #include "render/stereo/stereo_view.h"
 
@@ -57,7 +58,10 @@ struct LiveGeometryState {
 struct FinishedGeometry {
   std::shared_ptr<const LiveMesh> mesh;  // null: the views agree on no surface, or there is no subject
   int maps = 0, missing_maps = 0;        // missing: there was no time for them
-  int views_left_out = 0;                // there was no time even to look at them
+  // Of the mesh's maps, under the views' last poses, for the renderer; by View::id. Empty without a mesh.
+  std::map<int, render::ViewDepthMap> maps_for_rendering;
+  int written_maps = 0;    // of these; by whoever owns the light field
+  int views_left_out = 0;  // there was no time even to look at them
   double seconds = 0;
 };
 
@@ -108,7 +112,7 @@ class LiveGeometry {
   // Without a thread: makes the maps that are due, and a mesh.
   void WorkNow();
 
-  // Ends the thread, makes what is missing and the mesh of all.
+  // Ends the thread, makes what is missing, the mesh of all, and the maps for rendering.
   FinishedGeometry Finish();
 
  private:

@@ -1,17 +1,29 @@
-// Tests: coverage/session/record/live_geometry, commands/capture/capture_report.
+// Tests: coverage/session/record/live_geometry, coverage/session/record/capture_record,
+// commands/capture/capture_report.
 //
-// ulf capture leaves a mesh, or says why there is none; a light field is complete without.
+// ulf capture leaves a mesh and the depth maps of views beside it, or says why there are none; a light field is complete
+// without.
 #include <gmock/gmock.h>
 
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
+#include "acquisition/simulator/scene/scene.h"
+#include "core/base/error.h"
+#include "core/base/quantile.h"
 #include "core/light_field/light_field_io.h"
+#include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
+#include "render/proxy/proxy_choice.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/small_disk.h"
@@ -40,7 +52,33 @@ std::string BytesOf(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-TEST(GeometryCapture, MeshIsThereWhenTheCaptureEnds) {
+std::map<std::string, std::string> FilesIn(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none))
+    files[entry.path().filename().string()] = BytesOf(entry.path());
+  return files;
+}
+
+DepthMapReading MapsOf(const fs::path& dir) {
+  return ReadDepthMaps(dir, ReadLightField(dir),
+                       std::make_shared<TriangleMesh>(ReadMeshFile(dir / "proxy.ply").mesh));
+}
+
+// Of the subject, by blending field and proxy.
+std::map<std::pair<std::string, std::string>, double> SubjectDb(const fs::path& dir,
+                                                                const std::string& what) {
+  const CommandResult evaluated = RunUlf("evaluate " + dir.string() + " --every 16 --json " + what);
+  EXPECT_EQ(evaluated.exit_code, 0) << evaluated.errors;
+  std::map<std::pair<std::string, std::string>, double> db;
+  const auto report = nlohmann::json::parse(evaluated.output);
+  for (const auto& row : report["results"])
+    db[{row["field"].get<std::string>(), row["proxy"].get<std::string>()}] =
+        row["all"]["psnr_disc_db"].get<double>();
+  return db;
+}
+
+TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   const CommandResult run = Capture(dir, "--until-covered 20x14");
@@ -50,7 +88,30 @@ TEST(GeometryCapture, MeshIsThereWhenTheCaptureEnds) {
   const MeshReading mesh = ReadMeshFile(dir / "proxy.ply");
   EXPECT_EQ(mesh.mesh.triangles.size(), json["geometry"]["triangles"]);
   EXPECT_GT(mesh.mesh.triangles.size(), 5000u);
-  // It serves a rendering at once.
+  // The camera's poses are known: its world is the simulator's.
+  const DepthMapReading reading = MapsOf(dir);
+  EXPECT_EQ(reading.stale, 0u);
+  ASSERT_GE(reading.maps.size(), 4u);
+  EXPECT_EQ(reading.maps.size(), json["geometry"]["maps"]);
+  EXPECT_EQ(reading.maps.size(), json["geometry"]["written_maps"]);
+  const auto scene = Scene::Named("studio");
+  for (const View& view : ReadLightField(dir).views) {
+    const auto found = reading.maps.find(view.id);
+    if (found == reading.maps.end()) continue;
+    const ViewDepthMap& map = found->second->Get();
+    std::vector<double> errors;
+    for (int y = 5; y < map.camera.height - 5; y += 5)
+      for (int x = 5; x < map.camera.width - 5; x += 5) {
+        const auto ray = map.camera.RayFromImg({x + 0.5, y + 0.5});
+        const double depth = scene->DepthAlong(view.cam_from_world.OriginInSource(),
+                                               view.cam_from_world.DirectionInSource(ray->normalized())) *
+                             ray->normalized().z();
+        errors.push_back(std::abs(map.InverseDepthAt(x, y) * depth - 1));
+      }
+    EXPECT_LT(Quantile(errors, 0.5), 0.005) << view.id;
+    EXPECT_LT(Quantile(errors, 0.8), 0.05) << view.id;
+  }
+  // The mesh serves a rendering at once.
   const CommandResult evaluated =
       RunUlf("evaluate " + dir.string() + " --every 6 --fields lumigraph --proxy plane --proxy mesh --json");
   ASSERT_EQ(evaluated.exit_code, 0) << evaluated.errors;
@@ -60,12 +121,29 @@ TEST(GeometryCapture, MeshIsThereWhenTheCaptureEnds) {
   EXPECT_GT(psnr_db(1), psnr_db(0) + 3) << "mesh, plane";
 }
 
+// The tracker's poses, which are corrected to the end.
+TEST(GeometryCapture, SoftFieldTakesTheDepthMapsOfCorrectedPoses) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  const CommandResult run = RunUlf(
+      "capture 'sim:studio?width=320&height=240&look_away=0' --headless --quality fast --frames 120 -o " +
+      dir.string());
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, ::testing::ContainsRegex("proxy.ply, [0-9]+ in depth/\n"));
+  EXPECT_THAT(BytesOf(dir / "journal.jsonl"), HasSubstr("pose_update"));
+  EXPECT_EQ(MapsOf(dir).stale, 0u);
+  auto db = SubjectDb(dir, "--fields lumigraph,soft --proxy mesh --proxy soft");
+  ASSERT_TRUE((db.contains({"soft", "soft"}) && db.contains({"lumigraph", "mesh"})));
+  EXPECT_GT((db[{"soft", "soft"}]), (db[{"lumigraph", "mesh"}]) - 0.3);
+}
+
 TEST(GeometryCapture, NoGeometryMakesNone) {
   const ScratchFolder scratch;
   const CommandResult run = Capture(scratch / "lf", "--frames 60 --no-geometry");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_TRUE(nlohmann::json::parse(run.output)["geometry"].is_null());
   EXPECT_FALSE(fs::exists(scratch / "lf" / "proxy.ply"));
+  EXPECT_FALSE(fs::exists(scratch / "lf" / "depth"));
 }
 
 TEST(GeometryCapture, OlderMeshIsKept) {
@@ -80,17 +158,40 @@ TEST(GeometryCapture, OlderMeshIsKept) {
   EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty()) << "earlier views and new ones";
 }
 
+TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMaps) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  ASSERT_EQ(Capture(dir, "--frames 30 --deterministic").exit_code, 0);
+  const std::size_t before = MapsOf(dir).maps.size();
+  const std::string index = BytesOf(dir / "depth" / "maps.json");
+  ASSERT_GE(before, 2u);
+  const CommandResult run = Capture(dir, "--resume --frames 45 --deterministic");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const DepthMapReading reading = MapsOf(dir);
+  EXPECT_EQ(reading.stale, 0u);
+  EXPECT_GT(reading.maps.size(), before) << "earlier views and new ones";
+  EXPECT_EQ(reading.maps.size(), nlohmann::json::parse(run.output)["geometry"]["written_maps"]);
+  EXPECT_EQ(FilesIn(dir / "depth").size(), reading.maps.size() + 1) << "no old ones beside them";
+
+  // Killed between the new mesh and the new index: what is there then does not count.
+  std::ofstream(dir / "depth" / "maps.json") << index;
+  EXPECT_THROW(MapsOf(dir), ulf::Error);
+  EXPECT_EQ(OwnProxy("soft", *ReadLightField(dir).subject, dir)->Name(), "mesh");
+}
+
 // A session that records nothing leaves the mesh alone, which may be a finer one.
 TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 60").exit_code, 0);
   const std::size_t views = ReadLightField(dir).views.size();
+  const auto maps = FilesIn(dir / "depth");
   std::ofstream(dir / "proxy.ply") << "a finer one";
   const CommandResult run = Capture(dir, "--resume --frames 1");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   ASSERT_EQ(ReadLightField(dir).views.size(), views);
   EXPECT_EQ(BytesOf(dir / "proxy.ply"), "a finer one");
+  EXPECT_TRUE(FilesIn(dir / "depth") == maps);
   EXPECT_FALSE(fs::exists(dir / "kept" / "proxy.ply"));
   EXPECT_THAT(run.errors, HasSubstr("the mesh that is there stays"));
   EXPECT_TRUE(nlohmann::json::parse(run.output)["geometry"].is_null());
@@ -109,6 +210,21 @@ TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
   EXPECT_THAT(run.errors, HasSubstr("ulf proxy"));
   EXPECT_GE(ReadLightField(dir).views.size(), before);
   EXPECT_EQ(BytesOf(dir / "proxy.ply"), "of another program");
+  EXPECT_FALSE(fs::exists(dir / "depth"));
+}
+
+TEST(GeometryCapture, DepthMapsThatCannotBeWrittenCostNothingElse) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  ASSERT_EQ(Capture(dir, "--frames 30 --no-geometry").exit_code, 0);
+  std::ofstream(dir / "depth") << "not a folder";
+  const CommandResult run = Capture(dir, "--resume --frames 60");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("without depth maps, which ulf proxy makes"));
+  const auto json = nlohmann::json::parse(run.output);
+  EXPECT_EQ(json["geometry"]["written_maps"], 0);
+  EXPECT_EQ(ReadMeshFile(dir / "proxy.ply").mesh.triangles.size(), json["geometry"]["triangles"]);
+  EXPECT_EQ(BytesOf(dir / "depth"), "not a folder");
 }
 
 // A disk that has room for the capture and none for its mesh: the views are all there, and that is said.
@@ -132,6 +248,33 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheMeshIsWrittenItCostsTheMeshAlone) {
   for (const auto& file : fs::directory_iterator(dir))
     EXPECT_THAT(file.path().filename().string(), ::testing::Not(HasSubstr("proxy")))
         << "nothing is left behind";
+}
+
+// The same with room for the mesh and none for the depth maps beside it.
+TEST(GeometryCaptureOnASmallDisk, FullWhenTheDepthMapsAreWrittenItCostsThemAlone) {
+  const ScratchFolder scratch;
+  const fs::path disk = scratch / "disk", dir = disk / "lf";
+  fs::create_directory(disk);
+  constexpr std::uint64_t kBytes = 32 << 20, kLeft = 700 << 10;
+  if (const auto why = test::MountSmallDisk(disk, kBytes)) GTEST_SKIP() << *why;
+  ASSERT_EQ(Capture(dir, "--frames 90 --deterministic").exit_code, 0);
+  const std::size_t before = ReadLightField(dir).views.size();
+  const std::string mesh = BytesOf(dir / "proxy.ply");
+  std::uint64_t of_maps = 0;
+  for (const auto& [name, bytes] : FilesIn(dir / "depth")) of_maps += bytes.size();
+  ASSERT_GT(of_maps, 3 * kLeft);
+  fs::remove(dir / "proxy.ply");
+  fs::remove_all(dir / "depth");
+  std::ofstream(disk / "room") << std::string(kLeft + mesh.size(), 'x');
+  test::FillDisk(disk / "filled");
+  fs::remove(disk / "room");
+  const CommandResult run = Capture(dir, "--resume --frames 2 --deterministic");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("without depth maps, which ulf proxy makes"));
+  EXPECT_EQ(nlohmann::json::parse(run.output)["geometry"]["written_maps"], 0);
+  EXPECT_GE(ReadLightField(dir).views.size(), before);
+  EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty());
+  EXPECT_FALSE(fs::exists(dir / "depth")) << "no part of them";
 }
 
 // A kill while maps are being made: no mesh, a light field that opens, and geometry of all views when it goes on.
@@ -162,13 +305,15 @@ TEST(GeometryCapture, KilledCaptureGoesOnWithTheGeometryOfAllViews) {
   EXPECT_GT(ReadMeshFile(dir / "proxy.ply").mesh.triangles.size(), 3000u);
 }
 
-TEST(GeometryCapture, DeterministicMeshIsTheSameTwice) {
+TEST(GeometryCapture, DeterministicGeometryIsTheSameTwice) {
   const ScratchFolder scratch;
   for (const char* name : {"a", "b"})
     ASSERT_EQ(Capture(scratch / name, "--frames 50 --deterministic").exit_code, 0);
   const std::string bytes = BytesOf(scratch / "a" / "proxy.ply");
   EXPECT_GT(bytes.size(), 10000u);
   EXPECT_TRUE(bytes == BytesOf(scratch / "b" / "proxy.ply"));
+  EXPECT_GT(FilesIn(scratch / "a" / "depth").size(), 3u);
+  EXPECT_TRUE(FilesIn(scratch / "a" / "depth") == FilesIn(scratch / "b" / "depth"));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/base/atomic_file.h"
@@ -13,6 +14,7 @@
 #include "render/proxy/proxy_choice.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -23,7 +25,8 @@ using testing::HasSubstr;
 
 class DepthMapFiles : public testing::Test {
  protected:
-  DepthMapFiles() {
+  explicit DepthMapFiles(std::uint64_t disk_bytes = 0) {
+    if (disk_bytes > 0) why_no_disk_ = MountSmallDisk(scratch_.path(), disk_bytes);
     SceneSpec spec{.viewpoints = CapViewpoints(6, 0.4, 2.0)};
     WriteLightField(dir_, spec, true);
     light_field_ = ReadLightField(dir_);
@@ -48,6 +51,7 @@ class DepthMapFiles : public testing::Test {
   }
 
   ScratchFolder scratch_;
+  std::optional<std::string> why_no_disk_;  // of a few bytes, where it was asked for
   fs::path dir_ = scratch_ / "field";
   LightField light_field_;
   std::shared_ptr<const TriangleMesh> mesh_ = PlaneAndSquare();
@@ -99,6 +103,42 @@ TEST_F(DepthMapFiles, NewOnesReplaceOldOnesAndAKillBetweenLeavesTheOld) {
   WriteFileAtomically(dir_ / kDepthMapsFolder / "maps.json", old_index);
   EXPECT_GT(FilesInFolder(), others.size() + 1) << "old and new names differ";
   EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
+}
+
+class DepthMapFilesOnASmallDisk : public DepthMapFiles {
+ protected:
+  DepthMapFilesOnASmallDisk() : DepthMapFiles(8 << 20) {}
+};
+
+TEST_F(DepthMapFilesOnASmallDisk, WhenFullTheOldOnesStandAndNothingNewIsLeft) {
+  if (why_no_disk_) GTEST_SKIP() << *why_no_disk_;
+  std::map<int, ViewDepthMap> others = maps_;
+  cv::RNG random(1);
+  std::uint64_t bytes = 0;
+  for (auto& [id, map] : others) {
+    map.inverse_depth = map.inverse_depth.clone();
+    random.fill(map.inverse_depth, cv::RNG::UNIFORM, 1, 65535);  // hardly gets smaller as a PNG
+    bytes += 2 * map.inverse_depth.total();
+  }
+  const auto fill = [&] {
+    std::ofstream(scratch_ / "room") << std::string(bytes / 2, 'x');
+    FillDisk(scratch_ / "filled");
+    fs::remove(scratch_ / "room");
+  };
+  fill();
+  EXPECT_THROW(WriteDepthMaps(dir_, light_field_, others), DiskFullError);
+  EXPECT_FALSE(fs::exists(dir_ / kDepthMapsFolder));
+  fs::remove(scratch_ / "filled");
+
+  WriteDepthMaps(dir_, light_field_, maps_);
+  fill();
+  EXPECT_THROW(WriteDepthMaps(dir_, light_field_, others), DiskFullError);
+  EXPECT_EQ(FilesInFolder(), maps_.size() + 1);
+  EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
+  fs::remove(scratch_ / "filled");
+  WriteDepthMaps(dir_, light_field_, others);
+  EXPECT_EQ(FilesInFolder(), others.size() + 1);
+  EXPECT_EQ(cv::norm(FirstMap(), others.at(1).inverse_depth, cv::NORM_INF), 0);
 }
 
 TEST_F(DepthMapFiles, FilesOfOtherProgramsStay) {

@@ -186,6 +186,55 @@ TEST(GrowingGeometry, MapsFollowACorrectedScale) {
     EXPECT_NEAR(geometry.Maps()[i].plane_step * kScale, before[i].plane_step, 1e-9);
 }
 
+// Of maps for rendering, by the depth that is right; `scale`: of the world by now.
+std::vector<double> RelativeErrors(const std::map<int, ViewDepthMap>& maps, double scale) {
+  std::vector<double> errors;
+  for (const auto& [id, map] : maps) {
+    const cv::Mat& depth = GridOfViews()[static_cast<std::size_t>(id)].depth;
+    for (int y = 6; y < depth.rows - 6; ++y)
+      for (int x = 6; x < depth.cols - 6; ++x)
+        if (depth.at<float>(y, x) > 0)
+          errors.push_back(
+              std::abs(map.InverseDepthAt(x, y) * scale * static_cast<double>(depth.at<float>(y, x)) - 1));
+  }
+  return errors;
+}
+
+// Every pixel has a depth, by its own map or the mesh, and is as deep as the world is by then.
+TEST(GrowingGeometry, MapsForRenderingAreWholeAndFollowTheWorld) {
+  GrowingGeometry geometry = Grown(Small());
+  const auto for_rendering = [&](const Subject& subject) {
+    const MapsMesh mesh = MeshOfMaps(geometry.Maps(), subject, geometry.options().mesh);
+    return geometry.MapsForRendering(mesh.mesh);
+  };
+  const std::map<int, ViewDepthMap> maps = for_rendering(kSubject);
+  ASSERT_EQ(static_cast<int>(maps.size()), geometry.maps());
+  for (const auto& [id, pose] : geometry.MapPoses()) EXPECT_TRUE(maps.contains(id)) << id;
+  for (const auto& [id, map] : maps) {
+    EXPECT_EQ(cv::countNonZero(map.inverse_depth), static_cast<int>(map.inverse_depth.total())) << id;
+    EXPECT_GT(map.step, 0) << id;
+  }
+  EXPECT_LT(Quantile(RelativeErrors(maps, 1), 0.5), 0.01);
+  EXPECT_LT(Quantile(RelativeErrors(maps, 1), 0.9), 0.06);
+
+  constexpr double kScale = 1.1;
+  std::map<int, Rigid3> moved;
+  for (std::size_t i = 0; i < GridOfViews().size(); ++i) {
+    moved[static_cast<int>(i)] = GridOfViews()[i].view.cam_from_world;
+    moved[static_cast<int>(i)].translation *= kScale;
+  }
+  const Subject subject{kScale * kSubject.center_in_world, kScale * kSubject.radius};
+  geometry.SetSubject(subject);
+  geometry.MoveViews(moved);
+  const int gone = maps.begin()->first;
+  geometry.RemoveView(gone);
+  const std::map<int, ViewDepthMap> now = for_rendering(subject);
+  EXPECT_EQ(now.size() + 1, maps.size());
+  EXPECT_FALSE(now.contains(gone));
+  EXPECT_LT(Quantile(RelativeErrors(now, kScale), 0.5), 0.01);
+  EXPECT_NEAR(now.begin()->second.step * kScale, maps.at(now.begin()->first).step, 1e-9);
+}
+
 TEST(GrowingGeometry, MapOfAViewThatMovedAmongItsNeighboursIsMadeAnew) {
   GrowingGeometry geometry = Grown(Small());
   const int maps = geometry.maps();

@@ -122,6 +122,7 @@ TEST(LiveGeometry, MapsAndAMeshAreThereBeforeTheEnd) {
     }
   EXPECT_GT(errors.size(), 2500u) << "of 3,500";
   EXPECT_LT(Quantile(errors, 0.5), 0.01);
+  EXPECT_EQ(static_cast<int>(finished.maps_for_rendering.size()), finished.maps);
 }
 
 TEST(LiveGeometry, WithoutAThreadTheSameViewsGiveTheSameMesh) {
@@ -222,6 +223,7 @@ TEST(LiveGeometry, ViewThatWasTakenBackGivesNoGeometry) {
   const FinishedGeometry finished = geometry.Finish();
   EXPECT_EQ(finished.maps, 0);
   EXPECT_FALSE(finished.mesh);
+  EXPECT_TRUE(finished.maps_for_rendering.empty());
 }
 
 TEST(LiveGeometry, ViewsThatMovedMoveTheMesh) {
