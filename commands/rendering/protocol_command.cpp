@@ -78,6 +78,7 @@ struct ProtocolResult {
   std::string renderer, field, proxy, why;
   std::string refined;  // empty: poses and lens as they are
   Costs refining, geometry, choice;
+  int depth_maps = 0;
   std::optional<render::LightFit> light;
   double ms_per_picture = 0;
   std::vector<TestView> views;
@@ -160,6 +161,7 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"refining", JsonOf(result.refining)},
                       {"light", result.light ? JsonOf(*result.light) : nullptr},
                       {"geometry", JsonOf(result.geometry)},
+                      {"depth_maps", result.depth_maps},
                       {"choice", JsonOf(result.choice)},
                       {"ms_per_picture", result.ms_per_picture},
                       {"lpips", nullptr},
@@ -282,6 +284,10 @@ void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args) {
          "proxy)")
       ->check(CLI::Range(32, 4096))
       ->needs(protocol);
+  sub.add_option("--geometry-maps", args.geometry_maps,
+                 "With --protocol: largest number of given views that get a depth map (60, as ulf proxy)")
+      ->check(CLI::Range(2, 100000))
+      ->needs(protocol);
 }
 
 int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
@@ -326,12 +332,14 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     if (name != "mesh" && name != "soft") continue;
     render::ProxyOptions geometry;
     if (args.geometry_px > 0) geometry.size_px = args.geometry_px;
+    if (args.geometry_maps > 0) geometry.depth_maps = args.geometry_maps;
     geometry.keep_maps = true;
     try {
       watch.Lap();
       render::ProxyMesh mesh =
           render::BuildProxy(*LoadForGeometry(given, options, geometry.size_px), geometry, &progress);
       result.geometry = watch.Lap();
+      result.depth_maps = mesh.summary.depth_maps;
       if (folder) render::WriteMeshPly(folder->path() / render::kMeshProxyFile, mesh.mesh);
       proxies.push_back(std::make_shared<render::SoftProxy>(
           given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)),
