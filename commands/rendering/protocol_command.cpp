@@ -77,6 +77,7 @@ struct ProtocolResult {
   int width = 0, height = 0;
   std::string renderer, field, proxy, why;
   std::string refined;  // empty: poses and lens as they are
+  std::vector<ModelChoice> explained;
   Costs refining, geometry, choice;
   int depth_maps = 0;
   std::optional<render::LightFit> light;
@@ -147,6 +148,8 @@ nlohmann::json JsonOf(const render::LightFit& light) {
 }
 
 nlohmann::json JsonOf(const ProtocolResult& result) {
+  nlohmann::json compared = nlohmann::json::array();
+  for (const ModelChoice& choice : result.explained) compared.push_back(nlohmann::json(ToJson(choice)));
   nlohmann::json json{{"light_field", result.light_field},
                       {"protocol", result.split.name},
                       {"given", result.split.given.size()},
@@ -157,6 +160,7 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"field", result.field},
                       {"proxy", result.proxy},
                       {"chosen_by", result.why},
+                      {"compared", compared},
                       {"refined", result.refined},
                       {"refining", JsonOf(result.refining)},
                       {"light", result.light ? JsonOf(*result.light) : nullptr},
@@ -359,6 +363,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
       *given_scene, fields.empty() ? render::EveryField() : fields, proxies, renderer);
   result.choice = watch.Lap();
   result.why = choice.why.empty() ? "as asked" : choice.why;
+  result.explained = choice.explained;
 
   std::vector<int> used = result.split.given;
   used.insert(used.end(), result.split.test.begin(), result.split.test.end());

@@ -169,10 +169,13 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
               testing::ContainsRegex("proxy planes: plane [0-9.]+, planes [0-9.]+, points [0-9.]+ dB"))
       << "the plane turns with the camera, what was photographed does not";
   const auto why = RunUlf("render " + dir_.string() + " --field linear --explain -o " + Out("b.png"));
-  EXPECT_THAT(
-      why.errors,
-      testing::ContainsRegex(
-          "proxy: the first within.*\n  plane +[0-9.]+ dB\n\\* planes +[0-9.]+ dB\n  points +[0-9.]+ dB"));
+  EXPECT_THAT(why.errors, testing::ContainsRegex("proxy: the first within.*\n  plane +[0-9.]+ dB, .*\n\\* "
+                                                 "planes +[0-9.]+ dB, .*\n  points +[0-9.]+ dB"));
+  const auto in_json =
+      RunUlf("render " + dir_.string() + " --field linear --explain --json -o " + Out("c.png"));
+  const auto explained = nlohmann::json::parse(in_json.output)["explain"];
+  EXPECT_EQ(explained[0]["question"], "proxy");
+  EXPECT_THAT(explained[0]["candidates"][1]["evidence"].get<std::string>(), HasSubstr("s a picture"));
   const auto given = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
   ASSERT_EQ(given.exit_code, 0) << given.errors;
   EXPECT_GT(nlohmann::json::parse(given.output)["results"][0]["psnr_db"], 30);
