@@ -53,9 +53,17 @@ void Choose(vec3 point) {
   for (int n = 0; n < count; ++n) {
     float own = OWN_SHARE * fourth / max(penalty[n], zero_penalty);
     float weight = max(0.0, Gaussian(penalty[n], width) - nothing) * (1.0 + own * own);
-    if (weight > 0.0) {
-      chosen[weighing] = chosen[n];
-      weights[weighing] = weight;
+    if (weight > 0.0) {  // in order of penalty
+      int view = chosen[n], at = weighing;
+      float p = penalty[n];
+      for (; at > 0 && penalty[at - 1] > p; --at) {
+        chosen[at] = chosen[at - 1];
+        penalty[at] = penalty[at - 1];
+        weights[at] = weights[at - 1];
+      }
+      chosen[at] = view;
+      penalty[at] = p;
+      weights[at] = weight;
       ++weighing;
     }
   }
