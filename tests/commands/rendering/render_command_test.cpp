@@ -314,6 +314,27 @@ TEST_F(RenderCommand, LightThatCannotBeFoundIsNotLeftOutSilently) {
   }
 }
 
+// In uneven light left-out views would tell of exposures, not of fields.
+TEST_F(RenderCommand, FieldsAreComparedInEvenLight) {
+  TriangleMesh plane = *test::PlaneAndSquare();
+  plane.triangles.resize(2);
+  WriteMeshPly(dir_ / "proxy.ply", plane);
+  for (const View& view : ReadLightField(dir_).views) {
+    if (view.id % 2 == 0) continue;
+    const std::string file = (dir_ / view.image_path).string();
+    cv::imwrite(file, 0.7 * cv::imread(file));
+  }
+  const auto psnr_db = [&](const std::string& light) {
+    const auto run = RunUlf("render " + dir_.string() + " --proxy mesh --frames 1 --explain --json --light " +
+                            light + " -o " + Out(light + ".png"));
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    const auto fields = nlohmann::json::parse(run.output)["explain"][0];
+    EXPECT_EQ(fields["question"], "blending field");
+    return std::stod(fields["candidates"][0]["evidence"].get<std::string>());
+  };
+  EXPECT_GT(psnr_db("fit"), psnr_db("as-recorded") + 3);
+}
+
 TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   const std::string dir = dir_.string();
   const auto unknown = RunUlf("render " + dir + " --proxy sphere -o " + Out("x.png"));
