@@ -77,7 +77,9 @@ struct ProtocolResult {
   int width = 0, height = 0;
   std::string renderer, field, proxy, why;
   std::string refined;  // empty: poses and lens as they are
+  std::vector<ModelChoice> explained;
   Costs refining, geometry, choice;
+  int depth_maps = 0;
   std::optional<render::LightFit> light;
   double ms_per_picture = 0;
   std::vector<TestView> views;
@@ -146,6 +148,8 @@ nlohmann::json JsonOf(const render::LightFit& light) {
 }
 
 nlohmann::json JsonOf(const ProtocolResult& result) {
+  nlohmann::json compared = nlohmann::json::array();
+  for (const ModelChoice& choice : result.explained) compared.push_back(nlohmann::json(ToJson(choice)));
   nlohmann::json json{{"light_field", result.light_field},
                       {"protocol", result.split.name},
                       {"given", result.split.given.size()},
@@ -156,10 +160,12 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"field", result.field},
                       {"proxy", result.proxy},
                       {"chosen_by", result.why},
+                      {"compared", compared},
                       {"refined", result.refined},
                       {"refining", JsonOf(result.refining)},
                       {"light", result.light ? JsonOf(*result.light) : nullptr},
                       {"geometry", JsonOf(result.geometry)},
+                      {"depth_maps", result.depth_maps},
                       {"choice", JsonOf(result.choice)},
                       {"ms_per_picture", result.ms_per_picture},
                       {"lpips", nullptr},
@@ -282,6 +288,10 @@ void AddProtocolOptions(CLI::App& sub, ProtocolArgs& args) {
          "proxy)")
       ->check(CLI::Range(32, 4096))
       ->needs(protocol);
+  sub.add_option("--geometry-maps", args.geometry_maps,
+                 "With --protocol: largest number of given views that get a depth map (60, as ulf proxy)")
+      ->check(CLI::Range(2, 100000))
+      ->needs(protocol);
 }
 
 int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
@@ -326,12 +336,14 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     if (name != "mesh" && name != "soft") continue;
     render::ProxyOptions geometry;
     if (args.geometry_px > 0) geometry.size_px = args.geometry_px;
+    if (args.geometry_maps > 0) geometry.depth_maps = args.geometry_maps;
     geometry.keep_maps = true;
     try {
       watch.Lap();
       render::ProxyMesh mesh =
           render::BuildProxy(*LoadForGeometry(given, options, geometry.size_px), geometry, &progress);
       result.geometry = watch.Lap();
+      result.depth_maps = mesh.summary.depth_maps;
       if (folder) render::WriteMeshPly(folder->path() / render::kMeshProxyFile, mesh.mesh);
       proxies.push_back(std::make_shared<render::SoftProxy>(
           given_scene->subject, std::make_shared<render::TriangleMesh>(std::move(mesh.mesh)),
@@ -351,6 +363,7 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
       *given_scene, fields.empty() ? render::EveryField() : fields, proxies, renderer);
   result.choice = watch.Lap();
   result.why = choice.why.empty() ? "as asked" : choice.why;
+  result.explained = choice.explained;
 
   std::vector<int> used = result.split.given;
   used.insert(used.end(), result.split.test.begin(), result.split.test.end());

@@ -10,9 +10,9 @@
 namespace ulf::commands {
 
 struct ProtocolArgs {
-  std::string protocol;  // empty: no such evaluation
-  std::string out;       // folder to write; empty: nothing is written
-  int geometry_px = 0;   // 0: the default of ulf proxy
+  std::string protocol;                    // empty: no such evaluation
+  std::string out;                         // folder to write; empty: nothing is written
+  int geometry_px = 0, geometry_maps = 0;  // 0: the defaults of ulf proxy
   bool refine = false;
 };
 

@@ -217,7 +217,8 @@ struct RenderReport {
   }
 };
 
-void Print(const RenderArgs& args, const render::Renderer& renderer, const RenderReport& report) {
+void Print(const RenderArgs& args, const render::Renderer& renderer, const RenderReport& report,
+           const std::vector<ModelChoice>& explained) {
   if (report.blank > 0)
     spdlog::warn(
         "pictures that show nothing: {} of {}; no view sees what the camera looks at there: is the path in "
@@ -231,16 +232,18 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
         "viewpoints",
         100 * unseen);
   if (args.json) {
-    const nlohmann::json json{{"frames", report.rendered},
-                              {"kept", report.kept},
-                              {"output", args.out},
-                              {"field", render::FieldName(renderer.field().kind)},
-                              {"level", render::LevelName(renderer.field().level)},
-                              {"proxy", renderer.scene().proxy->Name()},
-                              {"renderer", renderer.Name()},
-                              {"ms_per_frame", report.MsPerFrame()},
-                              {"filled_share", report.Share(report.filled)},
-                              {"empty_share", report.Share(report.empty)}};
+    nlohmann::ordered_json json{{"frames", report.rendered},
+                                {"kept", report.kept},
+                                {"output", args.out},
+                                {"field", render::FieldName(renderer.field().kind)},
+                                {"level", render::LevelName(renderer.field().level)},
+                                {"proxy", renderer.scene().proxy->Name()},
+                                {"renderer", renderer.Name()},
+                                {"ms_per_frame", report.MsPerFrame()},
+                                {"filled_share", report.Share(report.filled)},
+                                {"empty_share", report.Share(report.empty)}};
+    if (args.explain)
+      for (const ModelChoice& choice : explained) json["explain"].push_back(ToJson(choice));
     fmt::print("{}\n", json.dump(1));
     return;
   }
@@ -288,34 +291,44 @@ std::string OptionsFor(const RenderArgs& args, const render::Choice& choice) {
       render::FieldName(field.kind), has_level ? " --level " + render::LevelName(field.level) : "");
 }
 
-std::unique_ptr<render::Renderer> RendererOf(const RenderArgs& args, const render::PictureEncoding& encoding,
-                                             const std::shared_ptr<const render::RenderScene>& plain) {
+struct ChosenRenderer {
+  std::unique_ptr<render::Renderer> renderer;
+  std::vector<ModelChoice> explained;
+};
+
+// Light is evened before anything is compared: fields that blend few views would else win where photographs differ.
+ChosenRenderer RendererOf(const RenderArgs& args, const render::PictureEncoding& encoding,
+                          const std::shared_ptr<const render::RenderScene>& plain) {
   const std::string field = args.field == render::kAuto && args.aperture.Asked()
                                 ? render::FieldName(render::FieldKind::kSubdivision)
                                 : args.field;
-  const render::Choice choice = render::ChooseByName(*plain, field, FieldDetails(args.field_details),
-                                                     args.proxy, args.dir, RendererFromName(args.renderer));
-  if (args.explain)
-    for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
-  else if (!choice.why.empty())
-    spdlog::info("{}", choice.why);
+  render::FieldOptions details = FieldDetails(args.field_details);
+  if (field != render::kAuto) details.kind = render::FieldFromName(field);
+  const render::RendererKind kind = RendererFromName(args.renderer);
+  const auto proxies = render::ProxiesToTry(*plain, args.proxy, details, args.dir, kind);
+  auto scene = plain;
+  const auto light = LightOf(args, *plain, proxies.back());
+  if (light) scene = render::WithLight(*plain, *light);
+  const render::Choice choice = render::ChooseByName(*scene, field, details, proxies, kind);
+  ChosenRenderer chosen{nullptr, choice.explained};
+  if (light) chosen.explained.push_back(light->explained);
+  if (!args.explain && !choice.why.empty()) spdlog::info("{}", choice.why);
+  if (args.explain && !args.json)
+    for (const ModelChoice& explained : chosen.explained) fmt::print(stderr, "{}", ToText(explained));
   if (!choice.candidates.empty())
     spdlog::info("to skip this comparison the next time: {}", OptionsFor(args, choice));
   if (args.proxy == render::kAuto &&
       !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
     spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
-  auto scene = render::WithProxy(*plain, choice.proxy);
-  if (const auto light = LightOf(args, *plain, choice.proxy)) {
-    scene = render::WithLight(*scene, *light);
-    if (args.explain) fmt::print(stderr, "{}", ToText(light->explained));
-  }
-  return render::MakeRenderer(scene, {.field = choice.field,
-                                      .renderer = RendererFromName(args.renderer),
-                                      .fill = !args.no_fill,
-                                      .show_field = args.show_field,
-                                      .depth = encoding.format == render::PictureFormat::kExr,
-                                      .weights = args.weights,
-                                      .gpu_memory_mb = args.gpu_memory_mb});
+  chosen.renderer = render::MakeRenderer(render::WithProxy(*scene, choice.proxy),
+                                         {.field = choice.field,
+                                          .renderer = kind,
+                                          .fill = !args.no_fill,
+                                          .show_field = args.show_field,
+                                          .depth = encoding.format == render::PictureFormat::kExr,
+                                          .weights = args.weights,
+                                          .gpu_memory_mb = args.gpu_memory_mb});
+  return chosen;
 }
 
 int RunRender(const RenderArgs& args) {
@@ -332,7 +345,7 @@ int RunRender(const RenderArgs& args) {
   if (range.end.value_or(all) > all)
     spdlog::warn("--frames {}: the path ends after {}", args.frames, Counted(all, "picture"));
   const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
-  const auto renderer = RendererOf(args, encoding, plain);
+  const auto [renderer, explained] = RendererOf(args, encoding, plain);
   Zoom(args, *renderer, path);
   if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
   if (!path.apertures.empty()) {
@@ -374,7 +387,7 @@ int RunRender(const RenderArgs& args) {
                   fmt::format("picture {}", i));
   }
   if (video) video->Close();
-  Print(args, *renderer, report);
+  Print(args, *renderer, report, explained);
   return kOk;
 }
 

@@ -6,10 +6,12 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
+#include "commands/number_checks.h"
 #include "commands/rendering/aperture_options.h"
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
@@ -40,10 +42,12 @@ struct ViewArgs : SceneArgs {
   std::string out = ".";
   std::string screenshot;
   std::string keys;
+  double frame_ms = 0;  // 0: nothing is compared
+  bool explain = false;
   bool json = false;
 };
 
-// The field without a comparison, which takes longer than looking at each.
+// Without --frame-ms nothing is compared: that takes longer than looking at each.
 render::FieldOptions FieldOf(const ViewArgs& args) {
   render::FieldOptions field = FieldDetails(args.field_details);
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
@@ -68,6 +72,30 @@ std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject&
                          }});
   }
   return proxies;
+}
+
+// In a thread of its own, since a renderer has a context of its own: the window's stays current in this one.
+render::Choice ChosenFor(const ViewArgs& args, const render::RenderScene& scene, const cv::Size& screen) {
+  const render::ViewerCamera camera = render::StartingCamera(scene);
+  const render::ChoiceOptions options{
+      .in_motion = render::InMotion{camera.For(screen), camera.CamFromWorld(), args.frame_ms}};
+  return std::async(std::launch::async,
+                    [&] {
+                      const auto kind = render::RendererKind::kGl;
+                      const auto proxies =
+                          render::ProxiesToTry(scene, args.proxy, FieldOf(args), args.dir, kind);
+                      return render::ChooseByName(scene, args.field, FieldDetails(args.field_details),
+                                                  proxies, kind, options);
+                    })
+      .get();
+}
+
+// What was chosen is what the viewer begins with.
+void Begin(const render::Choice& choice, render::ViewerOptions& options) {
+  options.field = choice.field;
+  const std::string name = choice.proxy->Name();
+  std::erase_if(options.proxies, [&](const render::OfferedProxy& proxy) { return proxy.name == name; });
+  options.proxies.insert(options.proxies.begin(), {name, [proxy = choice.proxy] { return proxy; }});
 }
 
 // The aperture for a path of one picture, the viewer's first one.
@@ -133,16 +161,19 @@ struct FirstPicture {
   double seconds = 0, complete_seconds = 0;
 };
 
-void Report(const ViewArgs& args, const render::Viewer& viewer, const FirstPicture& first) {
+void Report(const ViewArgs& args, const render::Viewer& viewer, const FirstPicture& first,
+            const std::vector<ModelChoice>& explained) {
   const double median_ms = Median(viewer.frame_ms());
   if (args.json) {
-    const nlohmann::json json{{"frames", viewer.frames()},
-                              {"median_ms", median_ms},
-                              {"first_picture_s", first.seconds},
-                              {"complete_picture_s", first.complete_seconds},
-                              {"field", render::FieldName(viewer.renderer().field().kind)},
-                              {"proxy", viewer.renderer().scene().proxy->Name()},
-                              {"renderer", viewer.renderer().Name()}};
+    nlohmann::ordered_json json{{"frames", viewer.frames()},
+                                {"median_ms", median_ms},
+                                {"first_picture_s", first.seconds},
+                                {"complete_picture_s", first.complete_seconds},
+                                {"field", render::FieldName(viewer.renderer().field().kind)},
+                                {"proxy", viewer.renderer().scene().proxy->Name()},
+                                {"renderer", viewer.renderer().Name()}};
+    if (args.explain)
+      for (const ModelChoice& choice : explained) json["explain"].push_back(ToJson(choice));
     fmt::print("{}\n", json.dump());
     return;
   }
@@ -195,16 +226,24 @@ int RunView(const ViewArgs& args) {
     if (args.light == "fit")
       if (const auto light = LightOf(args, *scene, proxies.front().make()))
         scene = render::WithLight(*scene, *light);
-    viewer = std::make_unique<render::Viewer>(
-        *surface, scene,
-        render::ViewerOptions{.field = field,
-                              .proxies = proxies,
-                              .out = args.out,
-                              .gpu_memory_mb = args.gpu_memory_mb,
-                              .sensor_width_mm = args.aperture.sensor_width_mm,
-                              .reduces_motion = args.screenshot.empty()});
+    render::ViewerOptions options{.field = field,
+                                  .proxies = proxies,
+                                  .out = args.out,
+                                  .gpu_memory_mb = args.gpu_memory_mb,
+                                  .sensor_width_mm = args.aperture.sensor_width_mm,
+                                  .reduces_motion = args.screenshot.empty()};
+    std::vector<ModelChoice> explained;
+    if (args.frame_ms > 0) {
+      const render::Choice choice = ChosenFor(args, *scene, surface->Size());
+      Begin(choice, options);
+      explained = choice.explained;
+      if (!args.explain && !choice.why.empty()) spdlog::info("{}", choice.why);
+      if (args.explain && !args.json)
+        for (const ModelChoice& one : explained) fmt::print(stderr, "{}", ToText(one));
+    }
+    viewer = std::make_unique<render::Viewer>(*surface, scene, options);
     Open(args.aperture, surface->Size(), *viewer);
-    Report(args, *viewer, Show(args, start, *surface, *viewer));
+    Report(args, *viewer, Show(args, start, *surface, *viewer), explained);
   } catch (const render::SurfaceGone& gone) {
     render::Abandon(std::move(viewer));
     render::Abandon(std::move(surface));
@@ -234,6 +273,13 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
                   "some, else its tracked points, else the "
                   "plane), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, plane, plane:0.9, "
                   "plane:x,y,z,d, or a PLY or OBJ file");
+  auto* frame_ms =
+      sub->add_option(
+             "--frame-ms", args->frame_ms,
+             "Compare fields and geometry on left-out views first, which takes a while, and begin with the "
+             "best that take at most this many milliseconds a picture here (without: nothing is compared)")
+          ->check(Positive());
+  sub->add_flag("--explain", args->explain, "Print why they were chosen")->needs(frame_ms);
   AddApertureOptions(*sub, args->aperture);
   sub->add_option("--width", args->width, "Width of the window (1280)")->check(CLI::Range(64, 16384));
   sub->add_option("--height", args->height, "Height of the window (720)")->check(CLI::Range(64, 16384));

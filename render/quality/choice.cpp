@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <optional>
 
 #include "core/base/counted.h"
+#include "core/base/quantile.h"
+#include "render/gl/make_renderer.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
@@ -48,9 +51,25 @@ std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldO
     const bool again = std::ranges::any_of(candidates, [&](const ScoredChoice& other) {
       return other.proxy == proxy && FieldText(other.field) == FieldText(result.used);
     });
-    if (!again) candidates.push_back({result.used, proxy, result.Main().psnr_db});
+    if (!again) candidates.push_back({result.used, proxy, result.Main().psnr_db, result.ms_per_frame});
   }
   return candidates;
+}
+
+// The times of candidates as a viewer draws them; the first picture of each waits for photographs and shaders.
+void TimeInMotion(const RenderScene& scene, const InMotion& motion, RendererKind kind,
+                  std::vector<ScoredChoice>& candidates) {
+  constexpr int kPictures = 3;
+  const auto renderer = MakeRenderer(WithProxy(scene, candidates.front().proxy), {.renderer = kind});
+  for (ScoredChoice& candidate : candidates) {
+    if (renderer->scene().proxy != candidate.proxy) renderer->SetProxy(candidate.proxy);
+    renderer->SetField(candidate.field);
+    renderer->Render(motion.camera, motion.cam_from_world);
+    std::vector<double> times;
+    for (int i = 0; i < kPictures; ++i)
+      times.push_back(renderer->Render(motion.camera, motion.cam_from_world).ms);
+    candidate.ms = Median(times);
+  }
 }
 
 std::string ModelName(const ScoredChoice& candidate, bool by_proxy) {
@@ -64,15 +83,36 @@ std::string Listed(const std::vector<ScoredChoice>& candidates, bool by_proxy) {
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
+// `where`: between the best of what and the order.
+std::string Criterion(const ChoiceOptions& options, bool with_soft, const std::string& where = {}) {
+  std::string text;
+  if (options.in_motion)
+    text = fmt::format("of those that take at most {:.0f} ms for a picture of {}x{} ",
+                       options.in_motion->most_ms, options.in_motion->camera.width,
+                       options.in_motion->camera.height);
+  text += fmt::format("the first within {} dB of the best{}, in this order", options.within_db, where);
+  if (with_soft) text += fmt::format("; soft where it is {} dB better than that", options.soft_gain_db);
+  return text;
+}
+
+bool HasSoft(const std::vector<ScoredChoice>& tried) {
+  return std::ranges::any_of(
+      tried, [](const ScoredChoice& candidate) { return candidate.field.kind == FieldKind::kSoft; });
+}
+
+bool IsSame(const ScoredChoice& a, const ScoredChoice& b) {
+  return a.proxy == b.proxy && FieldText(a.field) == FieldText(b.field);
+}
+
 ModelChoice Explained(const std::string& question, const std::vector<ScoredChoice>& tried,
-                      const ScoredChoice& chosen, bool by_proxy, double within_db) {
+                      const ScoredChoice& chosen, bool by_proxy, const ChoiceOptions& options) {
   ModelChoice explained{
-      question,
-      fmt::format("the first within {} dB of the best on views that were left out, in this order", within_db),
-      {}};
+      question, Criterion(options, !by_proxy && HasSoft(tried), " on views that were left out"), {}};
   for (const ScoredChoice& candidate : tried)
     explained.candidates.push_back(
-        {ModelName(candidate, by_proxy), fmt::format("{:.2f} dB", candidate.psnr_db), &candidate == &chosen});
+        {ModelName(candidate, by_proxy),
+         fmt::format("{:.2f} dB, {:.3g} s a picture", candidate.psnr_db, 1e-3 * candidate.ms),
+         IsSame(candidate, chosen)});
   return explained;
 }
 
@@ -85,14 +125,6 @@ std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fiel
   const auto found = std::ranges::find_if(
       fields, [](const FieldOptions& field) { return field.kind == FieldKind::kLumigraph; });
   return found == fields.end() ? std::nullopt : std::optional(*found);
-}
-
-// The widths of the soft field cost the same: none of them is preferred.
-const ScoredChoice& BestOfItsKind(const std::vector<ScoredChoice>& tried, const ScoredChoice& chosen) {
-  if (chosen.field.kind != FieldKind::kSoft) return chosen;
-  return *std::ranges::max_element(tried, {}, [](const ScoredChoice& candidate) {
-    return candidate.field.kind == FieldKind::kSoft ? candidate.psnr_db : -1;
-  });
 }
 
 bool SoftAlone(const std::vector<FieldOptions>& fields) {
@@ -123,6 +155,32 @@ const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candid
   return *std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
     return candidate.psnr_db >= best->psnr_db - within_db;
   });
+}
+
+std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidates, double most_ms) {
+  std::vector<ScoredChoice> quick;
+  std::ranges::copy_if(candidates, std::back_inserter(quick),
+                       [&](const ScoredChoice& candidate) { return candidate.ms <= most_ms; });
+  if (quick.empty()) quick.push_back(*std::ranges::min_element(candidates, {}, &ScoredChoice::ms));
+  return quick;
+}
+
+// The soft field is as calm in motion as subdivision, and its widths cost the same: of them the best.
+const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
+                                   const ChoiceOptions& options) {
+  const ScoredChoice* soft = nullptr;
+  double best_db = -std::numeric_limits<double>::infinity();
+  for (const ScoredChoice& candidate : candidates) {
+    if (candidate.field.kind != FieldKind::kSoft)
+      best_db = std::max(best_db, candidate.psnr_db);
+    else if (!soft || candidate.psnr_db > soft->psnr_db)
+      soft = &candidate;
+  }
+  const auto other = std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
+    return candidate.field.kind != FieldKind::kSoft && candidate.psnr_db >= best_db - options.within_db;
+  });
+  if (!soft) return *other;
+  return other == candidates.end() || soft->psnr_db >= other->psnr_db + options.soft_gain_db ? *soft : *other;
 }
 
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
@@ -164,17 +222,22 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     return Try(tried_on, some_fields, some_proxies, renderer, options.views_left_out,
                in_detail ? options.window_px : 0);
   };
+  // Those between which is chosen: all, or in motion those that are quick enough.
+  const auto in_time = [&](std::vector<ScoredChoice>& tried) {
+    if (!options.in_motion) return tried;
+    TimeInMotion(scene, *options.in_motion, renderer, tried);
+    return QuickEnough(tried, options.in_motion->most_ms);
+  };
   if (proxies.size() > 1) {
-    const auto tried = scores({fields.front()}, proxies);
-    const ScoredChoice& chosen = FirstWithinTolerance(tried, options.within_db);
+    auto tried = scores({fields.front()}, proxies);
+    const ScoredChoice chosen = FirstWithinTolerance(in_time(tried), options.within_db);
     choice.proxy = chosen.proxy;
-    choice.explained.push_back(Explained("proxy", tried, chosen, true, options.within_db));
+    choice.explained.push_back(Explained("proxy", tried, chosen, true, options));
     add_reason(fmt::format("proxy {}: {} dB", choice.proxy->Name(), Listed(tried, true)));
     choice.candidates = tried;
   }
   if (fields_differ) {
-    // The soft field takes several times as long, which pays where there are depth maps: it is tried over these, whatever
-    // serves the other fields.
+    // What the soft field is worth it is over depth maps: it is tried over these, whatever serves the other fields.
     std::vector<FieldOptions> soft, others;
     for (const FieldOptions& field : fields)
       (field.kind == FieldKind::kSoft && in_detail ? soft : others).push_back(field);
@@ -186,15 +249,14 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
       const auto by_maps = scores(soft, {*detailed});
       tried.insert(tried.end(), by_maps.begin(), by_maps.end());
     }
-    const ScoredChoice& chosen = BestOfItsKind(tried, FirstWithinTolerance(tried, options.within_db));
+    const ScoredChoice chosen = PreferredField(in_time(tried), options);
     choice.field = chosen.field;
     choice.proxy = chosen.proxy;
-    choice.explained.push_back(Explained("blending field", tried, chosen, false, options.within_db));
+    choice.explained.push_back(Explained("blending field", tried, chosen, false, options));
     add_reason(fmt::format("{}: {} dB", FieldText(choice.field), Listed(tried, false)));
     choice.candidates.insert(choice.candidates.end(), tried.begin(), tried.end());
   }
-  choice.why +=
-      fmt::format(" on left-out views; the first within {} dB of the best, in this order", options.within_db);
+  choice.why += " on left-out views; " + Criterion(options, HasSoft(choice.candidates));
   return choice;
 }
 
@@ -254,22 +316,27 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
   return plane;
 }
 
+std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene, const std::string& proxy,
+                                                       const FieldOptions& field,
+                                                       const std::filesystem::path& light_field,
+                                                       RendererKind renderer) {
+  if (proxy != kAuto) return {ProxyByName(scene, proxy, field, light_field, renderer)};
+  auto proxies = EveryProxyOf(light_field, scene.subject);
+  if (proxies.size() == 1) proxies.push_back(ProxyByName(scene, kFittedPlane, field, light_field, renderer));
+  return proxies;
+}
+
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
-                    const std::string& proxy, const std::filesystem::path& light_field,
-                    RendererKind renderer) {
+                    const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
+                    const ChoiceOptions& options) {
   std::vector<FieldOptions> fields(1, details);
   if (field != kAuto) {
     fields[0].kind = FieldFromName(field);
   } else {
     fields = EveryField(details);
   }
-  std::vector<std::shared_ptr<const Proxy>> proxies =
-      proxy == kAuto ? EveryProxyOf(light_field, scene.subject)
-                     : std::vector{ProxyByName(scene, proxy, fields[0], light_field, renderer)};
-  if (proxy == kAuto && proxies.size() == 1)
-    proxies.push_back(ProxyByName(scene, kFittedPlane, fields[0], light_field, renderer));
-  Choice choice = ChooseByEvidence(scene, fields, proxies, renderer);
-  if (proxy != kAuto) WarnOfUnfitMesh(scene, choice, renderer, {});
+  Choice choice = ChooseByEvidence(scene, fields, proxies, renderer, options);
+  if (proxies.size() == 1) WarnOfUnfitMesh(scene, choice, renderer, options);
   return choice;
 }
 

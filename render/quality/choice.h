@@ -1,11 +1,16 @@
-// Chooses the blending field and the proxy of a light field by evidence: a few views are left out, rendered
-// from the others, small or in part, and compared with their photographs. The choice is the first candidate, in an order
-// of preference, that is within a margin of the best. A mesh that was made from all views knows the left-out
-// ones as well and scores a little too well.
+// Chooses the blending field and the proxy of a light field by evidence and by time: a few views are left out, rendered
+// from the others, small or in part, and compared with their photographs. Of proxies, and of fields that blend over one
+// surface, it is the first candidate, in an order of preference, that is within a margin of the best; the soft field,
+// several times as slow, where it is better than that one. A mesh that was made from all views knows the left-out ones
+// as well and scores a little too well.
+//
+// Who looks at files waits for the best pictures and wants the same ones the next time: no clock decides there. Who
+// moves about wants frames: what takes too long on this machine is not taken (InMotion).
 #pragma once
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +30,7 @@ struct ScoredChoice {
   FieldOptions field;
   std::shared_ptr<const Proxy> proxy;
   double psnr_db = 0;  // mean over the left-out views
+  double ms = 0;       // a picture
 };
 
 struct Choice {
@@ -37,9 +43,20 @@ struct Choice {
 
 inline constexpr char kAuto[] = "auto";
 
+// What a viewer draws while its camera moves, and how long that may take.
+struct InMotion {
+  CameraModel camera;
+  Rigid3 cam_from_world;
+  double most_ms = 0;  // a picture
+};
+
 struct ChoiceOptions {
   // The first candidate that is at most this much worse than the best is chosen. Guessed.
   double within_db = 0.3;
+  // By how much the soft field must be better than what is chosen among the others. About what such a comparison tells
+  // by chance. Guessed.
+  double soft_gain_db = 0.1;
+  std::optional<InMotion> in_motion;  // none: for files
   // With fewer views nothing is left out and compared. Guessed.
   int fewest_views = 10;
   int views_left_out = 8;  // about, evenly through the light field. Guessed.
@@ -52,6 +69,14 @@ struct ChoiceOptions {
 // The first of the candidates (at least one) that is within `within_db` of the best.
 const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates,
                                          double within_db = ChoiceOptions().within_db);
+
+// Of candidates that differ by their field (at least one): the best soft field where it gains ChoiceOptions::soft_gain_db
+// on the first of the others within tolerance.
+const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
+                                   const ChoiceOptions& options = {});
+
+// Those that take at most so long; where all take longer, the quickest.
+std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidates, double most_ms);
 
 // `fields` and `proxies`: in order of preference, the simplest proxy first. First every proxy is tried with
 // the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever proxy was chosen), because geometry matters more than weights. With
@@ -80,12 +105,19 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
                                          const FieldOptions& field, const std::filesystem::path& light_field,
                                          RendererKind renderer);
 
-// The choice by names of the command line. "auto" lets the evidence choose: the field among subdivision (of
-// `details`' level), linear, subdivision in the limit, lumigraph weights and, over depth maps, the soft field, narrow and wide; the proxy among the plane and
-// the light field's own planes, points and mesh, and where it has neither, a fitted plane. Subdivision comes first because it is the calmest in motion, which
-// left-out views do not show; then what costs less.
+// The proxies of `proxy`, a name of the command line: that one; of "auto" the plane and the light field's own planes,
+// points and mesh, and where it has neither, a fitted plane.
+std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene, const std::string& proxy,
+                                                       const FieldOptions& field,
+                                                       const std::filesystem::path& light_field,
+                                                       RendererKind renderer);
+
+// The choice by names of the command line, among these proxies. "auto" lets the evidence choose among subdivision (of
+// `details`' level), linear, subdivision in the limit, lumigraph weights and, over depth maps, the soft field, narrow
+// and wide. Subdivision comes first because it is the calmest in motion, which left-out views do not show; then what
+// costs less.
 Choice ChooseByName(const RenderScene& scene, const std::string& field, const FieldOptions& details,
-                    const std::string& proxy, const std::filesystem::path& light_field,
-                    RendererKind renderer);
+                    const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
+                    const ChoiceOptions& options = {});
 
 }  // namespace ulf::render

@@ -6,8 +6,8 @@
 //      resolution that lumigraph weights use. The weight of a view is a Gaussian of its penalty, as wide as
 //      FieldOptions::soft_width says; a view in the virtual camera's own place takes all. Views without weight take no
 //      part in what follows.
-//   2. Candidates are the proxy's depth, and the depths at which the maps of the nearest kSoftProposers views meet the
-//      ray, each found by a few steps from the proxy's depth.
+//   2. Candidates are the proxy's depth, and the depths at which the maps of the kSoftProposers views of least penalty
+//      meet the ray, each found by a few steps from the proxy's depth.
 //   3. The views vote for each candidate by how near their maps are to it, in steps of the maps. A view whose map is
 //      far before the candidate sees something else there, and has no vote. Colours of the views that differ lower the
 //      belief in a candidate: on a wrong surface they do.

@@ -51,7 +51,7 @@ InverseDepthRange FindRange(const StereoView& view, const std::vector<const Ster
   for (const StereoView& neighbour : small_neighbours) pointers.push_back(&neighbour);
   const double nearest = options.nearest * subject_distance, farthest = options.farthest * subject_distance;
   const DepthMap map = SweepPlanes(small, pointers, PixelSpacedRange(small, pointers, nearest, farthest),
-                                   {.coarse_from_px = options.coarse_from_px});
+                                   {.coarse_from_px = options.coarse_from_px, .given_up = options.given_up});
 
   std::vector<double> inverse;
   for (int y = 0; y < map.depth.rows; ++y)

@@ -1,6 +1,7 @@
 // The range of depths over which a view's planes are swept.
 #pragma once
 
+#include <atomic>
 #include <vector>
 
 #include "render/stereo/plane_sweep.h"
@@ -23,6 +24,8 @@ struct DepthRangeOptions {
   // The range is extended at either end by this share of itself, and this share of the largest inverse depth.
   // Guessed.
   double margin = 0.1, margin_of_most = 0.02;
+  const std::atomic<bool>* given_up =
+      nullptr;  // once true, FindRange() returns soon, and its own first range
 };
 
 // The range for a view. A first sweep at a small size over a wide range finds the depths; the planes of the

@@ -245,7 +245,8 @@ GrowingGeometry::Made GrowingGeometry::Make(int index, const std::vector<StereoV
   if (neighbours.empty()) return made;
   const double distance = (subject_->center_in_world - entry.view.center_in_world).norm();
   const auto known = RangeOfKnown(entry.view, neighbours, KnownNear(entry));
-  const InverseDepthRange range = known ? *known : FindRange(entry.view, neighbours, distance);
+  const InverseDepthRange range =
+      known ? *known : FindRange(entry.view, neighbours, distance, {.given_up = given_up});
   made.map = ViewDepth{entry.view, SweepPlanes(entry.view, neighbours, range, {.given_up = given_up}).depth,
                        (range.most - range.least) / (range.planes - 1)};
   return made;

@@ -388,10 +388,12 @@ PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const
   InverseDepthRange coarse = range;
   coarse.planes = (range.planes + 1) / 2;
   const auto compared = PlanesToCompare(half, pointers, coarse, options);
+  PlanesOfTiles near(view.grey.size(), options.tile_px, range.planes);
+  if (IsGivenUp(options)) return near;
   const CostVolume volume = MatchingCosts(half, pointers, coarse, options, compared ? &*compared : nullptr);
+  if (IsGivenUp(options)) return near;
   const cv::Mat chosen = ChosenPlanes(volume, half, options);
   const double fine_per_coarse = static_cast<double>(range.planes - 1) / (coarse.planes - 1);
-  PlanesOfTiles near(view.grey.size(), options.tile_px, range.planes);
   const auto add = [&](int x, int y, double plane) {  // of the half-size image
     const int at = static_cast<int>(std::lround(plane * fine_per_coarse));
     const auto tiles = [&](int middle, int tiles_there) {
@@ -425,6 +427,7 @@ CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoV
 DepthMap SweepPlanes(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                      const InverseDepthRange& range, const SweepOptions& options) {
   const auto compared = PlanesToCompare(view, neighbours, range, options);
+  if (IsGivenUp(options)) return {};
   const CostVolume volume = MatchingCosts(view, neighbours, range, options, compared ? &*compared : nullptr);
   if (IsGivenUp(options)) return {};
   return DepthOfLeastCost(volume, view, range, options);

@@ -84,7 +84,7 @@ class PlanesOfTiles {
   std::vector<std::uint8_t> has_;
 };
 
-// The planes of `range` that are near a surface, by the same sweep at half the size.
+// The planes of `range` that are near a surface, by the same sweep at half the size; none once it is given up.
 PlanesOfTiles PlanesNearSurfaces(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                                  const InverseDepthRange& range, const SweepOptions& options = {});
 

@@ -1,14 +1,16 @@
 // The viewer at 1280x720, on a GPU or with software OpenGL on all processors: what a frame costs while
 // somebody drags the camera round a subject of 200 views, with words and sphere, at full size and as large as
-// keeps up, and how long `ulf view` takes from its start to the first picture of 800 views. Photographs are
+// keeps up, over the plane and over a mesh of it with depth maps, and how long `ulf view` takes from its start to the first picture of 800 views. Photographs are
 // 1280x720, made up.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 
 #include "core/light_field/light_field_io.h"
+#include "render/proxy/soft_proxy.h"
 #include "render/viewer/viewer.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -63,15 +65,45 @@ std::shared_ptr<const RenderScene> SceneOf200() {
   return scene;
 }
 
-void Drag(benchmark::State& state, const std::string& keys, FieldOptions field, bool keeps_up) {
+// The plane through the subject as a mesh of triangles as large as those of `ulf proxy`, and as each view sees it. What
+// photographs and depths show does not matter to the time.
+std::shared_ptr<const Proxy> MeshAndMaps() {
+  static const auto proxy = [] {
+    constexpr unsigned kSide = 300;
+    constexpr float kHalf = 1.5f;
+    auto mesh = std::make_shared<TriangleMesh>();
+    for (unsigned y = 0; y <= kSide; ++y)
+      for (unsigned x = 0; x <= kSide; ++x)
+        mesh->vertices.emplace_back(kHalf * (2.0f * static_cast<float>(x) / kSide - 1),
+                                    kHalf * (2.0f * static_cast<float>(y) / kSide - 1), 0.0f);
+    for (unsigned y = 0; y < kSide; ++y)
+      for (unsigned x = 0; x < kSide; ++x) {
+        const unsigned corner = y * (kSide + 1) + x;
+        mesh->triangles.push_back({corner, corner + 1, corner + kSide + 2});
+        mesh->triangles.push_back({corner, corner + kSide + 2, corner + kSide + 1});
+      }
+    return std::make_shared<SoftProxy>(SceneOf200()->subject, mesh, SoftProxy::Maps{});
+  }();
+  return proxy;
+}
+
+struct Dragged {
+  FieldOptions field = {};
+  const char* keys = "";
+  bool keeps_up = false, over_mesh = false;
+};
+
+void Drag(benchmark::State& state, const Dragged& dragged) {
   const auto scene = SceneOf200();
   OffscreenSurface surface(kSize);
   const Subject subject = scene->subject;
+  const OfferedProxy plane{"plane", [subject] { return std::make_shared<PlaneProxy>(subject); }},
+      mesh{"soft", [] { return MeshAndMaps(); }};
   Viewer viewer(surface, scene,
-                {.field = field,
-                 .proxies = {{"plane", [subject] { return std::make_shared<PlaneProxy>(subject); }}},
-                 .reduces_motion = keeps_up});
-  for (const char key : keys) surface.Push(Typed{static_cast<char32_t>(key)});
+                {.field = dragged.field,
+                 .proxies = {dragged.over_mesh ? mesh : plane},
+                 .reduces_motion = dragged.keeps_up});
+  for (const char key : std::string_view(dragged.keys)) surface.Push(Typed{static_cast<char32_t>(key)});
   surface.Push(MouseMoved{{640, 360}});
   surface.Push(MouseButton{0, true});
   viewer.Step(0);
@@ -113,16 +145,23 @@ void FirstPicture(benchmark::State& state) {
 // In this order: the second run finds what the first has left under cache/.
 BENCHMARK(FirstPicture)->Name("FirstPictureOf800")->Iterations(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(FirstPicture)->Name("SecondTimeOf800")->Iterations(1)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Drag, subdivision_1, "", FieldOptions{}, false)
-    ->Iterations(120)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Drag, keeping_up, "", FieldOptions{}, true)->Iterations(120)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Drag, linear, "", FieldOptions{.kind = FieldKind::kLinear}, false)
-    ->Iterations(120)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Drag, subdivision_1_with_mesh, "m", FieldOptions{}, false)
-    ->Iterations(120)
-    ->Unit(benchmark::kMillisecond);
+void DragFor(const char* name, int frames, const Dragged& dragged) {
+  benchmark::RegisterBenchmark((std::string("Drag/") + name).c_str(), Drag, dragged)
+      ->Iterations(frames)
+      ->Unit(benchmark::kMillisecond);
+}
+
+const bool kRegistered = [] {
+  const FieldOptions linear{.kind = FieldKind::kLinear}, soft{.kind = FieldKind::kSoft};
+  DragFor("subdivision_1", 120, {});
+  DragFor("keeping_up", 120, {.keeps_up = true});
+  DragFor("linear", 120, {.field = linear});
+  DragFor("subdivision_1_with_mesh", 120, {.keys = "m"});
+  DragFor("over_mesh", 60, {.over_mesh = true});
+  DragFor("soft", 20, {.field = soft, .over_mesh = true});
+  DragFor("soft_keeping_up", 60, {.field = soft, .keeps_up = true, .over_mesh = true});
+  return true;
+}();
 
 }  // namespace
 }  // namespace ulf

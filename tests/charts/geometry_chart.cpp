@@ -55,14 +55,13 @@ Chart GeometryChart(const ChartEffort& effort) {
   Chart chart;
   chart.title = "Geometry: decibels and seconds";
   chart.about = fmt::format(
-      "The simulated studio, seeds 1 to 3, photographs of 960 x 640, views for a threshold of {} px; mesh "
-      "and depth "
-      "maps from {} views, names are the longer side of the photographs that are compared. {} pictures of "
-      "each seed "
+      "The simulated studio, {}, photographs of 960 x 640, views for a threshold of {} px; mesh and depth "
+      "maps "
+      "from {} views, names are the longer side of the photographs that are compared. {} pictures of each "
+      "seed "
       "from places that were not recorded. Processor time of all threads; bars: lowest to highest seed. "
-      "Ringed: the "
-      "default.",
-      effort.Of(24, 12), effort.Of(8, 24), effort.Of(3, 12));
+      "Ringed: the default.",
+      effort.Of("seed 1", "seeds 1 to 3"), effort.Of(24, 12), effort.Of(8, 24), effort.Of(3, 12));
   for (const bool disc : {true, false}) {
     ChartPanel panel{disc ? "the subject (its sphere's silhouette)" : "the whole frame",
                      {"making the geometry [s, CPU]", true},

@@ -27,6 +27,7 @@ Chart ProxyChart(const ChartEffort& effort);
 Chart GeometryChart(const ChartEffort& effort);
 Chart RenderingChart(const ChartEffort& effort);
 Chart ViewCountChart(const ChartEffort& effort);
+Chart ViewerChart(const ChartEffort& effort);
 Chart TrackingChart(const ChartEffort& effort);
 Chart TrackingSideChart(const ChartEffort& effort);
 Chart MapSizeChart(const ChartEffort& effort);

@@ -58,10 +58,20 @@ void Choose(vec3 point) {
   for (int n = 0; n < count; ++n) {
     float own = OWN_SHARE * fourth / max(penalty[n], zero_penalty);
     float weight = max(0.0, Gaussian(penalty[n], width) - nothing) * (1.0 + own * own);
-    if (weight > 0.0) {
-      chosen[weighing] = chosen[n];
-      weights[weighing] = weight;
-      asides[weighing] = asides[n];
+    if (weight > 0.0) {  // in order of penalty
+      int view = chosen[n], at = weighing;
+      vec2 aside = asides[n];
+      float p = penalty[n];
+      for (; at > 0 && penalty[at - 1] > p; --at) {
+        chosen[at] = chosen[at - 1];
+        penalty[at] = penalty[at - 1];
+        weights[at] = weights[at - 1];
+        asides[at] = asides[at - 1];
+      }
+      chosen[at] = view;
+      penalty[at] = p;
+      weights[at] = weight;
+      asides[at] = aside;
       ++weighing;
     }
   }

@@ -136,6 +136,16 @@ TEST_F(ProtocolCommand, SaysWhereTheErrorIs) {
       << "noise is texture everywhere";
 }
 
+TEST_F(ProtocolCommand, GeometryIsOfAsManyMapsAsAskedFor) {
+  WriteSet(dir_, false);
+  const std::string protocol = "--protocol every:10 --proxy soft --fields soft ";
+  const json all = Run(dir_, protocol), few = Run(dir_, protocol + "--geometry-maps 5");
+  EXPECT_EQ(all["depth_maps"], kViews - 2);
+  EXPECT_EQ(few["depth_maps"], 5);
+  EXPECT_NE(few["mean"]["psnr_db"], all["mean"]["psnr_db"]);
+  EXPECT_EQ(RunUlf("evaluate " + dir_.string() + " --every 5 --geometry-maps 5").exit_code, 2);
+}
+
 TEST_F(ProtocolCommand, WritesPicturesATableAndJson) {
   WriteSet(dir_, false);
   const json result =

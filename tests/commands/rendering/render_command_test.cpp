@@ -169,10 +169,13 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
               testing::ContainsRegex("proxy planes: plane [0-9.]+, planes [0-9.]+, points [0-9.]+ dB"))
       << "the plane turns with the camera, what was photographed does not";
   const auto why = RunUlf("render " + dir_.string() + " --field linear --explain -o " + Out("b.png"));
-  EXPECT_THAT(
-      why.errors,
-      testing::ContainsRegex(
-          "proxy: the first within.*\n  plane +[0-9.]+ dB\n\\* planes +[0-9.]+ dB\n  points +[0-9.]+ dB"));
+  EXPECT_THAT(why.errors, testing::ContainsRegex("proxy: the first within.*\n  plane +[0-9.]+ dB, .*\n\\* "
+                                                 "planes +[0-9.]+ dB, .*\n  points +[0-9.]+ dB"));
+  const auto in_json =
+      RunUlf("render " + dir_.string() + " --field linear --explain --json -o " + Out("c.png"));
+  const auto explained = nlohmann::json::parse(in_json.output)["explain"];
+  EXPECT_EQ(explained[0]["question"], "proxy");
+  EXPECT_THAT(explained[0]["candidates"][1]["evidence"].get<std::string>(), HasSubstr("s a picture"));
   const auto given = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
   ASSERT_EQ(given.exit_code, 0) << given.errors;
   EXPECT_GT(nlohmann::json::parse(given.output)["results"][0]["psnr_db"], 30);
@@ -309,6 +312,27 @@ TEST_F(RenderCommand, LightThatCannotBeFoundIsNotLeftOutSilently) {
     EXPECT_EQ(refused.exit_code, 2) << more;
     EXPECT_THAT(refused.errors, AllOf(HasSubstr("--light fit"), HasSubstr(says)));
   }
+}
+
+// In uneven light left-out views would tell of exposures, not of fields.
+TEST_F(RenderCommand, FieldsAreComparedInEvenLight) {
+  TriangleMesh plane = *test::PlaneAndSquare();
+  plane.triangles.resize(2);
+  WriteMeshPly(dir_ / "proxy.ply", plane);
+  for (const View& view : ReadLightField(dir_).views) {
+    if (view.id % 2 == 0) continue;
+    const std::string file = (dir_ / view.image_path).string();
+    cv::imwrite(file, 0.7 * cv::imread(file));
+  }
+  const auto psnr_db = [&](const std::string& light) {
+    const auto run = RunUlf("render " + dir_.string() + " --proxy mesh --frames 1 --explain --json --light " +
+                            light + " -o " + Out(light + ".png"));
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    const auto fields = nlohmann::json::parse(run.output)["explain"][0];
+    EXPECT_EQ(fields["question"], "blending field");
+    return std::stod(fields["candidates"][0]["evidence"].get<std::string>());
+  };
+  EXPECT_GT(psnr_db("fit"), psnr_db("as-recorded") + 3);
 }
 
 TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {

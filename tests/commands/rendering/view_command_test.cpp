@@ -54,6 +54,29 @@ TEST_F(ViewCommand, TakesAPictureWithoutADisplay) {
   EXPECT_FALSE(std::filesystem::exists(scratch_ / "c.png"));
 }
 
+TEST_F(ViewCommand, BeginsWithTheBestThatIsQuickEnough) {
+  const std::string view = "view " + dir_.string() + " --width 160 --height 120 --screenshot " +
+                           (scratch_ / "a.png").string() + " --json --explain ";
+  const auto report = [&](const std::string& options) {
+    const auto result = RunUlf(view + options);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return nlohmann::json::parse(result.output);
+  };
+  for (const char* frame_ms : {"--frame-ms 100000", "--frame-ms 0.001"}) {
+    const auto begun = report(frame_ms);
+    const auto& explained = begun["explain"];
+    ASSERT_EQ(explained.size(), 2u) << frame_ms;
+    EXPECT_THAT(explained[0]["criterion"].get<std::string>(), HasSubstr("for a picture of 160x120"));
+    for (const auto& candidate : explained[0]["candidates"])
+      EXPECT_TRUE(!candidate["chosen"] || begun["proxy"] == candidate["model"]) << candidate;
+    for (const auto& candidate : explained[1]["candidates"])
+      EXPECT_TRUE(!candidate["chosen"] ||
+                  candidate["model"].get<std::string>().starts_with(begun["field"].get<std::string>()))
+          << candidate;
+  }
+  EXPECT_EQ(RunUlf("view " + dir_.string() + " --explain").exit_code, 2) << "nothing is compared";
+}
+
 TEST_F(ViewCommand, TheLensIsThatOfTheCommandLine) {
   const std::string view = "view " + dir_.string() + " --width 320 --height 240 --keys t,w --screenshot ";
   const auto picture = [&](const std::string& name, const std::string& options) {

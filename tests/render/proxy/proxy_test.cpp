@@ -319,7 +319,7 @@ TEST(Choice, TakesTheFirstThatIsNearlyTheBest) {
       ASSERT_EQ(explained.candidates.size(), 2u);
       for (const ModelCandidate& candidate : explained.candidates) {
         EXPECT_EQ(candidate.chosen, candidate.model == taken) << ToText(explained);
-        EXPECT_THAT(candidate.evidence, testing::EndsWith(" dB"));
+        EXPECT_THAT(candidate.evidence, testing::ContainsRegex("^[0-9.]+ dB, [0-9.e-]+ s a picture$"));
       }
     }
   }
@@ -385,6 +385,58 @@ TEST(Choice, IsTheFirstNearTheBest) {
   }
 }
 
+// Several times as slow, it must be better than what would be drawn without it.
+TEST(Choice, IsTheSoftFieldWhereItGains) {
+  struct Case {
+    std::vector<double> psnr_db;  // of EveryField(): the last two are soft
+    std::size_t taken;
+  };
+  for (const Case& c : {Case{{30, 30, 30, 30, 30.05, 30.09}, 0}, Case{{30, 30, 30, 30, 30.05, 30.2}, 5},
+                        Case{{30, 30.2, 30, 30.25, 30.3, 30.2}, 4}, Case{{30, 30.4, 30, 30.6, 30.45, 30}, 1},
+                        Case{{30, 29, 29, 29, 25, 24}, 0}}) {
+    std::vector<ScoredChoice> candidates;
+    const std::vector<FieldOptions> fields = EveryField();
+    for (std::size_t i = 0; i < fields.size(); ++i) candidates.push_back({fields[i], nullptr, c.psnr_db[i]});
+    EXPECT_EQ(&PreferredField(candidates), &candidates[c.taken]) << c.psnr_db[4] << " " << c.psnr_db[5];
+  }
+  const std::vector<FieldOptions> fields = EveryField();
+  const std::vector<ScoredChoice> soft{{fields[4], nullptr, 30}, {fields[5], nullptr, 30.01}};
+  EXPECT_EQ(&PreferredField(soft), &soft[1]) << "of soft fields alone the best";
+}
+
+TEST(Choice, InMotionIsAmongThoseThatAreQuickEnough) {
+  const std::vector<ScoredChoice> candidates{
+      {{}, nullptr, 30, 12}, {{}, nullptr, 31, 11}, {{}, nullptr, 32, 80}, {{}, nullptr, 29, 5}};
+  const auto quick = [&](double most_ms) {
+    std::vector<double> psnr_db;
+    for (const ScoredChoice& candidate : QuickEnough(candidates, most_ms))
+      psnr_db.push_back(candidate.psnr_db);
+    return psnr_db;
+  };
+  EXPECT_THAT(quick(12), testing::ElementsAre(30, 31, 29));
+  EXPECT_THAT(quick(100), testing::ElementsAre(30, 31, 32, 29));
+  EXPECT_THAT(quick(1), testing::ElementsAre(29)) << "none: the quickest";
+
+  const auto scene = test::MakeScene({.viewpoints = test::CapViewpoints(40, 0.6, 2.0, 0.03)});
+  const std::vector<FieldOptions> fields{{.kind = FieldKind::kSubdivision},
+                                         {.kind = FieldKind::kLumigraphPerPixel}};
+  const SceneView& view = scene->views.front();
+  const auto choose = [&](double most_ms) {
+    return ChooseByEvidence(*scene, fields, {scene->proxy}, RendererKind::kGl,
+                            {.in_motion = InMotion{view.camera, view.cam_from_world, most_ms}});
+  };
+  const Choice late = choose(1e-6);
+  ASSERT_EQ(late.candidates.size(), 2u);
+  const auto quickest = std::ranges::min_element(late.candidates, {}, &ScoredChoice::ms);
+  EXPECT_GT(quickest->ms, 0);
+  EXPECT_EQ(late.field.kind, quickest->field.kind);
+  const Choice any = choose(1e9);
+  EXPECT_EQ(any.field.kind, ChooseByEvidence(*scene, fields, {scene->proxy}, RendererKind::kGl).field.kind);
+  EXPECT_THAT(
+      any.explained.back().criterion,
+      testing::HasSubstr(fmt::format("for a picture of {}x{}", view.camera.width, view.camera.height)));
+}
+
 // Viewpoints at very different distances from a surface that is not where the proxy has it: the mesh of the
 // viewpoints blends the far with the near, the lumigraph takes the nearer.
 TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
@@ -392,7 +444,8 @@ TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
   spec.viewpoints = test::CapViewpoints(40, 0.5, 2.0, 0.45);
   spec.subject = {{0, 0, 0.5}, 0.3};
   const auto scene = test::MakeScene(spec);
-  const Choice choice = ChooseByName(*scene, kAuto, {}, "plane", {}, RendererKind::kGl);
+  const Choice choice = ChooseByName(
+      *scene, kAuto, {}, ProxiesToTry(*scene, "plane", {}, {}, RendererKind::kGl), RendererKind::kGl);
   ASSERT_EQ(choice.candidates.size(), 4u);
   EXPECT_EQ(choice.field.kind, FieldKind::kLumigraph) << choice.why;
   for (const ModelCandidate& candidate : choice.explained.back().candidates)

@@ -3,13 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <random>
+#include <set>
 
 #include "core/geometry/rigid3.h"
 #include "core/image/image.h"
+#include "render/fields/lumigraph_field.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/soft_proxy.h"
@@ -199,6 +202,64 @@ TEST(SoftPixel, WeightsSumToOne) {
   cv::minMaxLoc(sum, &least, &most, nullptr, nullptr, picture.drawn);
   EXPECT_NEAR(least, 1, 0.01);
   EXPECT_NEAR(most, 1, 0.01);
+}
+
+// Of many views only the nearest few propose depths. Which ones they are changes on a camera's way, in all of the picture
+// at once if their distance to the camera decided, and maps that are off by a step then propose others.
+TEST(SoftPixel, PicturesDoNotJumpWhereOtherViewsPropose) {
+  const auto scene = SoftScene(
+      *MakeScene({.viewpoints = CapViewpoints(60, 0.6, 2.0, 0.03), .with_square = true}), {.noise_steps = 1});
+  const auto eye_at = [](double t) -> Vector3d {
+    return Vector3d(-0.45 + 0.9 * t, 0.25 * std::sin(5 * t), 2.0).normalized() * 2.05;
+  };
+  const auto nearest_at = [&](double t) {
+    const std::vector<int> order = ViewsByDistance(*scene, eye_at(t));
+    return std::set<int>(order.begin(), order.begin() + kSoftProposers);
+  };
+  std::vector<double> changes;  // where another view comes among the nearest
+  constexpr int kParts = 200;
+  for (int part = 0; part < kParts / 2; ++part) {
+    double before = 1.0 * part / kParts, after = (part + 1.0) / kParts;
+    const std::set<int> nearest = nearest_at(before);
+    if (nearest == nearest_at(after)) continue;
+    for (int halving = 0; halving < 30; ++halving) {
+      const double middle = (before + after) / 2;
+      (nearest_at(middle) == nearest ? before : after) = middle;
+    }
+    changes.push_back(before);
+  }
+  ASSERT_GE(changes.size(), 4u);
+  for (const RendererKind kind : {RendererKind::kGl, RendererKind::kReference}) {
+    const auto renderer =
+        MakeRenderer(scene, {.field = {.kind = FieldKind::kSoft, .soft_width = kWideSoft}, .renderer = kind});
+    const auto picture_at = [&](double t) {
+      const Rigid3 pose = LookAt(eye_at(t), Vector3d::Zero(), Vector3d::UnitY());
+      return Srgb8FromLinear(renderer->Render(CameraModel::Pinhole(96, 72, 80), pose).linear);
+    };
+    struct Steps {
+      double mean = 0, most = 0;  // levels of 255
+      int clear = 0;              // by more than eight of them
+    } across, beside;
+    for (const double change : changes) {
+      constexpr double kSmallStep = 2e-5;
+      std::vector<cv::Mat> pictures;
+      for (const double at : {-1.5, -0.5, 0.5, 1.5}) pictures.push_back(picture_at(change + at * kSmallStep));
+      for (std::size_t i = 0; i < 3; ++i) {
+        Steps& steps = i == 1 ? across : beside;
+        cv::Mat difference;
+        cv::absdiff(pictures[i], pictures[i + 1], difference);
+        difference = difference.reshape(1);
+        double most = 0;
+        cv::minMaxLoc(difference, nullptr, &most);
+        steps.most = std::max(steps.most, most);
+        steps.mean += cv::mean(difference)[0] / (i == 1 ? 1 : 2);
+        steps.clear += cv::countNonZero(difference > 8);
+      }
+    }
+    EXPECT_LT(across.mean, 2 * beside.mean);
+    EXPECT_LT(across.most, beside.most + 16);
+    EXPECT_LE(across.clear, beside.clear + 4);
+  }
 }
 
 // Where two candidates are believed nearly alike, the renderers' roundings differ: edges of the square.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <random>
 
@@ -123,6 +124,46 @@ TEST(DepthRange, KeepsWhatIsThereAndLeavesOutWhatIsNot) {
   EXPECT_LT(range.most, 1 / 1.5);
   EXPECT_LT(range.least, 1 / 6.0);
   EXPECT_GT(range.least, 1 / 20.0);
+}
+
+// A wall and a post before it, 720 pixels wide; the post takes `post_px` of them.
+std::vector<Drawn> WallAndPost(double post_px) {
+  constexpr int kWidth = 720, kHeight = 200;
+  constexpr double kFocalPx = 660, kPostDepth = 1.3;
+  const std::vector<Patch> patches{
+      Wall(4, Mottled(0.01, 1)),
+      {{0.1, -3, kPostDepth}, {post_px * kPostDepth / kFocalPx, 0, 0}, {0, 6, 0}, Mottled(0.02, 3)}};
+  std::vector<Drawn> photographs;
+  for (const auto& [x, y] : {std::pair{0., 0.}, {0.15, 0.}, {-0.15, 0.}, {0., 0.1}, {0.1, -0.1}})
+    photographs.push_back(Draw(patches, {x, y, 0}, {0, 0, 3}, kWidth, kHeight, kFocalPx));
+  return photographs;
+}
+
+// The first sweep sees photographs of this size at a quarter, and looks for surfaces at an eighth: four pixels of a post
+// are left there. Of one of 18 pixels nothing remains.
+TEST(DepthRange, HoldsAThinPostOfALargePhotograph) {
+  const auto photographs = WallAndPost(30);
+  std::vector<const StereoView*> neighbours;
+  for (std::size_t i = 1; i < photographs.size(); ++i) neighbours.push_back(&photographs[i].view);
+  const InverseDepthRange range = FindRange(photographs[0].view, neighbours, 3);
+  EXPECT_GT(range.most, 1 / 1.3) << "the post";
+  EXPECT_LT(range.least, 1 / 4.0) << "the wall";
+}
+
+// Whoever waits for a sweep that is given up waits no longer for the sweeps before it.
+TEST(DepthRange, GivenUpItReturnsAtOnce) {
+  const auto photographs = WallAndPost(30);
+  const StereoView& view = photographs[0].view;
+  std::vector<const StereoView*> neighbours;
+  for (std::size_t i = 1; i < photographs.size(); ++i) neighbours.push_back(&photographs[i].view);
+  const std::atomic<bool> given_up = true;
+  const InverseDepthRange range = FindRange(view, neighbours, 3, {.given_up = &given_up});
+  const DepthRangeOptions options;
+  EXPECT_DOUBLE_EQ(range.most, 1 / (options.nearest * 3)) << "nothing was swept";
+  EXPECT_DOUBLE_EQ(range.least, 1 / (options.farthest * 3));
+  const SweepOptions sweep{.given_up = &given_up};
+  EXPECT_EQ(PlanesNearSurfaces(view, neighbours, range, sweep).Share(), 0);
+  EXPECT_TRUE(SweepPlanes(view, neighbours, range, sweep).depth.empty());
 }
 
 TEST(DepthRange, APixelIsWorthMoreDepthTheCloserTheViewsStand) {
