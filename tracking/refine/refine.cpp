@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
@@ -211,25 +214,98 @@ void DescribeCertainty(int most_views, const RefineScene& scene, RefineResult& r
   if (!registered.empty()) result.center_sigma_median = Median(std::move(registered));
 }
 
+// What the images say of a lens, pass by pass.
+struct LensFit {
+  LensEstimate estimate;  // of all passes: what any of them freed, with the deviations of the last that did
+  CameraModel before;     // the lens that the last pass began with; after the first the estimate's
+  void GoOn(const LensEstimate& later);
+  // A last step that is larger than a deviation counts as one.
+  LensEstimate Widened() const;
+};
+
+void LensFit::GoOn(const LensEstimate& later) {
+  estimate.lens = later.lens;
+  const auto take = [](bool freed, double sigma, bool& free, double& total) {
+    if (!freed) return;
+    free = true;
+    total = sigma;
+  };
+  take(later.free.focal, later.focal_sigma_px, estimate.free.focal, estimate.focal_sigma_px);
+  take(later.free.principal_point, later.principal_point_sigma_px, estimate.free.principal_point,
+       estimate.principal_point_sigma_px);
+  take(later.free.k1, later.k1_sigma, estimate.free.k1, estimate.k1_sigma);
+  take(later.free.k2, later.k2_sigma, estimate.free.k2, estimate.k2_sigma);
+}
+
+LensEstimate LensFit::Widened() const {
+  LensEstimate widened = estimate;
+  const CameraModel& now = estimate.lens;
+  const auto widen = [](bool is_free, double step, double& sigma) {
+    if (is_free) sigma = std::max(sigma, std::abs(step));
+  };
+  widen(widened.free.focal, now.MeanFocalPx() - before.MeanFocalPx(), widened.focal_sigma_px);
+  widen(widened.free.principal_point, now.cx - before.cx, widened.principal_point_sigma_px);
+  widen(widened.free.principal_point, now.cy - before.cy, widened.principal_point_sigma_px);
+  widen(widened.free.k1, now.coefficients[0] - before.coefficients[0], widened.k1_sigma);
+  widen(widened.free.k2, now.coefficients[1] - before.coefficients[1], widened.k2_sigma);
+  return widened;
+}
+
+// Of each lens of the input.
+using LensFits = std::vector<std::optional<LensFit>>;
+
 // Weighs the evidence for each lens; takes the new lenses over on request.
-void WeighLenses(const RefineInput& input, const RefineOptions& options, RefineScene& scene,
-                 RefineResult& result) {
+void WeighLenses(const RefineInput& input, const RefineOptions& options, bool is_first_pass,
+                 RefineScene& scene, LensFits& fits, RefineResult& result) {
   const BundleProblem problem = ToBundle(scene);
+  fits.resize(scene.lenses.size());
   for (int l = 0; l < static_cast<int>(scene.lenses.size()); ++l) {
     CameraModel& working = scene.lenses[At(l)];
     const CameraModel& given = input.lenses[At(l)];
     const double to_given = GivenByWorking(given, working);
-    if (const auto check = CheckCalibration(working, problem, l)) result.checks.push_back(check->Of(given));
-    const auto fit = ChooseLens(working, PartForLens(problem, l), {}, &result.lens_trials.emplace_back());
+    std::vector<LensTrial> trials;
+    const auto fit = ChooseLens(working, PartForLens(problem, l), {}, &trials);
+    if (is_first_pass) {
+      if (const auto check = CheckCalibration(working, problem, l)) result.checks.push_back(check->Of(given));
+      result.lens_trials.push_back(std::move(trials));
+    }
+    std::optional<LensFit>& known = fits[At(l)];
+    if (known) known->before = known->estimate.lens;
     if (!fit) continue;
     LensEstimate scaled = *fit;
     scaled.lens = fit->lens.ScaledTo(given.width, given.height);
     scaled.focal_sigma_px *= to_given;
     scaled.principal_point_sigma_px *= to_given;
-    result.lens_fits.push_back(scaled);
+    if (known)
+      known->GoOn(scaled);
+    else
+      known = {scaled, is_first_pass ? scaled.lens : given};
     if (!options.intrinsics) continue;
     working = fit->lens;
     result.lenses[At(l)] = scaled.lens;
+  }
+}
+
+// How far another lens moves the points of the image's border, at most.
+double LensChangePx(const CameraModel& from, const CameraModel& to) {
+  double most = 0;
+  for (const double x : {0.0, 0.5, 1.0})
+    for (const double y : {0.0, 0.5, 1.0}) {
+      const Eigen::Vector2d img(x * from.width, y * from.height);
+      const auto ray = from.RayFromImg(img);
+      const auto moved = ray ? to.ImgFromCam(*ray) : std::nullopt;
+      most = std::max(most, moved ? (*moved - img).norm() : std::numeric_limits<double>::infinity());
+    }
+  return most;
+}
+
+// For another pass: every readable view takes part again, from where it is now.
+void StartAgain(const std::vector<bool>& readable, RefineScene& scene) {
+  scene.tracks.clear();
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    if (scene.views[v].registered || !readable[v]) continue;
+    scene.views[v].registered = true;
+    scene.views[v].why.clear();
   }
 }
 
@@ -253,37 +329,33 @@ RefineResult Summarise(const RefineOptions& options, const RefineScene& scene, R
   return result;
 }
 
-}  // namespace
+// From the poses and lenses that the scene has to those that its images speak for.
+struct Pass {
+  double start_error_px = 0;  // of the working resolution
+  BundleSummary summary;      // of the last adjustment
+  std::vector<PairMatches> matched;
+};
 
-RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
-  RefineResult result;
-  result.lenses = input.lenses;
-  const RefineStage reading{options.progress, 0, 0.3}, matching{options.progress, 0.3, 0.5};
+Pass RegisterAll(const RefineInput& input, const RefineOptions& options, const RefineStage& whole,
+                 bool is_first_pass, RefineScene& scene, LensFits& fits, RefineResult& result) {
   const bool few = input.views.size() <= kFewViews;
-  const int by_number = few ? options.corners_of_few : options.corners;
-  const int corners = options.features > 0 ? options.features : by_number;
   const int per_view = few ? options.per_view_of_few : options.per_view_roughly;
   const ExtensionOptions extension{.per_view = few ? options.per_view_of_few : options.per_view};
-  RefineScene scene = ReadScene(input, {.max_side_px = options.max_side_px, .corners = corners}, reading);
-  RequireReadable(scene);
-
-  std::vector<PairMatches> matched;
+  const RefineStage matching = whole.Part(0, 1.0 / 3), first = whole.Part(1.0 / 3, 0.5);
+  Pass pass;
   const auto build_tracks = [&](const std::vector<std::pair<int, int>>& pairs, double error_px,
                                 double gate_px, int tracks_per_view) {
-    matched = MatchPairs(scene, pairs, error_px, matching);
-    BuildTracks(matched, {.gate_px = gate_px, .min_views = scene.MinViews(), .per_view = tracks_per_view},
-                scene);
+    pass.matched = MatchPairs(scene, pairs, error_px, matching);
+    BuildTracks(pass.matched,
+                {.gate_px = gate_px, .min_views = scene.MinViews(), .per_view = tracks_per_view}, scene);
   };
   const auto adjust_first = [&](int iterations) {
-    RequireParallax(scene, matched, options);
-    Adjust(options, scene, iterations, Loss::kHuber, {options.progress, 0.5, 0.6}, "first adjustment");
+    RequireParallax(scene, pass.matched, options);
+    Adjust(options, scene, iterations, Loss::kHuber, first, "first adjustment");
   };
   const std::vector<std::pair<int, int>> pairs = ChoosePairs(scene);
   const double error_px = MeasurePoseErrorPx(scene, pairs).value_or(options.most_error_px);
-  std::vector<double> given_by_working;
-  for (const RefineView& view : scene.views)
-    given_by_working.push_back(GivenByWorking(input.lenses[At(view.lens)], scene.LensOf(view)));
-  result.start_error_px = error_px * Median(std::move(given_by_working));
+  pass.start_error_px = error_px;
   const bool guided = error_px < kGuidingErrorPx;
   build_tracks(pairs, error_px, std::max(options.least_gate_px, options.gate_errors * error_px),
                guided ? per_view : options.per_view_roughly);
@@ -300,37 +372,80 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
     }
   }
   RegisterAgain(options, scene);
-  BundleSummary summary;
-  for (const RefineStage stage :
-       {RefineStage{options.progress, 0.6, 0.7}, RefineStage{options.progress, 0.7, 0.8}}) {
+  for (const RefineStage& stage : {whole.Part(0.5, 2.0 / 3), whole.Part(2.0 / 3, 0.8)}) {
     stage.Show(0, "looking for points in all views");
     ExtendTracks(extension, scene);
     Adjust(options, scene, options.iterations, Loss::kCauchy, stage, "adjustment");
   }
   DropUnsupported(options.min_view_points, scene);
   if (scene.Registered() < 2) throw Error("no two views agree; check that the poses belong to these images");
-  const RefineStage lens{options.progress, 0.8, 0.85}, last{options.progress, 0.85, 0.9};
+  const RefineStage lens = whole.Part(0.8, 0.9), last = whole.Part(0.9, 1);
   lens.Show(0, "weighing the lens");
-  WeighLenses(input, options, scene, result);
+  const std::vector<CameraModel> before = scene.lenses;
+  WeighLenses(input, options, is_first_pass, scene, fits, result);
   // Drop wrong observations only under the final lens: under a wrong lens right observations look wrong.
-  if (result.lenses != input.lenses)
+  if (scene.lenses != before)
     Adjust(options, scene, options.iterations, Loss::kCauchy, lens, "adjustment with the new lens");
   for (int round = 0; round < 2; ++round) {
     DropSliding(scene);
-    summary = Adjust(options, scene, options.iterations, Loss::kCauchyAndGate, last, "last adjustment");
+    pass.summary = Adjust(options, scene, options.iterations, Loss::kCauchyAndGate, last, "last adjustment");
   }
   DropUnsupported(options.min_view_points, scene);
-  if (summary.least_kept < options.contradicted_share) result.contradicted = summary.least_kept_camera;
-  result.rms_after_sigmas = summary.final_rms_sigmas;
-  result.settled = summary.settled;
+  return pass;
+}
+
+}  // namespace
+
+RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
+  RefineResult result;
+  result.lenses = input.lenses;
+  const bool few = input.views.size() <= kFewViews;
+  const int by_number = few ? options.corners_of_few : options.corners;
+  const int corners = options.features > 0 ? options.features : by_number;
+  RefineScene scene =
+      ReadScene(input, {.max_side_px = options.max_side_px, .corners = corners}, {options.progress, 0, 0.3});
+  RequireReadable(scene);
+  std::vector<bool> readable;
+  for (const RefineView& view : scene.views) readable.push_back(view.registered);
+
+  LensFits fits;
+  Pass pass;
+  bool lens_settled = false;
+  double done = 0.3;
+  constexpr double kEnd = 0.9;
+  for (int count = 0; count < options.most_passes && !lens_settled; ++count) {
+    if (count > 0) StartAgain(readable, scene);
+    const std::vector<CameraModel> before = scene.lenses;
+    // Who takes over a lens may need another pass.
+    const double until = options.intrinsics ? (done + kEnd) / 2 : kEnd;
+    pass = RegisterAll(input, options, {options.progress, done, until}, count == 0, scene, fits, result);
+    done = until;
+    if (count == 0) {
+      std::vector<double> given_by_working;
+      for (const RefineView& view : scene.views)
+        given_by_working.push_back(GivenByWorking(input.lenses[At(view.lens)], scene.LensOf(view)));
+      result.start_error_px = pass.start_error_px * Median(std::move(given_by_working));
+    }
+    double change_px = 0;
+    for (std::size_t l = 0; l < before.size(); ++l)
+      change_px = std::max(change_px, LensChangePx(before[l], scene.lenses[l]));
+    spdlog::debug("pass {}: the lens moves by {:.2f} px", count + 1, change_px);
+    lens_settled = change_px < options.settled_lens_px;
+  }
+  for (const std::optional<LensFit>& fit : fits)
+    if (fit) result.lens_fits.push_back(fit->Widened());
+  if (pass.summary.least_kept < options.contradicted_share)
+    result.contradicted = pass.summary.least_kept_camera;
+  result.rms_after_sigmas = pass.summary.final_rms_sigmas;
+  result.settled = pass.summary.settled && lens_settled;
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))
     throw Error("the views' positions do not determine a scale; give poses that differ");
   result = Summarise(options, scene, std::move(result));
   if (options.all_points) {
-    const RefineStage all{options.progress, 0.9, 1};
+    const RefineStage all{options.progress, kEnd, 1};
     all.Show(0, "measuring all points");
-    MeasureAllTracks(matched, {}, scene);
+    MeasureAllTracks(pass.matched, {}, scene);
   }
   result.points = PointsOf(scene, input.lenses);
   return result;

@@ -6,6 +6,8 @@
 //   3. join the matches to tracks over all views, and triangulate
 //   4. adjust poses and points
 //   5. search the points in every view by their patches, and adjust again; twice
+//   6. weigh the evidence for another lens; on request take it over, and begin again at 2 until it stays: what was matched
+//      and adjusted under a wrong lens speaks for it
 //
 // Start poses may be off by a percent and a degree: their error is measured first, and matching allows for
 // it. Images leave position, orientation and scale of the whole open; the start poses give them. A view that
@@ -62,6 +64,10 @@ struct RefineOptions {
   // Relative change of the cost that ends all adjustments but the last ones, for which they are starts and
   // need not reach their minimum. Guessed.
   double rough_tolerance = 1e-4;
+  // With `intrinsics`: a step of the lens that moves no point of the image by more needs no other pass; passes, at most.
+  // Guessed.
+  double settled_lens_px = 0.5;
+  int most_passes = 6;
   // For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
   // docs/tracking_measured.md, "Cauchy's loss"), and the gate, beyond which 0.03 % of normal errors lie.
   double cauchy_scales = 2, gate_scales = 4;
@@ -95,7 +101,7 @@ struct RefineResult {
   double rms_before_px = 0, rms_after_px = 0;
   double median_before_px = 0, median_after_px = 0;
   double rms_after_sigmas = 0;
-  bool settled = false;   // the last adjustment converged: more iterations would change little
+  bool settled = false;   // lens and last adjustment converged: more iterations would change little
   int contradicted = -1;  // the view most of whose points contradict its pose; -1: none
   // How far the registered views' centres moved, and by how much the views turned.
   double moved_median = 0, moved_max = 0;

@@ -23,6 +23,10 @@ inline constexpr std::size_t kFewViews = 100;
 struct RefineStage {
   const std::function<void(double share, const std::string& stage)>& progress;
   double from = 0, to = 1;
+  // The part of it from one share to another.
+  RefineStage Part(double first, double end) const {
+    return {progress, from + (to - from) * first, from + (to - from) * end};
+  }
   void Show(double share, const std::string& what) const {
     if (progress) progress(from + (to - from) * share, what);
   }

@@ -215,6 +215,26 @@ TEST(CalibrationCheck, AFocalLengthThatIsFivePercentOffIsSaid) {
   }
 }
 
+// Poses that were adjusted under the wrong lens, as a tracker's are: matches and poses speak for it until both are taken
+// anew.
+TEST(RefinedLens, IsReachedFromFarAndKnowsHowSureItIs) {
+  const auto views = MakeViews(20, 0, 0, 10);
+  CameraModel& lens = views->input.lenses[0];
+  const double truth_px = lens.fx;
+  const double by_right_lens = After(*views, RefineRoom(*views)).center;
+  lens.fx *= 1.15;
+  lens.fy *= 1.15;
+  const RefineResult wrong = RefineRoom(*views);
+  for (std::size_t v = 0; v < wrong.views.size(); ++v)
+    views->input.views[v].cam_from_world = wrong.views[v].cam_from_world;
+  const RefineResult taken = RefineRoom(*views, true);
+  ASSERT_EQ(taken.lens_fits.size(), 1u);
+  EXPECT_TRUE(taken.settled);
+  EXPECT_NEAR(taken.lenses[0].fx, truth_px, 0.002 * truth_px);
+  EXPECT_NEAR(taken.lenses[0].fx, truth_px, 4 * taken.lens_fits[0].focal_sigma_px);
+  EXPECT_LT(After(*views, taken).center, 1.5 * by_right_lens + 1e-4);
+}
+
 // Views that would tell, of a lens that is right: nothing is freed, nothing proposed, and asked to take over
 // what the pictures say it stays as it is.
 TEST(CalibrationCheck, RightIntrinsicsAreLeftAlone) {
