@@ -100,7 +100,7 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
     text += fmt::format("shutter lag    {:.0f} ms (median of {}, by where the photographs were taken)\n",
                         1e3 * *summary.stills.lag_s, summary.stills.lags);
   if (summary.geometry && (summary.geometry->mesh || summary.recorded > 0)) text += ToText(*summary.geometry);
-  if (summary.calibration && summary.calibration->wrong)
+  if (summary.calibration && summary.calibration->Wrong())
     text += fmt::format("calibration    {}\n", summary.calibration->Advice());
   if (summary.rolling_shutter) text += fmt::format("shutter        {}\n", summary.rolling_shutter->InWords());
   return text + fmt::format("ended          {}\n", InWords(summary.stopped_because));

@@ -254,7 +254,7 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
   if (args.options.intrinsics && result.lens_fits.empty())
     fmt::print("the intrinsics stay: the images support no others\n");
   for (const tracking::CalibrationCheck& check : result.checks)
-    if (check.wrong && !args.options.intrinsics) fmt::print("{}\n", check.Advice());
+    if (check.Wrong() && !args.options.intrinsics) fmt::print("{}\n", check.Advice());
   fmt::print("{:.1f} s, {:.0f} MiB at most\n", cost.seconds, cost.peak_mib);
 }
 

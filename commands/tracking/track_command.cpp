@@ -122,6 +122,11 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
     if (sample.track.cam_from_world) run.live.push_back({sample.time_s, *sample.track.cam_from_world});
     if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
       run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
+    if (sample.track.wrong_lens && !run.wrong_lens_after_s)
+      if (const auto lens = poses->Statistics().calibration) {
+        run.wrong_lens_after_s = sample.time_s - run.live.front().time_s;
+        spdlog::warn("{}", lens->Advice());
+      }
     run.frames.push_back(std::move(sample));
     const int count = static_cast<int>(run.frames.size());
     progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),
@@ -164,6 +169,25 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
   return followed;
 }
 
+// "poses.txt", 2: "poses.map2.txt".
+std::filesystem::path OfEarlierMap(const std::filesystem::path& file, std::size_t number) {
+  return file.parent_path() /
+         fmt::format("{}.map{}{}", file.stem().string(), number, file.extension().string());
+}
+
+// The last map's poses; those of maps that were given up before lie in other worlds and get files of their own.
+void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedPose> GivenPoses::*which) {
+  if (path.empty()) return;
+  const std::vector<GivenPoses> maps = ByMap(run);
+  WriteTum(path, maps.empty() ? std::vector<TimedPose>() : maps.back().*which);
+  for (std::size_t i = 0; i + 1 < maps.size(); ++i) {
+    const std::filesystem::path file = OfEarlierMap(path, i + 1);
+    WriteTum(file, maps[i].*which);
+    spdlog::warn("{}: {} of a map that was given up, in a world of its own", file.string(),
+                 Counted((maps[i].*which).size(), "pose"));
+  }
+}
+
 int RunTrack(const TrackArgs& args) {
   for (const std::string& output : {args.output, args.final_output})
     if (!output.empty()) RequireWritable(output);
@@ -180,9 +204,10 @@ int RunTrack(const TrackArgs& args) {
   const auto [run, known] = Follow(args, spec, *device);
   // Print the report even when a file cannot be written.
   std::vector<std::string> unwritten;
-  for (const auto& [path, poses] : {std::pair(&args.output, &run.live), {&args.final_output, &run.final}})
+  for (const auto& [path, which] :
+       {std::pair(&args.output, &GivenPoses::live), {&args.final_output, &GivenPoses::final}})
     try {
-      if (!path->empty()) WriteTum(*path, *poses);
+      WritePoses(run, *path, which);
     } catch (const Error& error) {
       unwritten.push_back(error.what());
     }
@@ -222,7 +247,9 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       app.add_subcommand("track", "Camera poses of a sequence or a live camera, without recording");
   command->add_option("URI", args->uri,
                       "Device: replay:PATH, sim:studio, aravis:ID; none: the first real camera");
-  command->add_option("-o,--output", args->output, "Poses as given live, TUM format (camera to world)");
+  command->add_option(
+      "-o,--output", args->output,
+      "Poses as given live, TUM format (camera to world); those of maps that were given up beside it (poses.map1.txt)");
   command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
   command->add_option(
       "--truth", args->truth,

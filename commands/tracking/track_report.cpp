@@ -86,19 +86,24 @@ void AddError(Json& report, const std::string& which, const std::optional<Trajec
 }
 
 // `of`: one pose for every frame that has one, or none at all.
-GivenPoses OfLastMap(const TrackRun& run, const GivenPoses& of) {
-  GivenPoses poses;
-  if (of.live.empty()) return poses;
+std::vector<GivenPoses> ByMap(const TrackRun& run, const GivenPoses& of) {
+  std::map<int, GivenPoses> by_map;
   std::size_t at = 0;
   for (const TrackedFrame& frame : run.frames) {
-    if (!frame.track.cam_from_world) continue;
-    if (frame.track.map_id == run.frames.back().track.map_id) {
-      poses.live.push_back(of.live[at]);
-      poses.final.push_back(of.final[at]);
-    }
+    if (of.live.empty() || !frame.track.cam_from_world) continue;
+    GivenPoses& poses = by_map[frame.track.map_id];
+    poses.live.push_back(of.live[at]);
+    poses.final.push_back(of.final[at]);
     ++at;
   }
-  return poses;
+  std::vector<GivenPoses> in_order;
+  for (auto& [id, poses] : by_map) in_order.push_back(std::move(poses));
+  return in_order;
+}
+
+GivenPoses OfLastMap(const TrackRun& run, const GivenPoses& of) {
+  const std::vector<GivenPoses> maps = ByMap(run, of);
+  return maps.empty() ? GivenPoses() : maps.back();
 }
 
 bool IsReduced(const tracking::TrackedSize& size) {
@@ -120,7 +125,7 @@ std::string MapLine(const tracking::TrackerStatistics& map) {
                         Counted(map.keyframes_left_out, "keyframe"));
   text += "\n";
   if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
-  if (map.calibration && map.calibration->wrong) text += map.calibration->Advice() + "\n";
+  if (map.calibration && map.calibration->Wrong()) text += map.calibration->Advice() + "\n";
   return text;
 }
 
@@ -189,6 +194,8 @@ std::string ToText(const TrackErrors& errors) {
 
 }  // namespace
 
+std::vector<GivenPoses> ByMap(const TrackRun& run) { return ByMap(run, {run.live, run.final}); }
+
 GivenPoses OfLastMap(const TrackRun& run) { return OfLastMap(run, {run.live, run.final}); }
 
 TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, std::string truth_name) {
@@ -244,6 +251,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
   report["rolling_shutter"] = ToJson(run.map.rolling_shutter);
   report["calibration"] = ToJson(run.map.calibration);
+  if (run.wrong_lens_after_s) report["wrong_lens_after_s"] = *run.wrong_lens_after_s;
   if (!run.orb_cpu_ms.empty()) {
     report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);
     report["cpu_over_orb"] = Quantile(counts.cpu_ms, 0.5) / Quantile(run.orb_cpu_ms, 0.5);

@@ -34,11 +34,15 @@ struct TrackRun {
   GivenPoses middle_row;           // the camera's own poses, where a rolling shutter is compensated
   std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
   tracking::TrackerStatistics map;
-  std::string failure;  // why and where the run ended early; empty: it did not
+  std::optional<double>
+      wrong_lens_after_s;  // from the first pose on; none: the map never contradicted the lens
+  std::string failure;     // why and where the run ended early; empty: it did not
   std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
 
-// The poses of the last map alone.
+// The poses of each map, in order of the maps: each lies in a world of its own. Maps without poses are left out.
+std::vector<GivenPoses> ByMap(const TrackRun& run);
+// The poses of the last map that gave any; empty where none did.
 GivenPoses OfLastMap(const TrackRun& run);
 
 // A run against the truth.

@@ -61,6 +61,7 @@ class Session {
   void UpdateCapWatch(const tracking::Track& track, const Decision& decision);
 
   void AnnouncePrediction();
+  void DoubtLens(const tracking::Track& track);
   void UpdatePreflight(const Frame& frame);
   std::optional<double> PoseErrorNow() const;
   tracking::Track TrackToRecord(const tracking::Track& track) const;
@@ -107,6 +108,7 @@ class Session {
   std::vector<double> ms_track_;
   int map_revision_ = 0;  // of the tracker, as last seen
   bool poses_due_ = false;
+  bool lens_doubted_ = false;  // and said so
   std::uint64_t requests_answered_ = 0;
   bool finish_asked_ = false;
   std::optional<StoppedBecause> ended_;
@@ -169,6 +171,14 @@ void Session::AnnouncePrediction() {
   outlook_.Expect(
       SetupAt(recorded_camera_, options_.coverage_width_px, subject, distance, options_.threshold_px),
       options_.cap, options_.until_share, poses_.IsMetric());
+}
+
+void Session::DoubtLens(const tracking::Track& track) {
+  if (!track.wrong_lens || lens_doubted_) return;
+  const std::optional<tracking::CalibrationCheck> lens = poses_.Statistics().calibration;
+  if (!lens) return;
+  lens_doubted_ = true;
+  Say(lens->Advice());
 }
 
 void Session::UpdatePreflight(const Frame& frame) {
@@ -439,6 +449,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   gaps_.Tracking(track.state == tracking::TrackState::kTracking, now_s);
   if (!options_.without_subject) subject_.FindFirst(track);
   AnnouncePrediction();
+  DoubtLens(track);
   UpdatePreflight(*frame);
   BeginWhenPossible();
   subject_.Watch(track, now_s);

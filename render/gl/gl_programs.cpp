@@ -40,6 +40,7 @@ std::string SoftDefines() {
   define_count("SEARCH_STEPS", constants.search_steps);
   define_count("ROBUST_STEPS", constants.robust_steps);
   define("LEAST_WEIGHT", constants.least_weight);
+  define("MOST_TAKEN", constants.most_taken);
   define("OWN_SHARE", constants.own_share);
   define("SEARCH_END", constants.search_end);
   define("MERGED", constants.merged);

@@ -79,8 +79,10 @@ SoftPixel::Choice SoftPixel::Choose(const Vector3d& point, std::span<const int> 
   const double width = choice.width = width_ * fourth;
   const auto gaussian = [&](double penalty) { return std::exp(-0.5 * penalty * penalty / (width * width)); };
   // The farthest of many views fades to nothing, since at the next pixel it may not be among them.
-  const double nothing =
-      std::max(constants_.least_weight, chosen.size() == kSoftViews ? gaussian(penalties.back()) : 0);
+  // Where all are alike they have equal weights.
+  const double nothing = std::min(
+      std::max(constants_.least_weight, chosen.size() == kSoftViews ? gaussian(penalties.back()) : 0),
+      constants_.most_taken * gaussian(penalties.front()));
   for (Chosen& one : chosen) {
     const double own = constants_.own_share * fourth / std::max(one.penalty, kLumigraphZeroPenalty);
     one.weight = std::max(0.0, gaussian(one.penalty) - nothing) * (1 + own * own);

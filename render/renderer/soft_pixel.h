@@ -14,8 +14,7 @@
 //   4. A candidate's colour is the mean of the views that see it, in linear light; what a view sees fades over a few
 //      steps of its map. Their weights are balanced: views on the side where there are fewer count more, so that the mean
 //      of their directions comes near the virtual camera's, as in local linear regression (Cleveland 1979; no weight
-//      becomes negative). Then shading that changes with direction is right to first order, and so is what a wrong depth
-//      moves. Views far from the mean count less, since a photograph that is off by an edge, a highlight or a
+//      becomes negative). Then shading that changes with direction is nearer to right, and so is what a wrong depth moves. Views far from the mean count less, since a photograph that is off by an edge, a highlight or a
 //      passer-by is.
 //   5. Candidates are laid over each other from near to far, each as opaque as it is believed.
 //
@@ -38,6 +37,7 @@ inline constexpr int kSoftViews = 16, kSoftProposers = 8;
 // Settled on fern of LLFF and fox_half (docs/rendering.md, Soft geometry); the same in the shader.
 struct SoftConstants {
   double least_weight = 0.05;  // of the Gaussian: a view that has less has nothing
+  double most_taken = 0.9;     // of the nearest view's Gaussian, by what all views lose
   double own_share = 0.1;      // a view nearer than this share of the fourth penalty begins to take all
   int search_steps = 3;        // of a map's depth along the ray
   double search_end = 2;       // a search that still moves by more of the map's steps has failed

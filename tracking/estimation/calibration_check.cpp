@@ -27,10 +27,16 @@ std::string CalibrationCheck::Advice() const {
 }
 
 std::string CalibrationCheck::Text() const {
-  if (!wrong) return {};
-  return fmt::format("images fit a focal length of {:.1f} px (± {:.1f}), {:.1f} % {} than the {:.1f} given",
-                     fitted_focal_px, sigma_px, 100 * std::abs(fitted_focal_px / given_focal_px - 1),
-                     fitted_focal_px > given_focal_px ? "more" : "less", given_focal_px);
+  if (!Wrong()) return {};
+  const std::string focal =
+      fmt::format("a focal length of {:.1f} px (± {:.1f}), {:.1f} % {} than the {:.1f} given",
+                  fitted_focal_px, sigma_px, 100 * std::abs(fitted_focal_px / given_focal_px - 1),
+                  fitted_focal_px > given_focal_px ? "more" : "less", given_focal_px);
+  const std::string distortion = fmt::format("a distortion k1 of {:.3f} (± {:.3f}) where {:.3f} is given",
+                                             fitted_k1, k1_sigma, given_k1);
+  return "images fit " + (focal_wrong && distortion_wrong ? focal + ", and " + distortion
+                          : focal_wrong                   ? focal
+                                                          : distortion);
 }
 
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check) {
@@ -38,8 +44,11 @@ nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check) {
   return {{"given_focal_px", check->given_focal_px},
           {"fitted_focal_px", check->fitted_focal_px},
           {"sigma_px", check->sigma_px},
+          {"given_k1", check->given_k1},
+          {"fitted_k1", check->fitted_k1},
+          {"k1_sigma", check->k1_sigma},
           {"determined", check->determined},
-          {"wrong", check->wrong}};
+          {"wrong", check->Wrong()}};
 }
 
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
@@ -61,13 +70,26 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   check.determined = check.sigma_px < options.most_uncertain * check.given_focal_px;
   const bool same_side = (fits[0].lens.MeanFocalPx() > check.given_focal_px) ==
                          (fits[1].lens.MeanFocalPx() > check.given_focal_px);
-  check.wrong = check.determined && same_side && off(fit) > options.least_difference &&
-                std::abs(check.fitted_focal_px - check.given_focal_px) > options.sigmas * check.sigma_px &&
-                fits[0].gain > 0 && fits[1].gain > 0;
+  check.focal_wrong =
+      check.determined && same_side && off(fit) > options.least_difference &&
+      std::abs(check.fitted_focal_px - check.given_focal_px) > options.sigmas * check.sigma_px &&
+      fits[0].gain > 0 && fits[1].gain > 0;
+  const LensEstimate& bent = fits[1];
+  check.given_k1 = given.coefficients[0];
+  check.fitted_k1 = bent.lens.coefficients[0];
+  check.k1_sigma = bent.k1_sigma;
+  const double corner = std::hypot(given.width, given.height) / 2 / given.MeanFocalPx();
+  const double difference = std::abs(check.fitted_k1 - check.given_k1);
+  check.distortion_wrong = check.determined && difference * corner * corner > options.least_distortion &&
+                           difference > options.sigmas * check.k1_sigma &&
+                           bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence;
+  // A focal length that is fitted without the distortion makes up for it.
+  if (check.distortion_wrong) check.fitted_focal_px = bent.lens.MeanFocalPx();
   return check;
 }
 
-std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map) {
+std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
+                                                 const CalibrationCheckOptions& options) {
   BundleProblem problem;
   std::vector<int> index(map.keyframes().size(), -1);
   for (const Keyframe& keyframe : map.keyframes()) {
@@ -82,7 +104,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
           {index[At(o.keyframe)], static_cast<int>(problem.points.size()), o.img, o.sigma_px, false});
     problem.points.push_back(point.position);
   }
-  return CheckCalibration(given, problem);
+  return CheckCalibration(given, problem, 0, options);
 }
 
 }  // namespace ulf::tracking

@@ -1,9 +1,9 @@
-// Checks whether the images contradict the given focal length.
+// Checks whether the images contradict the given lens: its focal length, and the first coefficient of its distortion.
 //
-// A wrong focal length bends the whole world and leaves residuals that look like noise. The check frees it in
-// an adjustment, and reports it when the result differs by a share that matters and by many standard
-// deviations, with distortion held and with distortion free. Flat scenes and sideways motion leave the focal
-// length undetermined; then its standard deviation is large and nothing is reported.
+// A wrong lens bends the whole world and leaves residuals that look like noise. The check frees the focal length in an
+// adjustment, and reports it when the result differs by a share that matters and by many standard deviations, with
+// distortion held and with distortion free; in the latter it judges the distortion as well. Flat scenes and sideways
+// motion leave the lens undetermined; then its standard deviation is large and nothing is reported.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -19,6 +19,8 @@ struct CalibrationCheckOptions {
   std::size_t min_cameras = 5, min_points = 200;  // fewer are too little evidence. Guessed
   double least_difference = 0.015;  // share of the focal length; smaller ones are not reported. Guessed
   double sigmas = 5;                // a difference of fewer may be chance. Guessed
+  // Of the corner's distance from the centre: less distortion is not reported. Guessed.
+  double least_distortion = 0.01;
   double most_uncertain = 0.005;  // sigma's share of the focal length: above it that is undetermined. Guessed
   LensEvidenceOptions fit = {.max_cameras = 30, .max_points = 1000, .iterations = 30};
 };
@@ -28,14 +30,17 @@ struct CalibrationCheck {
   double fitted_focal_px = 0;
   double sigma_px = 0;      // one standard deviation of the fitted one
   bool determined = false;  // the geometry determines it
-  bool wrong = false;
+  double given_k1 = 0, fitted_k1 = 0, k1_sigma = 0;
+  bool focal_wrong = false, distortion_wrong = false;
+  bool Wrong() const { return focal_wrong || distortion_wrong; }
   // A rolling shutter was found and not compensated: it stretches images as another focal length does, and
   // the other way round.
   bool rows_uncompensated = false;
 
   // The same for a camera whose images are the given ones, resized.
   CalibrationCheck Of(const CameraModel& resized) const;
-  // "images fit a focal length of 551.2 px (± 1.3), 5.0 % more than the 525.0 given"; empty unless wrong.
+  // "images fit a focal length of 551.2 px (± 1.3), 5.0 % more than the 525.0 given", "images fit a distortion k1 of
+  // -0.280 (± 0.004) where 0.000 is given"; empty unless wrong.
   std::string Text() const;
   // Text() and what the user can do about it.
   std::string Advice() const;
@@ -45,11 +50,12 @@ struct CalibrationCheck {
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
                                                  int lens = 0, const CalibrationCheckOptions& options = {});
 
-// {given_focal_px, fitted_focal_px, sigma_px, determined, wrong}; null without a check.
+// {given_focal_px, fitted_focal_px, sigma_px, given_k1, fitted_k1, k1_sigma, determined, wrong}; null without a check.
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check);
 
 class Map;
 // For the map's living keyframes and points.
-std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map);
+std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
+                                                 const CalibrationCheckOptions& options = {});
 
 }  // namespace ulf::tracking

@@ -105,10 +105,13 @@ void AddSigmas(const BundleProblem& solved, double scale, double gate_sigmas, Le
 }
 
 BundleOptions Options(const LensEvidenceOptions& evidence, const FreeIntrinsics& free) {
-  return {.robust_iterations = evidence.iterations,
-          .iterations = 0,
-          .free = free,
-          .function_tolerance = evidence.function_tolerance};
+  BundleOptions options;
+  options.robust_iterations = evidence.iterations;
+  options.iterations = 0;
+  options.free = free;
+  options.function_tolerance = evidence.function_tolerance;
+  options.stop = evidence.stop;
+  return options;
 }
 
 // Whether the number that `larger` frees beyond `smaller` has moved by more than `sigmas`.

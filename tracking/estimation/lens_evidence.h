@@ -8,6 +8,7 @@
 // one side, or after sideways motion alone, it is large.
 #pragma once
 
+#include <atomic>
 #include <optional>
 #include <vector>
 
@@ -37,6 +38,7 @@ struct LensEvidenceOptions {
   // than this (very strong evidence; Kass and Raftery 1995). Right lenses have shown smaller falls: corners
   // are off by more than noise, and by the same in neighbouring views.
   double moved_sigmas = 3, strong_evidence = 10;
+  const std::atomic<bool>* stop = nullptr;  // when set, fits end early and mean nothing
 };
 
 // The part of a problem that lens fits work on: observations of one lens that are no outliers.

@@ -28,6 +28,7 @@
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"
 #include "tracking/estimation/absolute_pose.h"
+#include "tracking/estimation/calibration_check.h"
 #include "tracking/estimation/rolling_shutter.h"
 #include "tracking/features/features.h"
 #include "tracking/features/patch_alignment.h"
@@ -195,6 +196,7 @@ struct SharedMap {
   // How often a rolling shutter was measured, and the last result.
   std::atomic<int> readouts_measured{0};
   std::optional<ReadoutEstimate> readout ULF_GUARDED_BY(mutex);
+  std::optional<CalibrationCheck> wrong_lens ULF_GUARDED_BY(mutex);  // none: the images do not contradict it
 };
 
 // Holds the map's lock, and measures how long any thread but the mapper's waited for it.

@@ -275,6 +275,8 @@ void Mapper::Reset() {
   index_.Clear();
   recent_points_.clear();
   loops_->Reset();
+  lens_.Reset();
+  owned_.shared.wrong_lens.reset();
   adjust_all_at_ = 0;
   after_loop_ = false;
 }
@@ -358,14 +360,26 @@ bool Mapper::IsDue() {
 
 // A closed loop moves much: after its adjustment, users should ask for kept poses again (revision).
 void Mapper::AdjustInBackground() {
-  if (!after_loop_) {
-    AdjustWhole(BundleOptionsOf(options_.growing));
-    return;
-  }
-  AdjustWhole(BundleOptionsOf(options_.moved));
+  const bool moved = after_loop_;
+  AdjustWhole(BundleOptionsOf(moved ? options_.moved : options_.growing));
   if (cut_short_) return;
-  after_loop_ = false;
-  ++owned_.shared.revision;
+  if (moved) {
+    after_loop_ = false;
+    ++owned_.shared.revision;
+  }
+  CheckLens();
+}
+
+void Mapper::CheckLens() {
+  const int keyframes = map_.LivingKeyframes();
+  if (!lens_.IsDue(keyframes)) return;
+  CalibrationCheckOptions options;
+  options.fit.stop = &cut_short_;
+  const auto check = CheckCalibration(camera_, map_, options);
+  if (cut_short_) return;
+  lens_.Note(check, keyframes);
+  const MapLock lock(owned_.shared);
+  owned_.shared.wrong_lens = lens_.contradiction();
 }
 
 void Mapper::AdjustAll() {

@@ -4,7 +4,8 @@
 // For a new keyframe the mapper triangulates points with its neighbours, merges points that exist twice,
 // adjusts the neighbourhood, and removes superfluous points and keyframes. When the map has grown by some
 // share, or a loop was closed, it adjusts the whole map in the background. A new keyframe stops that
-// adjustment; it is done again later. So errors of the first two views are corrected while that is cheap.
+// adjustment; it is done again later. So errors of the first two views are corrected while that is cheap. After some of
+// these adjustments the lens is checked against the map (lens_watch.h).
 //
 // The mapper works in a thread of its own, or inside Take() where the same frames must give the same bytes.
 // It reads the map without the lock and takes it for every change, so that the tracker waits for microseconds
@@ -25,6 +26,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/similarity3.h"
 #include "tracking/estimation/bundle_adjustment.h"
+#include "tracking/map/lens_watch.h"
 #include "tracking/map/map.h"
 #include "tracking/map/mapper_options.h"
 #include "tracking/map/relocalizer.h"
@@ -110,6 +112,7 @@ class Mapper {
   bool IsDue();
   void AdjustInBackground();
   void AdjustWhole(const BundleOptions& options);
+  void CheckLens();
   void Adjust(const std::vector<int>& free, const std::vector<int>& held, const BundleOptions& options);
   void CullKeyframes(int newest);
   void CommitPoint(const Eigen::Vector3d& position, const Observation& reference, const Observation& other)
@@ -129,6 +132,7 @@ class Mapper {
   int adjust_all_at_ = 0;    // keyframes
   bool after_loop_ = false;  // a loop was closed since everything was adjusted
   std::atomic<bool> measure_readout_{false};
+  LensWatch lens_;
 
   Mutex work_mutex_;
   ConditionVariable changed_;

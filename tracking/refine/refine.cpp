@@ -286,16 +286,23 @@ void WeighLenses(const RefineInput& input, const RefineOptions& options, bool is
   }
 }
 
-// How far another lens moves the points of the image's border, at most.
+// How far another lens moves points of the image, at most; those without a ray, where distortion folds, tell nothing.
 double LensChangePx(const CameraModel& from, const CameraModel& to) {
   double most = 0;
   for (const double x : {0.0, 0.5, 1.0})
     for (const double y : {0.0, 0.5, 1.0}) {
       const Eigen::Vector2d img(x * from.width, y * from.height);
       const auto ray = from.RayFromImg(img);
-      const auto moved = ray ? to.ImgFromCam(*ray) : std::nullopt;
+      if (!ray) continue;
+      const auto moved = to.ImgFromCam(*ray);
       most = std::max(most, moved ? (*moved - img).norm() : std::numeric_limits<double>::infinity());
     }
+  return most;
+}
+
+double LargestChangePx(const std::vector<CameraModel>& from, const std::vector<CameraModel>& to) {
+  double most = 0;
+  for (std::size_t l = 0; l < from.size(); ++l) most = std::max(most, LensChangePx(from[l], to[l]));
   return most;
 }
 
@@ -405,6 +412,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   RefineScene scene =
       ReadScene(input, {.max_side_px = options.max_side_px, .corners = corners}, {options.progress, 0, 0.3});
   RequireReadable(scene);
+  const std::vector<CameraModel> given = scene.lenses;
   std::vector<bool> readable;
   for (const RefineView& view : scene.views) readable.push_back(view.registered);
 
@@ -414,23 +422,43 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   double done = 0.3;
   constexpr double kEnd = 0.9;
   for (int count = 0; count < options.most_passes && !lens_settled; ++count) {
-    if (count > 0) StartAgain(readable, scene);
-    const std::vector<CameraModel> before = scene.lenses;
     // Who takes over a lens may need another pass.
     const double until = options.intrinsics ? (done + kEnd) / 2 : kEnd;
-    pass = RegisterAll(input, options, {options.progress, done, until}, count == 0, scene, fits, result);
+    const RefineStage stage{options.progress, done, until};
     done = until;
     if (count == 0) {
+      pass = RegisterAll(input, options, stage, true, scene, fits, result);
       std::vector<double> given_by_working;
       for (const RefineView& view : scene.views)
         given_by_working.push_back(GivenByWorking(input.lenses[At(view.lens)], scene.LensOf(view)));
       result.start_error_px = pass.start_error_px * Median(std::move(given_by_working));
+      lens_settled = !options.intrinsics || LargestChangePx(given, scene.lenses) < options.settled_lens_px;
+      continue;
     }
-    double change_px = 0;
-    for (std::size_t l = 0; l < before.size(); ++l)
-      change_px = std::max(change_px, LensChangePx(before[l], scene.lenses[l]));
-    spdlog::debug("pass {}: the lens moves by {:.2f} px", count + 1, change_px);
-    lens_settled = change_px < options.settled_lens_px;
+    // What the pass before reached stands until this one is better.
+    RefineScene next = scene;
+    LensFits next_fits = fits;
+    RefineResult next_result = result;
+    StartAgain(readable, next);
+    std::string worse;
+    try {
+      Pass again = RegisterAll(input, options, stage, false, next, next_fits, next_result);
+      if (next.Registered() < scene.Registered())
+        worse = fmt::format("{} instead of {} views fit", next.Registered(), scene.Registered());
+      else
+        pass = std::move(again);
+    } catch (const Error& error) {
+      worse = error.what();
+    }
+    if (!worse.empty()) {
+      spdlog::warn("under the lens that was found, registering again failed ({}): the result before stays",
+                   worse);
+      break;
+    }
+    lens_settled = LargestChangePx(scene.lenses, next.lenses) < options.settled_lens_px;
+    scene = std::move(next);
+    fits = std::move(next_fits);
+    result = std::move(next_result);
   }
   for (const std::optional<LensFit>& fit : fits)
     if (fit) result.lens_fits.push_back(fit->Widened());

@@ -64,8 +64,8 @@ struct RefineOptions {
   // Relative change of the cost that ends all adjustments but the last ones, for which they are starts and
   // need not reach their minimum. Guessed.
   double rough_tolerance = 1e-4;
-  // With `intrinsics`: a step of the lens that moves no point of the image by more needs no other pass; passes, at most.
-  // Guessed.
+  // With `intrinsics`: a step of the lens that moves no point of the reduced image by more needs no other pass; passes, at
+  // most. Guessed.
   double settled_lens_px = 0.5;
   int most_passes = 6;
   // For settled poses, in units of the errors' own scale: the width of Cauchy's loss (measured:
@@ -91,7 +91,7 @@ struct RefineResult {
   std::vector<ScenePoint> points;
   std::vector<CameraModel> lenses;      // changed with RefineOptions::intrinsics only
   std::vector<LensEstimate> lens_fits;  // that the evidence supports, lens by lens; sizes of the input
-  std::vector<std::vector<LensTrial>> lens_trials;  // how they were chosen, lens by lens
+  std::vector<std::vector<LensTrial>> lens_trials;  // how the given ones were left, lens by lens
   std::vector<CalibrationCheck> checks;             // of the given lenses, for those with enough views
   int registered = 0;
   int groups = 0;  // of views that share points; between groups only the start poses say how they lie

@@ -36,10 +36,8 @@ std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel&
 void Tracker::Finish() {
   state_->mapper.Rest();
   state_->mapper.AdjustAll();
-  state_->calibration = CheckCalibration(state_->camera, state_->shared.ReadByOwner());
-  if (state_->calibration) *state_->calibration = state_->calibration->Of(state_->size.original());
-  const auto rolling = state_->Rolling();
-  if (state_->calibration) state_->calibration->rows_uncompensated = rolling && !rolling->compensated;
+  state_->calibration =
+      state_->InOriginalPixels(CheckCalibration(state_->camera, state_->shared.ReadByOwner()));
 }
 
 Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
@@ -126,7 +124,7 @@ TrackerStatistics Tracker::Statistics() const {
           state_->keyframes_left_out,
           state_->shared.loops,
           std::chrono::duration<double>(state_->shared.longest_wait).count(),
-          state_->calibration,
+          state_->calibration ? state_->calibration : state_->InOriginalPixels(state_->shared.wrong_lens),
           state_->Rolling(),
           static_cast<int>(state_->shared.map.keyframes().size()),
           static_cast<int>(state_->shared.map.points().size()),

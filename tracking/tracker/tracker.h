@@ -64,8 +64,9 @@ struct Track {
   std::optional<double> center_sigma;
   std::optional<StartProgress> start;  // while initializing, and for the frame that started the map
   double sharpness = 1;                // fine detail over the recent frames' median: well below 1 is blurred
-  double speed_px = 0;    // median image motion of the tracked points since the frame before; 0: unknown
-  bool keyframe = false;  // the mapper took this frame as a keyframe
+  double speed_px = 0;      // median image motion of the tracked points since the frame before; 0: unknown
+  bool keyframe = false;    // the mapper took this frame as a keyframe
+  bool wrong_lens = false;  // the map contradicts the given lens: Statistics() says how
   // Changes when a closed loop, for example, has moved much of the map: ask PoseOf() for all poses again.
   int map_revision = 0;
   // The map points that support the pose, for NoteView(); null where there are none.
@@ -120,13 +121,14 @@ struct TrackedSize {
 struct TrackerStatistics {
   int keyframes = 0;  // alive
   int map_points = 0;
-  int keyframes_left_out = 0;                        // because the mapper was behind
-  int loops = 0;                                     // closed
-  double longest_wait_s = 0;                         // for the mapper to release the map
-  std::optional<CalibrationCheck> calibration = {};  // after Finish(), where the map is large enough
-  std::optional<Readout> rolling_shutter = {};       // none: global as far as is known
-  int keyframes_made = 0, points_made = 0;           // in all
-  std::optional<MapStart> start = {};                // of the last map; none: no start, or a seeded map
+  int keyframes_left_out = 0;  // because the mapper was behind
+  int loops = 0;               // closed
+  double longest_wait_s = 0;   // for the mapper to release the map
+  // After Finish(), where the map is large enough; before, from the moment on at which the map contradicts the lens.
+  std::optional<CalibrationCheck> calibration = {};
+  std::optional<Readout> rolling_shutter = {};  // none: global as far as is known
+  int keyframes_made = 0, points_made = 0;      // in all
+  std::optional<MapStart> start = {};           // of the last map; none: no start, or a seeded map
   TrackedSize size = {};
 };
 

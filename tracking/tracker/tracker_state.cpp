@@ -61,6 +61,15 @@ std::optional<Readout> Tracker::State::Rolling() const {
   return rows.rolls() ? std::optional(Readout{rows.readout_s()}) : std::nullopt;
 }
 
+std::optional<CalibrationCheck> Tracker::State::InOriginalPixels(
+    const std::optional<CalibrationCheck>& working) const {
+  if (!working) return std::nullopt;
+  CalibrationCheck check = working->Of(size.original());
+  const auto rolling = Rolling();
+  check.rows_uncompensated = rolling && !rolling->compensated;
+  return check;
+}
+
 bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   {
@@ -152,6 +161,7 @@ void Tracker::State::Describe(const FramePose& frame_pose, Track& track) const {
   if (shared.world_given && world_information > 0)
     track.center_sigma = std::hypot(*track.center_sigma, 1 / std::sqrt(world_information));
   track.quality = QualityOf(*track.center_sigma, distance);
+  track.wrong_lens = shared.wrong_lens.has_value();
 }
 
 // Anchors the pose of a tracked frame and keeps what the next frame needs.

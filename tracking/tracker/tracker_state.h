@@ -91,6 +91,7 @@ struct Tracker::State {
   bool Relocalize(TrackedImage& image, Track& track);
   std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
   std::optional<Readout> Rolling() const;
+  std::optional<CalibrationCheck> InOriginalPixels(const std::optional<CalibrationCheck>& working) const;
   void Accept(double time_s, const FramePose& frame_pose, Track& track);
   Anchored AnchorOf(const FramePose& frame_pose) const ULF_REQUIRES(shared.mutex);
   void Describe(const FramePose& frame_pose, Track& track) const ULF_REQUIRES(shared.mutex);

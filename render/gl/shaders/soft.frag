@@ -1,5 +1,6 @@
 // The soft field's pixel, as render/renderer/soft_pixel.h defines it; constants come from there. Between passes, when not
-// all photographs are resident at the same time, each pass adds the mean of its own views, by their share of all weight.
+// all photographs are resident at the same time, each pass adds the mean of its own views, balanced among themselves, by
+// their share of all weight.
 layout(binding = 10) uniform isamplerBuffer nearest_first;  // views of each tile
 #ifdef MAPS
 layout(binding = 14) uniform sampler2DArray depth_maps;  // inverse depth over the view's unit; 0: unknown
@@ -53,6 +54,7 @@ void Choose(vec3 point) {
   float width = width_of_fourth * fourth;
   reach = width;
   float nothing = count == SOFT_VIEWS ? max(LEAST_WEIGHT, Gaussian(largest, width)) : LEAST_WEIGHT;
+  nothing = min(nothing, MOST_TAKEN * Gaussian(least.x, width));
   // Views without weight go, so that loops over the others end sooner.
   int weighing = 0;
   for (int n = 0; n < count; ++n) {

@@ -44,7 +44,7 @@ TEST(CaptureReport, AWrongFocalLengthAndARollingShutterAreSaid) {
   CaptureSummary summary;
   EXPECT_THAT(ToText(summary, 0), AllOf(Not(HasSubstr("calibration")), Not(HasSubstr("shutter"))));
   summary.calibration = CalibrationCheck{
-      .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .wrong = true};
+      .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
   summary.rolling_shutter = Readout{.readout_s = 0.02, .sigma_s = 0.001, .compensated = false};
   EXPECT_THAT(ToText(summary, 0),
               AllOf(HasSubstr("500.0 px"), HasSubstr("ulf refine"), HasSubstr("--readout-ms 20")));

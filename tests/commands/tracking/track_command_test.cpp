@@ -243,12 +243,38 @@ TEST(TrackCommand, WhatBreaksOnTheWayKeepsThePosesUntilThen) {
   EXPECT_GT(ReadTum(poses).size(), 20u);
 }
 
-TEST(TrackCommand, AWrongFocalLengthIsSaid) {
+// A map that is given up a few frames after its start, because another room is seen: two worlds, two files.
+TEST(TrackCommand, PosesOfAMapThatWasGivenUpHaveAFileOfTheirOwn) {
+  const test::ScratchFolder scratch;
+  WriteRoom(scratch.path(), 40);
+  const std::string track =
+      "track replay:" + scratch.path().string() + "?glob=*.png --deterministic --focal-px 520 ";
+  const auto first = test::RunUlf(track + "--json");
+  ASSERT_EQ(first.exit_code, 0) << first.errors;
+  const int started = nlohmann::json::parse(first.output)["init_frame"];
+  const test::TexturedRoom other({.seed = 31});
+  for (int k = started + 5; k < 70; ++k)
+    cv::imwrite((scratch / fmt::format("{:02}.png", k)).string(),
+                other.Take(test::TexturedRoom::HandAt(k), static_cast<std::uint64_t>(k)).image.pixels);
+  const auto run = test::RunUlf(track + "-o " + (scratch / "live.txt").string() + " --final " +
+                                (scratch / "final.txt").string());
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, testing::HasSubstr("live.map1.txt: 5 poses of a map that was given up"));
+  for (const std::string name : {"live", "final"}) {
+    EXPECT_EQ(ReadTum(scratch / (name + ".map1.txt")).size(), 5u);
+    const auto last = ReadTum(scratch / (name + ".txt"));
+    ASSERT_GT(last.size(), 20u);
+    EXPECT_GT(last.front().time_s, ReadTum(scratch / (name + ".map1.txt")).back().time_s);
+  }
+}
+
+TEST(TrackCommand, AWrongFocalLengthIsSaidWhileTheCameraMoves) {
   const test::ScratchFolder scratch;
   WriteRoom(scratch.path(), 90);
   const auto run =
       test::RunUlf("track replay:" + scratch.path().string() + "?glob=*.png --deterministic --focal-px 546");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, testing::HasSubstr("less than the 546.0 given"));
   EXPECT_THAT(run.output, testing::AllOf(testing::HasSubstr("less than the 546.0 given"),
                                          testing::HasSubstr("calibrate")));
 }

@@ -170,13 +170,29 @@ TEST(SoftPixel, LightThatFollowsTheDirectionIsBalanced) {
                             cv::Scalar::all(light_from(view.center_in_world)));
     view.photograph = HoldPhotograph({Srgb8FromLinear(one_light)});
   }
-  const auto shift = [&](const FieldOptions& field) {
-    const auto renderer = MakeRenderer(scene, {.field = field, .renderer = RendererKind::kReference});
+  const auto shift = [&](RendererKind kind) {
+    const auto renderer =
+        MakeRenderer(scene, {.field = {.kind = FieldKind::kSoft, .soft_width = kWideSoft}, .renderer = kind});
     const cv::Mat picture = renderer->Render(kPictureCamera, pose).linear;
     const cv::Rect middle(kPictureCamera.width / 2 - 8, kPictureCamera.height / 2 - 8, 16, 16);
     return std::abs(cv::mean(picture(middle))[0] - light_from(pose.OriginInSource()));
   };
-  EXPECT_LT(shift({.kind = FieldKind::kSoft, .soft_width = kWideSoft}), 0.018);
+  // 0.0215 without the balance.
+  EXPECT_LT(shift(RendererKind::kReference), 0.018);
+  EXPECT_LT(shift(RendererKind::kGl), 0.018);
+}
+
+// So narrow that every view would lose all its weight where several are equally near.
+TEST(SoftPixel, NarrowWeightsLeaveNoHoles) {
+  const auto scene = SoftScene(*MakeScene(SquareSpec()));
+  for (const RendererKind kind : {RendererKind::kReference, RendererKind::kGl}) {
+    const auto empty = [&](double width) {
+      return MakeRenderer(scene, {.field = {.kind = FieldKind::kSoft, .soft_width = width}, .renderer = kind})
+          ->Render(kPictureCamera, Between())
+          .empty_px;
+    };
+    EXPECT_EQ(empty(0.1), empty(0.8));
+  }
 }
 
 TEST(SoftPixel, OnAViewpointItsPhotographComesBack) {

@@ -26,7 +26,7 @@ TEST(CalibrationCheck, ARightFocalLengthIsNotDoubted) {
     const auto views = MakeViews(14, 0.005, 0.05, seed);
     const RefineResult result = RefineRoom(*views);
     ASSERT_EQ(result.checks.size(), 1u);
-    EXPECT_FALSE(result.checks[0].wrong) << "seed " << seed << ": " << result.checks[0].Text();
+    EXPECT_FALSE(result.checks[0].Wrong()) << "seed " << seed << ": " << result.checks[0].Text();
     EXPECT_TRUE(result.checks[0].determined);
   }
 }

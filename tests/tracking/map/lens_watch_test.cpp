@@ -1,0 +1,137 @@
+// Tests: tracking/map/lens_watch, tracking/estimation/calibration_check.
+// A lens that is given wrong is noticed while the camera still moves.
+#include "tracking/map/lens_watch.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "tests/tracking/scenes/textured_room.h"
+#include "tracking/tracker/tracker.h"
+
+namespace ulf::test {
+namespace {
+
+using tracking::CalibrationCheck;
+using tracking::LensWatch;
+using tracking::Tracker;
+
+CalibrationCheck FocalOff(double fitted_px) {
+  return {.given_focal_px = 500,
+          .fitted_focal_px = fitted_px,
+          .sigma_px = 1,
+          .determined = true,
+          .focal_wrong = std::abs(fitted_px - 500) > 10};
+}
+
+TEST(LensWatch, TwoChecksMustAgree) {
+  LensWatch watch;
+  EXPECT_FALSE(watch.IsDue(7));
+  ASSERT_TRUE(watch.IsDue(8));
+  watch.Note(FocalOff(550), 8);
+  EXPECT_FALSE(watch.contradiction()) << "one alone";
+  EXPECT_FALSE(watch.IsDue(9)) << "the map has hardly grown";
+  ASSERT_TRUE(watch.IsDue(10));
+  watch.Note(FocalOff(530), 10);
+  EXPECT_FALSE(watch.contradiction()) << "they say different things";
+  watch.Note(FocalOff(533), 13);
+  ASSERT_TRUE(watch.contradiction());
+  EXPECT_EQ(watch.contradiction()->fitted_focal_px, 533);
+  watch.Note(FocalOff(501), 17);
+  EXPECT_FALSE(watch.contradiction()) << "the larger map agrees with the lens";
+  watch.Note(FocalOff(540), 22);
+  watch.Reset();
+  watch.Note(FocalOff(540), 8);
+  EXPECT_FALSE(watch.contradiction()) << "the check before was of another map";
+}
+
+TEST(LensWatch, DistortionCountsWhereFocalLengthsDiffer) {
+  CalibrationCheck bent = FocalOff(500);
+  bent.distortion_wrong = true;
+  bent.fitted_k1 = -0.2;
+  LensWatch watch;
+  watch.Note(bent, 8);
+  bent.fitted_k1 = -0.21;
+  watch.Note(bent, 10);
+  ASSERT_TRUE(watch.contradiction());
+  EXPECT_THAT(watch.contradiction()->Text(), ::testing::HasSubstr("k1 of -0.210"));
+}
+
+// The room's pictures as a lens takes them.
+class LensInTheRoom {
+ public:
+  explicit LensInTheRoom(const CameraModel& lens) : lens_(lens) {
+    at_.create(lens.height, lens.width, CV_32FC2);
+    for (int y = 0; y < lens.height; ++y)
+      for (int x = 0; x < lens.width; ++x) {
+        const auto ray = lens.RayFromImg({x + 0.5, y + 0.5});
+        const auto img = ray ? TexturedRoom::Camera().ImgFromCam(*ray) : std::nullopt;
+        at_.at<cv::Vec2f>(y, x) =
+            img ? cv::Vec2f(static_cast<float>(img->x() - 0.5), static_cast<float>(img->y() - 0.5))
+                : cv::Vec2f(-9, -9);
+      }
+  }
+  // Seconds from the first pose until the lens was doubted; none: it was not.
+  std::optional<double> DoubtedAfter(const CameraModel& given, unsigned seed,
+                                     CalibrationCheck* check = nullptr) {
+    const TexturedRoom room({.seed = seed});
+    Tracker tracker(given, {.deterministic = true, .seed = seed});
+    std::optional<double> first;
+    for (int i = 0; i < 100; ++i) {
+      Frame frame = room.Take(TexturedRoom::HandAt(3 * i), static_cast<std::uint64_t>(i));
+      cv::Mat bent;
+      cv::remap(frame.image.pixels, bent, at_, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+      frame.image.pixels = bent;
+      const tracking::Track track = tracker.Step(frame);
+      if (track.cam_from_world && !first) first = frame.device_time_s;
+      if (!track.wrong_lens) continue;
+      const auto known = tracker.Statistics().calibration;
+      if (!known) return std::nullopt;
+      if (check) *check = *known;
+      return 3 * (frame.device_time_s - *first);  // every third of the hand's frames is taken
+    }
+    return std::nullopt;
+  }
+
+ private:
+  CameraModel lens_;
+  cv::Mat at_;
+};
+
+TEST(LensWatch, TheTrackerDoubtsAWrongFocalLengthWhileTheHandMoves) {
+  LensInTheRoom lens(TexturedRoom::Camera());
+  for (const double factor : {0.95, 1.05, 1.15}) {
+    CameraModel given = TexturedRoom::Camera();
+    given.fx *= factor;
+    given.fy *= factor;
+    CalibrationCheck check;
+    const auto after_s = lens.DoubtedAfter(given, 15, &check);
+    ASSERT_TRUE(after_s) << factor;
+    EXPECT_LT(*after_s, 10) << factor;
+    EXPECT_TRUE(check.focal_wrong);
+    EXPECT_NEAR(check.fitted_focal_px, 520, 0.02 * 520) << factor;
+  }
+}
+
+TEST(LensWatch, TheTrackerDoubtsAMissingDistortion) {
+  CameraModel bent = TexturedRoom::Camera();
+  bent.distortion = Distortion::kRadialTangential;
+  bent.coefficients[0] = -0.2;
+  LensInTheRoom lens(bent);
+  CalibrationCheck check;
+  const auto after_s = lens.DoubtedAfter(TexturedRoom::Camera(), 15, &check);
+  ASSERT_TRUE(after_s);
+  EXPECT_LT(*after_s, 10);
+  EXPECT_TRUE(check.distortion_wrong);
+  EXPECT_NEAR(check.fitted_k1, -0.2, 0.06);
+}
+
+TEST(LensWatch, TheTrackerTrustsARightLens) {
+  LensInTheRoom lens(TexturedRoom::Camera());
+  for (const unsigned seed : {15u, 16u})
+    EXPECT_FALSE(lens.DoubtedAfter(TexturedRoom::Camera(), seed)) << "seed " << seed;
+}
+
+}  // namespace
+}  // namespace ulf::test

@@ -1,0 +1,30 @@
+#include "tracking/map/lens_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf::tracking {
+
+bool LensWatch::Agree(const CalibrationCheck& earlier, const CalibrationCheck& later) const {
+  if (later.focal_wrong && earlier.focal_wrong)
+    return std::abs(later.fitted_focal_px - earlier.fitted_focal_px) <
+           options_.most_apart * later.given_focal_px;
+  return later.distortion_wrong && earlier.distortion_wrong &&
+         std::abs(later.fitted_k1 - earlier.fitted_k1) <
+             options_.most_apart_k1 * std::abs(later.fitted_k1 - later.given_k1);
+}
+
+void LensWatch::Note(const std::optional<CalibrationCheck>& check, int keyframes) {
+  next_ = std::max(keyframes + 1, static_cast<int>(std::lround(keyframes * options_.growth)));
+  const bool agree = check && before_ && Agree(*before_, *check);
+  contradiction_ = agree ? check : std::nullopt;
+  before_ = check;
+}
+
+void LensWatch::Reset() {
+  next_ = options_.first_keyframes;
+  before_.reset();
+  contradiction_.reset();
+}
+
+}  // namespace ulf::tracking

@@ -1,0 +1,41 @@
+// Checks the given lens against a map that grows, and says when the images contradict it.
+//
+// A young map can fit a wrong lens by chance, and the deviations of a few keyframes are too small. So two checks in
+// succession, the later on a map that has grown, must find the lens wrong and agree about it.
+#pragma once
+
+#include <optional>
+
+#include "tracking/estimation/calibration_check.h"
+
+namespace ulf::tracking {
+
+// Guessed.
+struct LensWatchOptions {
+  int first_keyframes = 8;     // with which the first check is made
+  double growth = 1.25;        // of the keyframes from check to check
+  double most_apart = 0.02;    // share of the focal length by which two checks that agree differ, at most
+  double most_apart_k1 = 0.3;  // the same of the distortion's difference from the given one
+};
+
+class LensWatch {
+ public:
+  explicit LensWatch(const LensWatchOptions& options = {})
+      : options_(options), next_(options.first_keyframes) {}
+
+  bool IsDue(int keyframes) const { return keyframes >= next_; }
+  void Note(const std::optional<CalibrationCheck>& check, int keyframes);
+  // The last of two checks that agree that the lens is wrong; none: the lens is not contradicted.
+  const std::optional<CalibrationCheck>& contradiction() const { return contradiction_; }
+  // For another map.
+  void Reset();
+
+ private:
+  bool Agree(const CalibrationCheck& earlier, const CalibrationCheck& later) const;
+
+  LensWatchOptions options_;
+  int next_;
+  std::optional<CalibrationCheck> before_, contradiction_;
+};
+
+}  // namespace ulf::tracking
