@@ -80,8 +80,9 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   check.k1_sigma = bent.k1_sigma;
   const double corner = std::hypot(given.width, given.height) / 2 / given.MeanFocalPx();
   const double difference = std::abs(check.fitted_k1 - check.given_k1);
-  check.distortion_wrong = check.determined && difference * corner * corner > options.least_distortion &&
-                           difference > options.sigmas * check.k1_sigma &&
+  // A focal length that is left open may be so because of the distortion.
+  check.distortion_wrong = difference * corner * corner > options.least_distortion &&
+                           difference > options.distortion_sigmas * check.k1_sigma &&
                            bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence;
   // A focal length that is fitted without the distortion makes up for it.
   if (check.distortion_wrong) check.fitted_focal_px = bent.lens.MeanFocalPx();
