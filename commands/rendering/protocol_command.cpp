@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 
 #include "commands/command_line.h"
+#include "commands/explain.h"
 #include "commands/rendering/refined_split.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
@@ -142,14 +143,11 @@ nlohmann::json JsonOf(const render::LightFit& light) {
   nlohmann::json json{{"found", light.Words()},
                       {"points", light.points},
                       {"stops", light.stops},
-                      {"corner_stops", light.corner_stops},
-                      {"compared", ToJson(light.explained)}};
+                      {"corner_stops", light.corner_stops}};
   return json;
 }
 
 nlohmann::json JsonOf(const ProtocolResult& result) {
-  nlohmann::json compared = nlohmann::json::array();
-  for (const ModelChoice& choice : result.explained) compared.push_back(nlohmann::json(ToJson(choice)));
   nlohmann::json json{{"light_field", result.light_field},
                       {"protocol", result.split.name},
                       {"given", result.split.given.size()},
@@ -160,7 +158,6 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"field", result.field},
                       {"proxy", result.proxy},
                       {"chosen_by", result.why},
-                      {"compared", compared},
                       {"refined", result.refined},
                       {"refining", JsonOf(result.refining)},
                       {"light", result.light ? JsonOf(*result.light) : nullptr},
@@ -172,6 +169,7 @@ nlohmann::json JsonOf(const ProtocolResult& result) {
                       {"mean", JsonOf(MeanOf(result.views))},
                       {"errors", JsonOf(MeanErrorsOf(result.views))},
                       {"views", nlohmann::json::array()}};
+  AddExplained(json, result.explained);
   for (const TestView& view : result.views) {
     nlohmann::json each = JsonOf(view.papers);
     each["name"] = view.name;
@@ -359,11 +357,13 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
   result.light = LightOf(scene_args, *given_scene, proxies.back());
   if (result.light) given_scene = render::WithLight(*given_scene, *result.light);
   watch.Lap();
-  const render::Choice choice = render::ChooseByEvidence(
-      *given_scene, fields.empty() ? render::EveryField() : fields, proxies, renderer);
+  const render::Choice choice =
+      render::ChooseByEvidence(*given_scene, fields.empty() ? render::EveryField() : fields, proxies,
+                               renderer, {.gpu_memory_mb = scene_args.gpu_memory_mb});
   result.choice = watch.Lap();
   result.why = choice.why.empty() ? "as asked" : choice.why;
   result.explained = choice.explained;
+  if (result.light) result.explained.push_back(result.light->explained);
 
   std::vector<int> used = result.split.given;
   used.insert(used.end(), result.split.test.begin(), result.split.test.end());

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
+#include "commands/explain.h"
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -112,7 +113,7 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
   proxies.push_back(render::ProxyFromName(mesh_file, scene->subject, args.dir));
   const render::Choice choice =
       render::ChooseByEvidence(*scene, {render::FieldOptions{}}, proxies, RendererFromName("auto"));
-  for (const ModelChoice& explained : choice.explained) fmt::print(stderr, "{}", ToText(explained));
+  SayWhy(true, false, choice.why, choice.explained);
   if (args.leave_out_every == 0)
     fmt::print(stderr, "(the mesh was made with the left-out views, too, and scores a little too well)\n");
 }

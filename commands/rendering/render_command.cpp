@@ -9,8 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
+#include "commands/explain.h"
 #include "commands/number_checks.h"
 #include "commands/rendering/aperture_options.h"
+#include "commands/rendering/chosen_model.h"
 #include "commands/rendering/scene_options.h"
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
@@ -242,8 +244,7 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
                                 {"ms_per_frame", report.MsPerFrame()},
                                 {"filled_share", report.Share(report.filled)},
                                 {"empty_share", report.Share(report.empty)}};
-    if (args.explain)
-      for (const ModelChoice& choice : explained) json["explain"].push_back(ToJson(choice));
+    if (args.explain) AddExplained(json, explained);
     fmt::print("{}\n", json.dump(1));
     return;
   }
@@ -296,7 +297,6 @@ struct ChosenRenderer {
   std::vector<ModelChoice> explained;
 };
 
-// Light is evened before anything is compared: fields that blend few views would else win where photographs differ.
 ChosenRenderer RendererOf(const RenderArgs& args, const render::PictureEncoding& encoding,
                           const std::shared_ptr<const render::RenderScene>& plain) {
   const std::string field = args.field == render::kAuto && args.aperture.Asked()
@@ -305,30 +305,22 @@ ChosenRenderer RendererOf(const RenderArgs& args, const render::PictureEncoding&
   render::FieldOptions details = FieldDetails(args.field_details);
   if (field != render::kAuto) details.kind = render::FieldFromName(field);
   const render::RendererKind kind = RendererFromName(args.renderer);
-  const auto proxies = render::ProxiesToTry(*plain, args.proxy, details, args.dir, kind);
-  auto scene = plain;
-  const auto light = LightOf(args, *plain, proxies.back());
-  if (light) scene = render::WithLight(*plain, *light);
-  const render::Choice choice = render::ChooseByName(*scene, field, details, proxies, kind);
-  ChosenRenderer chosen{nullptr, choice.explained};
-  if (light) chosen.explained.push_back(light->explained);
-  if (!args.explain && !choice.why.empty()) spdlog::info("{}", choice.why);
-  if (args.explain && !args.json)
-    for (const ModelChoice& explained : chosen.explained) fmt::print(stderr, "{}", ToText(explained));
+  const auto [scene, choice, explained] = ChooseModel(args, plain, args.proxy, field, details, kind);
+  SayWhy(args.explain, args.json, choice.why, explained);
   if (!choice.candidates.empty())
     spdlog::info("to skip this comparison the next time: {}", OptionsFor(args, choice));
   if (args.proxy == render::kAuto &&
       !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
     spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
-  chosen.renderer = render::MakeRenderer(render::WithProxy(*scene, choice.proxy),
-                                         {.field = choice.field,
-                                          .renderer = kind,
-                                          .fill = !args.no_fill,
-                                          .show_field = args.show_field,
-                                          .depth = encoding.format == render::PictureFormat::kExr,
-                                          .weights = args.weights,
-                                          .gpu_memory_mb = args.gpu_memory_mb});
-  return chosen;
+  return {render::MakeRenderer(render::WithProxy(*scene, choice.proxy),
+                               {.field = choice.field,
+                                .renderer = kind,
+                                .fill = !args.no_fill,
+                                .show_field = args.show_field,
+                                .depth = encoding.format == render::PictureFormat::kExr,
+                                .weights = args.weights,
+                                .gpu_memory_mb = args.gpu_memory_mb}),
+          explained};
 }
 
 int RunRender(const RenderArgs& args) {

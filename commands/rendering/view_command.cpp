@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -11,8 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
+#include "commands/explain.h"
 #include "commands/number_checks.h"
 #include "commands/rendering/aperture_options.h"
+#include "commands/rendering/chosen_model.h"
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -74,27 +77,21 @@ std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject&
   return proxies;
 }
 
-// In a thread of its own, since a renderer has a context of its own: the window's stays current in this one.
-render::Choice ChosenFor(const ViewArgs& args, const render::RenderScene& scene, const cv::Size& screen) {
-  const render::ViewerCamera camera = render::StartingCamera(scene);
-  const render::ChoiceOptions options{
-      .in_motion = render::InMotion{camera.For(screen), camera.CamFromWorld(), args.frame_ms}};
-  return std::async(std::launch::async,
-                    [&] {
-                      const auto kind = render::RendererKind::kGl;
-                      const auto proxies =
-                          render::ProxiesToTry(scene, args.proxy, FieldOf(args), args.dir, kind);
-                      return render::ChooseByName(scene, args.field, FieldDetails(args.field_details),
-                                                  proxies, kind, options);
-                    })
-      .get();
+// A window that is iconified has no size.
+cv::Size ScreenOf(const ViewArgs& args, const render::Surface& surface) {
+  const cv::Size size = surface.Size();
+  return size.empty() ? cv::Size(args.width, args.height) : size;
 }
 
-// What was chosen is what the viewer begins with.
-void Begin(const render::Choice& choice, render::ViewerOptions& options) {
+// What was chosen is what the viewer begins with. A file, a fitted plane and a mesh without its maps are offered under
+// another name than that of the proxy that they make.
+void Begin(const ViewArgs& args, const render::Choice& choice, render::ViewerOptions& options) {
   options.field = choice.field;
   const std::string name = choice.proxy->Name();
-  std::erase_if(options.proxies, [&](const render::OfferedProxy& proxy) { return proxy.name == name; });
+  const bool is_soft_without_maps = args.proxy == render::kAuto && name == "mesh";
+  std::erase_if(options.proxies, [&](const render::OfferedProxy& proxy) {
+    return proxy.name == name || proxy.name == args.proxy || (is_soft_without_maps && proxy.name == "soft");
+  });
   options.proxies.insert(options.proxies.begin(), {name, [proxy = choice.proxy] { return proxy; }});
 }
 
@@ -137,8 +134,8 @@ std::unique_ptr<render::Surface> OpenSurface(const ViewArgs& args) {
   }
 }
 
-// Shows a message while the light field is read.
-void ShowWaiting(render::Surface& surface) {
+// Shows a message while nothing can be drawn.
+void ShowWaiting(render::Surface& surface, const char* words) {
   auto painter = std::make_unique<render::Painter>();
   try {
     const cv::Size screen = surface.Size();
@@ -147,13 +144,61 @@ void ShowWaiting(render::Surface& surface) {
     surface.Bind();
     painter->Begin(screen, scale);
     painter->Box({0, 0, double(screen.width), double(screen.height)}, {18, 18, 18}, 0);
-    render::PlainPanels(*painter, screen, scale).Instruction("reading the light field", render::ink::kText);
+    render::PlainPanels(*painter, screen, scale).Instruction(words, render::ink::kText);
     painter->End();
     surface.Present();
   } catch (const render::SurfaceGone&) {
     render::Abandon(std::move(painter));
     throw;
   }
+}
+
+struct Left {};  // thrown where the window was closed
+
+// Until the work is done. Throws Left when the user leaves.
+template <typename Result>
+void HandleInput(render::Surface& surface, const std::future<Result>& work, const char* words) {
+  constexpr auto kBetweenLooks = std::chrono::milliseconds(50);
+  constexpr double kBetweenPictures = 2;  // in seconds: another window may have covered the last one
+  ShowWaiting(surface, words);
+  auto shown = SteadyClock::now();
+  cv::Size shown_size = surface.Size();
+  render::ViewerInput input({}, 1, 0);
+  while (work.wait_for(kBetweenLooks) != std::future_status::ready) {
+    for (const render::InputEvent& event : surface.TakeEvents(0)) input.Handle(event, surface.Size());
+    for (const render::ViewerRequest& request : input.TakeRequests()) {
+      if (request.what == render::ViewerRequest::kLeave) throw Left();
+      if (request.what == render::ViewerRequest::kFullScreen) surface.ToggleFullScreen();
+    }
+    if (surface.Size() == shown_size && SecondsSince(shown) < kBetweenPictures) continue;
+    ShowWaiting(surface, words);
+    shown = SteadyClock::now();
+    shown_size = surface.Size();
+  }
+}
+
+// In a thread of its own, since a renderer has a context of its own: the window's stays current in this one, and its
+// events are handled. Throws Left.
+ChosenModel ChosenFor(const ViewArgs& args, const std::shared_ptr<const render::RenderScene>& scene,
+                      render::Surface& surface) {
+  const render::ViewerCamera camera = render::StartingCamera(*scene);
+  std::atomic<bool> goes_on = true;
+  render::ChoiceOptions options{.in_motion = render::InMotion{camera.For(ScreenOf(args, surface)),
+                                                              camera.CamFromWorld(), args.frame_ms}};
+  options.between = [&] {
+    if (!goes_on) throw Left();
+  };
+  auto chosen = std::async(std::launch::async, [&] {
+    return ChooseModel(args, scene, args.proxy, args.field, FieldOf(args), render::RendererKind::kGl,
+                       options);
+  });
+  try {
+    if (args.screenshot.empty()) HandleInput(surface, chosen, "comparing fields and geometry");
+  } catch (...) {
+    goes_on = false;  // else the future would wait for the whole comparison
+    throw;
+  }
+  return chosen.get();
 }
 
 // Times since the start. A picture is complete when no photograph is missing.
@@ -172,8 +217,7 @@ void Report(const ViewArgs& args, const render::Viewer& viewer, const FirstPictu
                                 {"field", render::FieldName(viewer.renderer().field().kind)},
                                 {"proxy", viewer.renderer().scene().proxy->Name()},
                                 {"renderer", viewer.renderer().Name()}};
-    if (args.explain)
-      for (const ModelChoice& choice : explained) json["explain"].push_back(ToJson(choice));
+    if (args.explain) AddExplained(json, explained);
     fmt::print("{}\n", json.dump());
     return;
   }
@@ -219,11 +263,11 @@ int RunView(const ViewArgs& args) {
   auto surface = OpenSurface(args);
   std::unique_ptr<render::Viewer> viewer;
   try {
-    if (args.screenshot.empty()) ShowWaiting(*surface);
+    if (args.screenshot.empty()) ShowWaiting(*surface, "reading the light field");
     auto scene = Load(args);
     spdlog::info("{}", scene->mesh.Description());
     const auto proxies = ProxiesOf(args, scene->subject);
-    if (args.light == "fit")
+    if (args.light == "fit" && args.frame_ms == 0)
       if (const auto light = LightOf(args, *scene, proxies.front().make()))
         scene = render::WithLight(*scene, *light);
     render::ViewerOptions options{.field = field,
@@ -234,16 +278,17 @@ int RunView(const ViewArgs& args) {
                                   .reduces_motion = args.screenshot.empty()};
     std::vector<ModelChoice> explained;
     if (args.frame_ms > 0) {
-      const render::Choice choice = ChosenFor(args, *scene, surface->Size());
-      Begin(choice, options);
-      explained = choice.explained;
-      if (!args.explain && !choice.why.empty()) spdlog::info("{}", choice.why);
-      if (args.explain && !args.json)
-        for (const ModelChoice& one : explained) fmt::print(stderr, "{}", ToText(one));
+      const ChosenModel chosen = ChosenFor(args, scene, *surface);
+      scene = chosen.scene;
+      Begin(args, chosen.choice, options);
+      explained = chosen.explained;
+      SayWhy(args.explain, args.json, chosen.choice.why, explained);
     }
     viewer = std::make_unique<render::Viewer>(*surface, scene, options);
-    Open(args.aperture, surface->Size(), *viewer);
+    Open(args.aperture, ScreenOf(args, *surface), *viewer);
     Report(args, *viewer, Show(args, start, *surface, *viewer), explained);
+  } catch (const Left&) {
+    spdlog::info("closed while fields and geometry were compared");
   } catch (const render::SurfaceGone& gone) {
     render::Abandon(std::move(viewer));
     render::Abandon(std::move(surface));
@@ -264,14 +309,16 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
   AddSceneOptions(*sub, *args);
   sub->remove_option(sub->get_option("--renderer"));
-  sub->add_option("--field", args->field,
-                  "Blending field at the start: subdivision (auto), linear, lumigraph, lumigraph-per-pixel, "
-                  "nearest, soft");
+  sub->add_option(
+      "--field", args->field,
+      "Blending field at the start: auto (subdivision; with --frame-ms the best that is quick enough), "
+      "subdivision, linear, lumigraph, lumigraph-per-pixel, nearest, soft");
   AddFieldDetails(*sub, args->field_details);
   sub->add_option("--proxy", args->proxy,
                   "Geometry at the start: auto (the light field's mesh, with its depth maps where there are "
                   "some, else its tracked points, else the "
-                  "plane), mesh (DIR/proxy.ply), soft (with DIR/depth), points, planes, plane, plane:0.9, "
+                  "plane; with --frame-ms the best that is quick enough), mesh (DIR/proxy.ply), soft (with "
+                  "DIR/depth), points, planes, plane, plane:0.9, "
                   "plane:x,y,z,d, or a PLY or OBJ file");
   auto* frame_ms =
       sub->add_option(

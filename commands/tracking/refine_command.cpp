@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "commands/commands.h"
+#include "commands/explain.h"
 #include "commands/number_checks.h"
 #include "core/base/at.h"
 #include "core/base/counted.h"
@@ -302,16 +303,14 @@ int RunRefine(const RefineArgs& args) {
     }
   if (args.json) {
     nlohmann::ordered_json json = ToJson(before, result, args, cost);
-    if (args.explain)
-      for (const ModelChoice& choice : Explained(result)) json["explain"].push_back(ToJson(choice));
+    if (args.explain) AddExplained(json, Explained(result));
     if (coverage) json["covered"] = {{"before", coverage->before}, {"after", coverage->after}};
     if (errors) json["truth"] = ToJson(*errors);
     fmt::print("{}\n", json.dump(2));
   } else {
     PrintText(dir, before, result, args, cost);
     if (coverage) fmt::print("{}", ToText(*coverage));
-    if (args.explain)
-      for (const ModelChoice& choice : Explained(result)) fmt::print("{}", ToText(choice));
+    if (args.explain) fmt::print("{}", ExplainedText(Explained(result)));
     if (errors) fmt::print("{}", ToText(*errors));
   }
   std::fflush(stdout);

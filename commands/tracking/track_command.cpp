@@ -15,6 +15,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/replay_device.h"
 #include "commands/commands.h"
+#include "commands/explain.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/readout_option.h"
 #include "commands/tracking/track_report.h"
@@ -220,13 +221,11 @@ int RunTrack(const TrackArgs& args) {
   const TrackErrors* compared = errors ? &*errors : nullptr;
   if (args.json) {
     nlohmann::ordered_json json = ToJson(run, compared);
-    if (args.explain)
-      for (const ModelChoice& choice : Explained(run)) json["explain"].push_back(ToJson(choice));
+    if (args.explain) AddExplained(json, Explained(run));
     fmt::print("{}\n", json.dump(2));
   } else {
     fmt::print("{}", ToText(run, compared));
-    if (args.explain)
-      for (const ModelChoice& choice : Explained(run)) fmt::print("{}", ToText(choice));
+    if (args.explain) fmt::print("{}", ExplainedText(Explained(run)));
   }
   std::fflush(stdout);
   if (!args.plot.empty() && run.live.empty())

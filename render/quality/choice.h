@@ -9,6 +9,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -56,7 +57,9 @@ struct ChoiceOptions {
   // By how much the soft field must be better than what is chosen among the others. About what such a comparison tells
   // by chance. Guessed.
   double soft_gain_db = 0.1;
-  std::optional<InMotion> in_motion;  // none: for files
+  // The narrow soft field, which is quicker, is taken where it is at most this much worse than the wide one. Guessed.
+  double narrow_within_db = 0.05;
+  std::optional<InMotion> in_motion = {};  // none: for files
   // With fewer views nothing is left out and compared. Guessed.
   int fewest_views = 10;
   int views_left_out = 8;  // about, evenly through the light field. Guessed.
@@ -64,14 +67,17 @@ struct ChoiceOptions {
   // Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own size: what good
   // geometry gains, small pictures do not show. Guessed.
   int detailed_size_px = 1600, window_px = 400;
+  double gpu_memory_mb = 0;            // RenderOptions::gpu_memory_mb
+  std::function<void()> between = {};  // called before each picture; what it throws ends the comparison
 };
 
 // The first of the candidates (at least one) that is within `within_db` of the best.
 const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates,
                                          double within_db = ChoiceOptions().within_db);
 
-// Of candidates that differ by their field (at least one): the best soft field where it gains ChoiceOptions::soft_gain_db
-// on the first of the others within tolerance.
+// Of candidates that differ by their field (at least one): the soft field (the first within
+// ChoiceOptions::narrow_within_db of the best) where it gains ChoiceOptions::soft_gain_db on the first of the others
+// within tolerance.
 const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
                                    const ChoiceOptions& options = {});
 

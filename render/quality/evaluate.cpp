@@ -168,6 +168,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
     FieldScore result{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
     std::vector<double> times;
     for (const Truth& truth : truths) {
+      if (options.between) options.between();
       const ViewScore score = Score(*renderer, truth, options.look);
       result.views.push_back(score);
       result.filled_px += score.filled_px;

@@ -38,6 +38,7 @@ struct EvaluateOptions {
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
   int window_px = 0;         // only the middle of each picture, at most so wide and high; 0: all of it
   std::function<void(const ComparedPicture&)> look = {};
+  std::function<void()> between = {};  // called before each picture; what it throws ends the evaluation
 };
 
 struct ViewScore {

@@ -100,6 +100,9 @@ TEST_F(ProtocolCommand, NothingIsMadeFromTheTestViews) {
   EXPECT_LT(spoiled["mean"]["psnr_db"], 12);
   EXPECT_THAT(whole["chosen_by"].get<std::string>(),
               AllOf(HasSubstr("plane"), HasSubstr("points"), HasSubstr("soft")));
+  std::vector<std::string> questions;
+  for (const json& choice : whole["explain"]) questions.push_back(choice["question"]);
+  EXPECT_THAT(questions, testing::IsSupersetOf({"proxy", "blending field"}));
 }
 
 // Poses that are off are mended, and still nothing is made from the test views but their own places.

@@ -1,5 +1,6 @@
 // Tests: commands/rendering/render_command, commands/rendering/evaluate_command,
-// commands/rendering/scene_options, render/quality/evaluate, render/proxy/proxy_choice.
+// commands/rendering/scene_options, commands/rendering/chosen_model, commands/explain, render/quality/evaluate,
+// render/proxy/proxy_choice.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -4,11 +4,13 @@
 // there is none.
 #include <gmock/gmock.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/atomic_file.h"
+#include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
@@ -18,8 +20,11 @@
 namespace ulf::test {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 class ViewCommand : public ::testing::Test {
  protected:
@@ -62,19 +67,68 @@ TEST_F(ViewCommand, BeginsWithTheBestThatIsQuickEnough) {
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return nlohmann::json::parse(result.output);
   };
-  for (const char* frame_ms : {"--frame-ms 100000", "--frame-ms 0.001"}) {
-    const auto begun = report(frame_ms);
+  for (const bool in_time : {true, false}) {
+    const auto begun = report(in_time ? "--frame-ms 100000" : "--frame-ms 0.001");
     const auto& explained = begun["explain"];
-    ASSERT_EQ(explained.size(), 2u) << frame_ms;
-    EXPECT_THAT(explained[0]["criterion"].get<std::string>(), HasSubstr("for a picture of 160x120"));
-    for (const auto& candidate : explained[0]["candidates"])
-      EXPECT_TRUE(!candidate["chosen"] || begun["proxy"] == candidate["model"]) << candidate;
-    for (const auto& candidate : explained[1]["candidates"])
-      EXPECT_TRUE(!candidate["chosen"] ||
-                  candidate["model"].get<std::string>().starts_with(begun["field"].get<std::string>()))
-          << candidate;
+    ASSERT_EQ(explained.size(), 2u) << in_time;
+    for (const auto& question : explained) {
+      EXPECT_THAT(
+          question["criterion"].get<std::string>(),
+          AllOf(StartsWith(in_time ? "of those that take at most 100000 ms" : "none takes at most 0.001 ms"),
+                HasSubstr("for a picture of 160x120")));
+      std::vector<std::string> chosen;
+      double chosen_s = 0, least_s = 1e9;
+      for (const auto& candidate : question["candidates"]) {
+        double psnr_db = 0, seconds = 0;
+        const auto evidence = candidate["evidence"].get<std::string>();
+        ASSERT_EQ(std::sscanf(evidence.c_str(), "%lf dB, %lf s", &psnr_db, &seconds), 2) << evidence;
+        least_s = std::min(least_s, seconds);
+        if (!candidate["chosen"]) continue;
+        chosen.push_back(candidate["model"]);
+        chosen_s = seconds;
+      }
+      ASSERT_EQ(chosen.size(), 1u) << question;
+      EXPECT_THAT(chosen[0],
+                  StartsWith(begun[question["question"] == "proxy" ? "proxy" : "field"].get<std::string>()));
+      EXPECT_TRUE(in_time || chosen_s == least_s) << question;
+    }
   }
   EXPECT_EQ(RunUlf("view " + dir_.string() + " --explain").exit_code, 2) << "nothing is compared";
+  for (const char* refused : {"0", "-1", "nan"}) {
+    const auto result = RunUlf(view + "--frame-ms " + refused);
+    EXPECT_EQ(result.exit_code, 2) << refused;
+    EXPECT_THAT(result.errors, AllOf(HasSubstr("--frame-ms"), HasSubstr("not a number above 0"))) << refused;
+  }
+}
+
+TEST_F(ViewCommand, OffersWhatItBeginsWithOnce) {
+  TriangleMesh plane = *PlaneAndSquare();
+  plane.triangles.resize(2);
+  const std::string mesh = (scratch_ / "other.ply").string();
+  WriteMeshPly(mesh, plane);
+  const auto next = RunUlf("view " + dir_.string() + " --width 160 --height 120 --frame-ms 100000 --proxy " +
+                           mesh + " --keys p --json --screenshot " + (scratch_ / "a.png").string());
+  ASSERT_EQ(next.exit_code, 0) << next.errors;
+  EXPECT_EQ(nlohmann::json::parse(next.output)["proxy"], "plane");
+}
+
+TEST_F(ViewCommand, ComparesInEvenLight) {
+  TriangleMesh plane = *PlaneAndSquare();
+  plane.triangles.resize(2);
+  WriteMeshPly(dir_ / "proxy.ply", plane);
+  const auto questions = [&](const std::string& options) {
+    const auto result =
+        RunUlf("view " + dir_.string() + " --width 160 --height 120 --frame-ms 100000 --explain --json " +
+               options + " --screenshot " + (scratch_ / "a.png").string());
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    std::vector<std::string> asked;
+    const auto report = nlohmann::json::parse(result.output);
+    for (const auto& choice : report["explain"]) asked.push_back(choice["question"]);
+    return asked;
+  };
+  EXPECT_THAT(questions("--light as-recorded"), ElementsAre("proxy", "blending field"));
+  // These exposures are not known.
+  EXPECT_THAT(questions(""), ElementsAre("proxy", "blending field", HasSubstr("light")));
 }
 
 TEST_F(ViewCommand, TheLensIsThatOfTheCommandLine) {
@@ -175,6 +229,15 @@ TEST_F(ViewCommand, IsLeftByAPersonAndOutlivesItsDisplayServer) {
     person.Press("Left");
     person.Press("q");
     EXPECT_THAT(view.ReadUntil("first_picture_s", 30), HasSubstr("\"frames\":"));
+    EXPECT_EQ(view.Wait(30), 0);
+  }
+  {
+    ChildProcess view({"/bin/bash", "-c",
+                       fmt::format("exec env DISPLAY={} {} view {} --frame-ms 50 --json 2>&1", display,
+                                   std::getenv("ULF_BINARY"), dir_.string())});
+    X11Person person(title, display);
+    person.CloseWindow();
+    EXPECT_THAT(view.ReadUntil("compared", 30), Not(HasSubstr("\"frames\":"))) << "closed before";
     EXPECT_EQ(view.Wait(30), 0);
   }
   ChildProcess view = start();
