@@ -75,11 +75,14 @@ std::string PngOf(const ViewDepthMap& map) {
 
 // Remains of former maps; other programs may keep files of their own in a folder of this name.
 void RemoveFormerMaps(const fs::path& folder, const std::set<std::string>& kept) {
-  static const std::regex kOurs("[0-9]{6,}-[0-9a-f]{8}\\.png");
+  static const std::string kMap = "[0-9]{6,}-[0-9a-f]{8}\\.png";
+  static const std::regex kOurs(kMap), kOurTemporaries("(" + kMap + "|maps\\.json)\\.[0-9]+-[0-9]+\\.part");
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
     const std::string name = entry.path().filename().string();
-    if (!kept.contains(name) && std::regex_match(name, kOurs)) fs::remove(entry.path(), ignored);
+    if (kept.contains(name)) continue;
+    if (std::regex_match(name, kOurs) || (std::regex_match(name, kOurTemporaries) && IsLeftTemporary(entry)))
+      fs::remove(entry.path(), ignored);
   }
 }
 
@@ -128,6 +131,7 @@ void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_
                 .dump(1) +
             "\n");
   } catch (...) {
+    // The new index is not there: WriteFileAtomically throws nothing after its rename.
     for (FileBatch& batch : batches) batch.TakeBack();
     std::error_code stays;  // with files of other programs
     if (is_new) fs::remove(folder, stays);

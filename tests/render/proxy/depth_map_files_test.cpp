@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -103,6 +104,19 @@ TEST_F(DepthMapFiles, NewOnesReplaceOldOnesAndAKillBetweenLeavesTheOld) {
   WriteFileAtomically(dir_ / kDepthMapsFolder / "maps.json", old_index);
   EXPECT_GT(FilesInFolder(), others.size() + 1) << "old and new names differ";
   EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
+  // Temporary files, too, one of them young enough to be another program's that is still writing.
+  const auto temporary = [&](const char* name, std::chrono::hours age) {
+    WriteFileAtomically(dir_ / kDepthMapsFolder / name, "half");
+    fs::last_write_time(dir_ / kDepthMapsFolder / name, fs::file_time_type::clock::now() - age);
+  };
+  temporary("000001-0123abcd.png.77-3.part", std::chrono::hours(2));
+  temporary("maps.json.77-4.part", std::chrono::hours(2));
+  temporary("000002-0123abcd.png.78-3.part", std::chrono::hours(0));
+  temporary("scan.png.77-3.part", std::chrono::hours(2));
+  WriteDepthMaps(dir_, light_field_, maps_);
+  EXPECT_EQ(FilesInFolder(), maps_.size() + 3) << "the young one, and the one of another program";
+  EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "000002-0123abcd.png.78-3.part"));
+  EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "scan.png.77-3.part"));
 }
 
 class DepthMapFilesOnASmallDisk : public DepthMapFiles {
