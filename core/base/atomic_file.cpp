@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -268,6 +269,13 @@ std::uint64_t FreeBytes(const fs::path& folder) {
   struct statvfs room {};
   if (statvfs(folder.c_str(), &room) != 0) return std::numeric_limits<std::uint64_t>::max();
   return static_cast<std::uint64_t>(room.f_bavail) * room.f_frsize;
+}
+
+bool IsLeftTemporary(const fs::directory_entry& entry) {
+  constexpr std::chrono::hours kLeastAge{1};  // Guessed.
+  std::error_code gone;
+  return entry.path().string().ends_with(kTemporaryEnding) &&
+         entry.last_write_time(gone) < fs::file_time_type::clock::now() - kLeastAge && !gone;
 }
 
 std::string ReadWholeFile(const fs::path& path) {

@@ -13,7 +13,8 @@
 namespace ulf {
 
 // Writes a temporary file beside `path`, syncs it, renames it and syncs the folder. Throws DiskFullError, or
-// Error where writing is not permitted; then the file at `path`, if there was one, is unchanged.
+// Error where writing is not permitted; then the file at `path`, if there was one, is unchanged: nothing throws
+// after the rename.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 // The bytes of a file to be written. They may exist already, or be made while they are written, so that a
@@ -86,5 +87,8 @@ std::string ReadWholeFile(const std::filesystem::path& path);
 
 // The ending of all temporary names. Files with it that a killed process left are safe to remove.
 inline constexpr std::string_view kTemporaryEnding = ".part";
+
+// Whether it is a temporary file that a killed process left: one that is younger than an hour may still be written.
+bool IsLeftTemporary(const std::filesystem::directory_entry& entry);
 
 }  // namespace ulf

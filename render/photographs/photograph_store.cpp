@@ -66,13 +66,10 @@ std::uint64_t FileStamp(const fs::path& path) {
 // Removes temporary files of killed programs.
 void RemoveOldTemporaries(const fs::path& folder) {
   std::error_code refused;
-  constexpr std::chrono::hours kLeastAge{1};  // another program may still write younger ones. Guessed.
-  const auto old = fs::file_time_type::clock::now() - kLeastAge;
   for (fs::directory_iterator entry(folder, refused), end; !refused && entry != end;
        entry.increment(refused)) {
     std::error_code gone;
-    if (entry->path().string().ends_with(kTemporaryEnding) && entry->last_write_time(gone) < old && !gone)
-      fs::remove(entry->path(), gone);
+    if (IsLeftTemporary(*entry)) fs::remove(entry->path(), gone);
   }
 }
 

@@ -75,11 +75,14 @@ std::string PngOf(const ViewDepthMap& map) {
 
 // Remains of former maps; other programs may keep files of their own in a folder of this name.
 void RemoveFormerMaps(const fs::path& folder, const std::set<std::string>& kept) {
-  static const std::regex kOurs("[0-9]{6,}-[0-9a-f]{8}\\.png");
+  static const std::string kMap = "[0-9]{6,}-[0-9a-f]{8}\\.png";
+  static const std::regex kOurs(kMap), kOurTemporaries("(" + kMap + "|maps\\.json)\\.[0-9]+-[0-9]+\\.part");
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
     const std::string name = entry.path().filename().string();
-    if (!kept.contains(name) && std::regex_match(name, kOurs)) fs::remove(entry.path(), ignored);
+    if (kept.contains(name)) continue;
+    if (std::regex_match(name, kOurs) || (std::regex_match(name, kOurTemporaries) && IsLeftTemporary(entry)))
+      fs::remove(entry.path(), ignored);
   }
 }
 
@@ -88,7 +91,61 @@ std::string MeshChecksum(const fs::path& light_field_folder) {
   return fs::exists(mesh) ? fmt::format("{:016x}", FastChecksumOf(ReadWholeFile(mesh))) : std::string();
 }
 
+// The files that an index names, itself the last.
+std::vector<std::string> FilesOf(const fs::path& folder) {
+  std::vector<std::string> names;
+  const nlohmann::json json = nlohmann::json::parse(ReadWholeFile(folder / kIndex), nullptr, false);
+  if (json.is_object() && json.contains("maps") && json["maps"].is_array())
+    for (const nlohmann::json& entry : json["maps"]) {
+      if (!entry.is_object() || !entry.contains("file") || !entry["file"].is_string()) continue;
+      const fs::path name = entry["file"].get<std::string>();
+      if (name.filename() == name && fs::is_regular_file(folder / name)) names.push_back(name.string());
+    }
+  names.emplace_back(kIndex);
+  return names;
+}
+
+fs::path MakeFreeFolder(const fs::path& folder) {
+  MakeFolder(FolderOf(folder));
+  fs::path name = folder;
+  for (int number = 2; !fs::create_directory(name); ++number)
+    name = fmt::format("{}-{}", folder.string(), number);
+  return name;
+}
+
 }  // namespace
+
+std::size_t TakeOutMovedMaps(const LightField& light_field, const std::map<int, Rigid3>& made_under,
+                             std::map<int, ViewDepthMap>& maps) {
+  // A map of 320 pixels is that exact where it is at its best. Guessed.
+  constexpr double kMost_px = 0.1;
+  std::size_t moved = 0;
+  std::erase_if(maps, [&](const auto& id_and_map) {
+    const auto& [id, map] = id_and_map;
+    const auto view = std::ranges::find(light_field.views, id, &View::id);
+    if (view == light_field.views.end()) return true;
+    const auto then = made_under.find(id);
+    const double distance =
+        light_field.subject ? (view->cam_from_world * light_field.subject->center_in_world).norm() : 1;
+    const bool has_moved = then == made_under.end() ||
+                           !(MovedPx(map.camera, then->second, view->cam_from_world, distance) <= kMost_px);
+    moved += has_moved;
+    return has_moved;
+  });
+  return moved;
+}
+
+std::optional<fs::path> MoveDepthMapsToKept(const fs::path& light_field_folder) {
+  if (!HasDepthMaps(light_field_folder)) return std::nullopt;
+  const fs::path folder = light_field_folder / kDepthMapsFolder;
+  const std::vector<std::string> names = FilesOf(folder);
+  const fs::path kept = MakeFreeFolder(light_field_folder / "kept" / kDepthMapsFolder);
+  for (const std::string& name : names) MoveWithoutReplacing(folder / name, kept / name);
+  SyncFolder(kept);
+  std::error_code stays;  // with files of other programs
+  fs::remove(folder, stays);
+  return kept;
+}
 
 void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_field,
                     const std::map<int, ViewDepthMap>& maps) {
@@ -128,6 +185,7 @@ void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_
                 .dump(1) +
             "\n");
   } catch (...) {
+    // The new index is not there: WriteFileAtomically throws nothing after its rename.
     for (FileBatch& batch : batches) batch.TakeBack();
     std::error_code stays;  // with files of other programs
     if (is_new) fs::remove(folder, stays);

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 #include "core/light_field/light_field.h"
 #include "render/proxy/soft_proxy.h"
@@ -23,6 +24,16 @@ inline constexpr char kDepthMapsFolder[] = "depth";
 // no other file. Throws DiskFullError, Error: then nothing that it wrote is left, and what was there stays.
 void WriteDepthMaps(const std::filesystem::path& light_field_folder, const LightField& light_field,
                     const std::map<int, ViewDepthMap>& maps);
+
+// Takes out the maps of views that `light_field` does not have, and those that are not bound to the pose that the view has
+// there: `made_under` has another, by more than a tenth of a pixel at the subject. Returns how many of the latter. (Maps
+// whose views all moved as one would be right nevertheless; nothing here tells.)
+std::size_t TakeOutMovedMaps(const LightField& light_field, const std::map<int, Rigid3>& made_under,
+                             std::map<int, ViewDepthMap>& maps);
+
+// Moves maps.json and the maps that it names to kept/depth, or the next free name; other files stay. Returns that folder;
+// none: there are no maps. Throws Error; then each file is in one of the two folders. A kill leaves the same.
+std::optional<std::filesystem::path> MoveDepthMapsToKept(const std::filesystem::path& light_field_folder);
 
 bool HasDepthMaps(const std::filesystem::path& light_field_folder);
 

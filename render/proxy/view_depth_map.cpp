@@ -30,4 +30,10 @@ ViewDepthMap DepthMapOfMesh(const TriangleMesh& mesh, const CameraModel& camera,
   return MakeViewDepthMap(camera, inverse_depth, step);
 }
 
+double MovedPx(const CameraModel& camera, const Rigid3& then, const Rigid3& now, double distance) {
+  const double turned = now.rotation.angularDistance(then.rotation);
+  const double shifted = (now.OriginInSource() - then.OriginInSource()).norm();
+  return camera.MeanFocalPx() * std::max(turned, shifted / distance);
+}
+
 }  // namespace ulf::render

@@ -30,6 +30,9 @@ ViewDepthMap MakeViewDepthMap(const CameraModel& camera, const cv::Mat& inverse_
 ViewDepthMap DepthMapOfMesh(const TriangleMesh& mesh, const CameraModel& camera, const Rigid3& cam_from_world,
                             double step);
 
+// How far what a view shows at `distance` moves in its image, at most, where its pose changes; pixels of `camera`.
+double MovedPx(const CameraModel& camera, const Rigid3& then, const Rigid3& now, double distance);
+
 // Makes or reads the map at the first Get(), in that thread: a picture needs the maps of a few of many views.
 class LazyDepthMap {
  public:

@@ -164,10 +164,8 @@ bool GrowingGeometry::HaveMovedSince(const std::map<int, Rigid3>& then, double m
     const Entry* entry = Find(id);
     if (!entry || !entry->map) return true;
     const StereoView& view = entry->view;
-    const double turned = view.cam_from_world.rotation.angularDistance(pose.rotation);
-    const double shifted = (view.center_in_world - pose.OriginInSource()).norm();
     const double distance = subject_ ? (subject_->center_in_world - view.center_in_world).norm() : 1;
-    return view.camera.MeanFocalPx() * std::max(turned, shifted / distance) > most_px;
+    return MovedPx(view.camera, pose, view.cam_from_world, distance) > most_px;
   });
 }
 

@@ -129,20 +129,25 @@ std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesys
     finished.maps_for_rendering.clear();
     return finished;
   }
-  finished.written_maps = WriteMaps(root, std::exchange(finished.maps_for_rendering, {}));
+  finished.written_maps = WriteMaps(root, std::exchange(finished.maps_for_rendering, {}), finished.map_poses);
   finished.seconds += writing.LapSeconds();
   return finished;
 }
 
 // Beside the mesh that is there now; returns how many.
-int CaptureRecord::WriteMaps(const std::filesystem::path& root, std::map<int, render::ViewDepthMap> maps) {
+int CaptureRecord::WriteMaps(const std::filesystem::path& root, std::map<int, render::ViewDepthMap> maps,
+                             const std::map<int, Rigid3>& poses) {
   try {
+    // They are of the mesh that was there, as fine as it may be.
+    if (const auto kept = render::MoveDepthMapsToKept(root))
+      say_(fmt::format("the depth maps that were there are kept: {}", kept->string()));
     // As whoever renders reads it: the maps are bound to these poses.
     const LightField light_field = ReadLightField(root);
-    std::erase_if(maps, [&](const auto& id_and_map) {
-      return std::ranges::find(light_field.views, id_and_map.first, &View::id) == light_field.views.end();
-    });
-    // Without any, which geometry has said: what is there is of another mesh and does not count.
+    if (const std::size_t moved = render::TakeOutMovedMaps(light_field, poses, maps); moved > 0)
+      say_(
+          fmt::format("geometry: {} made under other poses than the recorded ones and left out; ulf proxy "
+                      "makes them",
+                      moved == 1 ? "one depth map was" : fmt::format("{} depth maps were", moved)));
     if (!maps.empty()) render::WriteDepthMaps(root, light_field, maps);
     return static_cast<int>(maps.size());
   } catch (const std::exception& error) {

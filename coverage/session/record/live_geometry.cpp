@@ -324,7 +324,9 @@ FinishedGeometry LiveGeometry::Finish() {
     world.growing.MakeMissingMaps(std::max(most_s - SecondsSince(start), most_s / 2));
     finished.maps = world.growing.maps();
     finished.missing_maps = world.growing.MissingMaps();
-    finished.mesh = MakeMesh(world, MeshFor::kEnd).mesh;
+    Meshed meshed = MakeMesh(world, MeshFor::kEnd);
+    finished.mesh = std::move(meshed.mesh);
+    finished.map_poses = std::move(meshed.poses);
     {
       const MutexLock lock(mutex_);
       state_.mesh = finished.mesh;

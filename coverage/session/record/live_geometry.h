@@ -60,8 +60,9 @@ struct FinishedGeometry {
   int maps = 0, missing_maps = 0;        // missing: there was no time for them
   // Of the mesh's maps, under the views' last poses, for the renderer; by View::id. Empty without a mesh.
   std::map<int, render::ViewDepthMap> maps_for_rendering;
-  int written_maps = 0;    // of these; by whoever owns the light field
-  int views_left_out = 0;  // there was no time even to look at them
+  std::map<int, Rigid3> map_poses;  // these last poses
+  int written_maps = 0;             // of these; by whoever owns the light field
+  int views_left_out = 0;           // there was no time even to look at them
   double seconds = 0;
 };
 

@@ -12,14 +12,18 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "acquisition/simulator/scene/scene.h"
+#include "acquisition/simulator/simulated_camera.h"
+#include "core/base/device_uri.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/geometry/similarity3.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
@@ -78,6 +82,22 @@ std::map<std::pair<std::string, std::string>, double> SubjectDb(const fs::path& 
   return db;
 }
 
+// Of the depths along the map's rays, as the scene has them.
+std::vector<double> DepthErrors(const ViewDepthMap& map, const Rigid3& cam_from_world, const Scene& scene,
+                                const Similarity3& scene_from_world) {
+  std::vector<double> errors;
+  const Eigen::Vector3d origin = scene_from_world * cam_from_world.OriginInSource();
+  for (int y = 5; y < map.camera.height - 5; y += 5)
+    for (int x = 5; x < map.camera.width - 5; x += 5) {
+      const Eigen::Vector3d ray = map.camera.RayFromImg({x + 0.5, y + 0.5})->normalized();
+      const double depth =
+          scene.DepthAlong(origin, scene_from_world.rotation * cam_from_world.DirectionInSource(ray)) *
+          ray.z();
+      errors.push_back(std::abs(map.InverseDepthAt(x, y) * depth / scene_from_world.scale - 1));
+    }
+  return errors;
+}
+
 TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
@@ -98,16 +118,8 @@ TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
   for (const View& view : ReadLightField(dir).views) {
     const auto found = reading.maps.find(view.id);
     if (found == reading.maps.end()) continue;
-    const ViewDepthMap& map = found->second->Get();
-    std::vector<double> errors;
-    for (int y = 5; y < map.camera.height - 5; y += 5)
-      for (int x = 5; x < map.camera.width - 5; x += 5) {
-        const auto ray = map.camera.RayFromImg({x + 0.5, y + 0.5});
-        const double depth = scene->DepthAlong(view.cam_from_world.OriginInSource(),
-                                               view.cam_from_world.DirectionInSource(ray->normalized())) *
-                             ray->normalized().z();
-        errors.push_back(std::abs(map.InverseDepthAt(x, y) * depth - 1));
-      }
+    const std::vector<double> errors =
+        DepthErrors(found->second->Get(), view.cam_from_world, *scene, Similarity3());
     EXPECT_LT(Quantile(errors, 0.5), 0.005) << view.id;
     EXPECT_LT(Quantile(errors, 0.8), 0.05) << view.id;
   }
@@ -125,16 +137,41 @@ TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
 TEST(GeometryCapture, SoftFieldTakesTheDepthMapsOfCorrectedPoses) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
-  const CommandResult run = RunUlf(
-      "capture 'sim:studio?width=320&height=240&look_away=0' --headless --quality fast --frames 120 -o " +
-      dir.string());
+  const std::string device = "sim:studio?width=320&height=240&look_away=0";
+  const CommandResult run =
+      RunUlf("capture '" + device + "' --headless --quality fast --frames 120 -o " + dir.string());
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.output, ::testing::ContainsRegex("proxy.ply, [0-9]+ in depth/\n"));
+  std::smatch counts;
+  ASSERT_TRUE(std::regex_search(run.output, counts,
+                                std::regex("of ([0-9]+) depth maps, .*: proxy.ply, ([0-9]+) in depth/\n")))
+      << run.output;
+  EXPECT_EQ(counts[1], counts[2]) << "none was made under poses that are not the light field's";
   EXPECT_THAT(BytesOf(dir / "journal.jsonl"), HasSubstr("pose_update"));
-  EXPECT_EQ(MapsOf(dir).stale, 0u);
-  auto db = SubjectDb(dir, "--fields lumigraph,soft --proxy mesh --proxy soft");
-  ASSERT_TRUE((db.contains({"soft", "soft"}) && db.contains({"lumigraph", "mesh"})));
-  EXPECT_GT((db[{"soft", "soft"}]), (db[{"lumigraph", "mesh"}]) - 0.3);
+  const DepthMapReading reading = MapsOf(dir);
+  EXPECT_EQ(reading.stale, 0u);
+  ASSERT_GE(reading.maps.size(), 4u);
+  EXPECT_EQ(std::to_string(reading.maps.size()), counts[2]);
+  const LightField light_field = ReadLightField(dir);
+  const acquisition::SimulatedCamera camera(
+      acquisition::SimulationOptions::FromUri(DeviceUri::Parse(device)));
+  std::vector<Eigen::Vector3d> recorded, truth;
+  for (const View& view : light_field.views) {
+    recorded.push_back(view.cam_from_world.OriginInSource());
+    truth.push_back(camera.hand().CamFromWorld(view.device_time_s).OriginInSource());
+  }
+  const auto scene_from_world = AlignPoints(recorded, truth);
+  ASSERT_TRUE(scene_from_world);
+  std::vector<double> errors;
+  for (const View& view : light_field.views)
+    if (const auto found = reading.maps.find(view.id); found != reading.maps.end())
+      for (const double error :
+           DepthErrors(found->second->Get(), view.cam_from_world, camera.scene(), *scene_from_world))
+        errors.push_back(error);
+  EXPECT_LT(Quantile(errors, 0.5), 0.006);
+  EXPECT_LT(Quantile(errors, 0.8), 0.02);
+  auto db = SubjectDb(dir, "--fields soft --proxy mesh --proxy soft");
+  ASSERT_TRUE((db.contains({"soft", "soft"}) && db.contains({"soft", "mesh"})));
+  EXPECT_GT((db[{"soft", "soft"}]), (db[{"soft", "mesh"}]) - 0.05);
 }
 
 TEST(GeometryCapture, NoGeometryMakesNone) {
@@ -158,12 +195,13 @@ TEST(GeometryCapture, OlderMeshIsKept) {
   EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty()) << "earlier views and new ones";
 }
 
-TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMaps) {
+TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMapsAndKeepsThem) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 30 --deterministic").exit_code, 0);
   const std::size_t before = MapsOf(dir).maps.size();
-  const std::string index = BytesOf(dir / "depth" / "maps.json");
+  const std::string index = BytesOf(dir / "depth" / "maps.json"), mesh = BytesOf(dir / "proxy.ply");
+  const auto files = FilesIn(dir / "depth");
   ASSERT_GE(before, 2u);
   const CommandResult run = Capture(dir, "--resume --frames 45 --deterministic");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
@@ -172,6 +210,9 @@ TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMaps) {
   EXPECT_GT(reading.maps.size(), before) << "earlier views and new ones";
   EXPECT_EQ(reading.maps.size(), nlohmann::json::parse(run.output)["geometry"]["written_maps"]);
   EXPECT_EQ(FilesIn(dir / "depth").size(), reading.maps.size() + 1) << "no old ones beside them";
+  EXPECT_TRUE(BytesOf(dir / "kept" / "proxy.ply") == mesh);
+  EXPECT_TRUE(FilesIn(dir / "kept" / "depth") == files) << "they may be finer ones, as the mesh";
+  EXPECT_THAT(run.errors, HasSubstr("the depth maps that were there are kept"));
 
   // Killed between the new mesh and the new index: what is there then does not count.
   std::ofstream(dir / "depth" / "maps.json") << index;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -84,6 +85,48 @@ TEST_F(DepthMapFiles, OfAViewWithAnotherPoseAreNotUsed) {
   EXPECT_FALSE(reading.maps.contains(light_field_.views[2].id));
 }
 
+TEST_F(DepthMapFiles, OfAViewThatWasRecordedElsewhereAreTakenOut) {
+  std::map<int, Rigid3> made_under;
+  for (const View& view : light_field_.views) made_under[view.id] = view.cam_from_world;
+  const int rounded = light_field_.views[0].id, shifted = light_field_.views[1].id,
+            turned = light_field_.views[2].id, gone = light_field_.views[3].id,
+            nowhere = light_field_.views[4].id;
+  made_under[rounded].translation.x() += 1e-9;
+  const double distance =
+      (light_field_.views[1].cam_from_world * light_field_.subject->center_in_world).norm();
+  const double pixel = 1 / maps_.at(shifted).camera.MeanFocalPx();
+  made_under[shifted].translation.x() += 0.3 * pixel * distance;
+  made_under[turned].rotation =
+      Eigen::AngleAxisd(0.3 * pixel, Eigen::Vector3d::UnitY()) * made_under[turned].rotation;
+  made_under.erase(nowhere);
+  std::erase_if(light_field_.views, [&](const View& view) { return view.id == gone; });
+  std::map<int, ViewDepthMap> maps = maps_;
+  EXPECT_EQ(TakeOutMovedMaps(light_field_, made_under, maps), 3u);
+  EXPECT_EQ(maps.size(), maps_.size() - 4);
+  EXPECT_TRUE(maps.contains(rounded));
+  for (const int id : {shifted, turned, gone, nowhere}) EXPECT_FALSE(maps.contains(id)) << id;
+}
+
+TEST_F(DepthMapFiles, AreKeptWithoutFilesOfOtherPrograms) {
+  EXPECT_FALSE(MoveDepthMapsToKept(dir_));
+  const fs::path depth = dir_ / kDepthMapsFolder;
+  for (const char* name : {"depth", "depth-2"}) {
+    WriteDepthMaps(dir_, light_field_, maps_);
+    const std::size_t files = FilesInFolder();
+    EXPECT_EQ(MoveDepthMapsToKept(dir_), dir_ / "kept" / name);
+    EXPECT_FALSE(fs::exists(depth));
+    fs::rename(dir_ / "kept" / name, depth);
+    EXPECT_EQ(FilesInFolder(), files);
+    EXPECT_EQ(Read().maps.at(1)->Get().inverse_depth.size(), maps_.at(1).inverse_depth.size());
+    fs::rename(depth, dir_ / "kept" / name);
+  }
+  WriteDepthMaps(dir_, light_field_, maps_);
+  WriteFileAtomically(depth / "000001.png", "a depth camera's");
+  ASSERT_TRUE(MoveDepthMapsToKept(dir_));
+  EXPECT_EQ(FilesInFolder(), 1u);
+  EXPECT_EQ(ReadWholeFile(depth / "000001.png"), "a depth camera's");
+}
+
 TEST_F(DepthMapFiles, NewOnesReplaceOldOnesAndAKillBetweenLeavesTheOld) {
   WriteDepthMaps(dir_, light_field_, maps_);
   const std::string old_index = ReadWholeFile(dir_ / kDepthMapsFolder / "maps.json");
@@ -103,6 +146,19 @@ TEST_F(DepthMapFiles, NewOnesReplaceOldOnesAndAKillBetweenLeavesTheOld) {
   WriteFileAtomically(dir_ / kDepthMapsFolder / "maps.json", old_index);
   EXPECT_GT(FilesInFolder(), others.size() + 1) << "old and new names differ";
   EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
+  // Temporary files, too, one of them young enough to be another program's that is still writing.
+  const auto temporary = [&](const char* name, std::chrono::hours age) {
+    WriteFileAtomically(dir_ / kDepthMapsFolder / name, "half");
+    fs::last_write_time(dir_ / kDepthMapsFolder / name, fs::file_time_type::clock::now() - age);
+  };
+  temporary("000001-0123abcd.png.77-3.part", std::chrono::hours(2));
+  temporary("maps.json.77-4.part", std::chrono::hours(2));
+  temporary("000002-0123abcd.png.78-3.part", std::chrono::hours(0));
+  temporary("scan.png.77-3.part", std::chrono::hours(2));
+  WriteDepthMaps(dir_, light_field_, maps_);
+  EXPECT_EQ(FilesInFolder(), maps_.size() + 3) << "the young one, and the one of another program";
+  EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "000002-0123abcd.png.78-3.part"));
+  EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "scan.png.77-3.part"));
 }
 
 class DepthMapFilesOnASmallDisk : public DepthMapFiles {
