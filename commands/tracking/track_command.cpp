@@ -246,9 +246,9 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       app.add_subcommand("track", "Camera poses of a sequence or a live camera, without recording");
   command->add_option("URI", args->uri,
                       "Device: replay:PATH, sim:studio, aravis:ID; none: the first real camera");
-  command->add_option(
-      "-o,--output", args->output,
-      "Poses as given live, TUM format (camera to world); those of maps that were given up beside it (poses.map1.txt)");
+  command->add_option("-o,--output", args->output,
+                      "Poses as given live, TUM format (camera to world); those of maps that were given up "
+                      "beside it (poses.map1.txt)");
   command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
   command->add_option(
       "--truth", args->truth,

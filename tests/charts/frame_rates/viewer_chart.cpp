@@ -125,7 +125,7 @@ Chart ViewerChart(const ChartEffort& effort) {
       "The simulated studio, seed 1, {} photographs of 960 x 640 in memory, mesh and {} depth maps at 480 "
       "pixels. The viewer on {} is dragged about at full size, pictures of 16:9; the reference renderer "
       "draws "
-      "single pictures on the processor. All in one run; other programs ran on the processors, which "
+      "single pictures on the processor. All in one run; what else runs, "
       "processor time hardly feels; bars: lowest to highest of the repetitions. Ringed: what the viewer "
       "begins with. Nothing was tuned on these views.",
       scene->views.size(), effort.Of(8, 60), device);
