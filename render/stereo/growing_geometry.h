@@ -37,7 +37,7 @@ std::optional<InverseDepthRange> RangeOfKnown(const StereoView& view,
                                               const KnownRangeOptions& options = {});
 
 struct GrowingGeometryOptions {
-  int size_px = 320;    // longer side of the photographs that are compared. Guessed: a third of 480's time.
+  int size_px = 320;    // longer side of the photographs that are compared. Guessed: a sixth of 640's time.
   int depth_maps = 60;  // about; as ProxyOptions::depth_maps
   int neighbours = 6;   // with which a view is compared. Guessed.
   // A view waits until this many neighbours stand around it, or until this many views have come after it: at

@@ -23,7 +23,7 @@ namespace ulf::render {
 enum class SweepDevice { kAuto, kGl, kProcessor };
 
 struct ProxyOptions {
-  int size_px = 480;    // longer side of the photographs that are compared. Guessed.
+  int size_px = 640;    // longer side of the photographs that are compared (docs/speed_and_accuracy.md)
   int depth_maps = 60;  // at most. Guessed.
   int neighbours = 8;   // with which a view is compared. Guessed.
   MapsMeshOptions mesh = {};
