@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/sensor_window.h"
+#include "core/image/jpeg_file.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -187,6 +189,14 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
             .source = kFocalLengthGiven,
             .warnings = {}};
   }
+  if (args.guessed_focal_px)
+    return {
+        .camera = CameraModel::Pinhole(width, height, *args.guessed_focal_px),
+        .flat_field = {},
+        .source = kFocalLengthGuessed,
+        .warnings = {fmt::format("{}: the camera's intrinsics are not known; a focal length of {:.0f} px is "
+                                 "guessed until the images show which it is",
+                                 info.uri, *args.guessed_focal_px)}};
   throw Error(
       "{}: the camera's intrinsics are not known. Print a target (ulf board) and calibrate: ulf calibrate "
       "{}; or give --calibration FILE; or give --focal-px F for a lens with little distortion (F = image "
@@ -196,6 +206,16 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
 }
 
 }  // namespace
+
+double GuessFocalPx(const Frame& frame) {
+  const double wide = frame.image.width(), high = frame.image.height();
+  if (frame.encoded)
+    if (const auto focal_35mm = ReadExif(*frame.encoded->bytes).focal_35mm)
+      return *focal_35mm / std::hypot(36.0, 24.0) * std::hypot(wide, high);
+  constexpr double kOrdinary =
+      0.85;  // of the longer side: 61 degrees, between telephones, webcams and a 35 mm lens
+  return kOrdinary * std::max(wide, high);
+}
 
 fs::path StoredCalibrationPath(const std::string& serial) {
   return ConfigurationFolder() / "ulf" / "calibrations" / FileName(serial);

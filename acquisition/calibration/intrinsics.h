@@ -5,6 +5,7 @@
 //      MODEL_BUS.json);
 //   3. the intrinsics that the device itself knows (the simulator);
 //   4. a focal length in pixels, with the principal point in the middle and no distortion;
+//   5. where a command asks for it, a guess of the same kind, from which images are to find the lens;
 // If there is none: an Error that tells how to calibrate. For a recording that contains intrinsics these take
 // precedence over the stored file, so that later calibrations do not change its result.
 //
@@ -33,13 +34,19 @@
 namespace ulf::acquisition {
 
 struct IntrinsicsArgs {
-  std::string calibration_path = {};    // empty: not named
-  std::optional<double> focal_px = {};  // of the frames in their own size
-  bool force = false;                   // accept a file of another camera
+  std::string calibration_path = {};            // empty: not named
+  std::optional<double> focal_px = {};          // of the frames in their own size
+  bool force = false;                           // accept a file of another camera
+  std::optional<double> guessed_focal_px = {};  // where nothing else is known: GuessFocalPx()
 };
+
+// Of a frame in its own size: by its Exif data, else as of an ordinary lens.
+double GuessFocalPx(const Frame& frame);
 
 // ResolvedCalibration::source for --focal-px.
 inline constexpr const char* kFocalLengthGiven = "focal length given";
+// For a guessed one.
+inline constexpr const char* kFocalLengthGuessed = "focal length guessed";
 
 struct ResolvedCalibration {
   CameraModel camera = {};

@@ -15,6 +15,7 @@
 #include "commands/commands.h"
 #include "commands/light_field/light_field_report.h"
 #include "commands/number_checks.h"
+#include "commands/tracking/lens_use_option.h"
 #include "commands/tracking/readout_option.h"
 #include "commands/tracking/tracking_side_option.h"
 #include "core/base/counted.h"
@@ -311,6 +312,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   AddIntrinsicsOptions(*command, args->intrinsics);
   command->add_option("--poses", args->poses_text, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
+  AddLensUseOption(*command, args->lens);
   AddTrackingSideOption(*command, args->tracking_side_px);
   command->add_option("--frames", args->frames, "Stop after this number of frames")->check(Positive());
   command->add_option("--max-seconds", args->max_seconds, "Stop after this time, by the device's clock")

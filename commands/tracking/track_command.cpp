@@ -17,6 +17,7 @@
 #include "commands/commands.h"
 #include "commands/explain.h"
 #include "commands/number_checks.h"
+#include "commands/tracking/lens_use_option.h"
 #include "commands/tracking/readout_option.h"
 #include "commands/tracking/track_report.h"
 #include "commands/tracking/tracking_side_option.h"
@@ -46,6 +47,8 @@ struct TrackArgs {
   double focal_px = 0;
   double fps = 0;
   tracking::ReadoutArgs readout;
+  tracking::LensUse lens = tracking::LensUse::kCheck;
+  std::string calibration_output;
   std::optional<double> speed;
   bool deterministic = false;
   unsigned seed = 1;
@@ -87,6 +90,24 @@ GivenPoses AtMiddleRow(const TrackRun& run) {
   return poses;
 }
 
+// What the images said of the lens, at once.
+void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, TrackRun& run) {
+  const auto after_s = [&] { return sample.time_s - run.live.front().time_s; };
+  const tracking::Track& track = sample.track;
+  if (const int before = run.frames.empty() ? 0 : run.frames.back().track.lens_revision;
+      track.lens_revision > before) {
+    if (!run.wrong_lens_after_s) run.wrong_lens_after_s = after_s();
+    if (const auto lens = poses.Statistics().refined_lens)
+      spdlog::info("images fit {}: tracking goes on with this lens, and the poses so far are corrected",
+                   lens->Text());
+  }
+  if (!track.wrong_lens || run.wrong_lens_after_s) return;
+  const auto lens = poses.Statistics().calibration;
+  if (!lens) return;
+  run.wrong_lens_after_s = after_s();
+  spdlog::warn("{}", lens->Advice());
+}
+
 // Tracks until the device ends, enough frames have come or the operator stops.
 void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
                   std::unique_ptr<tracking::PoseSource>& poses, Followed& followed) {
@@ -102,6 +123,8 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
     if (!poses) {
       acquisition::IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
+      if (args.lens == tracking::LensUse::kRefine)
+        intrinsics.guessed_focal_px = acquisition::GuessFocalPx(*frame);
       poses = spec.Open(
           acquisition::ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
           {.tracker = {.deterministic = args.deterministic,
@@ -109,7 +132,8 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
                        .features = args.features,
                        .max_side_px = args.tracking_side_px,
                        .wait_for_mapper = !device.IsLive(),
-                       .readout = args.readout},
+                       .readout = args.readout,
+                       .lens = args.lens},
            .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
@@ -123,11 +147,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
     if (sample.track.cam_from_world) run.live.push_back({sample.time_s, *sample.track.cam_from_world});
     if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
       run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
-    if (sample.track.wrong_lens && !run.wrong_lens_after_s)
-      if (const auto lens = poses->Statistics().calibration) {
-        run.wrong_lens_after_s = sample.time_s - run.live.front().time_s;
-        spdlog::warn("{}", lens->Advice());
-      }
+    NoteLens(sample, *poses, run);
     run.frames.push_back(std::move(sample));
     const int count = static_cast<int>(run.frames.size());
     progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),
@@ -159,9 +179,7 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
     if (run.failure.empty()) run.failure = fmt::format("the last adjustment: {}", error.what());
   }
   for (const TrackedFrame& sample : run.frames)
-    if (sample.track.cam_from_world)
-      run.final.push_back({sample.time_s, sample.track.anchor ? poses->PoseOf(*sample.track.anchor)
-                                                              : *sample.track.cam_from_world});
+    if (sample.track.cam_from_world) run.final.push_back({sample.time_s, *poses->PoseNow(sample.track)});
   if (std::any_of(run.frames.begin(), run.frames.end(),
                   [](const TrackedFrame& sample) { return sample.track.middle_row_from_picture; }))
     run.middle_row = AtMiddleRow(run);
@@ -189,8 +207,20 @@ void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedP
   }
 }
 
+void WriteLens(const std::string& path, const acquisition::DeviceInfo& info,
+               const std::optional<tracking::RefinedLens>& lens) {
+  if (!lens)
+    return spdlog::warn("{}: not written, because the images do not contradict the given lens", path);
+  acquisition::ModeCalibration calibration{.camera = lens->camera};
+  acquisition::UpdateCalibration(path, acquisition::CameraIdentity::Of(info), "ulf track --intrinsics refine",
+                                 "live", calibration);
+}
+
 int RunTrack(const TrackArgs& args) {
-  for (const std::string& output : {args.output, args.final_output})
+  if (!args.calibration_output.empty() && args.lens != tracking::LensUse::kRefine)
+    throw UsageError("--calibration-out {}: the lens is found with --intrinsics refine",
+                     args.calibration_output);
+  for (const std::string& output : {args.output, args.final_output, args.calibration_output})
     if (!output.empty()) RequireWritable(output);
   const tracking::PosesSpec spec = tracking::PosesSpec::Parse(args.poses);
   if (!args.plot.empty()) RequireChart(args.plot);
@@ -228,6 +258,8 @@ int RunTrack(const TrackArgs& args) {
     if (args.explain) fmt::print("{}", ExplainedText(Explained(run)));
   }
   std::fflush(stdout);
+  if (!args.calibration_output.empty())
+    WriteLens(args.calibration_output, device->Info(), run.map.refined_lens);
   if (!args.plot.empty() && run.live.empty())
     spdlog::warn("{}: not drawn, because no frame has a pose", args.plot);
   else if (!args.plot.empty())
@@ -264,6 +296,9 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(Positive());
   command->add_option("--poses", args->poses, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
+  AddLensUseOption(*command, args->lens);
+  command->add_option("--calibration-out", args->calibration_output,
+                      "With --intrinsics refine: calibration file to write, with the lens that was found");
   command
       ->add_option("--fps", args->fps,
                    "Frame rate of a replayed folder (default: the one that its files tell)")

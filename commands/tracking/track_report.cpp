@@ -125,6 +125,9 @@ std::string MapLine(const tracking::TrackerStatistics& map) {
                         Counted(map.keyframes_left_out, "keyframe"));
   text += "\n";
   if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
+  if (map.refined_lens)
+    text +=
+        fmt::format("lens: {}, found by the images in place of the one given\n", map.refined_lens->Text());
   if (map.calibration && map.calibration->Wrong()) text += map.calibration->Advice() + "\n";
   return text;
 }
@@ -251,6 +254,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
   report["rolling_shutter"] = ToJson(run.map.rolling_shutter);
   report["calibration"] = ToJson(run.map.calibration);
+  report["refined_lens"] = ToJson(run.map.refined_lens);
   if (run.wrong_lens_after_s) report["wrong_lens_after_s"] = *run.wrong_lens_after_s;
   if (!run.orb_cpu_ms.empty()) {
     report["orb_cpu_ms_median"] = Quantile(run.orb_cpu_ms, 0.5);

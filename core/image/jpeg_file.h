@@ -11,7 +11,8 @@ struct ExifFacts {
   std::optional<double> exposure_s;
   std::optional<double> f_number;
   std::optional<double> iso;
-  int orientation = 1;  // Exif's; 1: not rotated
+  std::optional<double> focal_35mm;  // of a lens with the same field of view on 36 x 24 mm
+  int orientation = 1;               // Exif's; 1: not rotated
 };
 
 // CV_8UC3 in the sensor's orientation: Exif rotation is ignored, because the intrinsics belong to the sensor.

@@ -248,6 +248,12 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         "on with --poses features, or name the marker of the session before (its end says which): --poses "
         "{}:NUMBER",
         args.dir, args.poses.Text());
+  if (args.lens == tracking::LensUse::kRefine)
+    throw UsageError(
+        "--intrinsics refine: a capture records under one lens; capture with check, then find it with ulf "
+        "refine {} "
+        "--intrinsics, or before, with ulf track {} --intrinsics refine --calibration-out FILE",
+        args.dir, args.uri);
   if (args.person.empty()) {
     prepared.device = acquisition::OpenDevice(acquisition::WithReplaySpeed(args.uri, args.speed));
   } else {
@@ -304,7 +310,8 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
       args.poses.Open(prepared.camera, {.tracker = {.deterministic = args.deterministic,
                                                     .max_side_px = args.tracking_side_px,
                                                     .wait_for_mapper = !prepared.device->IsLive(),
-                                                    .readout = args.readout},
+                                                    .readout = args.readout,
+                                                    .lens = args.lens},
                                         .subject = options->subject,
                                         .metric = info.bus == "simulated",
                                         .stop = StopOnSignal::Asked});

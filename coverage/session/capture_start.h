@@ -36,6 +36,7 @@ struct CaptureArgs {
   acquisition::IntrinsicsArgs intrinsics;
   std::string poses_text = "features";
   tracking::ReadoutArgs readout;
+  tracking::LensUse lens = tracking::LensUse::kCheck;
   int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
   tracking::PosesSpec poses;
   std::uint64_t frames = 0;

@@ -17,6 +17,9 @@ CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
   check.given_focal_px = resized.MeanFocalPx();
   check.fitted_focal_px *= scale;
   check.sigma_px *= scale;
+  check.given_center_px *= scale;
+  check.fitted_center_px *= scale;
+  check.center_sigma_px *= scale;
   return check;
 }
 
@@ -34,9 +37,14 @@ std::string CalibrationCheck::Text() const {
                   fitted_focal_px > given_focal_px ? "more" : "less", given_focal_px);
   const std::string distortion = fmt::format("a distortion k1 of {:.3f} (± {:.3f}) where {:.3f} is given",
                                              fitted_k1, k1_sigma, given_k1);
-  return "images fit " + (focal_wrong && distortion_wrong ? focal + ", and " + distortion
-                          : focal_wrong                   ? focal
-                                                          : distortion);
+  const std::string center = fmt::format(
+      "a principal point of {:.0f}, {:.0f} (± {:.1f} px) where {:.0f}, {:.0f} is given", fitted_center_px.x(),
+      fitted_center_px.y(), center_sigma_px, given_center_px.x(), given_center_px.y());
+  std::vector<std::string> wrong;
+  if (focal_wrong) wrong.push_back(focal);
+  if (distortion_wrong) wrong.push_back(distortion);
+  if (center_wrong) wrong.push_back(center);
+  return fmt::format("images fit {}", fmt::join(wrong, ", and "));
 }
 
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check) {
@@ -47,8 +55,29 @@ nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check) {
           {"given_k1", check->given_k1},
           {"fitted_k1", check->fitted_k1},
           {"k1_sigma", check->k1_sigma},
+          {"given_center_px", {check->given_center_px.x(), check->given_center_px.y()}},
+          {"fitted_center_px", {check->fitted_center_px.x(), check->fitted_center_px.y()}},
+          {"center_sigma_px", check->center_sigma_px},
           {"determined", check->determined},
           {"wrong", check->Wrong()}};
+}
+
+std::string RefinedLens::Text() const {
+  std::string text =
+      fmt::format("a focal length of {:.1f} px (± {:.1f})", camera.MeanFocalPx(), focal_sigma_px);
+  if (camera.coefficients[0] != 0)
+    text += fmt::format(" and a distortion k1 of {:.3f}", camera.coefficients[0]);
+  return text;
+}
+
+nlohmann::ordered_json ToJson(const std::optional<RefinedLens>& lens) {
+  if (!lens) return nullptr;
+  return {{"focal_px", lens->camera.MeanFocalPx()},
+          {"focal_sigma_px", lens->focal_sigma_px},
+          {"cx", lens->camera.cx},
+          {"cy", lens->camera.cy},
+          {"k1", lens->camera.coefficients[0]},
+          {"k2", lens->camera.coefficients[1]}};
 }
 
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
@@ -56,8 +85,11 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   const BundleProblem part = PartForLens(problem, lens, options.fit);
   if (part.cam_from_world.size() < options.min_cameras || part.points.size() < options.min_points)
     return std::nullopt;
-  const auto fits = FitLens(given, part, {{.focal = true}, {.focal = true, .k1 = true}}, options.fit);
-  if (fits.size() < 2) return std::nullopt;
+  const auto fits = FitLens(
+      given, part,
+      {{.focal = true}, {.focal = true, .k1 = true}, {.focal = true, .principal_point = true, .k1 = true}},
+      options.fit);
+  if (fits.size() < 3) return std::nullopt;
   // Take the fit that differs less from the given lens.
   const auto off = [&](const LensEstimate& fit) {
     return std::abs(fit.lens.MeanFocalPx() / given.MeanFocalPx() - 1);
@@ -86,11 +118,26 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
                            bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence;
   // A focal length that is fitted without the distortion makes up for it.
   if (check.distortion_wrong) check.fitted_focal_px = bent.lens.MeanFocalPx();
+  const LensEstimate& moved = fits[2];
+  check.given_center_px = {given.cx, given.cy};
+  check.fitted_center_px = {moved.lens.cx, moved.lens.cy};
+  check.center_sigma_px = moved.principal_point_sigma_px;
+  const double shift_px = (check.fitted_center_px - check.given_center_px).norm();
+  check.center_wrong = shift_px > options.least_center * given.width &&
+                       shift_px > options.center_sigmas * check.center_sigma_px &&
+                       moved.gain > std::max({0.0, fits[0].gain, bent.gain}) + options.fit.strong_evidence;
+  if (!check.center_wrong) return check;
+  // What was fitted with the given principal point makes up for it.
+  check.fitted_focal_px = moved.lens.MeanFocalPx();
+  check.focal_wrong = check.focal_wrong && off(moved) > options.least_difference;
+  check.fitted_k1 = moved.lens.coefficients[0];
+  check.distortion_wrong =
+      check.distortion_wrong &&
+      std::abs(check.fitted_k1 - check.given_k1) * corner * corner > options.least_distortion;
   return check;
 }
 
-std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
-                                                 const CalibrationCheckOptions& options) {
+BundleProblem ProblemOf(const Map& map) {
   BundleProblem problem;
   std::vector<int> index(map.keyframes().size(), -1);
   for (const Keyframe& keyframe : map.keyframes()) {
@@ -105,7 +152,12 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
           {index[At(o.keyframe)], static_cast<int>(problem.points.size()), o.img, o.sigma_px, false});
     problem.points.push_back(point.position);
   }
-  return CheckCalibration(given, problem, 0, options);
+  return problem;
+}
+
+std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
+                                                 const CalibrationCheckOptions& options) {
+  return CheckCalibration(given, ProblemOf(map), 0, options);
 }
 
 }  // namespace ulf::tracking

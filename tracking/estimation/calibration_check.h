@@ -1,11 +1,14 @@
-// Checks whether the images contradict the given lens: its focal length, and the first coefficient of its distortion.
+// Checks whether the images contradict the given lens: its focal length, the first coefficient of its distortion, and
+// its principal point.
 //
 // A wrong lens bends the whole world and leaves residuals that look like noise. The check frees the focal length in an
 // adjustment, and reports it when the result differs by a share that matters and by many standard deviations, with
-// distortion held and with distortion free; in the latter it judges the distortion as well. Flat scenes and sideways
+// distortion held and with distortion free; in the latter it judges the distortion as well, and with the principal
+// point free that. Flat scenes and sideways
 // motion leave the lens undetermined; then its standard deviation is large and nothing is reported.
 #pragma once
 
+#include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -22,6 +25,9 @@ struct CalibrationCheckOptions {
   // Of the corner's distance from the centre: less distortion is not reported, nor what differs by fewer deviations.
   // Guessed; handheld_kitchen's right lens, with a rolling shutter, has shown 0.022 in young maps.
   double least_distortion = 0.04, distortion_sigmas = 10;
+  // A principal point that is nearer to the given one, in shares of the width, is not reported, nor one that is fewer
+  // deviations away: a turn of the camera looks much like it. Guessed.
+  double least_center = 0.02, center_sigmas = 10;
   double most_uncertain = 0.005;  // sigma's share of the focal length: above it that is undetermined. Guessed
   LensEvidenceOptions fit = {.max_cameras = 30, .max_points = 1000, .iterations = 30};
 };
@@ -32,8 +38,10 @@ struct CalibrationCheck {
   double sigma_px = 0;      // one standard deviation of the fitted one
   bool determined = false;  // the geometry determines it
   double given_k1 = 0, fitted_k1 = 0, k1_sigma = 0;
-  bool focal_wrong = false, distortion_wrong = false;
-  bool Wrong() const { return focal_wrong || distortion_wrong; }
+  Eigen::Vector2d given_center_px = Eigen::Vector2d::Zero(), fitted_center_px = Eigen::Vector2d::Zero();
+  double center_sigma_px = 0;
+  bool focal_wrong = false, distortion_wrong = false, center_wrong = false;
+  bool Wrong() const { return focal_wrong || distortion_wrong || center_wrong; }
   // A rolling shutter was found and not compensated: it stretches images as another focal length does, and
   // the other way round.
   bool rows_uncompensated = false;
@@ -47,15 +55,28 @@ struct CalibrationCheck {
   std::string Advice() const;
 };
 
+// The lens that images ask for in place of the given one.
+struct RefinedLens {
+  CameraModel camera;
+  double focal_sigma_px = 0;  // one standard deviation
+  // "a focal length of 521.4 px (± 0.6) and a distortion k1 of -0.052"
+  std::string Text() const;
+};
+// {focal_px, focal_sigma_px, cx, cy, k1, k2}; null where the given lens stayed.
+nlohmann::ordered_json ToJson(const std::optional<RefinedLens>& lens);
+
 // None where there is too little evidence.
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const BundleProblem& problem,
                                                  int lens = 0, const CalibrationCheckOptions& options = {});
 
-// {given_focal_px, fitted_focal_px, sigma_px, given_k1, fitted_k1, k1_sigma, determined, wrong}; null without a check.
+// {given_focal_px, fitted_focal_px, sigma_px, given_k1, fitted_k1, k1_sigma, given_center_px, fitted_center_px,
+// center_sigma_px, determined, wrong}; null without a check.
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check);
 
 class Map;
-// For the map's living keyframes and points.
+// The map's living keyframes and points.
+BundleProblem ProblemOf(const Map& map);
+// For these.
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
                                                  const CalibrationCheckOptions& options = {});
 

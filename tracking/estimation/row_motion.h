@@ -33,7 +33,8 @@ class RowMotion {
   double readout_s() const { return readout_s_; }
   bool rolls() const { return readout_s_ != 0; }
   void SetReadout(double readout_s) { readout_s_ = readout_s; }
-  void Forget();             // the next frame follows no other
+  void SetCamera(const CameraModel& camera) { camera_ = camera; }  // another lens, the same image size
+  void Forget();                                                   // the next frame follows no other
   void Scale(double scale);  // the unit of length changes by this factor
 
   // Sets the velocities of a start's two views, which their features' motion in the image shows, and, with a

@@ -253,6 +253,8 @@ FeatureExtractor::~FeatureExtractor() = default;
 FeatureExtractor::FeatureExtractor(FeatureExtractor&&) noexcept = default;
 FeatureExtractor& FeatureExtractor::operator=(FeatureExtractor&&) noexcept = default;
 
+void FeatureExtractor::SetCamera(const CameraModel& camera) { state_->camera = camera; }
+
 FeatureSet FeatureExtractor::Extract(const Pyramid& pyramid, int count) {
   const FeatureOptions& options = state_->options;
   // Levels share the features in proportion to their side length.

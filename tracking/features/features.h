@@ -145,6 +145,7 @@ class FeatureExtractor {
   // Returns about `count` features. The corner threshold adapts from frame to frame, so the result depends on
   // the frames before.
   FeatureSet Extract(const Pyramid& pyramid, int count);
+  void SetCamera(const CameraModel& camera);  // another lens, the same image size
 
  private:
   struct State;

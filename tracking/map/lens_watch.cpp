@@ -9,9 +9,12 @@ bool LensWatch::Agree(const CalibrationCheck& earlier, const CalibrationCheck& l
   if (later.focal_wrong && earlier.focal_wrong)
     return std::abs(later.fitted_focal_px - earlier.fitted_focal_px) <
            options_.most_apart * later.given_focal_px;
-  return later.distortion_wrong && earlier.distortion_wrong &&
-         std::abs(later.fitted_k1 - earlier.fitted_k1) <
-             options_.most_apart_k1 * std::abs(later.fitted_k1 - later.given_k1);
+  if (later.distortion_wrong && earlier.distortion_wrong)
+    return std::abs(later.fitted_k1 - earlier.fitted_k1) <
+           options_.most_apart_k1 * std::abs(later.fitted_k1 - later.given_k1);
+  return later.center_wrong && earlier.center_wrong &&
+         (later.fitted_center_px - earlier.fitted_center_px).norm() <
+             options_.most_apart_center * later.given_focal_px;
 }
 
 void LensWatch::Note(const std::optional<CalibrationCheck>& check, int keyframes) {
@@ -19,6 +22,11 @@ void LensWatch::Note(const std::optional<CalibrationCheck>& check, int keyframes
   const bool agree = check && before_ && Agree(*before_, *check);
   contradiction_ = agree ? check : std::nullopt;
   before_ = check;
+}
+
+void LensWatch::Restart(int keyframes) {
+  Reset();
+  Note(std::nullopt, keyframes);
 }
 
 void LensWatch::Reset() {

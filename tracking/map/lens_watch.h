@@ -16,6 +16,7 @@ struct LensWatchOptions {
   double growth = 1.25;        // of the keyframes from check to check
   double most_apart = 0.02;    // share of the focal length by which two checks that agree differ, at most
   double most_apart_k1 = 0.3;  // the same of the distortion's difference from the given one
+  double most_apart_center = 0.01;  // and of the principal point's, of the focal length
 };
 
 class LensWatch {
@@ -27,8 +28,9 @@ class LensWatch {
   void Note(const std::optional<CalibrationCheck>& check, int keyframes);
   // The last of two checks that agree that the lens is wrong; none: the lens is not contradicted.
   const std::optional<CalibrationCheck>& contradiction() const { return contradiction_; }
-  // For another map.
-  void Reset();
+  void Reset();  // for another map
+  // For another lens under the same map of so many keyframes.
+  void Restart(int keyframes);
 
  private:
   bool Agree(const CalibrationCheck& earlier, const CalibrationCheck& later) const;

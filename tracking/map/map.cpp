@@ -7,10 +7,19 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "tracking/estimation/rolling_shutter.h"
 
 namespace ulf::tracking {
 
 using Eigen::Vector3d;
+
+void Map::SetCamera(const CameraModel& camera) {
+  camera_ = camera;
+  for (const int id : living_) {
+    Keyframe& keyframe = keyframes_[At(id)];
+    keyframe.features = MoveFeatures(camera, *keyframe.features, nullptr, nullptr);
+  }
+}
 
 int Map::AddKeyframe(Keyframe keyframe) {
   keyframe.id = static_cast<int>(keyframes_.size());

@@ -99,6 +99,8 @@ class Map {
  public:
   explicit Map(const CameraModel& camera) : camera_(camera) {}
 
+  // Goes on with another lens of the same image size: image points stay, the features' rays follow it.
+  void SetCamera(const CameraModel& camera);
   int AddKeyframe(Keyframe keyframe);  // returns its id; observations are added one by one
   int AddPoint(const Eigen::Vector3d& position);
   // Returns false when the feature has a point, or the keyframe observes the point, already.

@@ -128,11 +128,10 @@ void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index
   for (const int id : changed) owned.map.Update(id);
 }
 
-}  // namespace
-
-BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
-                        const std::vector<int>& held, const BundleOptions& options,
-                        const GivenWorldOptions& given_world) {
+// `lenses`: one, which changes where options.free says so.
+BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, const std::vector<int>& free,
+                             const std::vector<int>& held, const BundleOptions& options,
+                             const GivenWorldOptions& given_world) {
   const Map& map = owned.shared.ReadByOwner();
   BundleProblem problem;
   std::unordered_map<int, int> camera_index, point_index;
@@ -168,7 +167,7 @@ BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::v
     }
   }
   if (world_given) AddCorners(map, camera_index, problem);
-  const BundleSummary summary = AdjustBundle(camera, problem, options);
+  const BundleSummary summary = AdjustBundle(lenses, problem, options);
   spdlog::debug(
       "bundle: {} cameras ({} held), {} points, {} observations: {:.3f} -> {:.3f} sigmas, {} outliers",
       problem.cam_from_world.size(), held.size(), problem.points.size(), problem.observations.size(),
@@ -177,6 +176,24 @@ BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::v
 
   if (held.empty() && free.size() > 2 && !given) KeepGauge(map, free, problem);
   WriteBack(owned, camera_index, point_ids, origin, problem);
+  return summary;
+}
+
+}  // namespace
+
+BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
+                        const std::vector<int>& held, const BundleOptions& options,
+                        const GivenWorldOptions& given_world) {
+  std::vector<CameraModel> lenses{camera};
+  return AdjustMapUnder(lenses, owned, free, held, options, given_world);
+}
+
+BundleSummary AdjustMapAndLens(CameraModel& lens, OwnedMap& owned, const BundleOptions& options,
+                               const GivenWorldOptions& given_world) {
+  std::vector<CameraModel> lenses{lens};
+  const BundleSummary summary =
+      AdjustMapUnder(lenses, owned, owned.shared.ReadByOwner().living(), {}, options, given_world);
+  if (summary.usable) lens = lenses[0];
   return summary;
 }
 

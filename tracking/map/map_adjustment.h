@@ -21,4 +21,8 @@ BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::v
                         const std::vector<int>& held, const BundleOptions& options,
                         const GivenWorldOptions& given = {});
 
+// Adjusts all keyframes and points together with the lens: options.free. `lens` changes where the result is usable.
+BundleSummary AdjustMapAndLens(CameraModel& lens, OwnedMap& owned, const BundleOptions& options,
+                               const GivenWorldOptions& given = {});
+
 }  // namespace ulf::tracking

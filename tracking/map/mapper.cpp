@@ -372,7 +372,7 @@ void Mapper::AdjustInBackground() {
 
 void Mapper::CheckLens() {
   const int keyframes = map_.LivingKeyframes();
-  if (!lens_.IsDue(keyframes)) return;
+  if (!options_.check_lens || !lens_.IsDue(keyframes)) return;
   CalibrationCheckOptions options;
   options.fit.stop = &cut_short_;
   const auto check = CheckCalibration(camera_, map_, options);
@@ -380,6 +380,27 @@ void Mapper::CheckLens() {
   lens_.Note(check, keyframes);
   const MapLock lock(owned_.shared);
   owned_.shared.wrong_lens = lens_.contradiction();
+}
+
+std::optional<RefinedLens> Mapper::RefineLens() {
+  cut_short_ = false;
+  {
+    const MapLock lock(owned_.shared);
+    owned_.shared.wrong_lens.reset();
+  }
+  lens_.Restart(map_.LivingKeyframes());
+  const auto chosen = ChooseLens(camera_, PartForLens(ProblemOf(map_), 0));
+  if (!chosen) return std::nullopt;
+  BundleOptions options = BundleOptionsOf(options_.with_lens);
+  options.free = chosen->free;
+  CameraModel lens = camera_;
+  if (!AdjustMapAndLens(lens, owned_, options, options_.given_world).usable) return std::nullopt;
+  camera_ = lens;
+  loops_->SetCamera(lens);
+  const MapLock lock(owned_.shared);
+  owned_.map.SetCamera(lens);
+  ++owned_.shared.revision;
+  return RefinedLens{lens, chosen->focal_sigma_px};
 }
 
 void Mapper::AdjustAll() {

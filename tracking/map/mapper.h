@@ -96,6 +96,9 @@ class Mapper {
   bool FinishSeeds(int min_points);
   void MoveWorld(const Similarity3& given_from_map);  // into the world in which fiducials are given
   void AdjustAll();  // everything, for the last time: weighs what does not fit less
+  // The lens that the map's images support (ChooseLens()), where they contradict the present one: the map is adjusted
+  // together with it, and the mapper goes on under it. None: the present lens stays.
+  std::optional<RefinedLens> RefineLens();
   void Reset();
 
  private:

@@ -70,6 +70,7 @@ struct MapperOptions {
   double thin_moved = 0.02;
   double thin_turned_deg = 4;
   int frames_between = 2;  // two keyframes are at least so many frames apart. Guessed
+  bool check_lens = true;  // against the map as it grows (lens_watch.h)
 
   // A keyframe goes when more than this share of its points are seen by so many others, on the same pyramid
   // level, a finer one, or the next coarser one. The newest ones stay. Measured (the share), guessed.
@@ -112,6 +113,7 @@ struct MapperOptions {
   // Of a map's two first views; of a growing map, where each adjustment continues the one before; after a
   // closed loop and at the end, which start far off; of a map made from given poses. Guessed.
   AdjustmentEffort two_views{15, 15}, growing{5, 10}, moved{10, 40}, seeded{10, 10};
+  AdjustmentEffort with_lens{40, 40};  // of a map whose lens was wrong
   // A growing map needs even measurements that are a little off; a finished one does not: at the end
   // Cauchy's loss begins to doubt at so many times the errors' own scale. Measured (docs/tracking_measured.md,
   // "Cauchy's loss").

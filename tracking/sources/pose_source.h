@@ -31,6 +31,10 @@ class PoseSource {
                                       const std::optional<Rigid3>& near) const = 0;
   // The pose that an anchor means now; poses move when the map is adjusted.
   virtual Rigid3 PoseOf(const Anchored& anchor) const = 0;
+  // The pose that a frame's track means now; none where it had none.
+  virtual std::optional<Rigid3> PoseNow(const Track& track) const {
+    return track.anchor ? PoseOf(*track.anchor) : track.cam_from_world;
+  }
   virtual std::vector<VisiblePoint> VisiblePoints() const { return {}; }
   virtual std::vector<ExpectedPoint> ExpectedPoints() const { return {}; }
   // The image of that track was recorded as a view: Points() lists what it shows. Call it before the next

@@ -54,6 +54,7 @@ class FrameLocator {
         shared_(shared),
         options_(options),
         undetected_{.most = corners / options.corners_per_patch} {}
+  void SetCamera(const CameraModel& camera) { camera_ = camera; }  // another lens, the same image size
 
   // Follows a camera: starts with the points in `first` (by id: those of the frame before), within
   // `first_radius_px` of where the prediction projects them.

@@ -46,6 +46,11 @@ class Initializer {
       : camera_(camera), options_(options), seed_(seed) {}
   InitializerAttempt Step(const TrackedImage& image);
   void Restart() { reference_.reset(); }
+  // Another lens, the same image size.
+  void SetCamera(const CameraModel& camera) {
+    camera_ = camera;
+    Restart();
+  }
 
  private:
   void SetReference(const TrackedImage& image);

@@ -31,6 +31,11 @@ ReadoutSearch::ReadoutSearch(RowMotion& rows, Mapper& mapper, bool compensate,
   mapper_.MeasureReadout(true);
 }
 
+void ReadoutSearch::Restart() {
+  certain_ = applied_ = 0;
+  mapper_.MeasureReadout(true);
+}
+
 void ReadoutSearch::Step() {
   const SharedMap& shared = mapper_.shared();
   if (shared.readouts_measured == judged_) return;

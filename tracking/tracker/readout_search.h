@@ -16,7 +16,8 @@ class ReadoutSearch {
   // With `compensate` it changes `rows` and has the mapper change the map when it finds a readout.
   ReadoutSearch(RowMotion& rows, Mapper& mapper, bool compensate, const ReadoutSearchOptions& options = {});
 
-  void Step();  // call it between frames
+  void Step();     // call it between frames
+  void Restart();  // under another lens
   const std::optional<Readout>& found() const { return found_; }
 
  private:

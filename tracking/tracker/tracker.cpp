@@ -34,15 +34,43 @@ std::optional<Track> Tracker::Locate(const Image& photograph, const CameraModel&
 }
 
 void Tracker::Finish() {
-  state_->mapper.Rest();
-  state_->mapper.AdjustAll();
-  state_->calibration =
-      state_->InOriginalPixels(CheckCalibration(state_->camera, state_->shared.ReadByOwner()));
+  State& state = *state_;
+  state.mapper.Rest();
+  state.mapper.AdjustAll();
+  if (state.options.lens == LensUse::kFixed) return;
+  const auto check = [&] {
+    state.calibration = state.InOriginalPixels(CheckCalibration(state.camera, state.shared.ReadByOwner()));
+  };
+  check();
+  // A lens that was once replaced is no calibration: the whole map knows it better than the part did.
+  const bool replace = state.refined_lens || (state.calibration && state.calibration->Wrong());
+  if (state.options.lens != LensUse::kRefine || !replace || !state.RefineLens()) return;
+  state.mapper.AdjustAll();
+  check();
 }
 
 Rigid3 Tracker::PoseOf(const Anchored& anchor) const {
   const MapLock lock(state_->shared);
   return state_->shared.map.PoseOf(anchor);
+}
+
+std::optional<Rigid3> Tracker::PoseNow(const Track& track) const {
+  if (!track.anchor) return track.cam_from_world;
+  const Rigid3 anchored = PoseOf(*track.anchor);
+  // Where rows roll, a frame's points are not where one pose shows them.
+  if (track.lens_revision == state_->lens_revision || track.map_id != state_->map_id || !track.seen ||
+      state_->rows.rolls())
+    return anchored;
+  std::vector<PointObservation> seen;
+  {
+    const MapLock lock(state_->shared);
+    const Map& map = state_->shared.map;
+    for (const MapObservation& o : *track.seen)
+      if (const int point = map.Resolve(o.point); point >= 0)
+        seen.push_back({map.point(point).position, o.img, 1});
+  }
+  const auto solved = RefinePose(state_->size.original(), seen, anchored);
+  return solved && solved->inliers >= state_->options.locator.min_matches ? solved->cam_from_world : anchored;
 }
 
 std::vector<VisiblePoint> Tracker::VisiblePoints() const {
@@ -125,6 +153,7 @@ TrackerStatistics Tracker::Statistics() const {
           state_->shared.loops,
           std::chrono::duration<double>(state_->shared.longest_wait).count(),
           state_->calibration ? state_->calibration : state_->InOriginalPixels(state_->shared.wrong_lens),
+          state_->RefinedLensInOriginalPixels(),
           state_->Rolling(),
           static_cast<int>(state_->shared.map.keyframes().size()),
           static_cast<int>(state_->shared.map.points().size()),

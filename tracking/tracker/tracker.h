@@ -67,6 +67,7 @@ struct Track {
   double speed_px = 0;      // median image motion of the tracked points since the frame before; 0: unknown
   bool keyframe = false;    // the mapper took this frame as a keyframe
   bool wrong_lens = false;  // the map contradicts the given lens: Statistics() says how
+  int lens_revision = 0;    // how often the tracker has replaced the given lens (LensUse::kRefine)
   // Changes when a closed loop, for example, has moved much of the map: ask PoseOf() for all poses again.
   int map_revision = 0;
   // The map points that support the pose, for NoteView(); null where there are none.
@@ -126,6 +127,8 @@ struct TrackerStatistics {
   double longest_wait_s = 0;   // for the mapper to release the map
   // After Finish(), where the map is large enough; before, from the moment on at which the map contradicts the lens.
   std::optional<CalibrationCheck> calibration = {};
+  // The lens that replaced the given one, of the images as they come.
+  std::optional<RefinedLens> refined_lens = {};
   std::optional<Readout> rolling_shutter = {};  // none: global as far as is known
   int keyframes_made = 0, points_made = 0;      // in all
   std::optional<MapStart> start = {};           // of the last map; none: no start, or a seeded map
@@ -164,6 +167,10 @@ class Tracker {
   // The pose that `anchor` means now. Every anchor stays valid; one of a discarded map (Track::map_id) keeps
   // its pose in that map's world.
   Rigid3 PoseOf(const Anchored& anchor) const;
+
+  // The pose of a frame's track now: PoseOf() its anchor, and where the lens was replaced since, solved again from the
+  // points that the frame showed. None where it had no pose.
+  std::optional<Rigid3> PoseNow(const Track& track) const;
 
   // Map points that support the last frame's pose; empty unless tracking.
   std::vector<VisiblePoint> VisiblePoints() const;

@@ -87,6 +87,15 @@ struct ReadoutArgs {
   bool compensate_found = false;         // compensate what the tracker finds, from then on
 };
 
+// What becomes of the given lens, where the map's images contradict it.
+enum class LensUse {
+  kFixed,  // nothing: it is not checked
+  kCheck,  // the tracker says so
+  // The tracker goes on with the lens that fits, and poses follow; a rolling shutter that is found is compensated, since
+  // it looks like another lens.
+  kRefine
+};
+
 struct TrackerOptions {
   bool deterministic = false;  // mapping runs inside Step(): the same frames give the same bytes
   unsigned seed = 1;           // of every random draw
@@ -99,6 +108,7 @@ struct TrackerOptions {
   // faster than a camera's, waits for the mapper before every frame and leaves none out.
   bool wait_for_mapper = false;
   ReadoutArgs readout = {};
+  LensUse lens = LensUse::kCheck;
 
   // Following: search radii about the predicted pose, again about it, and about the last pose. Guessed.
   double near_px = 12, far_px = 30, last_pose_px = 40;

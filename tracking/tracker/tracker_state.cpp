@@ -70,6 +70,12 @@ std::optional<CalibrationCheck> Tracker::State::InOriginalPixels(
   return check;
 }
 
+std::optional<RefinedLens> Tracker::State::RefinedLensInOriginalPixels() const {
+  if (!refined_lens) return std::nullopt;
+  const double scale = size.original().MeanFocalPx() / camera.MeanFocalPx();
+  return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale};
+}
+
 bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   {
@@ -342,6 +348,33 @@ void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   mapper.AdjustSoon();
 }
 
+bool Tracker::State::ContradictsLens() const {
+  const MapLock lock(shared);
+  return shared.wrong_lens.has_value();
+}
+
+// Between frames. The mapper rests meanwhile, so a live camera's next frame waits.
+bool Tracker::State::RefineLens() {
+  mapper.Rest();
+  std::optional<RefinedLens> refined = mapper.RefineLens();
+  if (!refined) return false;
+  // A later refinement that leaves the focal length as it was says nothing of its deviation.
+  if (refined_lens) refined->focal_sigma_px = std::max(refined->focal_sigma_px, refined_lens->focal_sigma_px);
+  camera = refined->camera;
+  size.SetWorking(camera);
+  extractor.SetCamera(camera);
+  locator.SetCamera(camera);
+  initializer.SetCamera(camera);
+  rows.SetCamera(camera);
+  if (rows.rolls()) mapper.SetReadout(rows.readout_s());
+  // What was measured under the other lens is measured again.
+  if (readout_search) readout_search->Restart();
+  map_drift.Clear();
+  refined_lens = refined;
+  ++lens_revision;
+  return true;
+}
+
 void Tracker::State::AddWorldInformation(const TrackedImage& image) {
   if (image.fiducials && image.fiducials->center_sigma > 0)
     world_information += std::pow(image.fiducials->center_sigma, -2);
@@ -361,6 +394,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   RequireSize(fmt::format("frame {}: its image", frame_in.id), frame_in.image.pixels.size(), size.original());
 
   if (readout_search) readout_search->Step();
+  if (options.lens == LensUse::kRefine && ContradictsLens()) RefineLens();
   TrackedImage image;
   image.time_s = frame_in.device_time_s;
   if (fiducials) image.fiducials = std::make_shared<const FiducialObservation>(size.Reduced(*fiducials));
@@ -412,6 +446,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   track.state = state;
   track.map_id = map_id;
   track.map_revision = shared.revision;
+  track.lens_revision = lens_revision;
   track.cpu_s = ThreadCpuSeconds() - start_s - mapping_cpu_s;
   return track;
 }

@@ -32,6 +32,12 @@ struct LastFrame {
   std::optional<Twist> between;  // the velocity since the frame before
 };
 
+inline MapperOptions MappingOf(const TrackerOptions& options) {
+  MapperOptions mapping = options.mapping;
+  mapping.check_lens = options.lens != LensUse::kFixed;
+  return mapping;
+}
+
 struct Tracker::State {
   // Starts with `map`: empty, or one from a file.
   State(const CameraModel& camera_in, const TrackerOptions& options_in, std::optional<Map> map = {})
@@ -39,14 +45,17 @@ struct Tracker::State {
         camera(size.working()),
         options(options_in),
         extractor(camera, options_in.corners),
-        mapper(camera, map ? std::move(*map) : Map(camera), options_in.deterministic, options_in.mapping,
+        mapper(camera, map ? std::move(*map) : Map(camera), options_in.deterministic, MappingOf(options_in),
                options_in.seed),
         shared(mapper.shared()),
         locator(camera, shared, options_in.features, options_in.locator),
         initializer(camera, options_in.start, options_in.seed),
         rows(camera, options_in.readout.readout_s.value_or(0)) {
     if (!options.readout.readout_s)
-      readout_search.emplace(rows, mapper, options.readout.compensate_found, options.readout_search);
+      // Rows that are read one after the other look like another lens.
+      readout_search.emplace(rows, mapper,
+                             options.readout.compensate_found || options.lens == LensUse::kRefine,
+                             options.readout_search);
   }
 
   WorkingSize size;
@@ -78,6 +87,8 @@ struct Tracker::State {
   int frames_tracked = 0;  // on this map
   int map_id = 0;
   int keyframes_left_out = 0;
+  std::optional<RefinedLens> refined_lens;      // of working pixels
+  int lens_revision = 0;                        // how often the lens was replaced
   std::optional<MapStart> map_start;            // of the map there is
   std::optional<CalibrationCheck> calibration;  // of the last Finish()
   double mapping_cpu_s = 0;                     // of mapping inside Step()
@@ -85,6 +96,8 @@ struct Tracker::State {
   Track Step(const Frame& frame_in, const std::optional<FiducialObservation>& fiducials);
   void MoveWorld(const Similarity3& given_from_world);
   void AddWorldInformation(const TrackedImage& image);
+  bool ContradictsLens() const;
+  bool RefineLens();
   void Initialize(TrackedImage& image, const Frame& frame_in, Track& track);
   void StartMap(const TwoViewStart& start, const cv::Mat& color);
   bool Follow(TrackedImage& image, Track& track);
@@ -92,6 +105,7 @@ struct Tracker::State {
   std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
   std::optional<Readout> Rolling() const;
   std::optional<CalibrationCheck> InOriginalPixels(const std::optional<CalibrationCheck>& working) const;
+  std::optional<RefinedLens> RefinedLensInOriginalPixels() const;
   void Accept(double time_s, const FramePose& frame_pose, Track& track);
   Anchored AnchorOf(const FramePose& frame_pose) const ULF_REQUIRES(shared.mutex);
   void Describe(const FramePose& frame_pose, Track& track) const ULF_REQUIRES(shared.mutex);

@@ -28,6 +28,11 @@ WorkingSize::WorkingSize(const CameraModel& original, int max_side_px)
   working_ = original.ScaledTo(reduced(original.width), reduced(original.height));
 }
 
+void WorkingSize::SetWorking(const CameraModel& working) {
+  working_ = working;
+  original_ = IsReduced() ? working.ScaledTo(original_.width, original_.height) : working;
+}
+
 // Averages over areas: first by a whole factor where the sizes have one, which OpenCV does ten times as fast,
 // then by the rest. For a small rest linear interpolation averages as well.
 cv::Mat WorkingSize::Reduced(const cv::Mat& original) const {

@@ -33,6 +33,8 @@ class WorkingSize {
   // At most `max_side_px` on the longer side; 0: images are tracked as they come.
   WorkingSize(const CameraModel& original, int max_side_px);
 
+  // Another lens of the same image size, of working pixels.
+  void SetWorking(const CameraModel& working);
   const CameraModel& original() const { return original_; }
   const CameraModel& working() const { return working_; }
   bool IsReduced() const { return working_.width != original_.width || working_.height != original_.height; }

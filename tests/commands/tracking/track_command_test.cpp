@@ -1,4 +1,4 @@
-// Tests: commands/tracking/track_command, commands/tracking/readout_option, commands/tracking/track_report, commands/tracking/tracking_side_option,
+// Tests: commands/tracking/track_command, commands/tracking/lens_use_option, commands/tracking/readout_option, commands/tracking/track_report, commands/tracking/tracking_side_option,
 // commands/tracking/trajectory_plot.
 // ulf track as a process: told to stop, it writes what it has.
 #include <gmock/gmock.h>
@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "acquisition/calibration/calibration_io.h"
 #include "commands/tracking/track_report.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -277,6 +278,35 @@ TEST(TrackCommand, AWrongFocalLengthIsSaidWhileTheCameraMoves) {
   EXPECT_THAT(run.errors, testing::HasSubstr("less than the 546.0 given"));
   EXPECT_THAT(run.output, testing::AllOf(testing::HasSubstr("less than the 546.0 given"),
                                          testing::HasSubstr("calibrate")));
+}
+
+TEST(TrackCommand, WithoutACalibrationTheLensIsFoundFromAGuess) {
+  const test::ScratchFolder scratch;
+  const std::string room = "replay:" + (scratch / "room").string() + "?glob=*.png",
+                    lens = (scratch / "lens.json").string();
+  std::filesystem::create_directory(scratch / "room");
+  WriteRoom(scratch / "room", 90);
+  EXPECT_THAT(test::RunUlf("track '" + room + "'").errors, testing::HasSubstr("intrinsics are not known"));
+  const auto run = test::RunUlf(
+      "track '" + room + "' --deterministic --intrinsics refine --calibration-out " + lens + " --json");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, testing::AllOf(testing::HasSubstr("a focal length of 544 px is guessed"),
+                                         testing::HasSubstr("tracking goes on with this lens")));
+  const auto report = nlohmann::json::parse(run.output);
+  EXPECT_NEAR(report["refined_lens"]["focal_px"].get<double>(), 520, 0.015 * 520);
+  EXPECT_FALSE(report["calibration"]["wrong"]);
+  EXPECT_EQ(acquisition::ReadCalibration(lens).fx, report["refined_lens"]["focal_px"].get<double>());
+}
+
+TEST(TrackCommand, ALensIsWrittenOnlyWhereOneIsSought) {
+  const auto run = test::RunUlf("track sim:studio --frames 5 --calibration-out /tmp/never.json");
+  EXPECT_NE(run.exit_code, 0);
+  EXPECT_THAT(run.errors, testing::HasSubstr("--intrinsics refine"));
+  const auto capture = test::RunUlf("capture sim:studio -o /tmp/never --headless --intrinsics refine");
+  EXPECT_NE(capture.exit_code, 0);
+  EXPECT_THAT(capture.errors,
+              testing::AllOf(testing::HasSubstr("ulf refine"), testing::HasSubstr("--calibration-out")));
+  EXPECT_NE(test::RunUlf("track sim:studio --frames 5 --intrinsics guess").exit_code, 0);
 }
 
 // Pictures that a rolling shutter bends fit another focal length better.

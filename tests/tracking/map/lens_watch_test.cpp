@@ -7,6 +7,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "core/geometry/trajectory.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/tracker.h"
 
@@ -112,6 +113,65 @@ TEST(LensWatch, TheTrackerDoubtsAWrongFocalLengthWhileTheHandMoves) {
     EXPECT_TRUE(check.focal_wrong);
     EXPECT_NEAR(check.fitted_focal_px, 520, 0.02 * 520) << factor;
   }
+}
+
+TEST(LensWatch, TheTrackerDoubtsAPrincipalPointThatIsOff) {
+  LensInTheRoom lens(TexturedRoom::Camera());
+  CameraModel given = TexturedRoom::Camera();
+  given.cx += 30;
+  CalibrationCheck check;
+  ASSERT_TRUE(lens.DoubtedAfter(given, 15, &check));
+  EXPECT_TRUE(check.center_wrong);
+  EXPECT_FALSE(check.focal_wrong);
+  EXPECT_NEAR(check.fitted_center_px.x(), TexturedRoom::Camera().cx, 8);
+  EXPECT_THAT(check.Text(), ::testing::HasSubstr("principal point"));
+}
+
+// What is left of the error under each use of a lens that is 15 % too long.
+TEST(LensWatch, TheTrackerGoesOnWithTheLensThatFits) {
+  const TexturedRoom room({.seed = 15});
+  CameraModel wrong = TexturedRoom::Camera();
+  wrong.fx *= 1.15;
+  wrong.fy *= 1.15;
+  struct Run {
+    double rms = 0;
+    int revisions = 0;
+    std::optional<tracking::RefinedLens> refined;
+    std::optional<CalibrationCheck> check;
+  };
+  const auto run = [&](const CameraModel& given, tracking::LensUse use) {
+    Tracker tracker(given, {.deterministic = true, .seed = 15, .lens = use});
+    std::vector<TimedPose> truth;
+    std::vector<std::pair<double, tracking::Track>> tracks;
+    Run result;
+    for (int i = 0; i < 100; ++i) {
+      const Frame frame = room.Take(TexturedRoom::HandAt(3 * i), static_cast<std::uint64_t>(i));
+      const tracking::Track track = tracker.Step(frame);
+      result.revisions = track.lens_revision;
+      EXPECT_FALSE(use == tracking::LensUse::kFixed && track.wrong_lens);
+      truth.push_back({frame.device_time_s, TexturedRoom::HandAt(3 * i)});
+      if (track.anchor) tracks.emplace_back(frame.device_time_s, track);
+    }
+    tracker.Finish();
+    std::vector<TimedPose> found;
+    for (const auto& [time_s, track] : tracks) found.push_back({time_s, *tracker.PoseNow(track)});
+    EXPECT_GT(found.size(), 70u);
+    result.rms = CompareTrajectories(found, truth, 1e-6).value().ate_rmse;
+    result.refined = tracker.Statistics().refined_lens;
+    result.check = tracker.Statistics().calibration;
+    return result;
+  };
+  const Run right = run(TexturedRoom::Camera(), tracking::LensUse::kRefine);
+  const Run fixed = run(wrong, tracking::LensUse::kFixed);
+  const Run refined = run(wrong, tracking::LensUse::kRefine);
+  EXPECT_FALSE(right.refined) << "a right lens stays";
+  EXPECT_FALSE(fixed.refined);
+  EXPECT_FALSE(fixed.check) << "a fixed lens is not checked";
+  ASSERT_TRUE(refined.refined);
+  EXPECT_GE(refined.revisions, 1) << "while the hand moves";
+  EXPECT_NEAR(refined.refined->camera.fx, TexturedRoom::Camera().fx, 0.01 * TexturedRoom::Camera().fx);
+  EXPECT_GT(fixed.rms, 5 * right.rms);
+  EXPECT_LT(refined.rms, 2 * right.rms);
 }
 
 TEST(LensWatch, TheTrackerDoubtsAMissingDistortion) {
