@@ -55,7 +55,8 @@ endif()
 option(ULF_UNITY "Compile the libraries' files eight at a time" OFF)
 
 # ulf_library(NAME SOURCES ... [APART ...] LINK ... PRECOMPILE ...)
-# APART: files with private names that others have, too (CMake itself keeps files with options of their own apart).
+# APART: files with private names that others have, too, or that take long (CMake itself keeps files with options of their
+# own apart).
 function(ulf_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;APART;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES} ${ARG_APART})

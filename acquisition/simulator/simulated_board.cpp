@@ -11,6 +11,7 @@
 #include "core/base/host_time.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/sensor_window.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -193,7 +194,7 @@ Rigid3 BoardScene::Place(std::uint64_t stop) const {
   const double about =
       2 * M_PI * (0.25 * static_cast<double>(stop % 4) + 0.15 * UnitNumber(options_.seed, stop, 5));
   const double roll = 0.7 * (UnitNumber(options_.seed, stop, 6) - 0.5);
-  const Eigen::Quaterniond facing = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ray);
+  const Eigen::Quaterniond facing = TurnBetween(Vector3d::UnitZ(), ray);
   const Eigen::Quaterniond rotation = facing *
                                       Eigen::AngleAxisd(tilt, Vector3d(std::cos(about), std::sin(about), 0)) *
                                       Eigen::AngleAxisd(roll, Vector3d::UnitZ());

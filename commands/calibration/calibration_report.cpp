@@ -10,6 +10,7 @@
 
 #include "core/base/counted.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::commands {
 namespace {
@@ -47,9 +48,9 @@ double LargestDifferencePx(const CameraModel& a, const CameraModel& b, double re
   // A rotation of the camera is not a difference between lenses (Wahba's problem, by singular values).
   Eigen::Matrix3d mixed = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < imgs.size(); ++i) mixed += in_b[i] * in_a[i].transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(mixed, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
-  const Eigen::Matrix3d b_from_a = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const SingularValues3 svd = SingularValuesOf(mixed);
+  Eigen::Vector3d signs(1, 1, (svd.u * svd.v.transpose()).determinant());
+  const Eigen::Matrix3d b_from_a = svd.u * signs.asDiagonal() * svd.v.transpose();
   double largest = 0;
   for (std::size_t i = 0; i < imgs.size(); ++i)
     if (const auto img = b.ImgFromCam(b_from_a * in_a[i]))

@@ -3,13 +3,13 @@
 #include <fmt/core.h>
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
 #include "core/base/quantile.h"
+#include "core/geometry/small_matrices.h"
 #include "core/plot/gnuplot.h"
 
 namespace ulf::commands {
@@ -89,7 +89,7 @@ Matrix3d MeanCamera(const std::vector<TimedPose>& poses) {
       from_mean -= up.dot(from_mean) * up;
       spread += from_mean * from_mean.transpose();
     }
-    right = Eigen::SelfAdjointEigenSolver<Matrix3d>(spread).eigenvectors().col(2);
+    right = EigenvaluesOf(spread).vectors.col(2);
     right -= up.dot(right) * up;
   }
   if (right.norm() < 1e-6) right = up.unitOrthogonal();

@@ -1,7 +1,8 @@
 #include "core/geometry/similarity3.h"
 
-#include <Eigen/SVD>
 #include <cmath>
+
+#include "core/geometry/small_matrices.h"
 
 namespace ulf {
 
@@ -32,13 +33,13 @@ std::optional<Similarity3> AlignPoints(std::span<const Vector3d> source, std::sp
     covariance += (target[i] - target_mean) * (source[i] - source_mean).transpose();
     variance += (source[i] - source_mean).squaredNorm();
   }
-  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vector3d singular = svd.singularValues();
+  const SingularValues3 svd = SingularValuesOf(covariance);
+  const Vector3d singular = svd.values;
   if (!(variance > 0) || !(singular(1) > 1e-9 * singular(0))) return std::nullopt;
   Vector3d signs(1, 1, 1);
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs(2) = -1;
+  if (svd.u.determinant() * svd.v.determinant() < 0) signs(2) = -1;
   Similarity3 similarity;
-  similarity.rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  similarity.rotation = svd.u * signs.asDiagonal() * svd.v.transpose();
   if (!rigid) similarity.scale = singular.dot(signs) / variance;
   similarity.translation = target_mean - similarity.scale * (similarity.rotation * source_mean);
   return similarity;

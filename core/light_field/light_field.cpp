@@ -1,11 +1,11 @@
 #include "core/light_field/light_field.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdio>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf {
 
@@ -36,9 +36,9 @@ Eigen::Vector3d UpOfCameras::Up() const {
   // square of x along it exceeds kAlike. Guessed.
   constexpr double kLeastMean = 0.3, kAlike = 0.8;
   if (up_.norm() > kLeastMean * count_) return up_.normalized();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(rights_);
-  if (count_ > 0 && solver.eigenvalues()(2) > kAlike * count_) {
-    const Eigen::Vector3d axis = solver.eigenvectors().col(2);
+  const Eigenvalues3 solver = EigenvaluesOf(rights_);
+  if (count_ > 0 && solver.values(2) > kAlike * count_) {
+    const Eigen::Vector3d axis = solver.vectors.col(2);
     return axis.dot(right_) < 0 ? Eigen::Vector3d(-axis) : axis;
   }
   return up_.norm() > 1e-9 ? Eigen::Vector3d(up_.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
@@ -61,12 +61,12 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
     normal += across;
     right_side += across * view.CenterInWorld();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
+  const Eigenvalues3 solver = EigenvaluesOf(normal);
   // Axes within about six degrees of each other determine the distance along them too poorly. Guessed.
   constexpr double kMinMeanSquaredSine = 0.01;
-  if (solver.eigenvalues()(0) < kMinMeanSquaredSine * static_cast<double>(light_field.views.size()))
+  if (solver.values(0) < kMinMeanSquaredSine * static_cast<double>(light_field.views.size()))
     return std::nullopt;
-  const Eigen::Vector3d center = normal.ldlt().solve(right_side);
+  const Eigen::Vector3d center = SolveNormal(normal, right_side);
 
   std::vector<double> distances, half_angles;
   std::size_t views_of_center = 0;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/base/quantile.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::coverage {
 
@@ -27,7 +28,7 @@ Rigid3 MarkerMouse::CamFromWorld(const Rigid3& cam_from_marker) {
   const Eigen::Vector3d middle_in_cam = cam_from_marker * middle_;
   if (!world_per_metre_) world_per_metre_ = distance_ / std::max(1e-6, middle_in_cam.norm());
   // The camera's place, but aimed at the subject: a marker beside the middle must not move the subject out of view.
-  const auto aimed = Eigen::Quaterniond::FromTwoVectors(middle_in_cam, Eigen::Vector3d::UnitZ());
+  const auto aimed = TurnBetween(middle_in_cam, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d ahead(0, 0, *world_per_metre_ * middle_in_cam.norm());
   return Rigid3{(aimed * cam_from_marker.rotation).normalized(), ahead} * held_from_world_;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 #include "coverage/bound/sphere_outline.h"
 
 namespace ulf::coverage {
@@ -397,7 +398,7 @@ std::optional<CloseLook> MakeCloseLook(const CaptureState& state, int width, int
   const double focal_px = kDiscShare * height * to_surface / (state.subject->radius * disc_radius);
   CaptureState close = state;
   // Aimed at the subject, with the live picture's roll: what moves left there moves left here.
-  const auto aimed = Eigen::Quaterniond::FromTwoVectors(center_in_cam, Vector3d::UnitZ());
+  const auto aimed = TurnBetween(center_in_cam, Vector3d::UnitZ());
   close.cam_from_world = Rigid3{aimed, Vector3d::Zero()} * *state.cam_from_world;
   CloseLook look{.size = {width, height}, .shapes = {}};
   // Leaves out what lies beyond the picture's corners.

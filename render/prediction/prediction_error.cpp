@@ -1,6 +1,5 @@
 #include "render/prediction/prediction_error.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/pinhole.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::render {
 namespace {
@@ -79,7 +79,7 @@ Motion MotionBehind(const std::vector<MeasuredShift>& shifts, const Vector6d& si
       normal += weight * at.flow.transpose() * information * at.flow;
       right += weight * at.flow.transpose() * (information * at.shift);
     }
-    motion.value = normal.ldlt().solve(right);
+    motion.value = SolveNormal(normal, right);
   }
   motion.off_sigmas = motion.value.cwiseQuotient(sigmas).norm() / std::sqrt(6.0);
   return motion;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -14,6 +13,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::render {
 
@@ -130,8 +130,8 @@ std::optional<TriedPlane> Fitted(const TriedPlane& plane, const std::vector<Sigh
   for (const SightedPoint& point : points)
     if (const double weight = weight_of(point); weight > 0)
       spread += weight / weights * (point.at - mean) * (point.at - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
-  const Vector3d normal = axes.eigenvectors().col(0);
+  const Eigenvalues3 axes = EigenvaluesOf(spread);
+  const Vector3d normal = axes.vectors.col(0);
   return TriedPlane{normal, normal.dot(mean)};
 }
 

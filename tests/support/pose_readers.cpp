@@ -1,10 +1,11 @@
 #include "tests/support/pose_readers.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::test {
 namespace {
@@ -18,8 +19,8 @@ Eigen::Matrix3d ReadMatrix(std::istream& in) {
 
 // Numbers in files are rounded: the nearest rotation.
 Eigen::Quaterniond RotationOf(const Eigen::Matrix3d& matrix, const std::string& where) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
+  const SingularValues3 svd = SingularValuesOf(matrix);
+  const Eigen::Matrix3d rotation = svd.u * svd.v.transpose();
   if (!((rotation - matrix).norm() < 1e-3) || rotation.determinant() < 0)
     throw std::runtime_error(where + ": not a rotation");
   return Eigen::Quaterniond(rotation);

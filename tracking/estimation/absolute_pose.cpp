@@ -1,6 +1,5 @@
 #include "tracking/estimation/absolute_pose.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"
 
@@ -88,7 +88,7 @@ Minimum Minimize(const CameraModel& camera, std::span<const PointObservation> ob
     for (int attempt = 0; attempt < 5 && !moved; ++attempt) {
       Matrix6d damped = minimum.equations.hessian;
       damped.diagonal() *= 1 + damping;
-      const Vector6d step = -damped.ldlt().solve(minimum.equations.gradient);
+      const Vector6d step = -SolveNormal(damped, minimum.equations.gradient);
       if (!step.allFinite()) return minimum;
       step_size = step.head<3>().norm() + step.tail<3>().norm() / (1 + minimum.pose.translation.norm());
       // So small a step leaves the equations as they are.

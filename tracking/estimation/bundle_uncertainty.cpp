@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/base/at.h"
+#include "core/geometry/small_matrices.h"
 #include "tracking/estimation/two_view_motion.h"
 
 // Solves column by column and uses lazy products: Eigen's blocked products of large matrices need memory
@@ -62,11 +63,10 @@ void AddPoint(const std::vector<CameraModel>& lenses, const BundleProblem& probl
   }
   if (known) return;
   ++normal.points;
-  const Eigen::FullPivLU<Matrix3d> lu(of_point);
-  if (!lu.isInvertible()) return;
-  const Matrix3d inverse = lu.inverse();
+  const auto inverse = InverseOf(of_point);
+  if (!inverse) return;
   for (const Share& a : shares) {
-    const Matrix63d left = a.camera_by_point * inverse;
+    const Matrix63d left = a.camera_by_point * *inverse;
     for (const Share& b : shares)
       normal.cameras.block<6, 6>(6 * a.block, 6 * b.block) -= left * b.camera_by_point.transpose();
   }

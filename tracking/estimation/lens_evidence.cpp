@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/base/at.h"
+#include "core/geometry/small_matrices.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/residuals.h"
 
@@ -62,9 +63,9 @@ Eigen::MatrixXd LensCovariance(const CameraModel& lens, const BundleProblem& pro
       cross.emplace_back(at, j.transpose() * by_point_j);
       lens_cross += k.transpose() * by_point_j;
     }
-    const Eigen::FullPivLU<Eigen::Matrix3d> lu(by_itself);
-    if (!lu.isInvertible()) continue;
-    const Eigen::Matrix3d inverse = lu.inverse();
+    const auto invertible = InverseOf(by_itself);
+    if (!invertible) continue;
+    const Eigen::Matrix3d& inverse = *invertible;
     for (const auto& [a, cross_a] : cross) {
       const Eigen::Matrix<double, 6, 3> left = cross_a * inverse;
       for (const auto& [b, cross_b] : cross) normal.block<6, 6>(a, b) -= left * cross_b.transpose();

@@ -1,8 +1,6 @@
 #include "tracking/estimation/relative_pose.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +12,7 @@
 #include "core/base/at.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/opengv_bridge.h"
 #include "tracking/estimation/sampling.h"
@@ -32,11 +31,11 @@ std::optional<Matrix3d> RotationFromPairs(std::span<const RayPair> pairs, const 
     const RayPair& pair = pairs[At(i)];
     correlation += pair.second * pair.first.transpose();
   }
-  const Eigen::JacobiSVD<Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  if (!(svd.singularValues()(1) > 1e-12)) return std::nullopt;
+  const SingularValues3 svd = SingularValuesOf(correlation);
+  if (!(svd.values(1) > 1e-12)) return std::nullopt;
   Matrix3d flip = Matrix3d::Identity();
-  flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-  return Matrix3d(svd.matrixU() * flip * svd.matrixV().transpose());
+  flip(2, 2) = (svd.u * svd.v.transpose()).determinant();
+  return Matrix3d(svd.u * flip * svd.v.transpose());
 }
 
 std::optional<SamplingResult<Matrix3d>> SampleRotation(std::span<const RayPair> pairs,
@@ -97,8 +96,7 @@ std::optional<Matrix3d> HomographyFromPairs(std::span<const RayPair> pairs, cons
       for (int k = 0; k < 3; ++k) rows.block<1, 3>(r, 3 * k) = cross(r, k) * pair.first.transpose();
     normal += rows.transpose() * rows;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(normal);
-  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
+  const Eigen::VectorXd h = SmallestEigenvector(normal);
   Matrix3d homography = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
   const double determinant = homography.determinant();
   if (std::abs(determinant) < 1e-9) return std::nullopt;

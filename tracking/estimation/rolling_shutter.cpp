@@ -6,6 +6,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "core/geometry/small_matrices.h"
 #include "tracking/estimation/absolute_pose.h"
 
 namespace ulf::tracking {
@@ -166,7 +167,7 @@ std::optional<Twist> TwistFromFlow(const CameraModel& camera, std::span<const Po
       right += weight * jacobian.transpose() * point.px_s;
     }
     if (static_cast<int>(misfits.size()) < options.min_points) return std::nullopt;
-    twist = normal.ldlt().solve(right);
+    twist = SolveNormal(normal, right);
     if (!twist.allFinite()) return std::nullopt;
     scale = Median(std::move(misfits));
   }

@@ -2,11 +2,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/at.h"
+#include "core/geometry/small_matrices.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 
@@ -69,8 +69,8 @@ double EpipolarError(const Matrix3d& essential, const RayPair& pair) {
 
 std::optional<Motion> BestMotion(const Matrix3d& essential, std::span<const RayPair> pairs,
                                  const std::vector<int>& used) {
-  const Eigen::JacobiSVD<Matrix3d> svd(essential, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d u = svd.matrixU(), v = svd.matrixV();
+  const SingularValues3 svd = SingularValuesOf(essential);
+  Matrix3d u = svd.u, v = svd.v;
   if (u.determinant() < 0) u = -u;
   if (v.determinant() < 0) v = -v;
   Matrix3d w;

@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -11,6 +10,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "core/geometry/small_matrices.h"
 #include "core/geometry/trajectory.h"
 
 namespace ulf::tracking {
@@ -41,9 +41,9 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3
     agreement += (to[i].OriginInSource() - to_mean) * (from[i].OriginInSource() - from_mean).transpose() /
                      (to_from.scale * distance * distance) +
                  to[i].RotationMatrix().transpose() * from[i].RotationMatrix();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(agreement, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  to_from.rotation = svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+  const SingularValues3 svd = SingularValuesOf(agreement);
+  const double sign = (svd.u * svd.v.transpose()).determinant() < 0 ? -1 : 1;
+  to_from.rotation = svd.u * Vector3d(1, 1, sign).asDiagonal() * svd.v.transpose();
   to_from.translation = to_mean - to_from.scale * (to_from.rotation * from_mean);
   return to_from;
 }

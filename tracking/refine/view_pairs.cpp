@@ -10,6 +10,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/relative_pose.h"
@@ -136,7 +137,7 @@ Rigid3 MoveToAgreement(const std::vector<RayPair>& pairs, const Rigid3& start, d
         normal(k, k) += weight;
         right(k) -= weight * twist(k);
       }
-      twist += normal.ldlt().solve(right);
+      twist += SolveNormal(normal, right);
     }
   return Perturbed(start, twist);
 }

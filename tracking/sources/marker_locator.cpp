@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
@@ -12,6 +11,7 @@
 #include "core/base/counted.h"
 #include "core/fiducials/board_detector.h"
 #include "core/fiducials/marker_detector.h"
+#include "core/geometry/small_matrices.h"
 #include "tracking/estimation/pose_error.h"
 #include "tracking/tracker/working_size.h"
 
@@ -51,12 +51,12 @@ std::vector<Rigid3> FirstGuesses(const CameraModel& camera, std::span<const Poin
   }
   if (points.size() < 4) return {};
   // The plane that holds the points, as z = 0 of a frame of its own.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
-  const bool planar = axes.eigenvalues()[0] < kFlat * axes.eigenvalues()[1];
-  if (axes.eigenvalues()[1] < kThin * axes.eigenvalues()[2]) return {};  // a line
+  const Eigenvalues3 axes = EigenvaluesOf(scatter);
+  const bool planar = axes.values[0] < kFlat * axes.values[1];
+  if (axes.values[1] < kThin * axes.values[2]) return {};  // a line
   Eigen::Matrix3d plane_from_world;
-  plane_from_world.row(0) = axes.eigenvectors().col(2);
-  plane_from_world.row(1) = axes.eigenvectors().col(1);
+  plane_from_world.row(0) = axes.vectors.col(2);
+  plane_from_world.row(1) = axes.vectors.col(1);
   plane_from_world.row(2) = plane_from_world.row(0).cross(plane_from_world.row(1));
   for (cv::Point3d& point : points) {
     const Vector3d turned = plane_from_world * Vector3d(point.x, point.y, point.z);

@@ -1,9 +1,9 @@
 #include "tracking/sources/marker_map.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "core/base/at.h"
+#include "core/geometry/small_matrices.h"
 #include "tracking/estimation/two_view_motion.h"
 #include "tracking/sources/marker_spec.h"
 
@@ -101,7 +101,7 @@ void MarkerMap::Adjust(int rounds) {
         }
       }
       if (corners < options_.min_corners) continue;
-      const Eigen::Matrix<double, 6, 1> step = -hessian.ldlt().solve(gradient);
+      const Eigen::Matrix<double, 6, 1> step = -SolveNormal(hessian, gradient);
       if (!step.allFinite()) continue;
       world_from_marker = world_from_marker * Perturbed({}, step);
     }

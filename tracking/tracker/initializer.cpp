@@ -8,6 +8,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::tracking {
 namespace {
@@ -19,7 +20,7 @@ Eigen::Vector3d AlignedRay(const CameraModel& camera, const Feature& from, const
   const auto patch = CutPatch(first, from.img, from.level);
   const auto axes = AxesOf(camera, Rigid3{}, from.ray, from.level);
   if (!patch || !axes) return to.ray;
-  const Rigid3 turned{Eigen::Quaterniond::FromTwoVectors(from.ray, to.ray), Eigen::Vector3d::Zero()};
+  const Rigid3 turned{TurnBetween(from.ray, to.ray), Eigen::Vector3d::Zero()};
   const auto aligned = AlignPatch(camera, *patch, *axes, from.ray, turned, second, to.img);
   if (!aligned) return to.ray;
   return camera.RayFromImg(aligned->img).value_or(to.ray);

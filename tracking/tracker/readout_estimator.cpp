@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/at.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::tracking {
 namespace {
@@ -178,9 +179,9 @@ std::optional<ReadoutEstimate> EstimateReadout(const CameraModel& camera, const 
     normal += square;
     right += product;
   }
-  const Eigen::FullPivLU<Matrix3d> lu(normal);
-  if (!lu.isInvertible()) return std::nullopt;
-  const Matrix3d inverse = lu.inverse();
+  const auto invertible = InverseOf(normal);
+  if (!invertible) return std::nullopt;
+  const Matrix3d& inverse = *invertible;
   const Vector3d found = inverse * right;
   Matrix3d scatter = Matrix3d::Zero();
   for (std::size_t k = 0; k < count; ++k) {

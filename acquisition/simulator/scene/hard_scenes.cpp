@@ -5,6 +5,7 @@
 #include "acquisition/simulator/scene/noise.h"
 #include "acquisition/simulator/scene/scene_builder.h"
 #include "core/geometry/angles.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -48,7 +49,7 @@ void AddLeaf(SceneBuilder& builder, const Vector3d& at, const Vector3d& outward,
                .texel_m = 0.0007f,
                .thin = true,
                .moves = moves,
-               .world_from_local = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), normal)});
+               .world_from_local = TurnBetween(Vector3d::UnitZ(), normal)});
 }
 
 }  // namespace

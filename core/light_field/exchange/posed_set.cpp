@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -12,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
+#include "core/geometry/small_matrices.h"
 #include "core/image/image.h"
 #include "core/image/image_header.h"
 
@@ -126,8 +126,8 @@ Eigen::Quaterniond NearestRotation(const Eigen::Matrix3d& matrix, const std::str
         "{}: {} is not a rotation (orthonormal, determinant 1); export the set again without scale or "
         "mirroring",
         where, what);
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose())).normalized();
+  const SingularValues3 svd = SingularValuesOf(matrix);
+  return Eigen::Quaterniond(Eigen::Matrix3d(svd.u * svd.v.transpose())).normalized();
 }
 
 }  // namespace ulf

@@ -1,9 +1,8 @@
 #include "core/light_field/points/point_fit.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <limits>
+
+#include "core/geometry/small_matrices.h"
 
 namespace ulf {
 namespace {
@@ -28,10 +27,10 @@ std::optional<Vector3d> NearestToRays(std::span<const PosedObservation> observat
   if (rays < 2) return std::nullopt;
   // Rays within a twentieth of a degree of each other do not determine a point. Guessed.
   constexpr double kMinMeanSquaredSine = 1e-6;
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(normal);
-  if (solver.eigenvalues()(0) < kMinMeanSquaredSine * rays) return std::nullopt;
-  return Vector3d(solver.eigenvectors() * solver.eigenvalues().cwiseInverse().cwiseProduct(
-                                              solver.eigenvectors().transpose() * right));
+  const Eigenvalues3 solver = EigenvaluesOf(normal);
+  if (solver.values(0) < kMinMeanSquaredSine * rays) return std::nullopt;
+  return Vector3d(solver.vectors *
+                  solver.values.cwiseInverse().cwiseProduct(solver.vectors.transpose() * right));
 }
 
 // One Gauss-Newton step under Huber's loss; zero where too few views see the point.
@@ -50,7 +49,7 @@ Vector3d StepFrom(std::span<const PosedObservation> observations, const Vector3d
     normal += weight * j.transpose() * j;
     right += weight * j.transpose() * error;
   }
-  const Vector3d step = normal.ldlt().solve(right);
+  const Vector3d step = SolveNormal(normal, right);
   return step.allFinite() ? step : Vector3d(Vector3d::Zero());
 }
 

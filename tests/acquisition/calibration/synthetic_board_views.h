@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "acquisition/calibration/calibrate.h"
+#include "core/geometry/small_matrices.h"
 
 namespace ulf::test {
 
@@ -36,9 +37,8 @@ inline std::vector<BoardView> MakeViews(const SyntheticBoardViews& s) {
     const double about = place * M_PI / 2 + 0.3 * (s.moves ? unit(random) : 0);
     const double tilt = s.largest_tilt * (s.moves ? 0.3 + 0.7 * unit(random) : 0.5);
     const double turn = s.moves ? 0.5 * (unit(random) - 0.5) : 0;
-    const Eigen::Quaterniond facing = s.largest_tilt > 0
-                                          ? Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), ray)
-                                          : Eigen::Quaterniond::Identity();
+    const Eigen::Quaterniond facing =
+        s.largest_tilt > 0 ? TurnBetween(Eigen::Vector3d::UnitZ(), ray) : Eigen::Quaterniond::Identity();
     const Eigen::Quaterniond rotation =
         facing * Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(about), std::sin(about), 0)) *
         Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ());

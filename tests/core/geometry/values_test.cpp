@@ -1,5 +1,5 @@
 // Tests: core/geometry/rigid3, core/geometry/camera_model, core/image/image, core/base/device_uri,
-// core/light_field/view_numbers.
+// core/light_field/view_numbers, core/geometry/small_matrices.
 //
 // Poses, cameras, images: the values everything else is made of.
 #include <gmock/gmock.h>
@@ -16,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
+#include "core/geometry/small_matrices.h"
 #include "core/image/image.h"
 #include "core/light_field/view_numbers.h"
 #include "tests/support/floors.h"
@@ -221,6 +222,49 @@ TEST(DeviceUri, TakesApartAndRefuses) {
   EXPECT_THAT([&] { uri.AllowOnly({"seed"}); }, ThrowsMessage<UsageError>(HasSubstr("'fps'")));
   EXPECT_THROW(DeviceUri::Parse("studio"), UsageError);
   EXPECT_THROW(DeviceUri::Parse("sim:studio?seed"), UsageError);
+}
+
+TEST(SmallMatrices, AreTakenApartAndPutTogetherAgain) {
+  Eigen::Matrix3d any;
+  any << 1, 2, 3, -4, 5, 0.5, 0.1, -7, 2;
+  const SingularValues3 svd = SingularValuesOf(any);
+  EXPECT_LT((svd.u * svd.values.asDiagonal() * svd.v.transpose() - any).norm(), 1e-12);
+  EXPECT_GT(svd.values(0), svd.values(1));
+  EXPECT_GT(svd.values(1), svd.values(2));
+
+  const Eigen::Matrix3d symmetric = any * any.transpose();
+  const Eigenvalues3 axes = EigenvaluesOf(symmetric);
+  EXPECT_LT((symmetric * axes.vectors - axes.vectors * axes.values.asDiagonal()).norm(), 1e-10);
+  EXPECT_LT(axes.values(0), axes.values(1));
+  EXPECT_LT(axes.values(1), axes.values(2));
+  EXPECT_NEAR(std::abs(SmallestEigenvector(symmetric).dot(axes.vectors.col(0))), 1, 1e-9);
+
+  const auto inverse = InverseOf(any);
+  ASSERT_TRUE(inverse);
+  EXPECT_LT((*inverse * any - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+  EXPECT_FALSE(InverseOf(Vector3d(1, 2, 3) * Vector3d(3, 2, 1).transpose())) << "of rank one";
+}
+
+TEST(SmallMatrices, NormalEquationsAreSolved) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> number;
+  Eigen::Matrix<double, 6, 6> any;
+  Eigen::Matrix<double, 6, 1> x;
+  for (Eigen::Index i = 0; i < any.size(); ++i) any.data()[i] = number(random);
+  for (Eigen::Index i = 0; i < 6; ++i) x(i) = number(random);
+  const Eigen::Matrix<double, 6, 6> normal = any * any.transpose();
+  EXPECT_LT((SolveNormal(normal, Eigen::Matrix<double, 6, 1>(normal * x)) - x).norm(), 1e-7);
+  const Eigen::Matrix3d corner = normal.topLeftCorner<3, 3>();
+  const Vector3d part = x.head<3>();
+  EXPECT_LT((SolveNormal(corner, Vector3d(corner * part)) - part).norm(), 1e-7);
+}
+
+TEST(SmallMatrices, ATurnTakesOneDirectionToAnotherAlsoToItsOpposite) {
+  const Vector3d from(0.3, -0.2, 2);
+  for (const Vector3d& to : {Vector3d(1, 2, 3), Vector3d(-from), from})
+    EXPECT_LT((TurnBetween(from, to) * from.normalized() - to.normalized()).norm(), 1e-9) << to.transpose();
+  EXPECT_NEAR(TurnBetween({1, 0, 0}, {0, 1, 0}).angularDistance(Eigen::Quaterniond::Identity()), M_PI / 2,
+              1e-12);
 }
 
 TEST(ViewNumbers, AreNamedInRuns) {

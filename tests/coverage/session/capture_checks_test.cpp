@@ -9,6 +9,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/geometry/similarity3.h"
+#include "core/geometry/small_matrices.h"
 #include "coverage/session/capture_session.h"
 #include "coverage/session/capture_subject.h"
 #include "coverage/session/preflight.h"
@@ -155,7 +157,7 @@ TEST(PoseError, IsWhatMovesOnTheSubject) {
       const double toward = toward_deg * M_PI / 180;
       const Eigen::Vector3d off(sigma * std::cos(toward), 0, sigma * std::sin(toward));
       const Eigen::Vector3d center(0, 0, distance);
-      const auto turn = Eigen::Quaterniond::FromTwoVectors(center - off, center);
+      const auto turn = TurnBetween(center - off, center);
       for (double polar = 0; polar < std::acos(radius / distance); polar += 0.01) {
         const Eigen::Vector3d point = center + radius * Eigen::Vector3d(std::sin(polar), 0, -std::cos(polar));
         const Eigen::Vector3d seen = turn * (point - off);
@@ -442,7 +444,7 @@ TEST(SubjectMoved, IsNoticedByTheTrackersPointsAndOnlyThen) {
     Tracker tracker(TexturedRoom::Camera(), {.deterministic = true, .seed = seed});
     SubjectWatch watch;
     std::optional<Subject> box;
-    Eigen::Matrix3Xd centers(3, 0), true_centers(3, 0);
+    std::vector<Eigen::Vector3d> centers, true_centers;
     int noticed = -1;
     for (int i = 0; i < kFrames; ++i) {
       const Rigid3 truth = TexturedRoom::HandAt(i);
@@ -451,17 +453,15 @@ TEST(SubjectMoved, IsNoticedByTheTrackersPointsAndOnlyThen) {
           tracker.Step(room.Take(truth, static_cast<std::uint64_t>(i), TexturedRoom::Camera(), moment));
       if (!track.cam_from_world) continue;
       if (i < kPlaced) {
-        centers.conservativeResize(3, centers.cols() + 1);
-        true_centers.conservativeResize(3, centers.cols());
-        centers.rightCols<1>() = track.cam_from_world->OriginInSource();
-        true_centers.rightCols<1>() = truth.OriginInSource();
+        centers.push_back(track.cam_from_world->OriginInSource());
+        true_centers.push_back(truth.OriginInSource());
         continue;
       }
       if (!box) {
-        ASSERT_GT(centers.cols(), 20) << "seed " << seed;
-        const Eigen::Matrix4d tracked_from_true = Eigen::umeyama(true_centers, centers, true);
-        const double scale = tracked_from_true.topLeftCorner<3, 3>().col(0).norm();
-        box = Subject{(tracked_from_true * Eigen::Vector4d(0.18, 0.2, 2.6, 1)).head<3>(), 0.42 * scale};
+        ASSERT_GT(centers.size(), 20u) << "seed " << seed;
+        const auto tracked_from_true = AlignPoints(true_centers, centers);
+        ASSERT_TRUE(tracked_from_true) << "seed " << seed;
+        box = Subject{*tracked_from_true * Eigen::Vector3d(0.18, 0.2, 2.6), 0.42 * tracked_from_true->scale};
       }
       if (watch.Moved(i / 30.0, tracker.ExpectedPoints(), *box) && noticed < 0) noticed = i;
     }
