@@ -84,7 +84,7 @@ TEST(MeasuredCapture, SaysThatNothingWasMeasuredAndTheBoundDecided) {
   EXPECT_THAT(run.errors, HasSubstr("the bound alone decided"));
 }
 
-TEST(MeasuredCapture, GoesOnWithWhatWasMeasured) {
+TEST(MeasuredCapture, GoesOnWithWhatWasMeasuredAndViewsThatAreTakenBackTakeTheirErrorsAlong) {
   const ScratchFolder scratch;
   ASSERT_EQ(Capture(scratch / "lf", "--frames 90 --until-covered 40x20 --cover measured:29").exit_code, 0);
   const auto before = ReadLightField(scratch / "lf").measured;
@@ -92,10 +92,18 @@ TEST(MeasuredCapture, GoesOnWithWhatWasMeasured) {
   ASSERT_GT(before->directions.size(), 20u);
   const CommandResult again = Capture(scratch / "lf", "--resume --frames 20 --cover measured:29");
   ASSERT_EQ(again.exit_code, 0) << again.errors;
-  const auto after = ReadLightField(scratch / "lf").measured;
-  ASSERT_TRUE(after);
-  EXPECT_GE(after->directions.size(), before->directions.size());
-  EXPECT_GE(after->frames, before->frames);
+  const LightField after = ReadLightField(scratch / "lf");
+  ASSERT_TRUE(after.measured);
+  EXPECT_GE(after.measured->directions.size(), before->directions.size());
+  EXPECT_GE(after.measured->frames, before->frames);
+
+  std::ofstream(scratch / "lines") << "take-back " << after.views.size() - 3 << "\n";
+  const CommandResult less =
+      Capture(scratch / "lf", "--resume --frames 2 --requests " + (scratch / "lines").string());
+  ASSERT_EQ(less.exit_code, 0) << less.errors;
+  const LightField left = ReadLightField(scratch / "lf");
+  EXPECT_LT(left.views.size(), after.views.size());
+  EXPECT_LT(left.measured->directions.size(), after.measured->directions.size() / 2);
 }
 
 TEST(MeasuredCapture, PhotographsThatCannotBeReadAreLeftOut) {
@@ -117,22 +125,6 @@ TEST(MeasuredCapture, PhotographsThatCannotBeReadAreLeftOut) {
   const json report = json::parse(again.output);
   EXPECT_GT(report["recorded"], 0) << "views were recorded after the damaged ones were met";
   EXPECT_GT(report["measured"]["directions"], 0) << "by the other views";
-}
-
-TEST(MeasuredCapture, ViewsThatAreTakenBackTakeTheirErrorsAlong) {
-  const ScratchFolder scratch;
-  ASSERT_EQ(Capture(scratch / "lf", "--frames 90 --until-covered 40x20 --cover measured:29").exit_code, 0);
-  const LightField before = ReadLightField(scratch / "lf");
-  ASSERT_TRUE(before.measured);
-  ASSERT_GT(before.measured->directions.size(), 20u);
-  const auto count = before.views.size();
-  std::ofstream(scratch / "lines") << "take-back " << count - 3 << "\n";
-  const CommandResult again =
-      Capture(scratch / "lf", "--resume --frames 2 --requests " + (scratch / "lines").string());
-  ASSERT_EQ(again.exit_code, 0) << again.errors;
-  const LightField after = ReadLightField(scratch / "lf");
-  EXPECT_LT(after.views.size(), before.views.size());
-  EXPECT_LT(after.measured->directions.size(), before.measured->directions.size() / 2);
 }
 
 TEST(MeasuredCapture, OptionsThatContradictAreRefused) {

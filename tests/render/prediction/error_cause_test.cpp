@@ -41,6 +41,19 @@ Rigid3 Place(const SeenScene& scene, int i) {
   return scene.PoseFrom(Radians(-11.5 + 3.1 * i), Radians(i % 2 == 0 ? 2.4 : -2.2));
 }
 
+// What a camera sees there of the studio: most causes begin with these.
+StereoView StudioLook(int i) {
+  static const std::vector<StereoView> looks = [] {
+    std::vector<StereoView> made;
+    for (int place = 0; place < kPlaces; ++place)
+      made.push_back(Studio().Look(Place(Studio(), place), static_cast<unsigned>(1000 + place)));
+    return made;
+  }();
+  StereoView look = looks[static_cast<std::size_t>(i)];
+  look.grey = look.grey.clone();
+  return look;
+}
+
 std::vector<ErrorCause> NamedAtPlaces(const std::function<ErrorCause(int)>& at) {
   std::vector<ErrorCause> named;
   for (int i = 0; i < kPlaces; ++i) named.push_back(at(i));
@@ -52,8 +65,7 @@ std::vector<ErrorCause> NamedOf(ErrorCause cause) {
   switch (cause) {
     case ErrorCause::kNone: {
       FramePredictor predictor = Studio().Predictor();
-      return NamedAtPlaces(
-          [&](int i) { return Named(predictor, Studio().Look(Place(Studio(), i), seed(i))); });
+      return NamedAtPlaces([&](int i) { return Named(predictor, StudioLook(i)); });
     }
     case ErrorCause::kNotSeen: {
       FramePredictor predictor = Studio().Predictor();
@@ -63,13 +75,12 @@ std::vector<ErrorCause> NamedOf(ErrorCause cause) {
         return (part->vertices[triangle[0]].cast<double>() - center).norm() < 1.5 * Studio().subject().radius;
       });
       predictor.SetGeometry(Studio().subject(), part);
-      return NamedAtPlaces(
-          [&](int i) { return Named(predictor, Studio().Look(Place(Studio(), i), seed(i))); });
+      return NamedAtPlaces([&](int i) { return Named(predictor, StudioLook(i)); });
     }
     case ErrorCause::kPose: {
       FramePredictor predictor = Studio().Predictor();
       return NamedAtPlaces([&](int i) {
-        StereoView frame = Studio().Look(Place(Studio(), i), seed(i));
+        StereoView frame = StudioLook(i);
         const Eigen::AngleAxisd turn((2 + 0.3 * i) / frame.camera.fx, Vector3d(0.3, 1, 0.1 * i).normalized());
         frame.cam_from_world.rotation = turn * frame.cam_from_world.rotation;
         frame.cam_from_world.translation = turn * frame.cam_from_world.translation;
@@ -79,7 +90,7 @@ std::vector<ErrorCause> NamedOf(ErrorCause cause) {
     case ErrorCause::kLight: {
       FramePredictor predictor = Studio().Predictor();
       return NamedAtPlaces([&](int i) {
-        StereoView frame = Studio().Look(Place(Studio(), i), seed(i));
+        StereoView frame = StudioLook(i);
         // Somebody stands in the light: brightness falls across the picture, another way every time.
         for (int y = 0; y < frame.grey.rows; ++y)
           for (int x = 0; x < frame.grey.cols; ++x) {
@@ -93,7 +104,7 @@ std::vector<ErrorCause> NamedOf(ErrorCause cause) {
     case ErrorCause::kFocus: {
       FramePredictor predictor = Studio().Predictor();
       return NamedAtPlaces([&](int i) {
-        StereoView frame = Studio().Look(Place(Studio(), i), seed(i));
+        StereoView frame = StudioLook(i);
         cv::GaussianBlur(frame.grey, frame.grey, {}, 1.5 + 0.2 * i);
         return Named(predictor, frame);
       });
@@ -112,8 +123,7 @@ std::vector<ErrorCause> NamedOf(ErrorCause cause) {
       for (auto& vertex : wrong->vertices)
         vertex = (from + 0.9 * (vertex.cast<double>() - from)).cast<float>();
       predictor.SetGeometry(Studio().subject(), wrong);
-      return NamedAtPlaces(
-          [&](int i) { return Named(predictor, Studio().Look(Place(Studio(), i), seed(i))); });
+      return NamedAtPlaces([&](int i) { return Named(predictor, StudioLook(i)); });
     }
     case ErrorCause::kSurface: {
       static const SeenScene glass("glass", Radians(10));

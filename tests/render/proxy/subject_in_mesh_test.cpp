@@ -82,7 +82,7 @@ TEST(SubjectInMesh, WhatGoesOnIntoTheSceneIsNoSubject) {
 class SubjectInSeenMesh : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(SubjectInSeenMesh, IsAsLargeAsTheSceneSaysWhateverTheSphere) {
-  const test::SeenScene seen(GetParam(), Radians(5));
+  const test::SeenScene seen(GetParam(), Radians(10));
   const Subject& truth = seen.subject();
   for (const double size : {0.6, 1.0, 1.8}) {
     const auto found = SubjectInMesh(*seen.mesh(), {truth.center_in_world, size * truth.radius});

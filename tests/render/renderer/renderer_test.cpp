@@ -73,11 +73,13 @@ TEST(GlRenderer, EqualsTheReference) {
       {.kind = FieldKind::kLumigraphPerPixel},
       {.kind = FieldKind::kNearest}};
   double worst_band = 0, worst_within = 1, worst_of_all = 1;
+  // All fields over the first scene; over the others those that weigh views differently, by triangles or by pixels.
+  const std::vector<FieldOptions> few_fields{fields[0], fields[2], fields[4]};
   for (const Case& c : cases) {
     const auto scene = test::MakeScene(c.spec);
     const auto gl = MakeRenderer(scene, {.renderer = RendererKind::kGl});
     const auto reference = MakeRenderer(scene, {.renderer = RendererKind::kReference});
-    for (const FieldOptions& field : fields) {
+    for (const FieldOptions& field : &c == &cases.front() ? fields : few_fields) {
       gl->SetField(field);
       reference->SetField(field);
       for (const Place& place : Places(*scene)) {

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -228,21 +227,20 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
 }
 
 // Keyframes get their rows while a mapper has the map, too. How far it gets between frames is the machine's
-// business, so that no two runs err alike: of three pairs the middle one counts. In the pauses it gets to its
-// end.
+// business, so that no two runs err alike: of three pairs the middle one counts, so that two that agree are enough. In
+// the pauses it gets to its end.
 TEST(RollingShutter, IsFoundAndCompensatedBesideAMapperInItsOwnThread) {
-  std::array<double, 3> ratios{};
-  for (double& ratio : ratios) {
+  int better = 0, not_better = 0;
+  while (better < 2 && not_better < 2) {
     const Outcome plain = Follow(kReadout_s, {.wait_for_mapper = true, .readout = {.readout_s = 0}});
     const Outcome found =
         Follow(kReadout_s, {.wait_for_mapper = true, .readout = {.compensate_found = true}}, 8);
     ASSERT_TRUE(found.rolling);
     EXPECT_TRUE(found.rolling->compensated);
     EXPECT_NEAR(found.rolling->readout_s, kReadout_s, 0.25 * kReadout_s);
-    ratio = found.late_error_m / plain.late_error_m;
+    ++(found.late_error_m < 0.8 * plain.late_error_m ? better : not_better);
   }
-  std::sort(ratios.begin(), ratios.end());
-  EXPECT_LT(ratios[1], 0.8);
+  EXPECT_EQ(better, 2);
 }
 
 }  // namespace
