@@ -10,18 +10,18 @@
 namespace ulf::commands {
 
 inline void AddLensUseOption(CLI::App& command, tracking::LensUse& use) {
-  const std::map<std::string, tracking::LensUse> words{{"fixed", tracking::LensUse::kFixed},
-                                                       {"check", tracking::LensUse::kCheck},
-                                                       {"refine", tracking::LensUse::kRefine}};
+  static const std::map<std::string, tracking::LensUse> kWords{{"fixed", tracking::LensUse::kFixed},
+                                                               {"check", tracking::LensUse::kCheck},
+                                                               {"refine", tracking::LensUse::kRefine}};
   command
-      .add_option(
-          "--intrinsics", use,
+      .add_option_function<std::string>(
+          "--intrinsics", [&use](const std::string& word) { use = kWords.at(word); },
           "The lens while tracking: fixed (as given), check (as given; said where images contradict it), "
           "refine (where they do, the tracker goes on with the lens that fits and corrects the poses; "
           "where no lens is known it starts from a guess) (check)")
-      ->transform(CLI::Transformer(words))
-      ->check(
-          CLI::IsMember({tracking::LensUse::kFixed, tracking::LensUse::kCheck, tracking::LensUse::kRefine}))
+      ->check([](const std::string& word) {
+        return kWords.contains(word) ? std::string() : "'" + word + "' is none of fixed, check and refine";
+      })
       ->type_name("fixed|check|refine");
 }
 

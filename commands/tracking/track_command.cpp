@@ -91,7 +91,8 @@ GivenPoses AtMiddleRow(const TrackRun& run) {
 }
 
 // What the images said of the lens, at once.
-void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, TrackRun& run) {
+void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tracking::LensUse use,
+              TrackRun& run) {
   const auto after_s = [&] { return sample.time_s - run.live.front().time_s; };
   const tracking::Track& track = sample.track;
   if (const int before = run.frames.empty() ? 0 : run.frames.back().track.lens_revision;
@@ -101,7 +102,8 @@ void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, Tra
       spdlog::info("images fit {}: tracking goes on with this lens, and the poses so far are corrected",
                    lens->Text());
   }
-  if (!track.wrong_lens || run.wrong_lens_after_s) return;
+  // What is to be replaced before the next frame needs no warning.
+  if (!track.wrong_lens || run.wrong_lens_after_s || use == tracking::LensUse::kRefine) return;
   const auto lens = poses.Statistics().calibration;
   if (!lens) return;
   run.wrong_lens_after_s = after_s();
@@ -147,7 +149,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
     if (sample.track.cam_from_world) run.live.push_back({sample.time_s, *sample.track.cam_from_world});
     if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
       run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
-    NoteLens(sample, *poses, run);
+    NoteLens(sample, *poses, args.lens, run);
     run.frames.push_back(std::move(sample));
     const int count = static_cast<int>(run.frames.size());
     progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),

@@ -125,9 +125,7 @@ std::string MapLine(const tracking::TrackerStatistics& map) {
                         Counted(map.keyframes_left_out, "keyframe"));
   text += "\n";
   if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
-  if (map.refined_lens)
-    text +=
-        fmt::format("lens: {}, found by the images in place of the one given\n", map.refined_lens->Text());
+  if (map.refined_lens) text += fmt::format("lens: {}, found from the images\n", map.refined_lens->Text());
   if (map.calibration && map.calibration->Wrong()) text += map.calibration->Advice() + "\n";
   return text;
 }

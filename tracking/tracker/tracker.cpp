@@ -1,5 +1,7 @@
 #include "tracking/tracker/tracker.h"
 
+#include <algorithm>
+
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tracking/map/map_file.h"
@@ -69,8 +71,12 @@ std::optional<Rigid3> Tracker::PoseNow(const Track& track) const {
       if (const int point = map.Resolve(o.point); point >= 0)
         seen.push_back({map.point(point).position, o.img, 1});
   }
+  // Points may be gone since, and their numbers others'.
+  constexpr double kFewest = 0.6;  // share of the points that must agree. Guessed
+  const double fewest = std::max<double>(state_->options.locator.min_matches,
+                                         kFewest * static_cast<double>(track.seen->size()));
   const auto solved = RefinePose(state_->size.original(), seen, anchored);
-  return solved && solved->inliers >= state_->options.locator.min_matches ? solved->cam_from_world : anchored;
+  return solved && solved->inliers >= fewest ? solved->cam_from_world : anchored;
 }
 
 std::vector<VisiblePoint> Tracker::VisiblePoints() const {

@@ -332,6 +332,33 @@ TEST_F(Intrinsics, AFileThatNamesNoCameraIsTakenAndAnnounced) {
       << "recorded frames come from no camera";
 }
 
+// A JPEG's head whose Exif data tell one number: the focal length of a lens with the same field of view on 35 mm film.
+std::string ExifOfFocal35mm(char focal_mm) {
+  using namespace std::string_literals;
+  const std::string one_entry = "\x01\x00"s, last_directory = "\x00\x00\x00\x00"s;
+  const std::string to_exif = "\x69\x87\x04\x00\x01\x00\x00\x00\x1A\x00\x00\x00"s;
+  const std::string focal = "\x05\xA4\x03\x00\x01\x00\x00\x00"s + focal_mm + "\x00\x00\x00"s;
+  return "\xFF\xD8\xFF\xE1\x00\x34"s + "Exif\x00\x00"s + "II*\x00\x08\x00\x00\x00"s + one_entry + to_exif +
+         last_directory + one_entry + focal + last_directory + "\xFF\xD9"s;
+}
+
+TEST_F(Intrinsics, AGuessIsTheLastResortAndSaysSo) {
+  Frame frame;
+  frame.image.pixels = cv::Mat(480, 640, CV_8UC1, cv::Scalar(0));
+  EXPECT_DOUBLE_EQ(GuessFocalPx(frame), 0.85 * 640);
+  frame.encoded = EncodedImage{".jpg", std::make_shared<const std::string>(ExifOfFocal35mm(28))};
+  EXPECT_NEAR(GuessFocalPx(frame), 28 / 43.267 * 800, 0.1) << "28 mm on a diagonal of 43.3 mm, 800 pixels";
+
+  const IntrinsicsArgs guessed{.guessed_focal_px = 500};
+  const ResolvedCalibration guess = ResolveCalibration(StillDevice("unknown"), guessed, 640, 480);
+  EXPECT_DOUBLE_EQ(guess.camera.fx, 500);
+  EXPECT_EQ(guess.source, kFocalLengthGuessed);
+  EXPECT_THAT(guess.warnings, ::testing::ElementsAre(HasSubstr("500 px is guessed")));
+  EXPECT_DOUBLE_EQ(
+      ResolveIntrinsics(StillDevice("unknown"), {.focal_px = 600, .guessed_focal_px = 500}, 640, 480).fx,
+      600);
+}
+
 TEST_F(Intrinsics, AnOldFileKeepsReading) {
   const auto path = scratch_ / "old.json";
   std::ofstream(path)

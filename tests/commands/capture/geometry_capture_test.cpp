@@ -101,7 +101,7 @@ std::vector<double> DepthErrors(const ViewDepthMap& map, const Rigid3& cam_from_
 TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
-  const CommandResult run = Capture(dir, "--frames 100");
+  const CommandResult run = Capture(dir, "--until-covered 20x14");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   const auto json = nlohmann::json::parse(run.output);
   EXPECT_GE(json["geometry"]["maps"], 4);
@@ -188,7 +188,7 @@ TEST(GeometryCapture, OlderMeshIsKept) {
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 30 --no-geometry").exit_code, 0);
   std::ofstream(dir / "proxy.ply") << "of another program";
-  const CommandResult run = Capture(dir, "--resume --frames 30");
+  const CommandResult run = Capture(dir, "--resume --frames 60");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_EQ(BytesOf(dir / "kept" / "proxy.ply"), "of another program");
   EXPECT_THAT(run.errors, HasSubstr("kept"));
@@ -224,7 +224,7 @@ TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMapsAndKeepsThem) {
 TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
-  ASSERT_EQ(Capture(dir, "--frames 30 --deterministic").exit_code, 0);
+  ASSERT_EQ(Capture(dir, "--frames 60").exit_code, 0);
   const std::size_t views = ReadLightField(dir).views.size();
   const auto maps = FilesIn(dir / "depth");
   std::ofstream(dir / "proxy.ply") << "a finer one";
@@ -242,11 +242,11 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
 TEST(GeometryCapture, MeshThatCannotBeWrittenCostsNothingElse) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
-  ASSERT_EQ(Capture(dir, "--frames 30 --no-geometry").exit_code, 0);
+  ASSERT_EQ(Capture(dir, "--frames 60 --no-geometry").exit_code, 0);
   const std::size_t before = ReadLightField(dir).views.size();
   std::ofstream(dir / "proxy.ply") << "of another program";
   std::ofstream(dir / "kept") << "not a folder";
-  const CommandResult run = Capture(dir, "--resume --frames 30");
+  const CommandResult run = Capture(dir, "--resume --frames 90");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("ulf proxy"));
   EXPECT_GE(ReadLightField(dir).views.size(), before);
@@ -259,7 +259,7 @@ TEST(GeometryCapture, DepthMapsThatCannotBeWrittenCostNothingElse) {
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 30 --no-geometry").exit_code, 0);
   std::ofstream(dir / "depth") << "not a folder";
-  const CommandResult run = Capture(dir, "--resume --frames 30");
+  const CommandResult run = Capture(dir, "--resume --frames 60");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("without depth maps, which ulf proxy makes"));
   const auto json = nlohmann::json::parse(run.output);
@@ -349,7 +349,7 @@ TEST(GeometryCapture, KilledCaptureGoesOnWithTheGeometryOfAllViews) {
 TEST(GeometryCapture, DeterministicGeometryIsTheSameTwice) {
   const ScratchFolder scratch;
   for (const char* name : {"a", "b"})
-    ASSERT_EQ(Capture(scratch / name, "--frames 30 --deterministic").exit_code, 0);
+    ASSERT_EQ(Capture(scratch / name, "--frames 50 --deterministic").exit_code, 0);
   const std::string bytes = BytesOf(scratch / "a" / "proxy.ply");
   EXPECT_GT(bytes.size(), 10000u);
   EXPECT_TRUE(bytes == BytesOf(scratch / "b" / "proxy.ply"));
