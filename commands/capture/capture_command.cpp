@@ -312,7 +312,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   AddIntrinsicsOptions(*command, args->intrinsics);
   command->add_option("--poses", args->poses_text, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
-  AddLensUseOption(*command, args->lens);
+  AddLensUseOption(*command, args->lens, false);
   AddTrackingSideOption(*command, args->tracking_side_px);
   command->add_option("--frames", args->frames, "Stop after this number of frames")->check(Positive());
   command->add_option("--max-seconds", args->max_seconds, "Stop after this time, by the device's clock")

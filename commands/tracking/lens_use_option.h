@@ -9,20 +9,26 @@
 
 namespace ulf::commands {
 
-inline void AddLensUseOption(CLI::App& command, tracking::LensUse& use) {
+// `refines`: the command can go on with another lens.
+inline void AddLensUseOption(CLI::App& command, tracking::LensUse& use, bool refines) {
   static const std::map<std::string, tracking::LensUse> kWords{{"fixed", tracking::LensUse::kFixed},
                                                                {"check", tracking::LensUse::kCheck},
                                                                {"refine", tracking::LensUse::kRefine}};
   command
       .add_option_function<std::string>(
           "--intrinsics", [&use](const std::string& word) { use = kWords.at(word); },
-          "The lens while tracking: fixed (as given), check (as given; said where images contradict it), "
-          "refine (where they do, the tracker goes on with the lens that fits and corrects the poses; "
-          "where no lens is known it starts from a guess) (check)")
+          refines
+              ? "The lens while tracking: fixed (as given), check (as given; said where images contradict "
+                "it), "
+                "refine (where they do, the tracker goes on with the lens that fits and corrects the poses; "
+                "where no lens is known it starts from a guess) (check)"
+              : "The lens while tracking: fixed (as given) or check (as given; said where images contradict "
+                "it) "
+                "(check)")
       ->check([](const std::string& word) {
         return kWords.contains(word) ? std::string() : "'" + word + "' is none of fixed, check and refine";
       })
-      ->type_name("fixed|check|refine");
+      ->type_name(refines ? "fixed|check|refine" : "fixed|check");
 }
 
 }  // namespace ulf::commands

@@ -225,6 +225,12 @@ int RunTrack(const TrackArgs& args) {
   for (const std::string& output : {args.output, args.final_output, args.calibration_output})
     if (!output.empty()) RequireWritable(output);
   const tracking::PosesSpec spec = tracking::PosesSpec::Parse(args.poses);
+  if (args.lens == tracking::LensUse::kRefine && !spec.AreFeaturesAlone())
+    throw UsageError(
+        "--intrinsics refine with --poses {}: the lens is found from tracked features alone; leave out "
+        "--poses, then "
+        "track again with the calibration that --calibration-out writes",
+        args.poses);
   if (!args.plot.empty()) RequireChart(args.plot);
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
@@ -298,7 +304,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(Positive());
   command->add_option("--poses", args->poses, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
-  AddLensUseOption(*command, args->lens);
+  AddLensUseOption(*command, args->lens, true);
   command->add_option("--calibration-out", args->calibration_output,
                       "With --intrinsics refine: calibration file to write, with the lens that was found");
   command

@@ -89,7 +89,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
       given, part,
       {{.focal = true}, {.focal = true, .k1 = true}, {.focal = true, .principal_point = true, .k1 = true}},
       options.fit);
-  if (fits.size() < 3) return std::nullopt;
+  if (fits.size() < 2 || fits[0].free.k1 || fits[1].free.principal_point) return std::nullopt;
   // Take the fit that differs less from the given lens.
   const auto off = [&](const LensEstimate& fit) {
     return std::abs(fit.lens.MeanFocalPx() / given.MeanFocalPx() - 1);
@@ -118,8 +118,9 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
                            bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence;
   // A focal length that is fitted without the distortion makes up for it.
   if (check.distortion_wrong) check.fitted_focal_px = bent.lens.MeanFocalPx();
+  check.given_center_px = check.fitted_center_px = {given.cx, given.cy};
+  if (fits.size() < 3) return check;
   const LensEstimate& moved = fits[2];
-  check.given_center_px = {given.cx, given.cy};
   check.fitted_center_px = {moved.lens.cx, moved.lens.cy};
   check.center_sigma_px = moved.principal_point_sigma_px;
   const double shift_px = (check.fitted_center_px - check.given_center_px).norm();

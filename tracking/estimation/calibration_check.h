@@ -76,7 +76,7 @@ nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check);
 class Map;
 // The map's living keyframes and points.
 BundleProblem ProblemOf(const Map& map);
-// For these.
+// For a map: ProblemOf() it.
 std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const Map& map,
                                                  const CalibrationCheckOptions& options = {});
 

@@ -103,6 +103,11 @@ LoopCloser::LoopCloser(const CameraModel& camera, OwnedMap& owned, const Keyfram
       options_(options),
       locator_(camera, owned.shared, kKeyframeCorners) {}
 
+void LoopCloser::SetCamera(const CameraModel& camera) {
+  camera_ = camera;
+  locator_.SetCamera(camera);
+}
+
 void LoopCloser::Reset() {
   pending_.clear();
   last_closed_ = -1;

@@ -50,7 +50,7 @@ class LoopCloser {
   // Verifies that `recent` sees what `old` saw; none without proof.
   std::optional<LoopHypothesis> Verify(int recent, int old) const;
   void Reset();
-  void SetCamera(const CameraModel& camera) { camera_ = camera; }  // another lens, the same image size
+  void SetCamera(const CameraModel& camera);  // another lens, the same image size
 
  private:
   std::vector<int> Candidates(int newest) const;

@@ -19,6 +19,8 @@ void Map::SetCamera(const CameraModel& camera) {
     Keyframe& keyframe = keyframes_[At(id)];
     keyframe.features = MoveFeatures(camera, *keyframe.features, nullptr, nullptr);
   }
+  for (const MapPoint& point : points_)
+    if (point.alive) UpdateGeometry(point.id);
 }
 
 int Map::AddKeyframe(Keyframe keyframe) {

@@ -33,6 +33,7 @@ ReadoutSearch::ReadoutSearch(RowMotion& rows, Mapper& mapper, bool compensate,
 
 void ReadoutSearch::Restart() {
   certain_ = applied_ = 0;
+  judged_ = mapper_.shared().readouts_measured;  // those were under the lens before
   mapper_.MeasureReadout(true);
 }
 

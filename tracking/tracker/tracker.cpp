@@ -47,6 +47,7 @@ void Tracker::Finish() {
   // A lens that was once replaced is no calibration: the whole map knows it better than the part did.
   const bool replace = state.refined_lens || (state.calibration && state.calibration->Wrong());
   if (state.options.lens != LensUse::kRefine || !replace || !state.RefineLens()) return;
+  state.mapper.Rest();
   state.mapper.AdjustAll();
   check();
 }
@@ -64,14 +65,15 @@ std::optional<Rigid3> Tracker::PoseNow(const Track& track) const {
       state_->rows.rolls())
     return anchored;
   std::vector<PointObservation> seen;
+  const double sigma_px = state_->size.ToOriginal(1.0);
   {
     const MapLock lock(state_->shared);
     const Map& map = state_->shared.map;
     for (const MapObservation& o : *track.seen)
       if (const int point = map.Resolve(o.point); point >= 0)
-        seen.push_back({map.point(point).position, o.img, 1});
+        seen.push_back({map.point(point).position, o.img, sigma_px});
   }
-  // Points may be gone since, and their numbers others'.
+  // A point's number may have been given to another point since.
   constexpr double kFewest = 0.6;  // share of the points that must agree. Guessed
   const double fewest = std::max<double>(state_->options.locator.min_matches,
                                          kFewest * static_cast<double>(track.seen->size()));

@@ -394,7 +394,8 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   RequireSize(fmt::format("frame {}: its image", frame_in.id), frame_in.image.pixels.size(), size.original());
 
   if (readout_search) readout_search->Step();
-  if (options.lens == LensUse::kRefine && ContradictsLens()) RefineLens();
+  if (options.lens == LensUse::kRefine && ContradictsLens() && !RefineLens())
+    spdlog::warn("images contradict the given lens, and no other explains them better yet");
   TrackedImage image;
   image.time_s = frame_in.device_time_s;
   if (fiducials) image.fiducials = std::make_shared<const FiducialObservation>(size.Reduced(*fiducials));

@@ -302,13 +302,18 @@ TEST(TrackCommand, WithoutACalibrationTheLensIsFoundFromAGuess) {
 }
 
 TEST(TrackCommand, ALensIsWrittenOnlyWhereOneIsSought) {
-  const auto run = test::RunUlf("track sim:studio --frames 5 --calibration-out /tmp/never.json");
+  const test::ScratchFolder scratch;
+  const std::string never = (scratch / "never").string();
+  const auto run = test::RunUlf("track sim:studio --frames 5 --calibration-out " + never);
   EXPECT_NE(run.exit_code, 0);
   EXPECT_THAT(run.errors, testing::HasSubstr("--intrinsics refine"));
-  const auto capture = test::RunUlf("capture sim:studio -o /tmp/never --headless --intrinsics refine");
+  const auto capture = test::RunUlf("capture sim:studio -o " + never + " --headless --intrinsics refine");
   EXPECT_NE(capture.exit_code, 0);
   EXPECT_THAT(capture.errors,
               testing::AllOf(testing::HasSubstr("ulf refine"), testing::HasSubstr("--calibration-out")));
+  EXPECT_THAT(test::RunUlf("track sim:studio --frames 5 --poses known --intrinsics refine").errors,
+              testing::HasSubstr("tracked features alone"));
+  EXPECT_FALSE(std::filesystem::exists(never));
   EXPECT_THAT(test::RunUlf("track sim:studio --frames 5 --intrinsics guess").errors,
               testing::HasSubstr("'guess' is none of fixed, check and refine"));
 }
