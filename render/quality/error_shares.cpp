@@ -1,38 +1,116 @@
 #include "render/quality/error_shares.h"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
 namespace ulf::render {
 namespace {
 
-// CV_8U, 255 near jumps of depth.
-cv::Mat DepthEdges(const cv::Mat& depth, const ErrorShareOptions& options) {
-  const cv::Mat inverse = 1 / depth;
-  const int side = 2 * options.edge_px + 1;
-  const cv::Mat around = cv::Mat::ones(side, side, CV_8U);
+constexpr std::array kBlurSigmasPx{0.6, 0.9, 1.3, 1.9};
+constexpr double kDisplacementStepPx = 0.5;  // displacements up to a pixel in each direction
+
+cv::Mat Square(int reach_px) { return cv::Mat::ones(2 * reach_px + 1, 2 * reach_px + 1, CV_8U); }
+
+// CV_8U, 255 near jumps of inverse depth.
+cv::Mat DepthEdges(const cv::Mat& inverse_depth, const ErrorShareOptions& options) {
   cv::Mat most, least;
-  cv::dilate(inverse, most, around);
-  cv::erode(inverse, least, around);
+  cv::dilate(inverse_depth, most, Square(options.edge_px));
+  cv::erode(inverse_depth, least, Square(options.edge_px));
   return most - least > options.jump * most;
 }
 
-// CV_8U, 255 where the photograph has texture.
-cv::Mat Texture(const cv::Mat& photograph, const ErrorShareOptions& options) {
-  cv::Mat grey, mean, mean_square;
-  cv::cvtColor(photograph, grey, cv::COLOR_BGR2GRAY);
-  grey.convertTo(grey, CV_32F);
-  cv::blur(grey, mean, {5, 5});
-  cv::blur(grey.mul(grey), mean_square, {5, 5});
-  return mean_square - mean.mul(mean) > options.texture_grey * options.texture_grey;
+// CV_8U, 255 on and beside what is near and narrow: an opening removes it from the inverse depth.
+cv::Mat ThinParts(const cv::Mat& inverse_depth, const ErrorShareOptions& options) {
+  cv::Mat opened, thin;
+  cv::morphologyEx(inverse_depth, opened, cv::MORPH_OPEN, Square(options.thin_px / 2));
+  cv::dilate(inverse_depth - opened > options.jump * inverse_depth, thin, Square(options.edge_px));
+  return thin;
 }
+
+// The photograph's explanations of the rendering, compared with the error that is there.
+class Explanations {
+ public:
+  Explanations(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid,
+               const ErrorShareOptions& options)
+      : options_(options),
+        least_left_(rendered.size(), CV_32F, cv::Scalar(options.left)),
+        kinds_(rendered.size(), CV_8U, cv::Scalar(static_cast<int>(ErrorKind::kOther))) {
+    rendered.convertTo(rendered_, CV_32F);
+    photograph.convertTo(photograph_, CV_32F);
+    valid.convertTo(valid_, CV_32F, 1 / 255.0);
+    error_ = MeanSquare(rendered_ - photograph_, options_.window_px);
+    for (const double sigma : kBlurSigmasPx) {
+      cv::Mat blurred;
+      cv::GaussianBlur(photograph_, blurred, {}, sigma);
+      Take(ErrorKind::kBlurred, MeanSquare(rendered_ - blurred, options_.window_px), error_);
+    }
+    for (double y = -1; y <= 1; y += kDisplacementStepPx)
+      for (double x = -1; x <= 1; x += kDisplacementStepPx)
+        if (x != 0 || y != 0)
+          Take(ErrorKind::kDisplaced, MeanSquare(rendered_ - Displaced(x, y), options_.window_px), error_);
+    ExplainByLight();
+  }
+
+  // CV_8U, of ErrorKind.
+  const cv::Mat& Kinds() const { return kinds_; }
+
+ private:
+  // CV_32F: the mean over a square of the squares, summed over the channels, of valid pixels.
+  cv::Mat MeanSquare(const cv::Mat& difference, int side_px) const {
+    std::vector<cv::Mat> channels;
+    cv::split(difference.mul(difference), channels);
+    cv::Mat mean;
+    cv::blur((channels[0] + channels[1] + channels[2]).mul(valid_), mean, {side_px, side_px});
+    return mean;
+  }
+
+  cv::Mat Displaced(double x, double y) const {
+    const cv::Matx23d shift(1, 0, x, 0, 1, y);
+    cv::Mat displaced;
+    cv::warpAffine(photograph_, displaced, shift, photograph_.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+    return displaced;
+  }
+
+  // An offset of each channel that is constant over the window leaves the variance of the difference.
+  void ExplainByLight() {
+    const int side_px = 2 * options_.window_px;
+    const cv::Mat difference = rendered_ - photograph_;
+    std::vector<cv::Mat> channels;
+    cv::split(difference, channels);
+    cv::Mat weight, explained = cv::Mat::zeros(difference.size(), CV_32F);
+    cv::blur(valid_, weight, {side_px, side_px});
+    for (const cv::Mat& channel : channels) {
+      cv::Mat sum;
+      cv::blur(channel.mul(valid_), sum, {side_px, side_px});
+      explained += sum.mul(sum) / cv::max(weight, 1e-6F);
+    }
+    const cv::Mat error = MeanSquare(difference, side_px);
+    Take(ErrorKind::kLight, error - explained, error);
+  }
+
+  void Take(ErrorKind kind, const cv::Mat& left, const cv::Mat& error) {
+    const cv::Mat share = left / cv::max(error, 1e-6F);
+    const cv::Mat better = share < least_left_;
+    share.copyTo(least_left_, better);
+    kinds_.setTo(static_cast<int>(kind), better);
+  }
+
+  const ErrorShareOptions& options_;
+  cv::Mat rendered_, photograph_, valid_, error_, least_left_, kinds_;
+};
 
 }  // namespace
 
 ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, const cv::Mat& valid,
                         const cv::Mat& depth, const cv::Mat& confidence, const ErrorShareOptions& options) {
-  const cv::Mat edges = DepthEdges(depth, options), texture = Texture(photograph, options);
+  cv::Mat kinds = Explanations(rendered, photograph, valid, options).Kinds().clone();
+  const cv::Mat inverse_depth = 1 / depth;
+  kinds.setTo(static_cast<int>(ErrorKind::kEdge), DepthEdges(inverse_depth, options));
+  kinds.setTo(static_cast<int>(ErrorKind::kThin), ThinParts(inverse_depth, options));
+  kinds.setTo(static_cast<int>(ErrorKind::kUnseen), confidence <= 0);
+
   ErrorShares shares;
   std::vector<double> errors;
   double all = 0;
@@ -42,12 +120,9 @@ ErrorShares ShareErrors(const cv::Mat& rendered, const cv::Mat& photograph, cons
       const cv::Vec3d off =
           cv::Vec3d(rendered.at<cv::Vec3b>(y, x)) - cv::Vec3d(photograph.at<cv::Vec3b>(y, x));
       const double error = off.dot(off);
-      const ErrorKind kind = confidence.at<float>(y, x) <= 0  ? ErrorKind::kUnseen
-                             : edges.at<std::uint8_t>(y, x)   ? ErrorKind::kEdge
-                             : texture.at<std::uint8_t>(y, x) ? ErrorKind::kTextured
-                                                              : ErrorKind::kPlain;
-      shares.of_error[static_cast<std::size_t>(kind)] += error;
-      shares.of_pixels[static_cast<std::size_t>(kind)] += 1;
+      const std::size_t kind = kinds.at<std::uint8_t>(y, x);
+      shares.of_error[kind] += error;
+      shares.of_pixels[kind] += 1;
       errors.push_back(error);
       all += error;
     }

@@ -1,5 +1,5 @@
 // Where a picture is wrong: its squared error, shared out among kinds of pixels. Each pixel is of the first kind that
-// fits.
+// fits; of blur, displacement and light, the one that explains most.
 #pragma once
 
 #include <array>
@@ -9,25 +9,31 @@
 namespace ulf::render {
 
 enum class ErrorKind {
-  kUnseen,    // no view of the field sees the point: other views filled the pixel, or nothing did
-  kEdge,      // within kEdgePx of where depth jumps
-  kTextured,  // elsewhere, where the photograph has texture
-  kPlain,     // elsewhere
+  kUnseen,     // no view of the field sees the point: other views filled the pixel, or nothing did
+  kThin,       // on or beside something near that is at most thin_px wide in the rendering's depth
+  kEdge,       // within edge_px of where depth jumps
+  kBlurred,    // the rendering is a blurred photograph
+  kDisplaced,  // the rendering is the photograph moved by a pixel or less: wrong depth, pose or lens
+  kLight,      // the rendering is brighter, darker or of another tint than the photograph
+  kOther,      // none of these: double contours, highlights, wrong contents
 };
-inline constexpr std::array<std::string_view, 4> kErrorKindNames{"unseen", "depth edges", "textured",
-                                                                 "plain"};
+inline constexpr std::size_t kErrorKinds = 7;
+inline constexpr std::array<std::string_view, kErrorKinds> kErrorKindNames{
+    "unseen", "thin parts", "depth edges", "blurred", "displaced", "light", "other"};
 
 struct ErrorShares {
-  std::array<double, 4> of_error{};  // squared, by ErrorKind; they sum to 1, or are 0 where there is no error
-  std::array<double, 4> of_pixels{};  // sum to 1
-  double of_worst_hundredth = 0;      // of all error, in the hundredth of the pixels that is worst
+  std::array<double, kErrorKinds> of_error{};   // squared, by ErrorKind; sum to 1, or are 0 without any error
+  std::array<double, kErrorKinds> of_pixels{};  // sum to 1
+  double of_worst_hundredth = 0;                // of all error, in the hundredth of the pixels that is worst
 };
 
 // Guessed, all of them; they say how the table is divided and change no picture.
 struct ErrorShareOptions {
   int edge_px = 4;
-  double jump = 0.02;        // of inverse depth, within edge_px: more is an edge
-  double texture_grey = 10;  // standard deviation of grey over 5x5 pixels: more is texture
+  int thin_px = 8;
+  double jump = 0.02;  // of inverse depth, within edge_px: more is an edge
+  int window_px = 7;   // blur and displacement are judged within this square; light within twice its side
+  double left = 0.5;   // of the squared error in the window: an explanation leaves at most this much
 };
 
 // Pictures in 8-bit sRGB; `valid` CV_8U; `depth` CV_32F; `confidence` CV_32F as Rendering has it.
