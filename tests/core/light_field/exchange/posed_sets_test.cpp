@@ -408,6 +408,11 @@ TEST_P(ColmapBinarySet, CameraModelsThatThereAreNoneOfAreNamed) {
   }
 }
 
+TEST_P(ColmapSet, WithoutItsImagesNamesTheMissingFile) {
+  fs::remove(model() / ("images" + ending()));
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("images" + ending())));
+}
+
 TEST_P(ColmapBinarySet, BesideATextModelTheBinaryOneCounts) {
   wall_.views[0].cam_from_world.translation.x() += 1;
   WriteModel(false);
