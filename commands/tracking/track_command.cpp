@@ -79,21 +79,15 @@ struct Followed {
   std::vector<TimedPose> known;
 };
 
-GivenPoses AtMiddleRow(const TrackRun& run) {
-  GivenPoses poses;
-  for (const TrackedFrame& sample : run.frames) {
-    if (!sample.track.cam_from_world) continue;
-    const Rigid3 middle_row_from_picture = sample.track.middle_row_from_picture.value_or(Rigid3{});
-    for (const auto& [to, from] : {std::pair(&poses.live, &run.live), std::pair(&poses.final, &run.final)})
-      to->push_back({sample.time_s, middle_row_from_picture * (*from)[to->size()].cam_from_world});
-  }
-  return poses;
-}
-
 // What the images said of the lens, at once.
 void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tracking::LensUse use,
               TrackRun& run) {
-  const auto after_s = [&] { return sample.time_s - run.live.front().time_s; };
+  const auto after_s = [&] {
+    const auto first = std::find_if(run.frames.begin(), run.frames.end(), [](const TrackedFrame& frame) {
+      return frame.track.cam_from_world.has_value();
+    });
+    return first == run.frames.end() ? 0 : sample.time_s - first->time_s;
+  };
   const tracking::Track& track = sample.track;
   if (const int before = run.frames.empty() ? 0 : run.frames.back().track.lens_revision;
       track.lens_revision > before) {
@@ -146,7 +140,6 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
     sample.track = poses->Step(*frame);
     sample.wall_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    if (sample.track.cam_from_world) run.live.push_back({sample.time_s, *sample.track.cam_from_world});
     if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
       run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
     NoteLens(sample, *poses, args.lens, run);
@@ -166,7 +159,7 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
   try {
     FollowFrames(args, spec, device, poses, followed);
   } catch (const std::exception& error) {
-    if (run.live.empty()) throw;
+    if (LivePoses(run) == 0) throw;
     run.failure = fmt::format("frame {}: {}", run.frames.size(), error.what());
   }
   const bool lost = device.State() == acquisition::DeviceState::kLost;
@@ -180,11 +173,10 @@ Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisit
   } catch (const std::exception& error) {
     if (run.failure.empty()) run.failure = fmt::format("the last adjustment: {}", error.what());
   }
-  for (const TrackedFrame& sample : run.frames)
-    if (sample.track.cam_from_world) run.final.push_back({sample.time_s, *poses->PoseNow(sample.track)});
-  if (std::any_of(run.frames.begin(), run.frames.end(),
-                  [](const TrackedFrame& sample) { return sample.track.middle_row_from_picture; }))
-    run.middle_row = AtMiddleRow(run);
+  for (TrackedFrame& sample : run.frames) {
+    sample.final_cam_from_world = poses->PoseNow(sample.track);
+    sample.final_map = poses->MapNow(sample.track);
+  }
   run.map = poses->Statistics();
   run.from_outside = poses->Counts();
   return followed;
@@ -196,16 +188,17 @@ std::filesystem::path OfEarlierMap(const std::filesystem::path& file, std::size_
          fmt::format("{}.map{}{}", file.stem().string(), number, file.extension().string());
 }
 
-// The last map's poses; those of maps that were given up before lie in other worlds and get files of their own.
+// The last map's poses; those of maps that were given up or are apart lie in other worlds and get files of their own.
 void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedPose> GivenPoses::*which) {
   if (path.empty()) return;
   const std::vector<GivenPoses> maps = ByMap(run);
   WriteTum(path, maps.empty() ? std::vector<TimedPose>() : maps.back().*which);
   for (std::size_t i = 0; i + 1 < maps.size(); ++i) {
+    if ((maps[i].*which).empty()) continue;
     const std::filesystem::path file = OfEarlierMap(path, i + 1);
     WriteTum(file, maps[i].*which);
-    spdlog::warn("{}: {} of a map that was given up, in a world of its own", file.string(),
-                 Counted((maps[i].*which).size(), "pose"));
+    spdlog::warn("{}: {} of a map that was given up or is apart from the rest, in a world of its own",
+                 file.string(), Counted((maps[i].*which).size(), "pose"));
   }
 }
 
@@ -268,14 +261,14 @@ int RunTrack(const TrackArgs& args) {
   std::fflush(stdout);
   if (!args.calibration_output.empty())
     WriteLens(args.calibration_output, device->Info(), run.map.refined_lens);
-  if (!args.plot.empty() && run.live.empty())
+  if (!args.plot.empty() && LivePoses(run) == 0)
     spdlog::warn("{}: not drawn, because no frame has a pose", args.plot);
   else if (!args.plot.empty())
     PlotRun(args.plot, run, compared, args.uri);
   if (!unwritten.empty()) throw Error("{}", fmt::join(unwritten, "; "));
   if (!run.failure.empty())
-    throw Error("{}: {}; {} until then were kept", args.uri, run.failure, Counted(run.live.size(), "pose"));
-  return run.live.empty() ? kFailed : kOk;
+    throw Error("{}: {}; {} until then were kept", args.uri, run.failure, Counted(LivePoses(run), "pose"));
+  return LivePoses(run) == 0 ? kFailed : kOk;
 }
 
 }  // namespace
@@ -288,7 +281,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Device: replay:PATH, sim:studio, aravis:ID; none: the first real camera");
   command->add_option("-o,--output", args->output,
                       "Poses as given live, TUM format (camera to world); those of maps that were given up "
-                      "beside it (poses.map1.txt)");
+                      "or are apart beside it (poses.map1.txt)");
   command->add_option("--final", args->final_output, "Poses after the run's last adjustment, TUM format");
   command->add_option(
       "--truth", args->truth,

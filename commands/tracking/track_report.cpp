@@ -29,8 +29,17 @@ constexpr std::array kStages{Stage{"pyramid", &StageTimes::pyramid_s},
                              Stage{"relocalisation", &StageTimes::relocalization_s},
                              Stage{"keyframes", &StageTimes::keyframe_s}};
 
+// The last map that gave live poses.
+std::optional<int> LastMap(const TrackRun& run) {
+  const auto last = std::find_if(run.frames.rbegin(), run.frames.rend(), [](const TrackedFrame& frame) {
+    return frame.track.cam_from_world.has_value();
+  });
+  return last == run.frames.rend() ? std::nullopt : std::optional(last->track.map_id);
+}
+
 struct Counts {
   int frames = 0, tracked = 0, lost = 0, found_again = 0;
+  int apart = 0, joined = 0;  // followed without a live pose; of these with one in the last map after the run
   std::optional<int> first_tracked;
   std::vector<double> wall_ms, cpu_ms;
   std::array<double, kStages.size()> stage_ms{};  // CPU, mean over the frames
@@ -47,11 +56,16 @@ Counts Count(const TrackRun& run) {
   Counts counts;
   counts.frames = static_cast<int>(run.frames.size());
   tracking::TrackState before = tracking::TrackState::kInitializing;
+  const std::optional<int> last_map = LastMap(run);
   for (int i = 0; i < counts.frames; ++i) {
     const TrackedFrame& frame = run.frames[At(i)];
     const tracking::Track& track = frame.track;
     counts.tracked += track.cam_from_world.has_value();
     counts.found_again += track.relocalized;
+    if (track.state == tracking::TrackState::kApart) {
+      ++counts.apart;
+      counts.joined += frame.final_cam_from_world && frame.final_map == last_map;
+    }
     // A camera that was found again in the frame that lost it counts as lost, too.
     counts.lost += before == tracking::TrackState::kTracking &&
                    (track.state != tracking::TrackState::kTracking || track.relocalized);
@@ -85,25 +99,25 @@ void AddError(Json& report, const std::string& which, const std::optional<Trajec
   report["rotation_" + which + "_rmse_deg"] = number(&TrajectoryError::rotation_rmse_deg);
 }
 
-// `of`: one pose for every frame that has one, or none at all.
-std::vector<GivenPoses> ByMap(const TrackRun& run, const GivenPoses& of) {
+// Of the pictures, or the camera's own when the middle row was read.
+enum class PoseOfWhat { kPicture, kMiddleRow };
+
+std::map<int, GivenPoses> PosesByMap(const TrackRun& run, PoseOfWhat what) {
   std::map<int, GivenPoses> by_map;
-  std::size_t at = 0;
   for (const TrackedFrame& frame : run.frames) {
-    if (of.live.empty() || !frame.track.cam_from_world) continue;
-    GivenPoses& poses = by_map[frame.track.map_id];
-    poses.live.push_back(of.live[at]);
-    poses.final.push_back(of.final[at]);
-    ++at;
+    const Rigid3 asked =
+        what == PoseOfWhat::kMiddleRow ? frame.track.middle_row_from_picture.value_or(Rigid3{}) : Rigid3{};
+    if (frame.track.cam_from_world)
+      by_map[frame.track.map_id].live.push_back({frame.time_s, asked * *frame.track.cam_from_world});
+    if (frame.final_cam_from_world)
+      by_map[frame.final_map].final.push_back({frame.time_s, asked * *frame.final_cam_from_world});
   }
-  std::vector<GivenPoses> in_order;
-  for (auto& [id, poses] : by_map) in_order.push_back(std::move(poses));
-  return in_order;
+  return by_map;
 }
 
-GivenPoses OfLastMap(const TrackRun& run, const GivenPoses& of) {
-  const std::vector<GivenPoses> maps = ByMap(run, of);
-  return maps.empty() ? GivenPoses() : maps.back();
+GivenPoses OfLastMap(const TrackRun& run, PoseOfWhat what) {
+  const std::optional<int> last = LastMap(run);
+  return last ? PosesByMap(run, what)[*last] : GivenPoses();
 }
 
 bool IsReduced(const tracking::TrackedSize& size) {
@@ -120,6 +134,12 @@ std::string MapLine(const tracking::TrackerStatistics& map) {
   std::string text =
       fmt::format("map: {}, {}", Counted(map.keyframes, "keyframe"), Counted(map.map_points, "point"));
   if (map.loops > 0) text += fmt::format("; {} closed", Counted(map.loops, "loop"));
+  if (map.parts_joined > 0)
+    text += fmt::format("; {} that {} begun apart joined to it", Counted(map.parts_joined, "part"),
+                        map.parts_joined == 1 ? "was" : "were");
+  if (map.parts > 1)
+    text += fmt::format("; {} not joined to the rest: no picture shows how they lie to each other",
+                        Counted(map.parts - 1, "part"));
   if (map.keyframes_left_out > 0)
     text += fmt::format("; {} left out because the mapper was behind",
                         Counted(map.keyframes_left_out, "keyframe"));
@@ -188,16 +208,30 @@ std::string ToText(const TrackErrors& errors) {
     text += "  these are poses of the pictures; the camera's own when the middle row was read:\n" +
             ErrorLine("live", *errors.middle_row_live) + ErrorLine("after", *errors.middle_row_final);
   if (errors.earlier_maps > 0)
-    text += fmt::format("  not compared: {} on a map that was discarded at the start\n",
-                        Counted(errors.earlier_maps, "pose"));
+    text += fmt::format("  not compared: {} of other maps, which were discarded or are apart\n",
+                        Counted(errors.earlier_maps, "live pose"));
   return text;
 }
 
 }  // namespace
 
-std::vector<GivenPoses> ByMap(const TrackRun& run) { return ByMap(run, {run.live, run.final}); }
+int LivePoses(const TrackRun& run) {
+  return static_cast<int>(std::count_if(run.frames.begin(), run.frames.end(), [](const TrackedFrame& frame) {
+    return frame.track.cam_from_world.has_value();
+  }));
+}
 
-GivenPoses OfLastMap(const TrackRun& run) { return OfLastMap(run, {run.live, run.final}); }
+std::vector<GivenPoses> ByMap(const TrackRun& run) {
+  const std::optional<int> last = LastMap(run);
+  std::vector<GivenPoses> in_order;
+  std::map<int, GivenPoses> by_map = PosesByMap(run, PoseOfWhat::kPicture);
+  for (auto& [id, poses] : by_map)
+    if (id != last) in_order.push_back(std::move(poses));
+  if (last) in_order.push_back(std::move(by_map[*last]));
+  return in_order;
+}
+
+GivenPoses OfLastMap(const TrackRun& run) { return OfLastMap(run, PoseOfWhat::kPicture); }
 
 TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, std::string truth_name) {
   TrackErrors errors{.truth_name = std::move(truth_name), .truth = std::move(truth)};
@@ -211,11 +245,13 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
     return CompareTrajectories(poses, errors.truth, tolerance_s, kRelativeErrorStep_s);
   };
   const GivenPoses poses = OfLastMap(run);
-  errors.earlier_maps = static_cast<int>(run.live.size() - poses.live.size());
+  errors.earlier_maps = LivePoses(run) - static_cast<int>(poses.live.size());
   errors.live = error(poses.live);
   errors.final = error(poses.final);
-  if (run.middle_row.live.empty()) return errors;
-  const GivenPoses middle_row = OfLastMap(run, run.middle_row);
+  if (std::none_of(run.frames.begin(), run.frames.end(),
+                   [](const TrackedFrame& frame) { return frame.track.middle_row_from_picture; }))
+    return errors;
+  const GivenPoses middle_row = OfLastMap(run, PoseOfWhat::kMiddleRow);
   errors.middle_row_live = error(middle_row.live);
   errors.middle_row_final = error(middle_row.final);
   return errors;
@@ -230,6 +266,8 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["tracked_share_from_init"] = counts.TrackedShareFromThere();
   report["lost_count"] = counts.lost;
   report["relocalised_count"] = counts.found_again;
+  report["apart"] = counts.apart;
+  report["apart_joined"] = counts.joined;
   report["ms_median"] = Quantile(counts.wall_ms, 0.5);
   report["ms_p95"] = Quantile(counts.wall_ms, 0.95);
   report["ms_longest"] = counts.longest_ms;
@@ -247,6 +285,8 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["map_points"] = run.map.map_points;
   report["keyframes"] = run.map.keyframes;
   report["loops"] = run.map.loops;
+  report["parts"] = run.map.parts;
+  report["parts_joined"] = run.map.parts_joined;
   report["keyframes_left_out"] = run.map.keyframes_left_out;
   report["longest_wait_for_map_ms"] = 1000 * run.map.longest_wait_s;
   for (const auto& [name, count] : run.from_outside) report["poses_from_outside"][name] = count;
@@ -287,6 +327,10 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
         "times)\n";
   text += fmt::format("lost {}, found again {}\n", Counted(counts.lost, "time"),
                       Counted(counts.found_again, "time"));
+  if (counts.apart > 0)
+    text += fmt::format(
+        "{} followed apart from the rest of the map, without a live pose; {} of them {} one after the run\n",
+        Counted(counts.apart, "frame"), counts.joined, counts.joined == 1 ? "has" : "have");
   text += SizeLine(run.map.size);
   if (run.map.keyframes > 0) text += MapLine(run.map);
   if (counts.longest_frame >= 0)

@@ -1,8 +1,8 @@
 // Reports a tracked sequence for `ulf track`: as text, as JSON, and as data for the plot.
 //
 // Errors are in the truth's units, which are metres in TUM files. A map that was discarded within its first
-// frames (Track::map_id) was another world: its poses are in the files, but only those of the last map are
-// compared.
+// frames, and a part of the map that was not joined to the rest (Track::map_id), are other worlds: their poses are in the
+// files, but only those of the last map that gave live poses are compared.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -21,6 +21,10 @@ struct TrackedFrame {
   double time_s = 0;
   tracking::Track track;
   double wall_ms = 0;
+  // The pose after the last adjustment and the map in whose world it lies; a frame that was followed apart from the rest
+  // has one without a live pose.
+  std::optional<Rigid3> final_cam_from_world = {};
+  int final_map = 0;
 };
 
 struct GivenPoses {
@@ -30,8 +34,6 @@ struct GivenPoses {
 struct TrackRun {
   bool deterministic = false;  // mapping ran inside the frames
   std::vector<TrackedFrame> frames;
-  std::vector<TimedPose> live, final;
-  GivenPoses middle_row;           // the camera's own poses, where a rolling shutter is compensated
   std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames
   tracking::TrackerStatistics map;
   std::optional<double>
@@ -40,9 +42,11 @@ struct TrackRun {
   std::vector<std::pair<std::string, std::uint64_t>> from_outside;  // PoseSource::Counts()
 };
 
-// The poses of each map, in order of the maps: each lies in a world of its own. Maps without poses are left out.
+int LivePoses(const TrackRun& run);
+// The poses of each map: each lies in a world of its own. Maps without poses are left out. The last map that gave live
+// poses comes last, the others in their order.
 std::vector<GivenPoses> ByMap(const TrackRun& run);
-// The poses of the last map that gave any; empty where none did.
+// The poses of the last map that gave live poses; empty where none did.
 GivenPoses OfLastMap(const TrackRun& run);
 
 // A run against the truth.

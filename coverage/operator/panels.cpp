@@ -110,8 +110,9 @@ void Panels::Share(const CaptureState& state) const {
 }
 
 void Panels::TrackingHelp(const CaptureState& state) const {
-  const bool lost = state.tracking == tracking::TrackState::kLost;
-  const std::string title = lost ? "LOST" : "STARTING";
+  const bool apart = state.tracking == tracking::TrackState::kApart;
+  const bool lost = apart || state.tracking == tracking::TrackState::kLost;
+  const std::string title = apart ? "APART" : lost ? "LOST" : "STARTING";
   const Vector2d extent = painter_.Extent(title, render::TextSize::kLarge);
   const Vector2d middle(0.5 * screen_.width, 0.42 * screen_.height);
   const double width = std::max(extent.x(), Px(260)) + Px(48);

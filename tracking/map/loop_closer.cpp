@@ -131,13 +131,14 @@ std::vector<int> LoopCloser::Candidates(int newest) const {
   return candidates;
 }
 
-std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) const {
+// Where the old part's world has the recent camera, about: by points that both keyframes know; of two parts, where too few
+// are known, by the old points that the recent image shows.
+std::optional<Rigid3> LoopCloser::Propose(int recent_id, const KeyframePoints& of_recent, int old_id,
+                                          const KeyframePoints& of_old, bool rigid) const {
   const Keyframe &recent = map_.keyframe(recent_id), &old = map_.keyframe(old_id);
-  const bool rigid = ScaleIsGiven(owned_.shared);
-  const KeyframePoints of_recent = PointsOf(map_, recent_id), of_old = PointsOf(map_, old_id);
+  const unsigned seed = seed_ + static_cast<unsigned>(recent_id);
   const auto matches = MatchAll(*recent.features, of_recent.with_points, *old.features, of_old.with_points,
                                 {.max_distance = options_.max_distance, .max_ratio = options_.max_ratio});
-  if (static_cast<int>(matches.size()) < options_.min_matches) return std::nullopt;
   std::vector<PointPair> pairs;
   for (const FeatureMatch& match : matches) {
     const Feature &a = (*recent.features)[match.first], &b = (*old.features)[match.second];
@@ -145,14 +146,25 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
                      old.cam_from_world * of_old.positions[At(match.second)], a.img, b.img,
                      DetectedSigmaPx(a.level), DetectedSigmaPx(b.level)});
   }
-  const auto sampled =
-      SampleSimilarity(camera_, pairs, rigid, seed_ + static_cast<unsigned>(recent_id), options_);
-  if (!sampled) return std::nullopt;
+  if (static_cast<int>(pairs.size()) >= options_.min_matches)
+    if (const auto recent_from_old = SampleSimilarity(camera_, pairs, rigid, seed, options_))
+      return (*recent_from_old * Similarity3::FromRigid(old.cam_from_world)).WithoutScale();
+  if (recent.part == old.part) return std::nullopt;
+  return ProposePose(camera_, of_old, *recent.features, seed);
+}
+
+std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) const {
+  const Keyframe &recent = map_.keyframe(recent_id), &old = map_.keyframe(old_id);
+  const bool rigid = recent.part == old.part && ScaleIsGiven(owned_.shared);
+  const KeyframePoints of_recent = PointsOf(map_, recent_id), of_old = PointsOf(map_, old_id);
+  const bool joins = recent.part != old.part;
+  const std::optional<Rigid3> proposal = Propose(recent_id, of_recent, old_id, of_old, rigid);
+  if (!proposal) return std::nullopt;
 
   // Match the recent keyframe with all points of the old part, in the old part's world.
   FramePose frame_pose;
-  frame_pose.cam_from_world = (*sampled * Similarity3::FromRigid(old.cam_from_world)).WithoutScale();
-  frame_pose.candidates = GatherCandidates(map_, camera_, frame_pose.cam_from_world);
+  frame_pose.cam_from_world = *proposal;
+  frame_pose.candidates = GatherCandidates(map_, camera_, frame_pose.cam_from_world, {.part = old.part});
   const auto points_about = [&](int keyframe) {
     return map_.PointsSeenBy(Neighbourhood(map_, keyframe, options_.neighbourhood));
   };
@@ -164,10 +176,14 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
                 [&](const Candidate& c) { return !holds(known, c.id) || holds(own, c.id); });
   const TrackedImage image{recent.time_s, recent.pyramid, recent.features};
   const std::optional<FramePose> found = locator_.RefineTwice(image, std::move(frame_pose));
-  if (!found || static_cast<int>(found->matches.size()) < options_.min_points ||
-      PoseLogOdds(camera_, *found) <= kRelocalizedLogOdds) {
-    spdlog::debug("loop {} to {}: {} matches, {} of {:.0f} points: not sure", recent_id, old_id,
-                  matches.size(), found ? found->matches.size() : 0, found ? found->expected : 0.0);
+  LeftOut left_out;
+  if (found && joins) ExcludeAmbiguousMatches(camera_, *recent.features, *found, left_out);
+  if (!found ||
+      static_cast<int>(found->matches.size()) < (joins ? options_.min_join_points : options_.min_points) ||
+      PoseLogOdds(camera_, *found) <= kRelocalizedLogOdds ||
+      (joins && PoseLogOdds(camera_, *found, left_out) <= kFollowedLogOdds)) {
+    spdlog::debug("loop {} to {}: {} of {:.0f} points: not sure", recent_id, old_id,
+                  found ? found->matches.size() : 0, found ? found->expected : 0.0);
     return std::nullopt;
   }
 
@@ -182,7 +198,9 @@ std::optional<LoopHypothesis> LoopCloser::Verify(int recent_id, int old_id) cons
     log_scales.push_back(std::log((recent.cam_from_world * map_.point(point).position).norm() /
                                   (found->cam_from_world * candidate.position).norm()));
   }
-  if (static_cast<int>(log_scales.size()) < options_.min_scale_pairs) return std::nullopt;
+  if (static_cast<int>(log_scales.size()) <
+      (joins ? options_.min_join_scale_pairs : options_.min_scale_pairs))
+    return std::nullopt;
   const double log_scale = Median(log_scales);
   for (double& value : log_scales) value = std::abs(value - log_scale);
   if (Median(log_scales) > options_.max_log_scale_spread) return std::nullopt;
@@ -208,7 +226,12 @@ Similarity3 LoopCloser::Correction(const LoopHypothesis& hypothesis) const {
   return pose(hypothesis.old).Inverse() * hypothesis.recent_from_old.Inverse() * pose(hypothesis.recent);
 }
 
+bool LoopCloser::JoinsParts(const LoopHypothesis& hypothesis) const {
+  return map_.keyframe(hypothesis.recent).part != map_.keyframe(hypothesis.old).part;
+}
+
 bool LoopCloser::Plausible(const LoopHypothesis& hypothesis) const {
+  if (JoinsParts(hypothesis)) return true;
   const Similarity3 correction = Correction(hypothesis);
   const auto [first, last] = std::minmax(hypothesis.recent, hypothesis.old);
   double way = 0;
@@ -251,6 +274,11 @@ std::optional<ClosedLoop> LoopCloser::Examine(int newest) {
     if (auto hypothesis = Verify(newest, candidate); hypothesis && Plausible(*hypothesis))
       verified.push_back(std::move(*hypothesis));
   if (verified.empty()) return std::nullopt;
+  // Each other part may show this place in its own world: one is joined at a time.
+  const int part = map_.keyframe(verified.front().old).part;
+  const auto elsewhere = [&](const LoopHypothesis& h) { return map_.keyframe(h.old).part != part; };
+  std::erase_if(verified, elsewhere);
+  std::erase_if(pending_, elsewhere);
   // Two places look like this one: drop both, and the hypotheses of earlier keyframes.
   for (const LoopHypothesis& other : verified)
     if (!Agree(verified.front(), other)) {
@@ -261,7 +289,8 @@ std::optional<ClosedLoop> LoopCloser::Examine(int newest) {
   std::erase_if(pending_, [&](const LoopHypothesis& h) { return !Agree(verified.front(), h); });
   pending_.push_back(verified.front());
   if (static_cast<int>(pending_.size()) < options_.agreeing) return std::nullopt;
-  auto closed = Close(std::exchange(pending_, {}));
+  const std::vector<LoopHypothesis> agreeing = std::exchange(pending_, {});
+  auto closed = JoinsParts(agreeing.back()) ? Join(agreeing) : Close(agreeing);
   if (closed) last_closed_ = newest;
   return closed;
 }
@@ -270,12 +299,13 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
   PoseGraph graph;
   std::map<int, int> node_of;
   std::vector<int> keyframes;
+  const int part = map_.keyframe(agreeing.back().recent).part;
   for (const Keyframe& keyframe : map_.keyframes()) {
-    if (!keyframe.alive) continue;
+    if (!keyframe.alive || keyframe.part != part) continue;
     node_of[keyframe.id] = static_cast<int>(keyframes.size());
     keyframes.push_back(keyframe.id);
     graph.cam_from_world.push_back(Similarity3::FromRigid(keyframe.cam_from_world));
-    graph.fixed.push_back(keyframe.pinned || keyframe.id == map_.FirstKeyframe());
+    graph.fixed.push_back(keyframe.pinned || keyframe.id == map_.FirstKeyframe(part));
   }
   const auto add_edge = [&](int from, int to, double weight) {
     const std::size_t a = At(node_of.at(from)), b = At(node_of.at(to));
@@ -304,18 +334,48 @@ std::optional<ClosedLoop> LoopCloser::Close(const std::vector<LoopHypothesis>& a
                 solved.initial_cost, solved.final_cost);
   if (!solved.usable) return std::nullopt;
 
-  ClosedLoop closed;
+  const ClosedLoop closed = Seen(agreeing.back());
   const MapLock lock(owned_.shared);
   std::vector<std::pair<int, Similarity3>> moved;
   for (std::size_t i = 0; i < keyframes.size(); ++i)
     moved.emplace_back(keyframes[i], graph.cam_from_world[i]);
-  closed.recent = Neighbourhood(map_, agreeing.back().recent, options_.neighbourhood);
-  closed.old = Neighbourhood(map_, agreeing.back().old, options_.neighbourhood);
   MoveMap(owned_.map, moved);
   for (const LoopHypothesis& loop : agreeing) MergePoints(loop);
   ++owned_.shared.revision;
   ++owned_.shared.loops;
   return closed;
+}
+
+// The keyframes on either side, before points are merged.
+ClosedLoop LoopCloser::Seen(const LoopHypothesis& last) const {
+  return {Neighbourhood(map_, last.recent, options_.neighbourhood),
+          Neighbourhood(map_, last.old, options_.neighbourhood)};
+}
+
+// The main part stays where it is; of two others, the older one does.
+ClosedLoop LoopCloser::Join(const std::vector<LoopHypothesis>& agreeing) {
+  const LoopHypothesis& best =
+      *std::max_element(agreeing.begin(), agreeing.end(),
+                        [](const LoopHypothesis& a, const LoopHypothesis& b) { return a.points < b.points; });
+  const int recent = map_.keyframe(best.recent).part, old = map_.keyframe(best.old).part;
+  const bool old_stays = old == map_.main_part() || (recent != map_.main_part() && old < recent);
+  const Similarity3 old_from_recent = Correction(best);
+  const Similarity3 kept_from_gone = old_stays ? old_from_recent : old_from_recent.Inverse();
+  const int gone = old_stays ? recent : old, kept = old_stays ? old : recent;
+  const ClosedLoop seen = Seen(best);
+  const MapLock lock(owned_.shared);
+  std::vector<std::pair<int, Similarity3>> moved;
+  for (const int id : map_.LivingOf(gone))
+    moved.emplace_back(id,
+                       Similarity3::FromRigid(map_.keyframe(id).cam_from_world) * kept_from_gone.Inverse());
+  MoveMap(owned_.map, moved);
+  owned_.map.JoinPart(gone, kept);
+  for (const LoopHypothesis& loop : agreeing) MergePoints(loop);
+  ++owned_.shared.revision;
+  ++owned_.shared.joins;
+  spdlog::debug("part {} joined to part {} by keyframes {} and {}: {} keyframes moved, scale {:.4f}", gone,
+                kept, best.recent, best.old, moved.size(), kept_from_gone.scale);
+  return seen;
 }
 
 void LoopCloser::MergePoints(const LoopHypothesis& hypothesis) {

@@ -10,6 +10,9 @@
 // (Strasdat et al. 2010), points follow their keyframes, and points seen from both sides are merged. The
 // caller adjusts the whole map.
 //
+// Keyframes of another part of the map are found and verified in the same way. No way lies between two parts, so that
+// the correction may be any; it moves one part as a whole, never the main one, and the parts are one from then on.
+//
 // Runs in the mapper's thread: reads without the map's lock, takes it to write.
 #pragma once
 
@@ -54,10 +57,15 @@ class LoopCloser {
 
  private:
   std::vector<int> Candidates(int newest) const;
+  std::optional<Rigid3> Propose(int recent, const KeyframePoints& of_recent, int old,
+                                const KeyframePoints& of_old, bool rigid) const;
   bool Plausible(const LoopHypothesis& hypothesis) const;
   bool Agree(const LoopHypothesis& a, const LoopHypothesis& b) const;
   Similarity3 Correction(const LoopHypothesis& hypothesis) const;
   std::optional<ClosedLoop> Close(const std::vector<LoopHypothesis>& agreeing);
+  bool JoinsParts(const LoopHypothesis& hypothesis) const;
+  ClosedLoop Join(const std::vector<LoopHypothesis>& agreeing);
+  ClosedLoop Seen(const LoopHypothesis& last) const;
   void MergePoints(const LoopHypothesis& hypothesis) ULF_REQUIRES(owned_.shared.mutex);
 
   CameraModel camera_;

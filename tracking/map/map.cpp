@@ -1,6 +1,7 @@
 #include "tracking/map/map.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <unordered_map>
@@ -33,10 +34,11 @@ int Map::AddKeyframe(Keyframe keyframe) {
   return keyframes_.back().id;
 }
 
-int Map::AddPoint(const Vector3d& position) {
+int Map::AddPoint(const Vector3d& position, int part) {
   const int keyframes = static_cast<int>(keyframes_.size());
   MapPoint made;
   made.position = position;
+  made.part = part;
   made.first_keyframe = keyframes - 1;
   ++living_points_;
   if (!free_.empty() && free_.front().keyframes + kPointRest <= keyframes) {
@@ -113,14 +115,18 @@ std::span<Observation> Map::Merge(int gone_id, int kept_id) {
   return std::span(point(kept_id).observations).subspan(own);
 }
 
+// The keyframe that shares most points with it, or the one before it in its part.
+int Map::ParentFor(const Keyframe& gone) const {
+  if (const std::vector<Neighbour> neighbours = Covisible(gone.id, 1); !neighbours.empty())
+    return neighbours.front().keyframe;
+  const std::vector<int> part = LivingOf(gone.part);
+  if (part.size() < 2) return -1;
+  return gone.id == part.front() ? part[1] : *std::prev(std::find(part.begin(), part.end(), gone.id));
+}
+
 void Map::RemoveKeyframe(int id) {
   Keyframe& gone = keyframe(id);
-  const std::vector<Neighbour> neighbours = Covisible(id, 1);
-  int parent = -1;
-  if (!neighbours.empty())
-    parent = neighbours.front().keyframe;
-  else if (living_.size() > 1)
-    parent = id == living_.front() ? living_[1] : *std::prev(std::find(living_.begin(), living_.end(), id));
+  const int parent = ParentFor(gone);
   if (parent < 0) return;
   for (const int point_id : PointsSeenBy(id)) RemoveObservation(point_id, id);
   const auto attach_to_parent = [&](int child_id, const Rigid3& cam_from_world) {
@@ -263,19 +269,49 @@ void Map::SetPatch(int id, const Observation& from) {
   updated.patch_keyframe = from.keyframe;
 }
 
-void Map::Clear() {
+std::vector<int> Map::Parts() const {
+  std::set<int> parts;
+  for (const int id : living_) parts.insert(keyframe(id).part);
+  return {parts.begin(), parts.end()};
+}
+
+std::vector<int> Map::LivingOf(int part) const {
+  std::vector<int> of_part;
+  std::copy_if(living_.begin(), living_.end(), std::back_inserter(of_part),
+               [&](int id) { return keyframe(id).part == part; });
+  return of_part;
+}
+
+int Map::FirstKeyframe(int part) const {
+  const auto first =
+      std::find_if(living_.begin(), living_.end(), [&](int id) { return keyframe(id).part == part; });
+  return first == living_.end() ? -1 : *first;
+}
+
+void Map::JoinPart(int gone, int kept) {
+  for (Keyframe& moved : keyframes_)
+    if (moved.part == gone) moved.part = kept;
+  for (MapPoint& moved : points_)
+    if (moved.part == gone) moved.part = kept;
+}
+
+void Map::RemovePart(int part) {
   for (MapPoint& gone : points_) {
+    if (gone.part != part) continue;
     for (const Observation& o : gone.observations) keyframe(o.keyframe).point_of_feature.clear();
     gone.observations.clear();
     if (gone.alive) RemovePoint(gone.id);
     gone.merged_into = -1;
   }
   for (Keyframe& gone : keyframes_) {
+    if (gone.part != part) continue;
     gone.cam_from_world = PoseOf(gone.id);
     if (!gone.alive) gone.parent = -1;
   }
-  for (const int id : living_) Release(keyframe(id));
-  living_.clear();
+  for (const int id : LivingOf(part)) {
+    Release(keyframe(id));
+    std::erase(living_, id);
+  }
 }
 
 }  // namespace ulf::tracking

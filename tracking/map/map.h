@@ -6,6 +6,9 @@
 // names the point it was merged into. World units are arbitrary; observations are level 0 pixels with centres
 // at integer + 0.5. Map itself knows no thread; SharedMap and OwnedMap say who may read and who may change
 // it.
+//
+// A camera that stays lost begins another part of the map: keyframes and points with a world of their own, until the
+// loop closer finds how the parts lie to each other and joins them. The main part's world is the one that users see.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,6 +54,7 @@ inline double AlignedSigmaPx(int level) { return 0.4 * LevelScale(level); }
 struct MapPoint {
   int id = -1;
   bool alive = true;
+  int part = 0;
   int merged_into = -1;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   std::vector<Observation> observations;
@@ -73,6 +77,7 @@ struct MapPoint {
 struct Keyframe {
   int id = -1;
   bool alive = true;
+  int part = 0;
   double time_s = 0;
   Rigid3 cam_from_world;
   // The factor by which closed loops have scaled the lengths about it since it was made.
@@ -102,7 +107,7 @@ class Map {
   // Goes on with another lens of the same image size: image points stay, the features' rays follow it.
   void SetCamera(const CameraModel& camera);
   int AddKeyframe(Keyframe keyframe);  // returns its id; observations are added one by one
-  int AddPoint(const Eigen::Vector3d& position);
+  int AddPoint(const Eigen::Vector3d& position, int part = 0);
   // Returns false when the feature has a point, or the keyframe observes the point, already.
   bool Observe(int point, const Observation& observation);
   // Adds a recorded view that shows the point, unless the point has it already.
@@ -111,7 +116,16 @@ class Map {
   void RemovePoint(int point);
   // Moves the observations that `kept` can take, and returns them as they are there.
   std::span<Observation> Merge(int gone, int kept);
-  void RemoveKeyframe(int keyframe);  // the last living one stays
+  void RemoveKeyframe(int keyframe);  // the last living one of its part stays
+
+  int BeginPart() { return next_part_++; }  // returns its number; numbers are not used again
+  // Keyframes and points of `gone` count as `kept`'s from now on. The caller has moved them into its world.
+  void JoinPart(int gone, int kept);
+  // Removes all points and keyframes of a part; PoseOf() keeps their last poses.
+  void RemovePart(int part);
+  void SetMainPart(int part) { main_part_ = part; }
+  int main_part() const { return main_part_; }
+  std::vector<int> Parts() const;  // with living keyframes, by number
 
   const Keyframe& keyframe(int id) const { return keyframes_[At(id)]; }
   Keyframe& keyframe(int id) { return keyframes_[At(id)]; }
@@ -120,7 +134,8 @@ class Map {
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   const std::vector<MapPoint>& points() const { return points_; }
   const std::vector<int>& living() const { return living_; }  // keyframes, in order of their numbers
-  int FirstKeyframe() const { return living_.empty() ? -1 : living_.front(); }
+  std::vector<int> LivingOf(int part) const;
+  int FirstKeyframe(int part) const;  // living; -1: none
   int LivingKeyframes() const { return static_cast<int>(living_.size()); }
   int LivingPoints() const { return living_points_; }
   // The point that `id` was merged into, or `id` itself; -1 when it is gone.
@@ -150,13 +165,11 @@ class Map {
   // Cuts the point's reference patch out of a keyframe that still has its pyramid.
   void SetPatch(int point, const Observation& from);
 
-  // Removes all points and keyframes; PoseOf() keeps their last poses.
-  void Clear();
-
   // Keyframes until a dead point's number is used again: longer than the tracker keeps one. Guessed.
   static constexpr int kPointRest = 20;
 
  private:
+  int ParentFor(const Keyframe& gone) const;
   void UpdateDescriptor(MapPoint& point);
   static void Release(Keyframe& gone);
 
@@ -165,6 +178,7 @@ class Map {
   std::vector<int> living_;
   std::vector<MapPoint> points_;
   int living_points_ = 0;
+  int next_part_ = 0, main_part_ = 0;
   struct Free {
     int point;
     int keyframes;  // that existed when the point died
@@ -192,6 +206,7 @@ struct SharedMap {
   // The longest that any other thread waited for the lock.
   mutable std::chrono::steady_clock::duration longest_wait ULF_GUARDED_BY(mutex){};
   std::atomic<int> loops{0};             // closed so far
+  std::atomic<int> joins{0};             // of parts so far; each moves one part into another one's world
   std::atomic<bool> world_given{false};  // the map is in the world in which fiducials are given
   // Counts corrections that move much at once: poses that were kept should be asked for again.
   std::atomic<int> revision{0};

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -51,22 +52,33 @@ Similarity3 AlignPoses(const std::vector<Rigid3>& from, const std::vector<Rigid3
 // Images leave the world's origin, axes and unit open. With the first keyframe held all others would swing
 // about it. Poses that users have kept fit the adjusted map best when the keyframes together stay where they
 // were. A pinned pose leaves nothing open.
-void KeepGauge(const Map& map, const std::vector<int>& keyframes, BundleProblem& problem) {
-  std::vector<Rigid3> before;
-  for (const int id : keyframes) {
-    if (map.keyframe(id).pinned) return;
-    before.push_back(map.keyframe(id).cam_from_world);
+// Each part has a gauge of its own.
+void KeepGauge(const Map& map, int part, const std::vector<int>& keyframes, const std::vector<int>& point_ids,
+               BundleProblem& problem) {
+  std::vector<Rigid3> before, after;
+  std::vector<std::size_t> moved;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const Keyframe& keyframe = map.keyframe(keyframes[i]);
+    if (keyframe.part != part) continue;
+    if (keyframe.pinned) return;
+    moved.push_back(i);
+    before.push_back(keyframe.cam_from_world);
+    after.push_back(problem.cam_from_world[i]);
   }
-  const Vector3d middle = problem.cam_from_world.front().OriginInSource();
+  const Vector3d middle = after.front().OriginInSource();
   std::vector<double> distances;
-  for (const Vector3d& point : problem.points) distances.push_back((point - middle).norm());
-  const Similarity3 to_from = AlignPoses(problem.cam_from_world, before, Median(std::move(distances)));
-  for (Rigid3& pose : problem.cam_from_world) {
+  for (std::size_t i = 0; i < point_ids.size(); ++i)
+    if (map.point(point_ids[i]).part == part) distances.push_back((problem.points[i] - middle).norm());
+  if (distances.empty()) return;
+  const Similarity3 to_from = AlignPoses(after, before, Median(std::move(distances)));
+  for (const std::size_t i : moved) {
+    Rigid3& pose = problem.cam_from_world[i];
     const Vector3d center = to_from * pose.OriginInSource();
     pose.rotation = (pose.rotation * Eigen::Quaterniond(to_from.rotation).conjugate()).normalized();
     pose.translation = -(pose.rotation * center);
   }
-  for (Vector3d& point : problem.points) point = to_from * point;
+  for (std::size_t i = 0; i < point_ids.size(); ++i)
+    if (map.point(point_ids[i]).part == part) problem.points[i] = to_from * problem.points[i];
 }
 
 void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index, BundleProblem& problem) {
@@ -142,10 +154,10 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
     problem.cam_from_world.push_back(map.keyframe(id).cam_from_world);
     problem.fixed.push_back(fixed || map.keyframe(id).pinned);
   };
-  // The first keyframe holds the world unless corners do.
+  // The first keyframe of a part holds its world unless corners do.
   const bool world_given = owned.shared.world_given;
   const bool given = world_given && CornersHoldTheMap(map, free, given_world);
-  for (const int id : free) add_camera(id, id == map.FirstKeyframe() && !given);
+  for (const int id : free) add_camera(id, !given && id == map.FirstKeyframe(map.keyframe(id).part));
   for (const int id : held) add_camera(id, true);
   if (!given && std::find(problem.fixed.begin(), problem.fixed.end(), true) == problem.fixed.end())
     problem.fixed[0] = true;
@@ -174,7 +186,11 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
       summary.initial_rms_sigmas, summary.final_rms_sigmas, summary.outliers);
   if (!summary.usable) return summary;
 
-  if (held.empty() && free.size() > 2 && !given) KeepGauge(map, free, problem);
+  if (held.empty() && free.size() > 2 && !given) {
+    std::set<int> parts;
+    for (const int id : free) parts.insert(map.keyframe(id).part);
+    for (const int part : parts) KeepGauge(map, part, free, point_ids, problem);
+  }
   WriteBack(owned, camera_index, point_ids, origin, problem);
   return summary;
 }

@@ -1,5 +1,6 @@
 #include "tracking/map/map_file.h"
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 #include <vector>
@@ -13,12 +14,17 @@ namespace {
 
 constexpr char kMagic[8] = {'u', 'l', 'f', 'm', 'a', 'p', '\0', 2};  // the last byte is the version
 
+// Of the main part: recorded views are in its world.
+bool IsKept(const Map& map, const Keyframe& keyframe) {
+  return keyframe.alive && keyframe.part == map.main_part();
+}
+
 void PutKeyframe(const Map& map, const Keyframe& keyframe, ByteWriter& out) {
-  out.Put(keyframe.alive);
+  out.Put(IsKept(map, keyframe));
   // A removed one is only asked where it was.
   out.Put(map.PoseOf(keyframe.id));
   out.Put(keyframe.time_s);
-  if (!keyframe.alive) return;
+  if (!IsKept(map, keyframe)) return;
   out.Put(keyframe.points_at_birth);
   out.Count(At(keyframe.features->size()));
   for (const Feature& feature : keyframe.features->all()) {
@@ -124,9 +130,10 @@ std::string MapToBytes(const Map& map, std::uint64_t key) {
   out.Put(key);
   out.Count(map.keyframes().size());
   for (const Keyframe& keyframe : map.keyframes()) PutKeyframe(map, keyframe, out);
-  out.Count(At(map.LivingPoints()));
+  const auto is_kept = [&](const MapPoint& point) { return point.alive && point.part == map.main_part(); };
+  out.Count(At(std::count_if(map.points().begin(), map.points().end(), is_kept)));
   for (const MapPoint& point : map.points())
-    if (point.alive) PutPoint(point, out);
+    if (is_kept(point)) PutPoint(point, out);
   out.Put(ChecksumOf(out.bytes()));
   return std::move(out.bytes());
 }
@@ -142,6 +149,7 @@ std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const Camera
   if (ChecksumOf(bytes) != checksum) return "it is damaged";
   bytes.remove_prefix(sizeof kMagic);
   ByteReader in(bytes);
+  map.SetMainPart(map.BeginPart());
   if (in.Get<std::uint64_t>() != key)
     return "it belongs to other views or poses, or to another --tracking-side";
   constexpr std::size_t kKeyframeBytes = 65, kPointBytes = 48;

@@ -26,7 +26,7 @@ class Gatherer {
         min_cosine_(std::cos(Radians(options.max_view_change_deg))) {}
 
   void Offer(const MapPoint& point) {
-    if (!point.alive) return;
+    if (!point.alive || point.part != options_.part) return;
     const Vector3d towards = point.position - center_;
     const double distance = towards.norm();
     // This test comes first: it drops most points of a large map and reads little memory.

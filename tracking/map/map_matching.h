@@ -51,6 +51,7 @@ struct CandidateOptions {
   // Of the distances at which the pyramid can show the point: the pose is a prediction. Guessed.
   double nearest_share = 0.8, farthest_share = 1.25;
   int keyframes = 20;  // GatherCandidatesNear: those that see most of the frame before. Guessed
+  int part = 0;        // of the map, in whose world the pose is
 };
 
 // Returns the living points that a camera near this pose may see.

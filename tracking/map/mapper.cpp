@@ -164,6 +164,7 @@ void Mapper::Run() {
 void Mapper::Process(NewKeyframe& offered) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
+  if (offered.joins != owned_.shared.joins) return;
   const int newest = Insert(offered);
   CullRecentPoints(newest);
   Triangulate(newest, Neighbours(newest, options_.triangulate_with));
@@ -186,10 +187,17 @@ void Mapper::Process(NewKeyframe& offered) {
                 ms(adjusted, Clock::now()));
 }
 
-void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color) {
-  const auto keyframe_of = [](const TrackedImage& image, const Rigid3& pose,
-                              const std::optional<Twist>& velocity) {
+int Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color) {
+  int part;
+  {
+    const MapLock lock(owned_.shared);
+    part = owned_.map.BeginPart();
+    if (map_.living().empty()) owned_.map.SetMainPart(part);
+  }
+  const auto keyframe_of = [&](const TrackedImage& image, const Rigid3& pose,
+                               const std::optional<Twist>& velocity) {
     Keyframe keyframe;
+    keyframe.part = part;
     keyframe.velocity = velocity;
     keyframe.time_s = image.time_s;
     keyframe.features = image.features;
@@ -229,10 +237,18 @@ void Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv
   }
   index_.Add(map_.keyframe(first));
   index_.Add(map_.keyframe(second));
+  return part;
 }
 
 void Mapper::AddSeed(NewKeyframe keyframe) {
   keyframe.keyframe.pinned = true;
+  if (map_.living().empty()) {
+    const MapLock lock(owned_.shared);
+    keyframe.keyframe.part = owned_.map.BeginPart();
+    owned_.map.SetMainPart(keyframe.keyframe.part);
+  } else {
+    keyframe.keyframe.part = map_.main_part();
+  }
   const int newest = Insert(keyframe);
   const std::vector<int> neighbours = NeighboursByPose(newest, options_.triangulate_with);
   Triangulate(newest, neighbours);
@@ -250,7 +266,8 @@ bool Mapper::FinishSeeds(int min_points) {
   // the tracker would refuse the first frame, which shows fewer.
   const MapLock lock(owned_.shared);
   for (const Keyframe& keyframe : map_.keyframes())
-    for (const Candidate& candidate : GatherCandidates(map_, camera_, keyframe.cam_from_world))
+    for (const Candidate& candidate :
+         GatherCandidates(map_, camera_, keyframe.cam_from_world, {.part = map_.main_part()}))
       ++owned_.map.point(candidate.id).expected;
   for (const MapPoint& point : map_.points())
     owned_.map.point(point.id).found = static_cast<int>(point.observations.size());
@@ -268,16 +285,31 @@ void Mapper::MoveWorld(const Similarity3& given_from_map) {
   owned_.shared.world_given = true;
 }
 
+void Mapper::SetMainPart(int part) {
+  const MapLock lock(owned_.shared);
+  owned_.map.SetMainPart(part);
+}
+
+void Mapper::RemovePart(int part) {
+  for (const int id : map_.LivingOf(part)) index_.Remove(id);
+  {
+    const MapLock lock(owned_.shared);
+    owned_.map.RemovePart(part);
+  }
+  std::erase_if(recent_points_, [&](int id) { return !map_.point(id).alive; });
+  adjust_all_at_.erase(part);
+  if (map_.living().empty()) Reset();
+}
+
 void Mapper::Reset() {
   const MapLock lock(owned_.shared);
-  owned_.map.Clear();
   owned_.shared.world_given = false;
   index_.Clear();
   recent_points_.clear();
   loops_->Reset();
   lens_.Reset();
   owned_.shared.wrong_lens.reset();
-  adjust_all_at_ = 0;
+  adjust_all_at_.clear();
   after_loop_ = false;
 }
 
@@ -350,18 +382,23 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
   Adjust(local, held, BundleOptionsOf(options_.local));
 }
 
+// The part that the camera is in.
+int Mapper::PartInWork() const { return map_.keyframe(map_.living().back()).part; }
+
 // Whether another adjustment of everything is due.
 bool Mapper::IsDue() {
-  const int now = map_.LivingKeyframes();
-  if (now <= 3 || (now < adjust_all_at_ && !after_loop_)) return false;
-  adjust_all_at_ = std::max(now + 1, static_cast<int>(std::lround(now * options_.adjust_all_growth)));
+  if (map_.living().empty()) return false;
+  const int part = PartInWork(), now = static_cast<int>(map_.LivingOf(part).size());
+  if (now <= 3 || (now < adjust_all_at_[part] && !after_loop_)) return false;
+  adjust_all_at_[part] = std::max(now + 1, static_cast<int>(std::lround(now * options_.adjust_all_growth)));
   return true;
 }
 
 // A closed loop moves much: after its adjustment, users should ask for kept poses again (revision).
 void Mapper::AdjustInBackground() {
   const bool moved = after_loop_;
-  AdjustWhole(BundleOptionsOf(moved ? options_.moved : options_.growing));
+  if (map_.living().empty()) return;
+  AdjustWhole(PartInWork(), BundleOptionsOf(moved ? options_.moved : options_.growing));
   if (cut_short_) return;
   if (moved) {
     after_loop_ = false;
@@ -407,11 +444,11 @@ void Mapper::AdjustAll() {
   cut_short_ = false;
   BundleOptions last = BundleOptionsOf(options_.moved);
   last.cauchy_scales = options_.final_cauchy_scales;
-  AdjustWhole(last);
+  for (const int part : map_.Parts()) AdjustWhole(part, last);
 }
 
-void Mapper::AdjustWhole(const BundleOptions& options) {
-  const std::vector<int> all = map_.living();
+void Mapper::AdjustWhole(int part, const BundleOptions& options) {
+  const std::vector<int> all = map_.LivingOf(part);
   if (all.size() < 2) return;
   BundleOptions stoppable = options;
   stoppable.stop = &cut_short_;
@@ -431,7 +468,8 @@ void Mapper::Adjust(const std::vector<int>& free, const std::vector<int>& held,
 void Mapper::CullKeyframes(int newest) {
   for (const int id : Neighbours(newest, options_.local_keyframes)) {
     const Keyframe& keyframe = map_.keyframe(id);
-    if (id == map_.FirstKeyframe() || id >= newest - options_.newest_kept || keyframe.pinned) continue;
+    if (id == map_.FirstKeyframe(keyframe.part) || id >= newest - options_.newest_kept || keyframe.pinned)
+      continue;
     int total = 0, redundant = 0;
     for (int i = 0; i < keyframe.features->size(); ++i) {
       const int point = keyframe.point_of_feature[At(i)];

@@ -20,6 +20,7 @@
 #include <optional>
 #include <span>
 #include <thread>
+#include <unordered_map>
 #include <vector>
 
 #include "core/base/mutex.h"
@@ -37,6 +38,7 @@ namespace ulf::tracking {
 // A frame that should become a keyframe, with the points it saw; the observations do not name a keyframe yet.
 struct NewKeyframe {
   Keyframe keyframe;
+  int joins = 0;  // of the map's parts when its pose was found: a later one has moved its world
   struct Seen {
     int point;
     Observation observation;
@@ -90,7 +92,8 @@ class Mapper {
   // The tracker calls the following only while the mapper rests.
   // Adjusts everything because much has moved: at once when synchronous, else in the background.
   void AdjustSoon();
-  void StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
+  // Begins a part of the map; the first one is the main part. Returns its number.
+  int StartFromTwoViews(const TwoViewStart& start, double scale, const cv::Mat& color);
   void AddSeed(NewKeyframe keyframe);  // with a given pose, which stays
   // Adjusts the seeds' points and gives them their record; false when there are fewer than `min_points`.
   bool FinishSeeds(int min_points);
@@ -99,9 +102,11 @@ class Mapper {
   // The lens that the map's images support (ChooseLens()), where they contradict the present one: the map is adjusted
   // together with it, and the mapper goes on under it. None: the present lens stays.
   std::optional<RefinedLens> RefineLens();
-  void Reset();
+  void RemovePart(int part);  // after the last one everything begins anew
+  void SetMainPart(int part);
 
  private:
+  void Reset();
   void Run();
   bool Offer(NewKeyframe keyframe);
   void ThrowFailure() ULF_REQUIRES(work_mutex_);
@@ -112,9 +117,10 @@ class Mapper {
   void Fuse(int newest, const std::vector<int>& neighbours);
   void FuseInto(int keyframe, const std::vector<int>& points);
   void AdjustLocal(int newest, bool poses_too);
+  int PartInWork() const;
   bool IsDue();
   void AdjustInBackground();
-  void AdjustWhole(const BundleOptions& options);
+  void AdjustWhole(int part, const BundleOptions& options);
   void CheckLens();
   void Adjust(const std::vector<int>& free, const std::vector<int>& held, const BundleOptions& options);
   void CullKeyframes(int newest);
@@ -132,8 +138,8 @@ class Mapper {
   std::unique_ptr<LoopCloser> loops_;
   MapperOptions options_;
   std::vector<int> recent_points_;
-  int adjust_all_at_ = 0;    // keyframes
-  bool after_loop_ = false;  // a loop was closed since everything was adjusted
+  std::unordered_map<int, int> adjust_all_at_;  // keyframes, by part
+  bool after_loop_ = false;                     // a loop was closed since everything was adjusted
   std::atomic<bool> measure_readout_{false};
   LensWatch lens_;
 

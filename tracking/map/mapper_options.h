@@ -42,6 +42,8 @@ struct LoopOptions {
   // Points to verify a candidate by: matched descriptors, matches that fit one similarity, points that guided
   // matching finds, and pairs that tell the scale. Fewer prove nothing. Guessed.
   int min_matches = 20, min_sampled = 15, min_points = 40, min_scale_pairs = 15;
+  // The same of two parts of the map, of which the younger one knows few points yet. Guessed.
+  int min_join_points = 20, min_join_scale_pairs = 10;
   double max_log_scale_spread = 0.1;  // median deviation; above it the pairs tell no scale. Guessed
   int max_distance = 70;              // bits, of matched descriptors
   double max_ratio = 0.85;
@@ -69,7 +71,8 @@ struct MapperOptions {
   int thin_points = 80;
   double thin_moved = 0.02;
   double thin_turned_deg = 4;
-  int frames_between = 2;  // two keyframes are at least so many frames apart. Guessed
+  // The frame after a keyframe is none, unless it comes so much later: then the camera has moved on. Guessed.
+  double next_frame_after_s = 0.07;
   bool check_lens = true;  // against the map as it grows (lens_watch.h)
 
   // A keyframe goes when more than this share of its points are seen by so many others, on the same pyramid

@@ -60,7 +60,7 @@ Observation Mapper::Measure(const MapPoint& point, int keyframe_id, int feature_
 
 void Mapper::CommitPoint(const Vector3d& position, const Observation& reference, const Observation& other) {
   Map& map = owned_.map;
-  const int id = map.AddPoint(position);
+  const int id = map.AddPoint(position, map.keyframe(reference.keyframe).part);
   map.Observe(id, reference);
   map.Observe(id, other);
   const Keyframe& by = map.keyframe(reference.keyframe);

@@ -16,9 +16,15 @@ namespace {
 // which also tells a lost tracker where to search.
 class FeaturesAndMarkers : public PoseSource {
  public:
+  // The board holds the world: a camera that is lost looks for it.
+  static TrackerOptions WithoutParts(TrackerOptions options) {
+    options.begin_parts = false;
+    return options;
+  }
+
   FeaturesAndMarkers(const CameraModel& camera, const MarkerSpec& spec, const TrackerOptions& options)
       : locator_(camera, spec),
-        tracker_(camera, options),
+        tracker_(camera, WithoutParts(options)),
         given_(MakeKnownPoseSource(camera, Subject{spec.Middle(), 0.1})) {}
 
   Track Step(const Frame& frame) override {

@@ -35,6 +35,8 @@ class PoseSource {
   virtual std::optional<Rigid3> PoseNow(const Track& track) const {
     return track.anchor ? PoseOf(*track.anchor) : track.cam_from_world;
   }
+  // The map in whose world PoseNow() lies: Track::map_id, after parts of the map were joined since.
+  virtual int MapNow(const Track& track) const { return track.map_id; }
   virtual std::vector<VisiblePoint> VisiblePoints() const { return {}; }
   virtual std::vector<ExpectedPoint> ExpectedPoints() const { return {}; }
   // The image of that track was recorded as a view: Points() lists what it shows. Call it before the next

@@ -13,6 +13,7 @@ class TrackerSource : public PoseSource {
   }
   Rigid3 PoseOf(const Anchored& anchor) const override { return tracker_.PoseOf(anchor); }
   std::optional<Rigid3> PoseNow(const Track& track) const override { return tracker_.PoseNow(track); }
+  int MapNow(const Track& track) const override { return tracker_.MapNow(track); }
   std::vector<VisiblePoint> VisiblePoints() const override { return tracker_.VisiblePoints(); }
   std::vector<ExpectedPoint> ExpectedPoints() const override { return tracker_.ExpectedPoints(); }
   void NoteView(int view_id, const Track& track) override { tracker_.NoteView(view_id, track); }

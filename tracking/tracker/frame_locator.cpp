@@ -76,7 +76,7 @@ double MedianShiftPx(const CameraModel& camera, const FramePose& frame_pose, con
   return shifts.empty() ? std::numeric_limits<double>::infinity() : Median(std::move(shifts));
 }
 
-std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted,
+std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const Rigid3& predicted, int part,
                                               double first_radius_px,
                                               const std::unordered_map<int, Vector2d>& first_points,
                                               StageTimes& stages) {
@@ -84,7 +84,8 @@ std::optional<FramePose> FrameLocator::Locate(const TrackedImage& image, const R
   FramePose frame_pose;
   {
     const MapLock lock(shared_);
-    frame_pose.candidates = GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_);
+    frame_pose.candidates =
+        GatherCandidatesNear(shared_.map, camera_, predicted, first_points, sweep_, {.part = part});
   }
   std::vector<int> first;
   for (int i = 0; i < static_cast<int>(frame_pose.candidates.size()); ++i)
@@ -145,14 +146,35 @@ std::optional<FramePose> FrameLocator::Refine(const TrackedImage& image, FramePo
 }
 
 std::optional<FramePose> FrameLocator::FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const {
-  std::optional<FramePose> found = FindNear(image, cam_from_world);
+  int part;
+  {
+    const MapLock lock(shared_);
+    part = shared_.map.main_part();
+  }
+  std::optional<FramePose> found = FindNear(image, cam_from_world, part);
   if (!found || PoseLogOdds(camera_, *found) <= kFollowedLogOdds) return std::nullopt;
   return found;
 }
 
 std::optional<FramePose> FrameLocator::Find(const TrackedImage& image, const KeyframeIndex& index,
                                             unsigned seed) const {
-  const std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, options_.ranked);
+  return FindAmong(index.Query(*image.features, options_.ranked), image, seed);
+}
+
+std::optional<FramePose> FrameLocator::FindInMainPart(const TrackedImage& image, const KeyframeIndex& index,
+                                                      unsigned seed) const {
+  std::vector<KeyframeIndex::Ranked> ranked = index.Query(*image.features, options_.ranked);
+  {
+    const MapLock lock(shared_);
+    std::erase_if(ranked, [&](const KeyframeIndex::Ranked& r) ULF_REQUIRES(shared_.mutex) {
+      return shared_.map.keyframe(r.keyframe).part != shared_.map.main_part();
+    });
+  }
+  return FindAmong(ranked, image, seed);
+}
+
+std::optional<FramePose> FrameLocator::FindAmong(const std::vector<KeyframeIndex::Ranked>& ranked,
+                                                 const TrackedImage& image, unsigned seed) const {
   for (int k = 0; k < std::min(options_.tried, static_cast<int>(ranked.size())); ++k) {
     const int keyframe = ranked[At(k)].keyframe;
     std::optional<FramePose> found = FindBy(keyframe, image, seed);
@@ -177,9 +199,12 @@ void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& 
     const int id = frame_pose.CandidateOf(match).id;
     for (const Observation& o : shared_.map.point(id).observations) ++shows[o.keyframe];
   }
+  const int part = shared_.map.point(frame_pose.CandidateOf(frame_pose.matches.front()).id).part;
   int others = 0;
   for (const auto& [keyframe, votes] : ranked) {
     if (others >= options_.other_places) break;
+    // Another part may show this very place.
+    if (shared_.map.keyframe(keyframe).part != part) continue;
     if (shows[keyframe] > options_.other_place_share * static_cast<double>(frame_pose.matches.size()))
       continue;
     ++others;
@@ -189,21 +214,23 @@ void FrameLocator::ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& 
 
 std::optional<FramePose> FrameLocator::FindBy(int keyframe, const TrackedImage& image, unsigned seed) const {
   KeyframePoints points;
+  int part;
   {
     const MapLock lock(shared_);
     points = PointsOf(shared_.map, keyframe);
+    part = shared_.map.keyframe(keyframe).part;
   }
   const auto proposal = ProposePose(camera_, points, *image.features, seed);
-  return proposal ? FindNear(image, *proposal) : std::nullopt;
+  return proposal ? FindNear(image, *proposal, part) : std::nullopt;
 }
 
-std::optional<FramePose> FrameLocator::FindNear(const TrackedImage& image,
-                                                const Rigid3& cam_from_world) const {
+std::optional<FramePose> FrameLocator::FindNear(const TrackedImage& image, const Rigid3& cam_from_world,
+                                                int part) const {
   FramePose frame_pose;
   frame_pose.cam_from_world = cam_from_world;
   {
     const MapLock lock(shared_);
-    frame_pose.candidates = GatherCandidates(shared_.map, camera_, cam_from_world);
+    frame_pose.candidates = GatherCandidates(shared_.map, camera_, cam_from_world, {.part = part});
   }
   return RefineTwice(image, std::move(frame_pose));
 }

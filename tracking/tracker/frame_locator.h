@@ -56,20 +56,26 @@ class FrameLocator {
         undetected_{.most = corners / options.corners_per_patch} {}
   void SetCamera(const CameraModel& camera) { camera_ = camera; }  // another lens, the same image size
 
-  // Follows a camera: starts with the points in `first` (by id: those of the frame before), within
+  // Follows a camera in a part of the map: starts with the points in `first` (by id: those of the frame before), within
   // `first_radius_px` of where the prediction projects them.
-  std::optional<FramePose> Locate(const TrackedImage& image, const Rigid3& predicted, double first_radius_px,
+  std::optional<FramePose> Locate(const TrackedImage& image, const Rigid3& predicted, int part,
+                                  double first_radius_px,
                                   const std::unordered_map<int, Eigen::Vector2d>& first, StageTimes& stages);
   // Refines a pose that is good to `radius_px`, with the candidates it has.
   std::optional<FramePose> Refine(const TrackedImage& image, FramePose frame_pose, double radius_px,
                                   StageTimes& stages) const;
 
-  // Verifies a pose that comes from elsewhere (fiducials); none where the map does not agree.
+  // Verifies a pose in the main part that comes from elsewhere (fiducials); none where the map does not agree.
   std::optional<FramePose> FindAt(const TrackedImage& image, const Rigid3& cam_from_world) const;
-  // Finds the pose by the image alone. None where the points that look like nothing else do not support it
+  // Finds the pose by the image alone, in any part of the map. None where the points that look like nothing else do not support it
   // (pose_log_odds.h).
   std::optional<FramePose> Find(const TrackedImage& image, const KeyframeIndex& index, unsigned seed) const;
+  // The same in the main part alone.
+  std::optional<FramePose> FindInMainPart(const TrackedImage& image, const KeyframeIndex& index,
+                                          unsigned seed) const;
 
+  // From a pose that is off by pixels, with the candidates that it should see.
+  std::optional<FramePose> FindNear(const TrackedImage& image, const Rigid3& cam_from_world, int part) const;
   // Refines within the wide search radius, then within the fine one. Takes a pose that is off by pixels.
   std::optional<FramePose> RefineTwice(const TrackedImage& image, FramePose frame_pose) const;
 
@@ -79,8 +85,9 @@ class FrameLocator {
   void Describe(const FeatureSet& detected, const FramePose& frame_pose, NewKeyframe& keyframe) const;
 
  private:
+  std::optional<FramePose> FindAmong(const std::vector<KeyframeIndex::Ranked>& ranked,
+                                     const TrackedImage& image, unsigned seed) const;
   std::optional<FramePose> FindBy(int keyframe, const TrackedImage& image, unsigned seed) const;
-  std::optional<FramePose> FindNear(const TrackedImage& image, const Rigid3& cam_from_world) const;
   void ExcludeOtherPlaces(const std::vector<KeyframeIndex::Ranked>& ranked, const FramePose& frame_pose,
                           LeftOut& left_out) const;
   CameraModel camera_;

@@ -77,7 +77,7 @@ std::optional<FramePose> PhotographLocator::LocateNear(const TrackedImage& image
   FramePose frame_pose;
   {
     const MapLock lock(shared_);
-    frame_pose.candidates = GatherCandidates(shared_.map, small_, near);
+    frame_pose.candidates = GatherCandidates(shared_.map, small_, near, {.part = shared_.map.main_part()});
   }
   for (const double radius_px : {options_.near_radius_px * unit, options_.far_radius_px * unit}) {
     const MapMatches coarse = MatchMap(small_, image, frame_pose.candidates, {}, near,

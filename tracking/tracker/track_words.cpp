@@ -32,10 +32,18 @@ std::string InWords(const Track& track) {
     case TrackState::kTracking:
       return track.matched_points > 0 ? "following " + Counted(track.matched_points, "point")
                                       : "its pose is known";
+    case TrackState::kApart:
+      return fmt::format(
+          "apart: {} followed, but how they lie to what was seen before is not known: move on until both are "
+          "in view",
+          Counted(track.matched_points, "point"));
     case TrackState::kLost:
       if (track.features && *track.features < kFewestFeatures)
         return fmt::format("lost: {} ({} of {})", Advice(StartObstacle::kTooFewFeatures), *track.features,
                            kFewestFeatures);
+      if (track.start)
+        return "lost: nothing in view is recognised: go back to what was seen before, or begin anew here: " +
+               InWords(*track.start);
       return "lost: nothing in view is recognised: show a part that was seen before, from where it was seen";
   }
   return "unknown";

@@ -61,16 +61,15 @@ std::optional<Rigid3> Tracker::PoseNow(const Track& track) const {
   if (!track.anchor) return track.cam_from_world;
   const Rigid3 anchored = PoseOf(*track.anchor);
   // Where rows roll, a frame's points are not where one pose shows them.
-  if (track.lens_revision == state_->lens_revision || track.map_id != state_->map_id || !track.seen ||
-      state_->rows.rolls())
-    return anchored;
+  if (track.lens_revision == state_->lens_revision || !track.seen || state_->rows.rolls()) return anchored;
   std::vector<PointObservation> seen;
   const double sigma_px = state_->size.ToOriginal(1.0);
   {
     const MapLock lock(state_->shared);
     const Map& map = state_->shared.map;
+    const int part = map.keyframe(track.anchor->keyframe_id).part;
     for (const MapObservation& o : *track.seen)
-      if (const int point = map.Resolve(o.point); point >= 0)
+      if (const int point = map.Resolve(o.point); point >= 0 && map.point(point).part == part)
         seen.push_back({map.point(point).position, o.img, sigma_px});
   }
   // A point's number may have been given to another point since.
@@ -81,19 +80,29 @@ std::optional<Rigid3> Tracker::PoseNow(const Track& track) const {
   return solved && solved->inliers >= fewest ? solved->cam_from_world : anchored;
 }
 
+int Tracker::MapNow(const Track& track) const {
+  if (!track.anchor) return track.map_id;
+  const MapLock lock(state_->shared);
+  return state_->shared.map.keyframe(track.anchor->keyframe_id).part;
+}
+
 std::vector<VisiblePoint> Tracker::VisiblePoints() const {
+  if (state_->IsApart()) return {};
   std::vector<VisiblePoint> visible = state_->last.visible;
   for (VisiblePoint& point : visible) point.img = state_->size.ToOriginal(point.img);
   return visible;
 }
 
-std::vector<ExpectedPoint> Tracker::ExpectedPoints() const { return state_->last.expected; }
+std::vector<ExpectedPoint> Tracker::ExpectedPoints() const {
+  return state_->IsApart() ? std::vector<ExpectedPoint>() : state_->last.expected;
+}
 
 std::vector<ScenePoint> Tracker::Points() const {
   const MapLock lock(state_->shared);
   std::vector<ScenePoint> points;
   for (const MapPoint& point : state_->shared.map.points())
-    if (point.alive) points.push_back({point.position, point.rgb, 0, point.views});
+    if (point.alive && point.part == state_->shared.map.main_part())
+      points.push_back({point.position, point.rgb, 0, point.views});
   return points;
 }
 
@@ -159,6 +168,8 @@ TrackerStatistics Tracker::Statistics() const {
           state_->shared.map.LivingPoints(),
           state_->keyframes_left_out,
           state_->shared.loops,
+          state_->shared.joins,
+          static_cast<int>(state_->shared.map.Parts().size()),
           std::chrono::duration<double>(state_->shared.longest_wait).count(),
           state_->calibration ? state_->calibration : state_->InOriginalPixels(state_->shared.wrong_lens),
           state_->RefinedLensInOriginalPixels(),

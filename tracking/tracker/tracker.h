@@ -40,19 +40,29 @@
 
 namespace ulf::tracking {
 
-enum class TrackState { kInitializing, kTracking, kLost };
+enum class TrackState {
+  kInitializing,
+  kTracking,
+  kLost,
+  // Followed in a part of the map whose place in the main part's world is not known (yet): there is no pose, but an
+  // anchor, which tells the pose as soon as the parts are joined.
+  kApart
+};
 
 // The result for one frame.
 struct Track {
   TrackState state = TrackState::kInitializing;
   bool skipped = false;  // incomplete or empty frame: nothing was tried, the state stays
-  int map_id = 0;        // counts maps: one that is lost within its first frames is discarded for a new one
+  // The map in whose world the pose is: a map that is lost within its first frames is discarded for another, and a
+  // part of the map that was followed for longer takes the place of the main part, unless views are recorded in that.
+  int map_id = 0;
   bool relocalized = false;  // found again in this frame after being lost
   // None unless tracking. With a rolling shutter, whose rows have poses of their own: the one pose that
   // explains the image best as it is, because users of the image (renderer, coverage, other programs) know no
   // rows.
   std::optional<Rigid3> cam_from_world;
-  std::optional<Anchored> anchor;  // the same pose, for PoseOf(); set whenever cam_from_world is
+  // The same pose, for PoseOf(); set whenever cam_from_world is, and while kApart.
+  std::optional<Anchored> anchor;
   // The camera's own pose when the middle row was read, relative to cam_from_world; set where a rolling
   // shutter is compensated, else the two are the same.
   std::optional<Rigid3> middle_row_from_picture;
@@ -124,6 +134,8 @@ struct TrackerStatistics {
   int map_points = 0;
   int keyframes_left_out = 0;  // because the mapper was behind
   int loops = 0;               // closed
+  int parts_joined = 0;        // parts of the map that were begun by themselves
+  int parts = 0;               // of the map; more than one: apart from each other
   double longest_wait_s = 0;   // for the mapper to release the map
   // After Finish(), where the map is large enough; before, from the moment on at which the map contradicts the lens.
   std::optional<CalibrationCheck> calibration = {};
@@ -169,10 +181,12 @@ class Tracker {
   Rigid3 PoseOf(const Anchored& anchor) const;
 
   // The pose of a frame's track now: PoseOf() its anchor, and where the lens was replaced since, solved again from the
-  // points that the frame showed. None where it had no pose.
+  // points that the frame showed. None where it had neither. It lies in the world of MapNow().
   std::optional<Rigid3> PoseNow(const Track& track) const;
+  // Track::map_id, after parts of the map were joined since.
+  int MapNow(const Track& track) const;
 
-  // Map points that support the last frame's pose; empty unless tracking.
+  // Map points that support the last frame's pose; empty unless kTracking.
   std::vector<VisiblePoint> VisiblePoints() const;
   // Those, and the ones that the last frame should have shown and did not.
   std::vector<ExpectedPoint> ExpectedPoints() const;
@@ -180,7 +194,7 @@ class Tracker {
   // The image of `track` was recorded as a view: notes its points. Call it before the next Step().
   void NoteView(int view_id, const Track& track);
 
-  // All map points with their colours and the recorded views that show them.
+  // All points of the main part with their colours and the recorded views that show them.
   std::vector<ScenePoint> Points() const;
 
   // Builds a map from views with known poses (at least two that see the same things), in their world. The

@@ -116,6 +116,11 @@ struct TrackerOptions {
   double longest_step_s = 0.25;
   // A map that is lost before it has been tracked for so many frames is discarded. Guessed.
   int proven_frames = 10;
+  // A camera that has been lost for so long begins another part of the map. Without `begin_parts` it stays lost until it
+  // is back. Guessed.
+  bool begin_parts = true;
+  double begin_part_after_s = 1;
+  int try_main_part_every = 5;  // frames that are followed apart from it. Guessed
   // A map made from recorded views needs so many points. Guessed.
   int min_seed_points = 60;
 

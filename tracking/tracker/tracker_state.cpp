@@ -78,9 +78,20 @@ std::optional<RefinedLens> Tracker::State::RefinedLensInOriginalPixels() const {
 
 bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
+  int joins;
   {
     const MapLock lock(shared);
+    joins = shared.joins;
+    const Keyframe& anchored_to = shared.map.keyframe(last.anchor.keyframe_id);
     last_pose = shared.map.PoseOf(last.anchor);
+    part = anchored_to.part;
+    if (last.velocity) last.velocity->translation *= anchored_to.unit / last.anchor.unit;
+    last.anchor.cam_from_keyframe.translation *= anchored_to.unit / last.anchor.unit;
+    last.anchor.unit = anchored_to.unit;
+  }
+  if (last.joins != joins) {
+    last.visible.clear();
+    last.expected.clear();
   }
   const Rigid3 predicted = last.velocity ? *last.velocity * last_pose : last_pose;
   if (rows.rolls()) {
@@ -93,17 +104,26 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   std::optional<FramePose> frame_pose;
   double evidence = 0;
   const auto try_from = [&](const Rigid3& pose, double radius_px) {
-    frame_pose = locator.Locate(image, pose, radius_px, last.img_of_point, track.stages);
+    frame_pose = locator.Locate(image, pose, part, radius_px, last.img_of_point, track.stages);
     evidence = frame_pose ? PoseLogOdds(camera, *frame_pose) : 0;
     return evidence > kFollowedLogOdds;
   };
   const bool followed = try_from(predicted, near_px) || try_from(predicted, options.far_px * unit) ||
                         (last.velocity && try_from(last_pose, options.last_pose_px * unit));
-  // Far from the prediction, only unambiguous points tell similar places apart.
+  // Far from the prediction, whose candidates these are, the pose is looked for again with those that it should see itself,
+  // and only unambiguous points tell similar places apart.
   if (followed && MedianShiftPx(camera, *frame_pose, predicted) > near_px) {
-    LeftOut left_out;
-    ExcludeAmbiguousMatches(camera, *image.features, *frame_pose, left_out);
-    evidence = PoseLogOdds(camera, *frame_pose, left_out) - kRelocalizedLogOdds;
+    const auto unambiguous = [&](const FramePose& pose) {
+      LeftOut left_out;
+      ExcludeAmbiguousMatches(camera, *image.features, pose, left_out);
+      return PoseLogOdds(camera, pose, left_out) - kRelocalizedLogOdds;
+    };
+    evidence = unambiguous(*frame_pose);
+    if (auto again = locator.FindNear(image, frame_pose->cam_from_world, part))
+      if (const double better = unambiguous(*again); better > evidence) {
+        frame_pose = std::move(again);
+        evidence = better;
+      }
   }
   if (evidence <= kFollowedLogOdds) {
     spdlog::debug("frame {}: lost: {} points of {:.0f}, evidence {:.1f}, {} known in the frame before", frame,
@@ -115,23 +135,43 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   if (rows.rolls())
     rows.Settle(image, *frame_pose_, VelocitySince(last_pose, frame_pose_->cam_from_world, image.time_s),
                 shared.world_given);
-  Accept(image.time_s, *frame_pose_, track);
-  return true;
+  return Accept(image.time_s, *frame_pose_, joins, track);
 }
 
 bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
   const StageTimer timer(&track.stages.relocalization_s);
   std::optional<FramePose> found;
+  const int joins = shared.joins;
   // Do not search at a marker pose that only the frame before decided (sigma 0).
   if (image.fiducials && image.fiducials->center_sigma > 0 && shared.world_given)
     found = locator.FindAt(image, image.fiducials->cam_from_world);
-  if (!found) found = locator.Find(image, mapper.index(), options.seed + static_cast<unsigned>(frame));
-  if (!found) return false;
+  if (!found) found = locator.Find(image, mapper.index(), SeedOfFrame());
+  return found && GoOnFrom(std::move(*found), joins, image, track);
+}
+
+bool Tracker::State::ReturnToMainPart(TrackedImage& image, Track& track) {
+  const StageTimer timer(&track.stages.relocalization_s);
+  const int joins = shared.joins;
+  std::optional<FramePose> found = locator.FindInMainPart(image, mapper.index(), SeedOfFrame());
+  return found && GoOnFrom(std::move(*found), joins, image, track);
+}
+
+// From a pose that does not follow from the frame before.
+bool Tracker::State::GoOnFrom(FramePose found, int joins, TrackedImage& image, Track& track) {
   last = {};
   rows.Forget();
   frame_pose_ = std::move(found);
   if (rows.rolls()) rows.Settle(image, *frame_pose_, {}, shared.world_given);
-  Accept(image.time_s, *frame_pose_, track);
+  const int before = part;
+  if (!Accept(image.time_s, *frame_pose_, joins, track)) return false;
+  if (part != before) {
+    // A part that was lost within its first frames is worth nothing.
+    if (frames_tracked <= options.proven_frames) {
+      mapper.Rest();
+      mapper.RemovePart(before);
+    }
+    frames_tracked = options.proven_frames;
+  }
   track.relocalized = true;
   spdlog::debug("frame {}: found again", frame);
   return true;
@@ -145,7 +185,7 @@ Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
     const int id = frame_pose.CandidateOf(match).id;
     for (const Observation& o : map.point(id).observations) ++seen_with[o.keyframe];
   }
-  int reference = map.FirstKeyframe(), most = 0;
+  int reference = map.FirstKeyframe(part), most = 0;
   for (const auto& [keyframe, seen] : seen_with)
     if (seen > most || (seen == most && keyframe < reference)) {
       reference = keyframe;
@@ -170,13 +210,19 @@ void Tracker::State::Describe(const FramePose& frame_pose, Track& track) const {
   track.wrong_lens = shared.wrong_lens.has_value();
 }
 
-// Anchors the pose of a tracked frame and keeps what the next frame needs.
-void Tracker::State::Accept(double time_s, const FramePose& frame_pose, Track& track) {
+// Anchors the pose of a tracked frame and keeps what the next frame needs. False where parts of the map were joined
+// since it was found (`joins`), so that it may be of another world.
+bool Tracker::State::Accept(double time_s, const FramePose& frame_pose, int joins, Track& track) {
   LastFrame now;
   now.time_s = time_s;
+  now.joins = joins;
   std::vector<double> motion_px;
   {
     const MapLock lock(shared);
+    if (shared.joins != joins) {
+      frame_pose_.reset();
+      return false;
+    }
     for (const PointMatch& match : frame_pose.matches) {
       const Candidate& candidate = frame_pose.CandidateOf(match);
       if (const auto before = last.img_of_point.find(candidate.id); before != last.img_of_point.end())
@@ -186,6 +232,7 @@ void Tracker::State::Accept(double time_s, const FramePose& frame_pose, Track& t
           {candidate.position, match.img, (frame_pose.cam_from_world * candidate.position).z()});
     }
     now.expected = ExpectedOf(frame_pose);
+    part = shared.map.point(frame_pose.CandidateOf(frame_pose.matches.front()).id).part;
     now.anchor = AnchorOf(frame_pose);
     if (std::exchange(revision, shared.revision) != shared.revision) map_drift.Clear();
     Describe(frame_pose, track);
@@ -207,12 +254,57 @@ void Tracker::State::Accept(double time_s, const FramePose& frame_pose, Track& t
   track.anchor->cam_from_keyframe = frame_pose.picture_from_cam * last.anchor.cam_from_keyframe;
   track.speed_px = Median(motion_px);
   ++frames_tracked;
+  ++frames_of_part[part];
+  lost_since_s.reset();
+  return true;
 }
 
-bool Tracker::State::WantsKeyframe(const FramePose& frame_pose, int reference_points) const {
+bool Tracker::State::MayBeginPart(double time_s) const {
+  return options.begin_parts && !shared.world_given && lost_since_s &&
+         time_s - *lost_since_s >= options.begin_part_after_s;
+}
+
+// Something lies in its world: recorded views, or poses that were given.
+bool Tracker::State::IsMainPartHeld() const {
+  const Map& map = shared.map;
+  const int main = map.main_part();
+  return std::ranges::any_of(
+             map.living(),
+             [&](int id) { return map.keyframe(id).part == main && map.keyframe(id).pinned; }) ||
+         std::ranges::any_of(map.points(), [&](const MapPoint& point) {
+           return point.alive && point.part == main && !point.views.empty();
+         });
+}
+
+// A part that has been followed for longer takes the main one's place, where nothing lies in its world.
+void Tracker::State::ChooseMainPart() {
+  {
+    const MapLock lock(shared);
+    const int main = shared.map.main_part();
+    if (part == main || frames_of_part[part] <= frames_of_part[main] || IsMainPartHeld()) return;
+  }
+  mapper.SetMainPart(part);
+}
+
+// The part in work was lost within its first frames.
+void Tracker::State::Abandon() {
+  spdlog::debug("frame {}: lost at once, starting again", frame);
+  mapper.Rest();
+  mapper.RemovePart(part);
+  map_drift.Clear();
+  initializer.Restart();
+  last = {};
+  if (lost_since_s) *lost_since_s -= options.begin_part_after_s;  // begin the next one at once
+  const MapLock lock(shared);
+  const bool nothing_left = shared.map.living().empty();
+  state = nothing_left ? TrackState::kInitializing : TrackState::kLost;
+  frames_tracked = nothing_left ? 0 : options.proven_frames;
+}
+
+bool Tracker::State::WantsKeyframe(const FramePose& frame_pose, double time_s, int reference_points) const {
   const int matched = static_cast<int>(frame_pose.matches.size());
   const MapperOptions& limits = options.mapping;
-  if (frames_since_keyframe < limits.frames_between) return false;
+  if (frame == last_keyframe_frame + 1 && time_s - last_keyframe_s < limits.next_frame_after_s) return false;
   const Rigid3& pose = last.anchor.cam_from_keyframe;
   std::vector<double> depths;
   for (const VisiblePoint& point : last.visible) depths.push_back(point.depth);
@@ -240,10 +332,13 @@ std::optional<NewKeyframe> Tracker::State::KeyframeOf(const TrackedImage& image,
   const StageTimer timer(&stages.keyframe_s);
   {
     const MapLock lock(shared);
-    if (!WantsKeyframe(frame_pose, shared.map.keyframe(last.anchor.keyframe_id).points_at_birth))
+    if (!WantsKeyframe(frame_pose, image.time_s,
+                       shared.map.keyframe(last.anchor.keyframe_id).points_at_birth))
       return std::nullopt;
   }
   NewKeyframe offered;
+  offered.joins = joins_of_frame;
+  offered.keyframe.part = part;
   offered.keyframe.time_s = image.time_s;
   offered.keyframe.cam_from_world = frame_pose.cam_from_world;
   offered.keyframe.pyramid = image.pyramid;
@@ -275,7 +370,8 @@ void Tracker::State::Report(const TrackedImage& image, const Frame& frame_in, co
     return;
   }
   track.keyframe = true;
-  frames_since_keyframe = 0;
+  last_keyframe_frame = frame;
+  last_keyframe_s = image.time_s;
   AddWorldInformation(image);
   if (frame_before) before_keyframe = {frame_before->first, frame_before->second, image.time_s};
   map_drift.Add(last.anchor, frame_pose.cam_from_world);
@@ -299,32 +395,32 @@ void Tracker::State::Initialize(TrackedImage& image, const Frame& frame_in, Trac
   // The map is kept only if this frame can be tracked on it.
   {
     const MapLock lock(shared);
-    const int keyframes = static_cast<int>(shared.map.keyframes().size());
-    last.anchor = {shared.map.LivingKeyframes() > 0 ? keyframes - 1 : -1, {}, 1};
+    const std::vector<int> begun = shared.map.LivingOf(part);
+    last = {};
+    last.anchor = {begun.empty() ? -1 : begun.back(), {}, 1};
     for (const MapPoint& point : shared.map.points())
-      if (point.alive) last.img_of_point[point.id] = point.observations.back().img;
+      if (point.alive && point.part == part) last.img_of_point[point.id] = point.observations.back().img;
   }
   if (last.anchor.keyframe_id >= 0 && Follow(image, track)) {
     state = TrackState::kTracking;
-    frames_since_keyframe = 0;
     track.keyframe = true;
+    last_keyframe_frame = frame;
+    last_keyframe_s = image.time_s;
     initializer.Restart();
     map_start = MapStart{attempt.model, attempt.evidence};
     return;
   }
   spdlog::debug("frame {}: the first map did not hold", frame);
   track.start->obstacle = StartObstacle::kMapDidNotHold;
-  mapper.Reset();
-  last = {};
-  map_drift.Clear();
-  initializer.Restart();
+  Abandon();
 }
 
 void Tracker::State::StartMap(const TwoViewStart& start, const cv::Mat& color) {
   mapper.Drain();
   std::vector<double> depths;
   for (const Vector3d& point : start.points) depths.push_back(point.z());
-  mapper.StartFromTwoViews(start, 1 / std::max(1e-9, Median(depths)), color);
+  part = mapper.StartFromTwoViews(start, 1 / std::max(1e-9, Median(depths)), color);
+  frames_tracked = 0;
   world_information = 0;
   AddWorldInformation(start.first);
   AddWorldInformation(start.second);
@@ -385,7 +481,6 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   mapping_cpu_s = 0;
   Track track;
   track.state = state;
-  track.map_id = map_id;
   ++frame;
   if (frame_in.status != FrameStatus::kComplete || frame_in.image.empty()) {
     track.skipped = true;
@@ -407,26 +502,36 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
       sharpness.Step(size.IsReduced() ? ForSharpness(gray) : image.pyramid->levels[kSharpnessLevel]);
   pyramid.Stop();
   StageTimer detection(&track.stages.features_s);
-  const int features = state == TrackState::kInitializing ? 2 * options.features : options.features;
+  const bool may_begin =
+      state == TrackState::kInitializing || (state == TrackState::kLost && MayBeginPart(image.time_s));
+  const int features = may_begin ? 2 * options.features : options.features;
   image.features = std::make_shared<const FeatureSet>(extractor.Extract(*image.pyramid, features));
   detection.Stop();
   track.features = image.features->size();
-  ++frames_since_keyframe;
   frame_pose_.reset();
   if (options.wait_for_mapper) mapper.Drain();
+  joins_of_frame = shared.joins;
 
   switch (state) {
     case TrackState::kInitializing:
       Initialize(image, frame_in, track);
       break;
     case TrackState::kTracking:
+      if (IsApart() && frame % options.try_main_part_every == 0 && ReturnToMainPart(image, track)) break;
       if (!Follow(image, track) && !Relocalize(image, track)) {
         state = TrackState::kLost;
+        lost_since_s = last.time_s;
         last = {};
+        initializer.Restart();
       }
       break;
     case TrackState::kLost:
-      if (Relocalize(image, track)) state = TrackState::kTracking;
+      if (Relocalize(image, track))
+        state = TrackState::kTracking;
+      else if (may_begin)
+        Initialize(image, frame_in, track);
+      break;
+    case TrackState::kApart:  // of tracks alone
       break;
   }
   if (frame_pose_)
@@ -434,18 +539,25 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
       return size.ToOriginal(image.pyramid->Seen(img, &in_cam));
     });
   if (frame_pose_) Report(image, frame_in, *frame_pose_, track);
-  if (state == TrackState::kLost && frames_tracked < options.proven_frames) {
-    spdlog::debug("frame {}: lost at once, starting again", frame);
-    mapper.Rest();
-    mapper.Reset();
-    map_drift.Clear();
-    initializer.Restart();
-    state = TrackState::kInitializing;
-    frames_tracked = 0;
-    ++map_id;
-  }
+  if (state == TrackState::kLost && frames_tracked < options.proven_frames) Abandon();
+  if (state == TrackState::kTracking) ChooseMainPart();
   track.state = state;
-  track.map_id = map_id;
+  {
+    const MapLock lock(shared);
+    const bool joined = shared.joins != joins_of_frame;
+    track.map_id = track.anchor ? shared.map.keyframe(track.anchor->keyframe_id).part : part;
+    if (track.anchor && joined) {
+      track.cam_from_world = shared.map.PoseOf(*track.anchor);
+      last.visible.clear();
+      last.expected.clear();
+    }
+    if (track.anchor && track.map_id != shared.map.main_part()) {
+      track.state = TrackState::kApart;
+      track.cam_from_world.reset();
+      track.middle_row_from_picture.reset();
+      track.quality = 0;
+    }
+  }
   track.map_revision = shared.revision;
   track.lens_revision = lens_revision;
   track.cpu_s = ThreadCpuSeconds() - start_s - mapping_cpu_s;
@@ -462,8 +574,10 @@ std::optional<Track> Tracker::State::LocatePhotograph(
   if (!frame_pose) return std::nullopt;
   Track track;
   track.state = TrackState::kTracking;
-  track.map_id = map_id;
   const MapLock lock(shared);
+  track.map_id = shared.map.main_part();
+  if (shared.map.point(frame_pose->CandidateOf(frame_pose->matches.front()).id).part != track.map_id)
+    return std::nullopt;
   Describe(*frame_pose, track);
   track.anchor = AnchorOf(*frame_pose);
   track.seen = SeenIn(*frame_pose, [](const Vector2d& img, const Vector3d&) { return img; });

@@ -30,6 +30,7 @@ struct LastFrame {
   std::vector<VisiblePoint> visible;
   std::vector<ExpectedPoint> expected;
   std::optional<Twist> between;  // the velocity since the frame before
+  int joins = 0;  // of the map's parts, as of then: a later one has moved the world of `visible`
 };
 
 inline MapperOptions MappingOf(const TrackerOptions& options) {
@@ -83,9 +84,12 @@ struct Tracker::State {
   TrackState state = TrackState::kInitializing;
   LastFrame last;
   int frame = 0;
-  int frames_since_keyframe = 0;
-  int frames_tracked = 0;  // on this map
-  int map_id = 0;
+  int last_keyframe_frame = -1;
+  double last_keyframe_s = 0;
+  int frames_tracked = 0;  // since the part in work was begun
+  int part = 0;            // of the map, in work: where the last frame was tracked
+  std::unordered_map<int, int> frames_of_part;
+  std::optional<double> lost_since_s;
   int keyframes_left_out = 0;
   std::optional<RefinedLens> refined_lens;      // of working pixels
   int lens_revision = 0;                        // how often the lens was replaced
@@ -97,16 +101,26 @@ struct Tracker::State {
   void MoveWorld(const Similarity3& given_from_world);
   void AddWorldInformation(const TrackedImage& image);
   bool ContradictsLens() const;
+  bool IsApart() const {
+    const MapLock lock(shared);
+    return part != shared.map.main_part();
+  }
   bool RefineLens();
   void Initialize(TrackedImage& image, const Frame& frame_in, Track& track);
   void StartMap(const TwoViewStart& start, const cv::Mat& color);
   bool Follow(TrackedImage& image, Track& track);
   bool Relocalize(TrackedImage& image, Track& track);
+  bool ReturnToMainPart(TrackedImage& image, Track& track);
+  bool GoOnFrom(FramePose found, int joins, TrackedImage& image, Track& track);
+  unsigned SeedOfFrame() const { return options.seed + static_cast<unsigned>(frame); }
+  bool MayBeginPart(double time_s) const;
+  void Abandon();
+  void ChooseMainPart();
   std::optional<Twist> VelocitySince(const Rigid3& last_pose, const Rigid3& pose, double time_s) const;
   std::optional<Readout> Rolling() const;
   std::optional<CalibrationCheck> InOriginalPixels(const std::optional<CalibrationCheck>& working) const;
   std::optional<RefinedLens> RefinedLensInOriginalPixels() const;
-  void Accept(double time_s, const FramePose& frame_pose, Track& track);
+  bool Accept(double time_s, const FramePose& frame_pose, int joins, Track& track);
   Anchored AnchorOf(const FramePose& frame_pose) const ULF_REQUIRES(shared.mutex);
   void Describe(const FramePose& frame_pose, Track& track) const ULF_REQUIRES(shared.mutex);
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
@@ -117,9 +131,11 @@ struct Tracker::State {
                                                                   const FramePose& frame_pose);
   std::optional<NewKeyframe> KeyframeOf(const TrackedImage& image, const Frame& frame_in,
                                         const FramePose& frame_pose, StageTimes& stages) const;
-  bool WantsKeyframe(const FramePose& frame_pose, int reference_points) const;
+  bool IsMainPartHeld() const ULF_REQUIRES(shared.mutex);
+  bool WantsKeyframe(const FramePose& frame_pose, double time_s, int reference_points) const;
 
   std::optional<FramePose> frame_pose_;  // of the frame in work
+  int joins_of_frame = 0;                // joins of the map's parts when it came
 };
 
 }  // namespace ulf::tracking

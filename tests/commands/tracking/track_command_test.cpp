@@ -92,11 +92,45 @@ TEST(TrackReport, FindingAgainFollowsLosing) {
     frame.track.state = TrackState::kTracking;
     frame.track.cam_from_world = Rigid3{};
     frame.track.relocalized = found;
-    run.live.push_back({frame.time_s, Rigid3{}});
     run.frames.push_back(frame);
   }
-  run.final = run.live;
   EXPECT_THAT(ToText(run, nullptr), testing::HasSubstr("lost 1 time, found again 1 time"));
+}
+
+// Two frames of a map that was given up, three of the one that stays, two that were followed apart and joined to it, and
+// one that is apart to the end.
+TEST(TrackReport, PosesStandWithTheirWorld) {
+  TrackRun run;
+  const auto add = [&](std::optional<int> live_map, std::optional<int> final_map) {
+    TrackedFrame frame;
+    frame.time_s = static_cast<double>(run.frames.size());
+    frame.track.state = live_map ? TrackState::kTracking : TrackState::kApart;
+    frame.track.map_id = live_map.value_or(final_map.value_or(0));
+    if (live_map) frame.track.cam_from_world = Rigid3{};
+    if (final_map) frame.final_cam_from_world = Rigid3{};
+    frame.final_map = final_map.value_or(0);
+    run.frames.push_back(frame);
+  };
+  for (const auto& [live, final] : std::vector<std::pair<std::optional<int>, std::optional<int>>>{
+           {0, 0}, {0, 0}, {1, 1}, {{}, 1}, {{}, 1}, {1, 1}, {1, 1}, {{}, 2}})
+    add(live, final);
+  const std::vector<GivenPoses> maps = ByMap(run);
+  ASSERT_EQ(maps.size(), 3u);
+  EXPECT_EQ(maps[0].live.size(), 2u);
+  EXPECT_EQ(maps[1].live.size(), 0u);
+  EXPECT_EQ(maps[1].final.size(), 1u);
+  EXPECT_EQ(maps[2].live.size(), 3u) << "the last map that gave live poses comes last";
+  EXPECT_EQ(maps[2].final.size(), 5u);
+  EXPECT_EQ(OfLastMap(run).final.size(), 5u);
+  EXPECT_EQ(LivePoses(run), 5);
+  run.map.parts = 2;
+  EXPECT_THAT(ToText(run, nullptr),
+              testing::HasSubstr(
+                  "3 frames followed apart from the rest of the map, without a live pose; 2 of them have"));
+  const auto json = ToJson(run, nullptr);
+  EXPECT_EQ(json["apart"], 3);
+  EXPECT_EQ(json["apart_joined"], 2);
+  EXPECT_EQ(json["parts"], 2);
 }
 
 TEST(TrackCommand, RunsAnySourceOfPoses) {

@@ -34,11 +34,11 @@ TEST(MapTest, ObservationsLinkBothWaysThroughEveryChange) {
   EXPECT_EQ(world.map.Resolve(victim), -1);
   world.map.RemoveKeyframe(3);
   world.ExpectConsistent();
-  world.map.Clear();
+  world.map.RemovePart(0);
   world.ExpectConsistent();
   EXPECT_EQ(world.map.LivingPoints(), 0);
   EXPECT_EQ(world.map.LivingKeyframes(), 0);
-  EXPECT_EQ(world.map.FirstKeyframe(), -1);
+  EXPECT_EQ(world.map.FirstKeyframe(0), -1);
 }
 
 TEST(MapTest, APointWithOneObservationGoes) {
@@ -137,6 +137,96 @@ TEST(MapFileTest, ComesBackAsItWas) {
   EXPECT_EQ(MapToBytes(back, 77), bytes);
 }
 
+// The wall once more, as another part with a world of its own.
+int AddSecondPart(World& world) {
+  Map& map = world.map;
+  const int part = 1, keyframes = static_cast<int>(map.keyframes().size());
+  for (int k = 0; k < keyframes; ++k) {
+    Keyframe copy = map.keyframe(k);
+    copy.part = part;
+    map.AddKeyframe(std::move(copy));
+  }
+  const int points = static_cast<int>(map.points().size());
+  for (int id = 0; id < points; ++id) {
+    const MapPoint point = map.point(id);
+    if (!point.alive) continue;
+    const int copy = map.AddPoint(point.position, part);
+    for (Observation o : point.observations) {
+      o.keyframe += keyframes;
+      map.Observe(copy, o);
+    }
+    map.Update(copy);
+  }
+  return part;
+}
+
+TEST(MapParts, AreSeenAndSavedApartUntilTheyAreJoined) {
+  World world(5), alone(5);
+  Map& map = world.map;
+  map.BeginPart();
+  ASSERT_EQ(map.BeginPart(), 1);
+  const Rigid3 pose = map.keyframe(1).cam_from_world;
+  const auto gathered = [&](int part) { return GatherCandidates(map, world.camera, pose, {.part = part}); };
+  const std::size_t before = gathered(0).size();
+  const int part = AddSecondPart(world);
+  EXPECT_EQ(gathered(0).size(), before);
+  EXPECT_EQ(gathered(part).size(), before);
+  for (const Candidate& candidate : gathered(part)) EXPECT_EQ(map.point(candidate.id).part, part);
+  EXPECT_EQ(map.Parts(), (std::vector<int>{0, 1}));
+  EXPECT_EQ(map.FirstKeyframe(part), static_cast<int>(alone.map.keyframes().size()));
+
+  // Of the main part alone, under the numbers that keyframes have.
+  Map back(world.camera);
+  ASSERT_EQ(MapFromBytes(MapToBytes(map, 77), 77, world.camera, back), "");
+  EXPECT_EQ(back.LivingKeyframes(), alone.map.LivingKeyframes());
+  EXPECT_EQ(back.LivingPoints(), alone.map.LivingPoints());
+
+  map.JoinPart(part, 0);
+  EXPECT_EQ(map.Parts(), (std::vector<int>{0}));
+  EXPECT_EQ(gathered(0).size(), 2 * before);
+  EXPECT_TRUE(gathered(part).empty());
+}
+
+TEST(MapParts, OneIsRemovedAndTheOtherStays) {
+  World world(5), alone(5);
+  const int part = AddSecondPart(world);
+  const Rigid3 last = world.map.PoseOf(world.map.FirstKeyframe(part));
+  const int first = world.map.FirstKeyframe(part);
+  world.map.RemovePart(part);
+  EXPECT_EQ(world.map.Parts(), (std::vector<int>{0}));
+  EXPECT_EQ(world.map.LivingPoints(), alone.map.LivingPoints());
+  EXPECT_EQ(world.map.LivingKeyframes(), alone.map.LivingKeyframes());
+  EXPECT_EQ(world.map.PoseOf(first).Matrix(), last.Matrix());
+  EXPECT_EQ(world.map.keyframe(0).points, alone.map.keyframe(0).points);
+}
+
+// Images leave each part's world open by itself: neither may drift when all is adjusted.
+TEST(MapParts, AdjustingBothKeepsEachWhereItIs) {
+  World world(5);
+  const int part = AddSecondPart(world);
+  OwnedMap owned(std::move(world.map));
+  const Map& map = owned.shared.ReadByOwner();
+  std::vector<Rigid3> before;
+  {
+    const MapLock lock(owned.shared);
+    // The first keyframe of each is wrong: held, it would turn and move all others.
+    for (const int p : {0, part})
+      owned.map.keyframe(map.FirstKeyframe(p)).cam_from_world.translation +=
+          Eigen::Vector3d(0.03, -0.02, 0.02);
+    for (const int id : map.living()) before.push_back(map.keyframe(id).cam_from_world);
+  }
+  ASSERT_TRUE(AdjustMap(world.camera, owned, map.living(), {}, {}).usable);
+  for (const int p : {0, part}) {
+    Eigen::Vector3d was = Eigen::Vector3d::Zero(), is = Eigen::Vector3d::Zero();
+    const std::vector<int> of_part = map.LivingOf(p);
+    for (const int id : of_part) {
+      was += before[static_cast<std::size_t>(id)].OriginInSource() / static_cast<double>(of_part.size());
+      is += map.keyframe(id).cam_from_world.OriginInSource() / static_cast<double>(of_part.size());
+    }
+    EXPECT_LT((was - is).norm(), 1e-6) << p;
+  }
+}
+
 TEST(MapFileTest, WhatDoesNotFitIsRefused) {
   World world(4);
   const std::string bytes = SavedWorld(world);
@@ -196,7 +286,7 @@ TEST(MapTest, ALongRunNeedsNoMoreRoomThanWhatLives) {
         map.Observe(points[points.size() - kPointsEach + slot], {id, i, features[slot].img, 1});
       }
     }
-    if (step >= kAlive) map.RemoveKeyframe(map.FirstKeyframe());
+    if (step >= kAlive) map.RemoveKeyframe(map.FirstKeyframe(0));
     if (step == 100) after_a_while = map.points().size();
   }
   EXPECT_EQ(map.LivingKeyframes(), kAlive);

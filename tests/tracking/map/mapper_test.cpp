@@ -145,12 +145,12 @@ TEST(MapperTest, FilesTheKeyframesThatItStartsWith) {
   EXPECT_EQ(ranked[0].keyframe, 2);
 }
 
-TEST(MapperTest, ForgetsEverythingOnReset) {
+TEST(MapperTest, ForgetsEverythingWithItsLastPart) {
   World world(4);
   Mapper mapper(world.camera, world.map, true);
   mapper.MoveWorld({});
   EXPECT_TRUE(mapper.shared().world_given);
-  mapper.Reset();
+  mapper.RemovePart(0);
   EXPECT_FALSE(mapper.shared().world_given);
   EXPECT_EQ(mapper.shared().ReadByOwner().LivingPoints(), 0);
   EXPECT_TRUE(mapper.index().Query(*world.map.keyframe(2).features, 1).empty());

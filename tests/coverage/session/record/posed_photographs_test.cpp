@@ -5,13 +5,19 @@
 
 #include <gmock/gmock.h>
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgcodecs.hpp>
 
+#include "acquisition/device/device.h"
 #include "acquisition/simulator/simulated_device.h"
+#include "core/geometry/trajectory.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
+#include "tests/tracking/scenes/textured_room.h"
 
 namespace ulf::test {
 namespace {
@@ -234,6 +240,50 @@ TEST(PosedPhotographs, ATrackedWalkPastTheStudioIsCaptured) {
   EXPECT_GT(light_field.points.size(), 100u);
   EXPECT_FALSE(light_field.subject);
   EXPECT_EQ(Counted(summary).count("outside_rectangle"), 0u);
+}
+
+// The camera is carried to another side of a room, without seeing the way, and walks on to where it began. Until then
+// nobody knows how the two sides lie to each other: what is recorded before and after is in one world.
+TEST(PosedPhotographs, NothingIsRecordedWhileTheCameraIsApart) {
+  const ScratchFolder scratch;
+  const TexturedRoom room({.furniture = Furniture::kRound});
+  const CameraModel camera = TexturedRoom::Camera().ScaledTo(320, 240);
+  std::vector<Rigid3> truth;
+  const auto show = [&](int from, int to) {
+    for (int k = from; k < to; ++k) {
+      truth.push_back(TexturedRoom::RoundAt(k));
+      const Frame frame = room.Take(truth.back(), truth.size(), camera);
+      cv::imwrite((scratch / "frames" / fmt::format("{:04}.png", truth.size())).string(), frame.image.pixels);
+    }
+  };
+  fs::create_directories(scratch / "frames");
+  show(0, 110);
+  show(190, 400);
+  const auto device = OpenDevice("replay:" + (scratch / "frames").string() + "?fps=30");
+  device->Start();
+  const auto poses =
+      MakeTrackerSource(camera, {.deterministic = true, .features = 500, .wait_for_mapper = true});
+  std::vector<double> apart_s;
+  CaptureHooks hooks;
+  hooks.after_frame = [&](const SharedCaptureState& state) {
+    if (state->tracking == TrackState::kApart) apart_s.push_back(state->device_time_s);
+    EXPECT_TRUE(state->tracking != TrackState::kApart || !state->cam_from_world);
+  };
+  RunCapture(*device, camera, *poses, NewWriter(scratch / "lf", camera), WithoutSubject(), hooks);
+  const LightField light_field = ReadLightField(scratch / "lf");
+  ASSERT_GE(apart_s.size(), 40u);
+  std::vector<TimedPose> recorded, all;
+  int before = 0, after = 0;
+  for (const View& view : light_field.views) {
+    before += view.device_time_s < apart_s.front();
+    after += view.device_time_s > apart_s.back();
+    recorded.push_back({view.device_time_s, view.cam_from_world});
+  }
+  EXPECT_GE(before, 3);
+  EXPECT_GE(after, 3);
+  EXPECT_EQ(before + after, static_cast<int>(light_field.views.size()));
+  for (std::size_t i = 0; i < truth.size(); ++i) all.push_back({static_cast<double>(i) / 30, truth[i]});
+  EXPECT_LT(CompareTrajectories(recorded, all, 0.005)->ate_rmse, 0.02);
 }
 
 // ---- the commands on it
