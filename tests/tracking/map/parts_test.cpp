@@ -1,4 +1,4 @@
-// Tests: tracking/tracker/tracker_state, tracking/map/loop_closer, tracking/map/map.
+// Tests: tracking/tracker/tracker_parts, tracking/tracker/tracker_state, tracking/map/loop_closer, tracking/map/map.
 // A camera that is lost for good begins another part of the map; parts are joined when a place is seen from both.
 #include <gtest/gtest.h>
 

@@ -1,0 +1,92 @@
+// What a lost tracker does: found again, or on in another part of the map.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "tracking/tracker/tracker_state.h"
+
+namespace ulf::tracking {
+
+bool Tracker::State::Relocalize(TrackedImage& image, Track& track) {
+  const StageTimer timer(&track.stages.relocalization_s);
+  std::optional<FramePose> found;
+  const int joins = shared.joins;
+  // Do not search at a marker pose that only the frame before decided (sigma 0).
+  if (image.fiducials && image.fiducials->center_sigma > 0 && shared.world_given)
+    found = locator.FindAt(image, image.fiducials->cam_from_world);
+  if (!found) found = locator.Find(image, mapper.index(), SeedOfFrame());
+  return found && GoOnFrom(std::move(*found), joins, image, track);
+}
+
+bool Tracker::State::ReturnToMainPart(TrackedImage& image, Track& track) {
+  const StageTimer timer(&track.stages.relocalization_s);
+  const int joins = shared.joins;
+  std::optional<FramePose> found = locator.FindInMainPart(image, mapper.index(), SeedOfFrame());
+  return found && GoOnFrom(std::move(*found), joins, image, track);
+}
+
+// From a pose that does not follow from the frame before.
+bool Tracker::State::GoOnFrom(FramePose found, int joins, TrackedImage& image, Track& track) {
+  last = {};
+  rows.Forget();
+  frame_pose_ = std::move(found);
+  if (rows.rolls()) rows.Settle(image, *frame_pose_, {}, shared.world_given);
+  const int before = part;
+  if (!Accept(image.time_s, *frame_pose_, joins, track)) return false;
+  if (part != before) {
+    // A part that was lost within its first frames is worth nothing.
+    if (frames_tracked <= options.proven_frames) {
+      mapper.Rest();
+      mapper.RemovePart(before);
+    }
+    frames_tracked = options.proven_frames;
+  }
+  track.relocalized = true;
+  spdlog::debug("frame {}: found again", frame);
+  return true;
+}
+
+bool Tracker::State::MayBeginPart(double time_s) const {
+  return options.begin_parts && !shared.world_given && lost_since_s &&
+         time_s - *lost_since_s >= options.begin_part_after_s;
+}
+
+// Something lies in its world: recorded views, or poses that were given.
+bool Tracker::State::IsMainPartHeld() const {
+  const Map& map = shared.map;
+  const int main = map.main_part();
+  return std::ranges::any_of(
+             map.living(),
+             [&](int id) { return map.keyframe(id).part == main && map.keyframe(id).pinned; }) ||
+         std::ranges::any_of(map.points(), [&](const MapPoint& point) {
+           return point.alive && point.part == main && !point.views.empty();
+         });
+}
+
+// A part that has been followed for longer takes the main one's place, where nothing lies in its world.
+void Tracker::State::ChooseMainPart() {
+  {
+    const MapLock lock(shared);
+    const int main = shared.map.main_part();
+    if (part == main || frames_of_part[part] <= frames_of_part[main] || IsMainPartHeld()) return;
+  }
+  mapper.SetMainPart(part);
+}
+
+// The part in work was lost within its first frames.
+void Tracker::State::Abandon() {
+  spdlog::debug("frame {}: lost at once, starting again", frame);
+  mapper.Rest();
+  mapper.RemovePart(part);
+  map_drift.Clear();
+  initializer.Restart();
+  last = {};
+  if (lost_since_s) *lost_since_s -= options.begin_part_after_s;  // begin the next one at once
+  const MapLock lock(shared);
+  const bool nothing_left = shared.map.living().empty();
+  state = nothing_left ? TrackState::kInitializing : TrackState::kLost;
+  frames_tracked = nothing_left ? 0 : options.proven_frames;
+}
+
+}  // namespace ulf::tracking
