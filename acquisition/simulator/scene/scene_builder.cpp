@@ -1,6 +1,6 @@
 #include "acquisition/simulator/scene/scene_builder.h"
 
-#include "acquisition/simulator/scene/bake.h"
+#include "acquisition/simulator/scene/kept_charts.h"
 #include "acquisition/simulator/scene/materials.h"
 #include "core/geometry/angles.h"
 
@@ -123,7 +123,7 @@ std::shared_ptr<const Scene> SceneBuilder::Finish(const Vector3d& first_directio
     scene_->bounds_.push_back({primitive.local_from_world.Inverse() * Vector3d(middle.x, middle.y, middle.z),
                                static_cast<double>(primitive.BoundRadius())});
   }
-  scene_->charts_ = BakeCharts(*scene_);
+  scene_->charts_ = KeptOrBakedCharts(*scene_);
   return scene_;
 }
 

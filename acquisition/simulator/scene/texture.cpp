@@ -18,33 +18,68 @@ float RoughLog2(float x) {
 
 }  // namespace
 
-MipTexture::MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::vector<F4>& bgr)
-    : wrap_u_(wrap_u), wrap_v_(wrap_v) {
-  std::vector<F4> current = bgr;
-  int w = width, h = height;
+std::vector<MipTexture::Level> MipTexture::LevelsOf(int width, int height) {
+  std::vector<Level> levels;
+  std::size_t first = 0;
   for (int level = 0; level < kMaxLevels; ++level) {
-    levels_.push_back({w, h, texels_.size()});
+    levels.push_back({width, height, first});
+    if (width < 4 || height < 4) break;
+    first += static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    width /= 2;
+    height /= 2;
+  }
+  return levels;
+}
+
+std::size_t MipTexture::CountOf(const std::vector<Level>& levels) {
+  const Level& last = levels.back();
+  return last.first + static_cast<std::size_t>(last.width) * static_cast<std::size_t>(last.height);
+}
+
+std::size_t MipTexture::BytesOf(int width, int height) {
+  return CountOf(LevelsOf(width, height)) * sizeof(Texel);
+}
+
+std::span<const std::byte> MipTexture::Texels() const {
+  return std::as_bytes(std::span(texels_.get(), levels_.empty() ? 0 : CountOf(levels_)));
+}
+
+MipTexture::MipTexture(int width, int height, bool wrap_u, bool wrap_v,
+                       const std::shared_ptr<const void>& texels)
+    : levels_(LevelsOf(width, height)),
+      texels_(texels, static_cast<const Texel*>(texels.get())),
+      wrap_u_(wrap_u),
+      wrap_v_(wrap_v) {}
+
+MipTexture::MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::vector<F4>& bgr)
+    : levels_(LevelsOf(width, height)), wrap_u_(wrap_u), wrap_v_(wrap_v) {
+  const auto texels = std::make_shared<std::vector<Texel>>();
+  texels->reserve(CountOf(levels_));
+  std::vector<F4> current = bgr;
+  int w = width;
+  for (const Level& level : levels_) {
+    if (level.first > 0) {
+      std::vector<F4> halved(static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height));
+      for (int y = 0; y < level.height; ++y)
+        for (int x = 0; x < level.width; ++x) {
+          const auto at = [&](int dx, int dy) {
+            return current[static_cast<std::size_t>(2 * y + dy) * w + static_cast<std::size_t>(2 * x + dx)];
+          };
+          halved[static_cast<std::size_t>(y) * level.width + x] =
+              0.25f * (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1));
+        }
+      current = std::move(halved);
+      w = level.width;
+    }
     for (const F4& value : current) {
       Texel texel{};
       for (int c = 0; c < 3; ++c)
         texel.bgrx[c] =
             static_cast<std::uint16_t>(std::clamp(value[c] * (65535.0f / kFullScale) + 0.5f, 0.0f, 65535.0f));
-      texels_.push_back(texel);
+      texels->push_back(texel);
     }
-    if (w < 4 || h < 4) break;
-    const int half_w = w / 2, half_h = h / 2;
-    std::vector<F4> next(static_cast<std::size_t>(half_w) * half_h);
-    for (int y = 0; y < half_h; ++y)
-      for (int x = 0; x < half_w; ++x) {
-        const auto at = [&](int dx, int dy) {
-          return current[static_cast<std::size_t>(2 * y + dy) * w + static_cast<std::size_t>(2 * x + dx)];
-        };
-        next[static_cast<std::size_t>(y) * half_w + x] = 0.25f * (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1));
-      }
-    current = std::move(next);
-    w = half_w;
-    h = half_h;
   }
+  texels_ = std::shared_ptr<const Texel>(texels, texels->data());
 }
 
 F4 MipTexture::Bilinear(const Level& level, float u, float v) const {
@@ -58,8 +93,8 @@ F4 MipTexture::Bilinear(const Level& level, float u, float v) const {
   };
   const auto [x0, x1] = neighbours(static_cast<int>(floor_x), level.width - 1, wrap_u_);
   const auto [y0, y1] = neighbours(static_cast<int>(floor_y), level.height - 1, wrap_v_);
-  const Texel* row0 = texels_.data() + level.first + static_cast<std::size_t>(y0) * level.width;
-  const Texel* row1 = texels_.data() + level.first + static_cast<std::size_t>(y1) * level.width;
+  const Texel* row0 = texels_.get() + level.first + static_cast<std::size_t>(y0) * level.width;
+  const Texel* row1 = texels_.get() + level.first + static_cast<std::size_t>(y1) * level.width;
   const auto load = [](const Texel& texel) {
     U4 raw;
     std::memcpy(&raw, &texel, sizeof(raw));

@@ -1,7 +1,10 @@
 // A texture of surface radiance: 16-bit linear B, G, R with a mip pyramid.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "acquisition/simulator/scene/lanes.h"
@@ -17,9 +20,15 @@ class MipTexture {
   // `bgr` holds width * height values; both sizes must be multiples of 2^(kMaxLevels-1) only for seamless
   // wrapping.
   MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::vector<F4>& bgr);
+  // Of what Texels() gave, which stays where it is: BytesOf() bytes, aligned to 8.
+  MipTexture(int width, int height, bool wrap_u, bool wrap_v, const std::shared_ptr<const void>& texels);
+  static std::size_t BytesOf(int width, int height);
+  std::span<const std::byte> Texels() const;
 
   int width() const { return levels_.empty() ? 0 : levels_[0].width; }
   int height() const { return levels_.empty() ? 0 : levels_[0].height; }
+  bool wrap_u() const { return wrap_u_; }
+  bool wrap_v() const { return wrap_v_; }
 
   // u, v: 0 to 1 across the texture. `footprint`: side of the area seen, in texels of the finest level.
   F4 Sample(float u, float v, float footprint) const;
@@ -33,10 +42,12 @@ class MipTexture {
   struct alignas(8) Texel {
     std::uint16_t bgrx[4];
   };
+  static std::vector<Level> LevelsOf(int width, int height);
+  static std::size_t CountOf(const std::vector<Level>& levels);
   F4 Bilinear(const Level& level, float u, float v) const;
 
   std::vector<Level> levels_;
-  std::vector<Texel> texels_;
+  std::shared_ptr<const Texel> texels_;  // the first of all levels'
   bool wrap_u_ = false, wrap_v_ = false;
 };
 

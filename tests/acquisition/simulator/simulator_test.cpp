@@ -3,20 +3,24 @@
 // acquisition/simulator/scene/ray_caster, acquisition/simulator/scene/primitive,
 // acquisition/simulator/scene/lanes, acquisition/simulator/scene/texture, acquisition/simulator/scene/bake,
 // acquisition/simulator/scene/materials, acquisition/simulator/scene/noise,
-// acquisition/simulator/scene/studio_scenes.
+// acquisition/simulator/scene/kept_charts, acquisition/simulator/scene/studio_scenes.
 //
 // The simulated scene, sensor and camera against what they claim: exact geometry, physical light, repeatable
 // bytes.
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
 #include <numeric>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "acquisition/simulator/scene/kept_charts.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/error.h"
 #include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
 
 namespace ulf {
 namespace {
@@ -225,6 +229,42 @@ TEST(Scene, CornersEverywhere) {
       EXPECT_GE(cv::countNonZero(counts >= 8), 46) << name << " from " << azimuth_deg << ":\n" << counts;
     }
   }
+}
+
+TEST(KeptCharts, AreReadAgainAndBakedAnewWhereTheyCannotBe) {
+  namespace fs = std::filesystem;
+  const auto scene = Scene::Named("picture");
+  const test::ScratchFolder scratch;
+  const auto is_as_baked = [&](const MipTexture& chart, int i) {
+    const MipTexture& baked = scene->Chart(i);
+    return chart.width() == baked.width() && chart.height() == baked.height() &&
+           chart.wrap_u() == baked.wrap_u() && chart.wrap_v() == baked.wrap_v() &&
+           std::ranges::equal(chart.Texels(), baked.Texels());
+  };
+  const auto are_as_baked = [&] {
+    const std::vector<MipTexture> charts = KeptOrBakedCharts(*scene, scratch / "kept");
+    int differ = 0;
+    for (std::size_t i = 0; i < charts.size(); ++i) differ += !is_as_baked(charts[i], static_cast<int>(i));
+    return !charts.empty() && differ == 0;
+  };
+  EXPECT_TRUE(are_as_baked());
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(scratch / "kept")) files.push_back(entry.path());
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_TRUE(are_as_baked());
+  // That they are read is seen by what is written into the file.
+  const auto size = fs::file_size(files[0]);
+  std::fstream(files[0], std::ios::binary | std::ios::in | std::ios::out).seekp(-8, std::ios::end)
+      << "12345678";
+  EXPECT_FALSE(are_as_baked());
+  for (const std::uintmax_t left : {size - 8, std::uintmax_t{20}}) {
+    fs::resize_file(files[0], left);
+    EXPECT_TRUE(are_as_baked()) << left;
+    EXPECT_EQ(fs::file_size(files[0]), size) << "kept again";
+  }
+  // Where nothing can be kept the scene is there all the same.
+  std::ofstream(scratch / "file") << "no folder";
+  EXPECT_FALSE(KeptOrBakedCharts(*scene, scratch / "file" / "kept").empty());
 }
 
 TEST(Sensor, NoiseGrowsWithTheSignalAsShotNoiseDoes) {
