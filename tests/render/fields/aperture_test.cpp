@@ -341,8 +341,10 @@ TEST(Aperture, OnTheCommandLine) {
   const std::string dir = (scratch / "lf").string(), out = (scratch / "out").string();
   test::WriteLightField(dir, {.viewpoints = test::GridViewpoints(4, 4, 0.2, 2.0)}, true);
   const auto render = [&](const std::string& options) {
-    return RunUlf("render " + dir + " --path spiral --frames 2 --zoom 1 --width 48 --renderer reference -o " +
-                  out + " " + options);
+    return RunUlf("render " + dir +
+                  " --path spiral --frames 2 --zoom 1 --width 48 --renderer reference --proxy plane -o " +
+                  out + " " + options +
+                  (options.find("--field") == std::string::npos ? " --field subdivision" : ""));
   };
   const auto wide = render("--aperture 0.4 --focus-at 24,18");
   ASSERT_EQ(wide.exit_code, 0) << wide.errors;
