@@ -6,15 +6,17 @@
 //   lossy_camera KIND                 says whether this machine can
 //
 // A process of its own each time: the link needs a network of its own, the webcam a library loaded first.
-// Writes `whole W could C others N uncounted U damaged D said S`: frames given as complete; between the first
-// and the last of them, frames that could have been (of a webcam: that were sent whole), frames that were
-// not, and how many of those no statistic counts; complete ones with wrong pixels; whether anything tells of
-// what is not there. Exits with 3 and a reason where the machine cannot.
+// Writes `whole W could C others N uncounted U damaged D said S`: frames given as complete; frames that could
+// have been (of a webcam: that were sent whole between the first and the last of them); frames that were not,
+// and how many of those between the first and the last no statistic counts; complete ones with wrong pixels;
+// whether anything tells of what is not there. Exits with 3 and a reason where the machine cannot.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -62,15 +64,18 @@ Taken TakeFor(double seconds, Device& device, const IsRight& is_right) {
   return taken;
 }
 
-template <typename IsSentWhole>
-void Print(const Taken& taken, const IsSentWhole& is_sent_whole) {
+// Without `is_sent_whole` all are. Before the first complete frame and after the last the statistics alone know of
+// others: where hardly any is complete, one that happens to be says nothing of the rest.
+void Print(const Taken& taken, const std::function<bool(std::uint64_t)>& is_sent_whole = {}) {
   const DeviceStatistics& s = taken.statistics;
   const std::uint64_t all = taken.whole.empty() ? 0 : *taken.whole.rbegin() - *taken.whole.begin() + 1;
-  const std::uint64_t others = all - taken.whole.size(), counted = s.incomplete + s.missing + s.dropped;
-  std::uint64_t could = 0;
-  for (std::uint64_t i = 0; i < all; ++i) could += is_sent_whole(*taken.whole.begin() + i);
+  const std::uint64_t between = all - taken.whole.size(), counted = s.incomplete + s.missing + s.dropped;
+  const std::uint64_t others = std::max(between, counted);
+  std::uint64_t could = is_sent_whole ? 0 : taken.whole.size() + others;
+  if (is_sent_whole)
+    for (std::uint64_t i = 0; i < all; ++i) could += is_sent_whole(*taken.whole.begin() + i);
   fmt::print("whole {} could {} others {} uncounted {} damaged {} said {}\n", taken.whole.size(), could,
-             others, others > counted ? others - counted : 0, taken.damaged,
+             others, between > counted ? between - counted : 0, taken.damaged,
              int{!taken.whole.empty() || counted > 0 || !taken.events.empty()});
   fmt::print("delivered {} incomplete {} missing {} dropped {}\n", s.delivered, s.incomplete, s.missing,
              s.dropped);
@@ -91,7 +96,7 @@ int TakeOverLink(double lost_share, unsigned seed) {
           return false;
     return true;
   };
-  Print(TakeFor(kSeconds, *device, is_right), [](std::uint64_t) { return true; });
+  Print(TakeFor(kSeconds, *device, is_right));
   const GigeRelayStatistics r = relay.Statistics();
   fmt::print("link: {} frames, {} packets, {} lost, {} asked for again, {} sent again\n", r.frames, r.packets,
              r.lost, r.resend_requests, r.resent);
