@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -25,19 +26,26 @@ using testing::HasSubstr;
 
 constexpr int kViews = 20;
 
-// A wall with a board before it, as another program posed its photographs, with points on both.
-// `times`: as large in pixels; `turned_deg`: by what the set's poses are off.
-void WriteSet(const fs::path& dir, bool spoil_test_photographs, int times = 1, double turned_deg = 0) {
+// A wall with a board before it, drawn once in every size: `times` as large in pixels.
+const std::vector<test::Drawn>& DrawnViews(int times) {
+  static std::map<int, std::vector<test::Drawn>> of_size;
+  std::vector<test::Drawn>& views = of_size[times];
+  if (!views.empty()) return views;
   const test::Patch wall{{-8, -6, 3}, {16, 0, 0}, {0, 12, 0}, test::Mottled(0.02, 1)},
       board{{-0.4, -0.3, 2.2}, {0.8, 0, 0}, {0, 0.6, 0}, test::Mottled(0.1, 2)};
+  for (const Vector3d& place : test::GridViewpoints(5, 4, 0.2, 0.0))
+    views.push_back(test::Draw({wall, board}, place, {0, 0, 3}, 120 * times, 90 * times, 110.0 * times));
+  return views;
+}
+
+// As another program posed its photographs, with points on both. `turned_deg`: by what the set's poses are off.
+void WriteSet(const fs::path& dir, bool spoil_test_photographs, int times = 1, double turned_deg = 0) {
   CaptureHeader header;
   header.camera = CameraModel::Pinhole(120 * times, 90 * times, 110.0 * times);
   header.device_uri = "import:wall";
   auto writer = LightFieldWriter::Create(dir, header);
   std::vector<View> views;
-  for (const Vector3d& place : test::GridViewpoints(5, 4, 0.2, 0.0)) {
-    const test::Drawn drawn =
-        test::Draw({wall, board}, place, {0, 0, 3}, 120 * times, 90 * times, 110.0 * times);
+  for (const test::Drawn& drawn : DrawnViews(times)) {
     cv::Mat grey, colour;
     drawn.view.grey.convertTo(grey, CV_8U);
     cv::merge(std::vector<cv::Mat>(3, grey), colour);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "render/fields/aperture_field.h"
 #include "render/fields/lumigraph_field.h"
@@ -70,9 +71,18 @@ cv::Mat BandOf(const RenderScene& scene, const FieldFromHere& field, const Filli
   const std::size_t most = static_cast<std::size_t>(filling.views > 1 ? filling.views + 1 : filling.views);
   const auto fillers = [&](const Vector3d& point) {
     std::vector<int> views;
-    for (const int i : order)
-      if (views.size() < most && share(i, point) > 0) views.push_back(i);
+    for (const int i : order) {
+      if (views.size() >= most) break;
+      if (share(i, point) > 0) views.push_back(i);
+    }
     return views;
+  };
+  // Asked for by a pixel and by its neighbours.
+  std::vector<std::optional<std::vector<int>>> fillers_at(static_cast<std::size_t>(depth.total()));
+  const auto fillers_of = [&](int x, int y) -> const std::vector<int>& {
+    auto& known = fillers_at[static_cast<std::size_t>(y * camera.width + x)];
+    if (!known) known = fillers(point_at(x, y));
+    return *known;
   };
   // With a margin: the two renderers need not agree to the last bit on where it begins.
   const double whole = 1.05 * filling.whole;
@@ -84,17 +94,21 @@ cv::Mat BandOf(const RenderScene& scene, const FieldFromHere& field, const Filli
       field.Weights({.ray_in_world = (point - v).normalized(), .point_in_world = point}, sample);
       bool changes = DepthJumps(depth, x, y);
       double own = 0;
-      for (const ViewWeight& entry : sample.weights) own += entry.weight * share(entry.view, point);
+      std::vector<bool> sees;
+      for (const ViewWeight& entry : sample.weights) {
+        const double of_view = share(entry.view, point);
+        own += entry.weight * of_view;
+        sees.push_back(of_view > 0);
+      }
       const bool is_filled = own < whole;
-      const std::vector<int> filling = is_filled ? fillers(point) : std::vector<int>();
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1 && !changes; ++dy)
+        for (int dx = -1; dx <= 1 && !changes; ++dx) {
           const int nx = std::clamp(x + dx, 0, camera.width - 1),
                     ny = std::clamp(y + dy, 0, camera.height - 1);
           const Vector3d there = point_at(nx, ny);
-          for (const ViewWeight& entry : sample.weights)
-            changes = changes || (share(entry.view, point) > 0) != (share(entry.view, there) > 0);
-          if (is_filled && !changes) changes = fillers(there) != filling;
+          for (std::size_t i = 0; i < sees.size(); ++i)
+            changes = changes || sees[i] != (share(sample.weights[i].view, there) > 0);
+          if (is_filled && !changes) changes = fillers_of(nx, ny) != fillers_of(x, y);
         }
       if (changes) band.at<std::uint8_t>(y, x) = 255;
     }

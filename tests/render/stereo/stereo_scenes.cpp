@@ -43,18 +43,30 @@ Drawn Draw(const std::vector<Patch>& patches, const Vector3d& center, const Vect
   drawn.view.grey = cv::Mat(height, width, CV_32F, cv::Scalar(0));
   drawn.depth = cv::Mat::zeros(height, width, CV_32F);
   const Rigid3 world_from_cam = drawn.view.cam_from_world.Inverse();
+  // What turns a point of a patch's plane into its coordinates on the patch.
+  struct OnPatch {
+    const Patch* patch;
+    Vector3d normal, along_side, along_other;
+    double distance;  // of the plane, along the normal
+  };
+  std::vector<OnPatch> planes;
+  for (const Patch& patch : patches) {
+    const Vector3d normal = patch.side.cross(patch.other_side);
+    planes.push_back({&patch, normal, patch.other_side.cross(normal) / normal.squaredNorm(),
+                      normal.cross(patch.side) / normal.squaredNorm(), normal.dot(patch.corner - center)});
+  }
   // Grey and depth of the nearest patch; the depth is along the axis, because rays have a z of 1.
   const auto look = [&](double x, double y) {
     const Vector3d ray = world_from_cam.rotation * Vector3d((x - drawn.view.camera.cx) / focal_px,
                                                             (y - drawn.view.camera.cy) / focal_px, 1);
     std::pair<float, double> nearest{0, std::numeric_limits<double>::infinity()};
-    for (const Patch& patch : patches) {
-      Eigen::Matrix3d sides;
-      sides << patch.side, patch.other_side, -ray;
-      const Vector3d at = sides.fullPivLu().solve(center - patch.corner);
-      if (at.x() < 0 || at.x() > 1 || at.y() < 0 || at.y() > 1 || at.z() <= 0 || at.z() >= nearest.second)
-        continue;
-      nearest = {patch.grey(at.x(), at.y()), at.z()};
+    for (const OnPatch& plane : planes) {
+      const double depth = plane.distance / plane.normal.dot(ray);
+      if (!(depth > 0 && depth < nearest.second)) continue;
+      const Vector3d from_corner = center + depth * ray - plane.patch->corner;
+      const double u = plane.along_side.dot(from_corner), v = plane.along_other.dot(from_corner);
+      if (u < 0 || u > 1 || v < 0 || v > 1) continue;
+      nearest = {plane.patch->grey(u, v), depth};
     }
     return nearest;
   };

@@ -1,5 +1,6 @@
 #include "tests/tracking/scenes/textured_room.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -171,19 +172,30 @@ void TexturedRoom::Draw(const Plane& plane, const Rigid3& cam_from_world, const 
   const Vector3d down = plane.texture.rows / plane.pixels_per_m * cam_from_plane.col(1);
   const Vector3d corner = cam_from_plane.col(2);
   const std::array<Vector3d, 4> corners{corner, corner + across, corner + across + down, corner + down};
-  bool behind = false;
-  for (const Vector3d& c : corners) behind = behind || c.z() < 0.05;
+  // Only where the plane is: a room has many of them, and most stand beside or behind the camera.
+  std::vector<cv::Point> outline = Outline(corners, camera);
+  if (outline.size() < 3) return;
+  cv::Rect where = cv::boundingRect(outline);
+  where = cv::Rect(where.tl() - cv::Point(2, 2), where.br() + cv::Point(2, 2)) & cv::Rect({}, image.size());
+  if (where.empty()) return;
+  const cv::Matx33d into_part(1, 0, -where.x, 0, 1, -where.y, 0, 0, 1);
+  cv::Mat part = image(where);
+  const auto warp = [&](cv::Mat& into) {
+    cv::warpPerspective(plane.texture, into, into_part * matrix, where.size(), cv::INTER_LINEAR,
+                        cv::BORDER_TRANSPARENT);
+  };
+  const bool behind =
+      std::any_of(corners.begin(), corners.end(), [](const Vector3d& c) { return c.z() < 0.05; });
   if (!behind) {
-    cv::warpPerspective(plane.texture, image, matrix, image.size(), cv::INTER_LINEAR, cv::BORDER_TRANSPARENT);
+    warp(part);
     return;
   }
   // What is behind the camera would be drawn upside down.
-  const std::vector<cv::Point> outline = Outline(corners, camera);
-  if (outline.size() < 3) return;
-  cv::Mat mask = cv::Mat::zeros(image.size(), CV_8U), drawn = image.clone();
+  cv::Mat mask = cv::Mat::zeros(where.size(), CV_8U), drawn = part.clone();
+  for (cv::Point& point : outline) point -= where.tl();
   cv::fillConvexPoly(mask, outline, cv::Scalar(255));
-  cv::warpPerspective(plane.texture, drawn, matrix, image.size(), cv::INTER_LINEAR, cv::BORDER_TRANSPARENT);
-  drawn.copyTo(image, mask);
+  warp(drawn);
+  drawn.copyTo(part, mask);
 }
 
 void TexturedRoom::DrawMirror(const Rigid3& cam_from_world, const CameraModel& camera, cv::Mat& image) const {
