@@ -1,6 +1,7 @@
 #include "render/quality/light_solution.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numeric>
@@ -90,12 +91,20 @@ class Normal {
   double Step() {
     std::vector<double> right(count_, 0.0), diagonal(count_);
     for (std::size_t i = 0; i < count_; ++i) diagonal[i] = PriorOf(i);
-    ForEach([&](const Row& row, double weight, double residual) {
-      for (int i = 0; i < row.count; ++i) {
-        right[row.at[At(i)]] += weight * row.value[At(i)] * residual;
-        diagonal[row.at[At(i)]] += weight * row.value[At(i)] * row.value[At(i)];
+    FindRows();
+    std::size_t entry = 0;
+    for (const LightSample& sample : samples_) {
+      if (sample.held_out) continue;
+      for (const LightObservation& seen : sample.seen) {
+        const Row& row = rows_[entry];
+        const double weight = weight_[entry], residual = over_error_[entry] * seen.error;
+        for (const std::size_t i : {0, 1, 2}) {
+          right[row.at[i]] += weight * row.value[i] * residual;
+          diagonal[row.at[i]] += weight * row.value[i] * row.value[i];
+        }
+        ++entry;
       }
-    });
+    }
     for (std::size_t i = 0; i < count_; ++i) right[i] -= PriorOf(i) * Parameter(i);
     const std::vector<double> step = Solve(right, diagonal);
     double largest = 0;
@@ -118,10 +127,9 @@ class Normal {
   static constexpr double kPriorOfGain = 1, kPriorOfFalloff = 1e-3;
   double PriorOf(std::size_t i) const { return i < 3 * At(views_) ? kPriorOfGain : kPriorOfFalloff; }
 
-  struct Row {  // derivatives of an observation
-    int count = 0;
+  struct Row {  // derivatives of an observation; the first one is 1
     std::array<std::size_t, 3> at{};
-    std::array<double, 3> value{};
+    std::array<double, 3> value{1, 0, 0};
   };
 
   double& Parameter(std::size_t i) {
@@ -131,57 +139,49 @@ class Normal {
     return solution_.falloff[i / 2][static_cast<Eigen::Index>(i % 2)];
   }
 
+  // Without fall-off the fall-off's derivatives are nothing.
   Row RowOf(int channel, const LightObservation& seen) const {
     Row row;
     row.at[0] = At(channel) * At(views_) + At(seen.view);
-    row.value[0] = 1;
-    row.count = 1;
-    if (!has_falloff_) return row;
     const double falloff = FalloffOf(solution_.falloff[At(seen.camera)], seen.r2);
     for (const std::size_t i : {0, 1}) {
       row.at[i + 1] = 3 * At(views_) + 2 * At(seen.camera) + i;
-      row.value[i + 1] = (i == 0 ? seen.r2 : seen.r2 * seen.r2) / falloff;
+      if (has_falloff_) row.value[i + 1] = (i == 0 ? seen.r2 : seen.r2 * seen.r2) / falloff;
     }
-    row.count = 3;
     return row;
   }
 
-  template <typename Each>
-  void ForEach(const Each& each) const {
-    std::size_t entry = 0;
-    for (const LightSample& sample : samples_) {
-      if (sample.held_out) continue;
-      for (const LightObservation& seen : sample.seen) {
-        each(RowOf(sample.channel, seen), weight_[entry], over_error_[entry] * seen.error);
-        ++entry;
-      }
-    }
+  // Once a step: they hang on the solution alone, and each is used in every one of the solver's multiplications.
+  void FindRows() {
+    rows_.clear();
+    rows_.reserve(entries_);
+    for (const LightSample& sample : samples_)
+      if (!sample.held_out)
+        for (const LightObservation& seen : sample.seen) rows_.push_back(RowOf(sample.channel, seen));
   }
 
   // The normal matrix times x.
   void Multiply(const std::vector<double>& x, std::vector<double>& product) const {
     for (std::size_t i = 0; i < count_; ++i) product[i] = PriorOf(i) * x[i];
     std::size_t entry = 0;
-    std::vector<std::pair<Row, double>> of_point;
+    std::vector<double> values;
     for (const LightSample& sample : samples_) {
       if (sample.held_out) continue;
       double sum = 0, total = 0;
-      of_point.clear();
+      values.clear();
       for (std::size_t i = 0; i < sample.seen.size(); ++i) {
-        const Row row = RowOf(sample.channel, sample.seen[i]);
-        double value = 0;
-        for (int n = 0; n < row.count; ++n) value += row.value[At(n)] * x[row.at[At(n)]];
-        of_point.emplace_back(row, value);
-        sum += weight_[entry + i] * value;
+        const Row& row = rows_[entry + i];
+        values.push_back(x[row.at[0]] + row.value[1] * x[row.at[1]] + row.value[2] * x[row.at[2]]);
+        sum += weight_[entry + i] * values.back();
         total += weight_[entry + i];
       }
       const double mean = total > 0 ? sum / total : 0;
-      for (std::size_t i = 0; i < sample.seen.size(); ++i) {
-        const auto& [row, value] = of_point[i];
-        for (int n = 0; n < row.count; ++n)
-          product[row.at[At(n)]] += weight_[entry + i] * row.value[At(n)] * (value - mean);
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const Row& row = rows_[entry + i];
+        const double weighted = weight_[entry + i] * (values[i] - mean);
+        for (const std::size_t n : {0, 1, 2}) product[row.at[n]] += row.value[n] * weighted;
       }
-      entry += sample.seen.size();
+      entry += values.size();
     }
   }
 
@@ -220,6 +220,7 @@ class Normal {
   LightSolution solution_;
   std::size_t count_ = 0, entries_ = 0;
   std::vector<double> weight_, over_error_;
+  std::vector<Row> rows_;
 };
 
 }  // namespace
