@@ -12,6 +12,7 @@
 #include "commands/calibration/calibration_report.h"
 #include "tests/acquisition/calibration/synthetic_board_views.h"
 #include "tests/support/floors.h"
+#include "tests/support/seeds.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -72,7 +73,7 @@ TEST(LensChoice, TakesWhatTheLensNeedsAndNoMore) {
   for (const Case& c :
        {Case{"pinhole", Distortion::kNone, 3, 3}, Case{"barrel", Distortion::kRadialTangential, 4, 4},
         Case{"wide", Distortion::kRadialTangential, 7, 7}, Case{"fisheye", Distortion::kFisheye, 5, 7}})
-    for (const unsigned seed : {1u, 2u}) {
+    for (const unsigned seed : test::SeedsOf({1, 2})) {
       const Synthetic s{
           .camera = SimulatedLens(c.lens, 640, 480), .views = 24, .noise_px = 0.08, .seed = seed};
       const CalibrationResult result = Calibrate(s);

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/geometry/trajectory.h"
+#include "tests/support/seeds.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/tracker/tracker.h"
 
@@ -189,7 +190,7 @@ TEST(LensWatch, TheTrackerDoubtsAMissingDistortion) {
 
 TEST(LensWatch, TheTrackerTrustsARightLens) {
   LensInTheRoom lens(TexturedRoom::Camera());
-  for (const unsigned seed : {15u, 16u})
+  for (const unsigned seed : SeedsOf({15, 16}))
     EXPECT_FALSE(lens.DoubtedAfter(TexturedRoom::Camera(), seed)) << "seed " << seed;
 }
 

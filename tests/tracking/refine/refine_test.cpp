@@ -15,6 +15,7 @@
 #include "core/light_field/light_field_io.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
+#include "tests/support/seeds.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
@@ -278,7 +279,7 @@ TEST(RefinedLens, OnePassIsEnoughWhereTheLensStays) {
 // Views that would tell, of a lens that is right: nothing is freed, nothing proposed, and asked to take over
 // what the pictures say it stays as it is.
 TEST(CalibrationCheck, RightIntrinsicsAreLeftAlone) {
-  for (const unsigned seed : {10u, 16u, 17u}) {
+  for (const unsigned seed : test::SeedsOf({10, 16, 17})) {
     const auto views = MakeViews(12, 0, 0, seed);
     const RefineResult result = RefineRoom(*views, true);
     ASSERT_EQ(result.checks.size(), 1u);
@@ -320,6 +321,9 @@ TEST(CalibrationCheck, TheTrackerNoticesAWrongFocalLength) {
     EXPECT_NEAR(check->fitted_focal_px, 520, 6);
   }
 }
+
+// Fewer corners than by default, as RefineRoom() has them: time.
+const std::string kFewFeatures = " --features 800";
 
 // A light field on disk, as the command takes it.
 struct OnDisk {
@@ -381,7 +385,7 @@ TEST(RefineCommand, RefinesALightFieldInPlace) {
   EXPECT_EQ(foreign.exit_code, 2);
   EXPECT_THAT(foreign.errors, AllOf(HasSubstr("-o"), Not(HasSubstr("repair"))));
   const auto imported =
-      test::RunUlf("refine " + room.dir.string() + " -o " + (room.scratch / "copy").string());
+      test::RunUlf("refine " + room.dir.string() + kFewFeatures + " -o " + (room.scratch / "copy").string());
   ASSERT_EQ(imported.exit_code, 0) << imported.errors;
   EXPECT_THAT(imported.output, HasSubstr("12 of 12 views registered"));
   EXPECT_THAT(imported.output, HasSubstr("they are known to"));
@@ -406,7 +410,7 @@ TEST(RefineCommand, SaysHowFarThePosesAreFromTrueOnes) {
     writer.UpdatePoses(moved);
     writer.Close(3.5);
   }
-  const auto run = test::RunUlf("refine " + room.dir.string() + " --json --truth " +
+  const auto run = test::RunUlf("refine " + room.dir.string() + kFewFeatures + " --json --truth " +
                                 (room.scratch / "truth.txt").string());
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   const auto report = nlohmann::json::parse(run.output)["truth"];
@@ -420,8 +424,8 @@ TEST(RefineCommand, SaysHowFarThePosesAreFromTrueOnes) {
   // Of another session: said, and the poses are refined all the same.
   for (TimedPose& pose : truth) pose.time_s += 100;
   WriteTum(room.scratch / "other.txt", truth);
-  const auto other =
-      test::RunUlf("refine " + room.dir.string() + " --truth " + (room.scratch / "other.txt").string());
+  const auto other = test::RunUlf("refine " + room.dir.string() + kFewFeatures + " --truth " +
+                                  (room.scratch / "other.txt").string());
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.errors, HasSubstr("fewer than three views"));
   EXPECT_THAT(other.output, HasSubstr("registered by")) << "the report of what was done to the light field";
@@ -443,7 +447,7 @@ TEST(RefineCommand, OnAFullDiskTheOldPosesAreStillThere) {
     writer.Close(3.5);
   }
   test::FillDisk(small / "ballast");
-  const auto run = test::RunUlf("refine " + dir.string());
+  const auto run = test::RunUlf("refine " + dir.string() + kFewFeatures);
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.errors, HasSubstr("No space left"));
   const LightField before = ReadLightField(room.dir), after = ReadLightField(dir);
@@ -451,7 +455,7 @@ TEST(RefineCommand, OnAFullDiskTheOldPosesAreStillThere) {
   for (std::size_t v = 0; v < after.views.size(); ++v)
     EXPECT_EQ(after.views[v].cam_from_world.Matrix(), before.views[v].cam_from_world.Matrix());
   std::filesystem::remove(small / "ballast");
-  const auto again = test::RunUlf("refine " + dir.string());
+  const auto again = test::RunUlf("refine " + dir.string() + kFewFeatures);
   ASSERT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_LT(room.Errors(dir).center, 0.002);
 }
@@ -491,7 +495,8 @@ TEST(RefineCommand, AKillAtAnyMomentLeavesOldOrNewPoses) {
   const double error_before = room.Errors(room.dir).center;
   int killed = 0;
   for (int round = 0; round < 8; ++round) {
-    test::ChildProcess child({std::getenv("ULF_BINARY"), "refine", room.dir.string(), "--json"});
+    test::ChildProcess child(
+        {std::getenv("ULF_BINARY"), "refine", room.dir.string(), "--features", "800", "--json"});
     usleep(static_cast<useconds_t>(250000 * round + 1000));
     child.Signal(SIGKILL);
     killed += child.Wait(10) == 128 + SIGKILL;

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
+#include "tests/support/seeds.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/geometry_scene.h"
 #include "tests/tracking/scenes/predicted_error.h"
@@ -56,7 +57,7 @@ Result TrackFrames(Tracker& tracker, int first, int last, Make&& make) {
 constexpr TrackerOptions kRepeatable{.deterministic = true};
 
 TEST(TrackerTest, FollowsAHandThroughARoom) {
-  for (const unsigned seed : {1u, 2u}) {
+  for (const unsigned seed : test::SeedsOf({1, 2})) {
     const TexturedRoom room({.seed = seed});
     Tracker tracker(TexturedRoom::Camera(), {.deterministic = true, .seed = seed});
     const Result result =
