@@ -1,8 +1,8 @@
 // Tests: coverage/operator/run_with_display.
 //
 // A capture as it is used: tracked in one thread, mapped in another, written in others, displayed in this
-// one, while everything that the display offers is asked for again and again. Four minutes of the
-// camera's time every day;
+// one, while everything that the display offers is asked for again and again. Three minutes of the
+// camera's time every day, in which every key is pressed three times;
 // `./run test --long` runs twenty minutes of it under each of the sanitizers, and twenty with ten times the
 // frames without any: nothing may race, nothing may leak, and memory must not grow once there is nothing more
 // to record.
@@ -115,7 +115,7 @@ TEST(Use, OfEverythingThatTheDisplayOffersDuringACapture) {
   options.threshold_px = 12;
   options.geometry = true;
   options.coverage_width_px = 320;
-  options.max_seconds = 60 * Asked("ULF_USE_MINUTES", 4);
+  options.max_seconds = 60 * Asked("ULF_USE_MINUTES", 3);
   CaptureFeed feed;
   CaptureRequests requests;
   CaptureHooks hooks;
