@@ -103,7 +103,7 @@ endfunction()
 # costs more to compile than what they do, so it is compiled once for them and for main.cpp.
 set(ulf_command_options -pthread $<$<CONFIG:Release>:-O1>)
 function(ulf_precompile_command_headers)
-  file(WRITE ${CMAKE_BINARY_DIR}/generated/command_headers.cpp "")
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/command_headers.cpp CONTENT "")  # as it is where it is there
   add_library(ulf_command_headers OBJECT ${CMAKE_BINARY_DIR}/generated/command_headers.cpp)
   target_link_libraries(ulf_command_headers PRIVATE ulf_flags Eigen3::Eigen opencv_core fmt::fmt spdlog::spdlog
     nlohmann_json::nlohmann_json CLI11::CLI11 Threads::Threads)
