@@ -39,6 +39,7 @@ std::optional<int> LastMap(const TrackRun& run) {
 
 struct Counts {
   int frames = 0, tracked = 0, lost = 0, found_again = 0;
+  int turned = 0;             // without a pose, but how the camera is turned is known
   int apart = 0, joined = 0;  // followed without a live pose; of these with one in the last map after the run
   std::optional<int> first_tracked;
   std::vector<double> wall_ms, cpu_ms;
@@ -62,6 +63,7 @@ Counts Count(const TrackRun& run) {
     const tracking::Track& track = frame.track;
     counts.tracked += track.cam_from_world.has_value();
     counts.found_again += track.relocalized;
+    counts.turned += track.turn && track.state != tracking::TrackState::kApart;
     if (track.state == tracking::TrackState::kApart) {
       ++counts.apart;
       counts.joined += frame.final_cam_from_world && frame.final_map == last_map;
@@ -266,6 +268,7 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["tracked_share_from_init"] = counts.TrackedShareFromThere();
   report["lost_count"] = counts.lost;
   report["relocalised_count"] = counts.found_again;
+  report["turn_only"] = counts.turned;
   report["apart"] = counts.apart;
   report["apart_joined"] = counts.joined;
   report["ms_median"] = Quantile(counts.wall_ms, 0.5);
@@ -327,6 +330,9 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
         "times)\n";
   text += fmt::format("lost {}, found again {}\n", Counted(counts.lost, "time"),
                       Counted(counts.found_again, "time"));
+  if (counts.turned > 0)
+    text += fmt::format("of {} without a pose the camera's turn is known, not its position\n",
+                        Counted(counts.turned, "frame"));
   if (counts.apart > 0)
     text += fmt::format(
         "{} followed apart from the rest of the map, without a live pose; {} of them {} one after the run\n",

@@ -30,6 +30,7 @@ Chart ViewCountChart(const ChartEffort& effort);
 Chart ViewerChart(const ChartEffort& effort);
 Chart TrackingChart(const ChartEffort& effort);
 Chart TrackingSideChart(const ChartEffort& effort);
+Chart TrackingStepsChart(const ChartEffort& effort);
 Chart MapSizeChart(const ChartEffort& effort);
 Chart PredictedErrorChart(const ChartEffort& effort);
 Chart WrongChoiceChart(const ChartEffort& effort);

@@ -170,7 +170,12 @@ Chart PredictedErrorChart(const ChartEffort& effort) {
         add("drawn room, noise 1 to 12, 300 and 1,000 features",
             RoomErrors(noise, features, seed, effort.Of(60, 150)));
   for (const unsigned seed : effort.Of(std::vector<unsigned>{}, {1u, 2u}))
-    add("simulated studio, two seeds", SimulatorErrors(seed, 10));
+    add("simulated studio, two seeds", SimulatorErrors("studio", seed, 10));
+  for (const std::string& scene :
+       effort.Of(std::vector<std::string>{}, {"gloss", "glass", "plant", "bust", "branch"}))
+    add("five hard simulated scenes", SimulatorErrors(scene, 3, 10));
+  for (const unsigned seed : effort.Of(std::vector<unsigned>{}, {1u, 2u, 3u}))
+    add("turns on the spot, rolling shutter", TurnErrors(seed, 300));
   for (const std::string& recording :
        effort.Of(std::vector<std::string>{}, {"scan_synthetic", "handheld_kitchen"}))
     if (const auto folder = TestData(recording)) add(recording, RecordingErrors(*folder));
@@ -179,8 +184,8 @@ Chart PredictedErrorChart(const ChartEffort& effort) {
   chart.about =
       "Every pose as it was given live, errors after one alignment of a whole run; quarters of each run by "
       "what "
-      "was predicted, medians. Right is the diagonal. The prediction was made on the drawn room and the "
-      "kitchen.";
+      "was predicted, medians. Right is the diagonal. The prediction was made on simulated scenes and drawn "
+      "rooms.";
   ChartPanel panel{"the camera's centre",
                    {"predicted [% of the distance]", true},
                    {"true [% of the distance]", true},

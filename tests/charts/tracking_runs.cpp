@@ -102,18 +102,21 @@ Frame Changed(Frame frame, const PictureChange& change, std::uint64_t seed) {
   return frame;
 }
 
-TrackedRun TrackRun(const Recording& recording, const TrackerOptions& options, const PictureChange& change) {
+TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
+  const PictureChange& change = one.change;
   const auto changed_px = [&](int px) { return static_cast<int>(std::lround(px * change.enlarged)); };
   Tracker tracker(
       recording.camera.ScaledTo(changed_px(recording.camera.width), changed_px(recording.camera.height)),
-      options);
+      one.options);
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   std::vector<TimedPose> live, after;
   std::vector<std::pair<double, Anchored>> anchors;
   std::vector<double> cpu_s, orb_s;
-  for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+  std::size_t seen = 0;
+  for (auto i = static_cast<std::size_t>(one.first); i < recording.frames.size();
+       i += static_cast<std::size_t>(one.every), ++seen) {
     const Frame frame = Changed(recording.frames[i], change, i + 1);
-    if (i % kOrbEvery == 0) orb_s.push_back(OrbSeconds(orb, frame.image.pixels));
+    if (seen % kOrbEvery == 0) orb_s.push_back(OrbSeconds(orb, frame.image.pixels));
     const Track track = tracker.Step(frame);
     if (!track.cam_from_world) continue;
     cpu_s.push_back(track.cpu_s);
@@ -129,7 +132,7 @@ TrackedRun TrackRun(const Recording& recording, const TrackerOptions& options, c
   const TrackerStatistics map = tracker.Statistics();
   return {1000 * Median(cpu_s),
           Median(cpu_s) / Median(orb_s),
-          static_cast<double>(live.size()) / static_cast<double>(recording.frames.size()),
+          static_cast<double>(live.size()) / static_cast<double>(seen),
           error_mm(live),
           error_mm(after),
           map.keyframes,
@@ -157,7 +160,7 @@ std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases) {
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size(); i = next++)
-      runs[i] = TrackRun(recordings.at(key_of(cases[i])), cases[i].options, cases[i].change);
+      runs[i] = TrackRun(recordings.at(key_of(cases[i])), cases[i]);
   };
   std::vector<std::thread> threads;
   for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) threads.emplace_back(work);

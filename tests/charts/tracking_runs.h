@@ -33,6 +33,8 @@ struct TrackedCase {
   int frames = 0;
   int width = 640;  // that the simulator draws at
   PictureChange change{};
+  int every = 1;  // frame, from `first` on; the others are not seen
+  int first = 0;
 };
 // On as many threads as there are processors, in order. A recording is read once for all of its runs.
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases);

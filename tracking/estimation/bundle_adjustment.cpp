@@ -33,6 +33,11 @@ std::size_t LensOf(const BundleProblem& problem, int camera) {
   return problem.lens.empty() ? 0 : At(problem.lens[At(camera)]);
 }
 
+const RowsMotion* RowsOf(const BundleProblem& problem, int camera) {
+  const auto c = At(camera);
+  return c < problem.rows.size() && problem.rows[c] ? &*problem.rows[c] : nullptr;
+}
+
 double Rms(const std::vector<CameraModel>& lenses, const BundleProblem& problem) {
   double sum = 0;
   int count = 0;
@@ -48,6 +53,7 @@ double Rms(const std::vector<CameraModel>& lenses, const BundleProblem& problem)
 struct Blocks {
   std::vector<PoseBlock> poses;
   std::vector<IntrinsicsBlock> lenses;
+  std::vector<Twist> twists;  // by camera
   std::vector<bool> used_camera, used_lens, used_point;
 };
 
@@ -57,7 +63,12 @@ void AddObservations(const std::vector<CameraModel>& lenses, BundleProblem& prob
     if (seen.outlier) continue;
     const auto c = At(seen.camera), p = At(seen.point);
     const std::size_t l = LensOf(problem, seen.camera);
-    if (options.free.Count() == 0)
+    if (RowsOf(problem, seen.camera))
+      ceres_problem.AddResidualBlock(
+          new RowsReprojectionCost(lenses[l], seen.img, seen.sigma_px,
+                                   RowTime(problem.readout_s, seen.img.y(), lenses[l].height)),
+          loss, blocks.poses[c].data(), problem.points[p].data(), blocks.twists[c].data());
+    else if (options.free.Count() == 0)
       ceres_problem.AddResidualBlock(new ReprojectionCost(lenses[l], seen.img, seen.sigma_px), loss,
                                      blocks.poses[c].data(), problem.points[p].data());
     else
@@ -93,6 +104,9 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
   Blocks blocks;
   for (const Rigid3& pose : problem.cam_from_world) blocks.poses.push_back(ToBlock(pose));
   for (const CameraModel& lens : lenses) blocks.lenses.push_back(ToBlock(lens));
+  blocks.twists.assign(blocks.poses.size(), Twist::Zero());
+  for (std::size_t c = 0; c < blocks.poses.size(); ++c)
+    if (const RowsMotion* rows = RowsOf(problem, static_cast<int>(c))) blocks.twists[c] = rows->twist;
   blocks.used_camera.resize(blocks.poses.size());
   blocks.used_lens.resize(lenses.size());
   blocks.used_point.resize(problem.points.size());
@@ -105,6 +119,12 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
     if (fixed[c]) ceres_problem.SetParameterBlockConstant(blocks.poses[c].data());
     free_cameras += !fixed[c];
     ordering->AddElementToGroup(blocks.poses[c].data(), 1);
+    if (const RowsMotion* rows = RowsOf(problem, static_cast<int>(c))) {
+      ceres_problem.AddResidualBlock(new TwistPriorCost(rows->prior, rows->prior_sigma), nullptr,
+                                     blocks.twists[c].data());
+      ordering->AddElementToGroup(blocks.twists[c].data(), 1);
+      ++free_cameras;  // a twist has as many unknowns as a pose
+    }
   }
   const bool with_lenses = options.free.Count() > 0;
   for (std::size_t l = 0; l < lenses.size() && with_lenses; ++l) {
@@ -134,6 +154,9 @@ ceres::Solver::Summary Solve(std::vector<CameraModel>& lenses, BundleProblem& pr
       problem.cam_from_world[c] = FromBlock(blocks.poses[c].data());
       problem.cam_from_world[c].rotation.normalize();
     }
+  for (std::size_t c = 0; c < blocks.poses.size(); ++c)
+    if (blocks.used_camera[c] && RowsOf(problem, static_cast<int>(c)))
+      problem.rows[c]->twist = blocks.twists[c];
   for (std::size_t l = 0; l < lenses.size() && with_lenses; ++l)
     if (blocks.used_lens[l]) lenses[l] = WithIntrinsics(lenses[l], blocks.lenses[l].data());
   return summary;
@@ -184,6 +207,8 @@ void RestoreScale(BundleProblem& problem, std::size_t anchor, const std::vector<
     const Vector3d center = origin + scale * (pose.OriginInSource() - origin);
     pose.translation = -(pose.rotation * center);
   }
+  for (std::optional<RowsMotion>& rows : problem.rows)
+    if (rows) rows->twist.tail<3>() *= scale;
   for (Vector3d& point : problem.points) point = origin + scale * (point - origin);
 }
 
@@ -198,8 +223,11 @@ double ErrorScale(const std::vector<CameraModel>& lenses, const BundleProblem& p
 
 double SquaredErrorSigmas(const std::vector<CameraModel>& lenses, const BundleProblem& problem,
                           const BundleObservation& seen) {
-  const auto img = lenses[LensOf(problem, seen.camera)].ImgFromCam(problem.cam_from_world[At(seen.camera)] *
-                                                                   problem.points[At(seen.point)]);
+  const CameraModel& lens = lenses[LensOf(problem, seen.camera)];
+  Vector3d in_cam = problem.cam_from_world[At(seen.camera)] * problem.points[At(seen.point)];
+  if (const RowsMotion* rows = RowsOf(problem, seen.camera))
+    in_cam = PointAfter(rows->twist, in_cam, RowTime(problem.readout_s, seen.img.y(), lens.height));
+  const auto img = lens.ImgFromCam(in_cam);
   return img ? (*img - seen.img).squaredNorm() / (seen.sigma_px * seen.sigma_px) : 1e8;
 }
 

@@ -19,6 +19,7 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,7 @@
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/free_intrinsics.h"
+#include "tracking/estimation/rolling_shutter.h"
 
 namespace ulf::tracking {
 
@@ -37,6 +39,13 @@ struct BundleObservation {
   bool outlier = false;  // set by AdjustBundle: left out of the last solution
 };
 
+// How a camera with a rolling shutter moved while its rows were read (rolling_shutter.h): an unknown that is held to
+// what is known otherwise.
+struct RowsMotion {
+  Twist twist = Twist::Zero();
+  Twist prior = Twist::Zero(), prior_sigma = Twist::Ones();
+};
+
 struct BundleProblem {
   std::vector<Rigid3> cam_from_world;
   std::vector<bool> fixed;  // by camera
@@ -44,6 +53,10 @@ struct BundleProblem {
   std::vector<Eigen::Vector3d> points;
   std::vector<bool> known;  // by point: it stays; points beyond the end are free
   std::vector<BundleObservation> observations;
+  // Of a rolling shutter. By camera; none, or beyond the end: its image points were taken at once. The others' image
+  // points are where the sensor saw them. Not where intrinsics are free.
+  double readout_s = 0;
+  std::vector<std::optional<RowsMotion>> rows = {};
 };
 
 // The solver of the reduced system (points eliminated).

@@ -10,6 +10,11 @@ double QualityOf(double center_sigma, double distance) {
   return 1 / (1 + center_sigma / (kHalf * std::max(1e-9, distance)));
 }
 
+double MapBend(double parallax) {
+  constexpr double kAtOneRadian = 0.28;
+  return kAtOneRadian / std::max(1e-3, parallax);
+}
+
 void MapDriftEstimate::Add(const Anchored& anchor, const Rigid3& cam_from_world) {
   given_.push_back({anchor, cam_from_world});
   if (given_.size() > options_.keyframes) given_.pop_front();

@@ -1,10 +1,10 @@
 // Predicts a pose's error, and its quality from that.
 //
-// The error has two parts: what the matches leave open (the covariance of the pose and its residuals;
-// RefinePose), and the map's own error, which a frame cannot see because it fits the map it was found in. The
-// second part is measured by what later adjustments do to poses already given: how far the last keyframes
-// have moved since. A map that still moves is wrong by about as much. Checked against truth in
-// docs/tracking_measured.md, "What the quality value says".
+// The error has three parts. What the matches leave open: the covariance of the pose and its residuals (RefinePose).
+// What the map's points leave open: a point whose parallax is small has an uncertain depth, and the map bends as noise,
+// lens and shutter would have it, which a frame cannot see because it fits the map it was found in. And what the map is
+// known to be off by: how far later adjustments have moved the last keyframes since their poses were given. Checked
+// against truth in docs/tracking_measured.md, "What the quality value says".
 #pragma once
 
 #include <deque>
@@ -18,6 +18,10 @@ namespace ulf::tracking {
 // 0 to 1: one half where the camera's centre is predicted to be off by a hundredth of the distance of what it
 // sees, near 1 where by less.
 double QualityOf(double center_sigma, double distance);
+
+// The share of the pose's own standard deviation that the map may be bent by, as seen from one frame: inversely
+// proportional to the parallax of the points in view (median, radians). Measured on simulated scenes and drawn rooms.
+double MapBend(double parallax);
 
 // Guessed.
 struct MapDriftOptions {

@@ -140,6 +140,46 @@ bool ReprojectionError<Blocks...>::Evaluate(const double* const* parameters, dou
     return EvaluateReprojection(WithIntrinsics(camera_, parameters[2]), img_, inverse_sigma_, parameters,
                                 residuals, jacobians, jacobians ? jacobians[2] : nullptr);
 }
+bool RowsReprojectionCost::Evaluate(const double* const* parameters, double* residuals,
+                                    double** jacobians) const {
+  const Rigid3 pose = FromBlock(parameters[0]);
+  const Eigen::Matrix3d rotation = pose.RotationMatrix();
+  const Eigen::Vector3d at_once =
+      rotation * Eigen::Map<const Eigen::Vector3d>(parameters[1]) + pose.translation;
+  Eigen::Matrix3d by_point;
+  Eigen::Matrix<double, 3, 6> by_twist;
+  const Eigen::Vector3d in_cam = PointAfter(Eigen::Map<const Twist>(parameters[2]), at_once, time_s_,
+                                            jacobians ? &by_point : nullptr, jacobians ? &by_twist : nullptr);
+  Eigen::Matrix<double, 2, 3> img_by_cam;
+  const auto img = camera_.ImgFromCam(in_cam, jacobians ? &img_by_cam : nullptr);
+  Eigen::Map<Eigen::Vector2d> residual(residuals);
+  residual = img ? Eigen::Vector2d((*img - img_) * inverse_sigma_) : Eigen::Vector2d::Constant(kLostResidual);
+  if (!jacobians) return true;
+  if (!img) img_by_cam.setZero();
+  img_by_cam *= inverse_sigma_;
+  const Eigen::Matrix<double, 2, 3> img_by_once = img_by_cam * by_point;
+  if (jacobians[0]) {
+    Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> j(jacobians[0]);
+    j.leftCols<3>() = -img_by_once * CrossMatrix(at_once);
+    j.middleCols<3>(3) = img_by_once;
+    j.col(6).setZero();
+  }
+  if (jacobians[1])
+    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{jacobians[1]} = img_by_once * rotation;
+  if (jacobians[2])
+    Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>>{jacobians[2]} = img_by_cam * by_twist;
+  return true;
+}
+
+bool TwistPriorCost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+  Eigen::Map<Twist> residual(residuals);
+  residual = (Eigen::Map<const Twist>(parameters[0]) - prior_).cwiseProduct(inverse_sigma_);
+  if (jacobians && jacobians[0])
+    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>{jacobians[0]} =
+        Eigen::Matrix<double, 6, 6>(inverse_sigma_.asDiagonal());
+  return true;
+}
+
 template class ReprojectionError<7, 3>;
 template class ReprojectionError<7, 3, 9>;
 

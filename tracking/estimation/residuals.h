@@ -14,6 +14,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "tracking/estimation/free_intrinsics.h"
+#include "tracking/estimation/rolling_shutter.h"
 
 namespace ulf::tracking {
 
@@ -76,5 +77,29 @@ class ReprojectionError final : public ceres::SizedCostFunction<2, Blocks...> {
 };
 using ReprojectionCost = ReprojectionError<7, 3>;
 using IntrinsicsReprojectionCost = ReprojectionError<7, 3, 9>;
+
+// Of pose, point and the camera's twist while its rows were read; `time_s`: of the observation's row (RowTime).
+class RowsReprojectionCost final : public ceres::SizedCostFunction<2, 7, 3, 6> {
+ public:
+  RowsReprojectionCost(const CameraModel& camera, const Eigen::Vector2d& img, double sigma_px, double time_s)
+      : camera_(camera), img_(img), inverse_sigma_(1 / sigma_px), time_s_(time_s) {}
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  const CameraModel& camera_;
+  Eigen::Vector2d img_;
+  double inverse_sigma_, time_s_;
+};
+
+// Holds a twist to what is known of it, in standard deviations.
+class TwistPriorCost final : public ceres::SizedCostFunction<6, 6> {
+ public:
+  TwistPriorCost(const Twist& prior, const Twist& sigma)
+      : prior_(prior), inverse_sigma_(sigma.cwiseInverse()) {}
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  Twist prior_, inverse_sigma_;
+};
 
 }  // namespace ulf::tracking

@@ -8,6 +8,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/small_matrices.h"
 #include "tracking/estimation/absolute_pose.h"
+#include "tracking/estimation/two_view_motion.h"
 
 namespace ulf::tracking {
 
@@ -15,16 +16,22 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-namespace {
-
-// A point in the camera's frame after a time, to second order in the rotation.
-Vector3d After(const Twist& twist, const Vector3d& point, double time_s) {
+Vector3d PointAfter(const Twist& twist, const Vector3d& point, double time_s, Matrix3d* by_point,
+                    Eigen::Matrix<double, 3, 6>* by_twist) {
   const Vector3d omega = twist.head<3>();
   const Vector3d turned = omega.cross(point);
-  return point + time_s * (turned + twist.tail<3>() + 0.5 * time_s * omega.cross(turned));
+  const double half = 0.5 * time_s * time_s;
+  if (by_point || by_twist) {
+    const Matrix3d turning = CrossMatrix(omega);
+    if (by_point) *by_point = Matrix3d::Identity() + time_s * turning + half * turning * turning;
+    if (by_twist) {
+      const Matrix3d of_point = CrossMatrix(point);
+      by_twist->leftCols<3>() = -time_s * of_point - half * (CrossMatrix(turned) + turning * of_point);
+      by_twist->rightCols<3>() = time_s * Matrix3d::Identity();
+    }
+  }
+  return point + time_s * (turned + twist.tail<3>()) + half * omega.cross(turned);
 }
-
-}  // namespace
 
 Twist TwistBetween(const Rigid3& before, const Rigid3& after, double step_s) {
   const Rigid3 after_from_before = after * before.Inverse();
@@ -85,7 +92,7 @@ RowShift RowShift::Scaled(double scale) const {
 
 Vector2d RowShift::Moved(const Vector3d& point_in_cam, double time_s) const {
   const auto at_once = camera_.ImgFromCam(point_in_cam);
-  const auto then = camera_.ImgFromCam(After(twist_, point_in_cam, time_s));
+  const auto then = camera_.ImgFromCam(PointAfter(twist_, point_in_cam, time_s));
   return at_once && then ? Vector2d(*then - *at_once) : Vector2d(0, 0);
 }
 
@@ -103,7 +110,8 @@ Vector2d RowShift::Seen(const Vector2d& global, const Vector3d& point_in_cam) co
 Vector2d RowShift::Global(const Vector2d& seen) const {
   const auto ray = camera_.RayFromImg(seen);
   if (!ray || ray->z() <= 0) return seen;
-  const auto global = camera_.ImgFromCam(After(twist_, *ray * (depths_.At(seen) / ray->z()), -TimeOf(seen)));
+  const auto global =
+      camera_.ImgFromCam(PointAfter(twist_, *ray * (depths_.At(seen) / ray->z()), -TimeOf(seen)));
   return global.value_or(seen);
 }
 
@@ -189,8 +197,8 @@ std::optional<PoseAndMotion> RefinePoseAndMotion(const CameraModel& camera, doub
     int used = 0;
     for (const SeenPoint& point : points) {
       const double time_s = readout_s * (point.seen.y() / camera.height - 0.5);
-      const Vector3d in_cam =
-          After(result.twist, rotation * point.point_in_world + result.cam_from_world.translation, time_s);
+      const Vector3d in_cam = PointAfter(
+          result.twist, rotation * point.point_in_world + result.cam_from_world.translation, time_s);
       Eigen::Matrix<double, 2, 3> img_by_point;
       const auto img = camera.ImgFromCam(in_cam, &img_by_point);
       if (!img) continue;

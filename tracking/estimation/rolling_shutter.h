@@ -30,6 +30,13 @@ namespace ulf::tracking {
 // cam_from_world is Perturbed(cam_from_world, t * twist).
 using Twist = Eigen::Matrix<double, 6, 1>;
 Twist TwistBetween(const Rigid3& before, const Rigid3& after, double step_s);
+// Where a point of the camera's frame is in that frame `time_s` later, to second order in the rotation. The derivatives,
+// if wanted, are by the point and by the twist.
+Eigen::Vector3d PointAfter(const Twist& twist, const Eigen::Vector3d& point, double time_s,
+                           Eigen::Matrix3d* by_point = nullptr,
+                           Eigen::Matrix<double, 3, 6>* by_twist = nullptr);
+// When a row was read, relative to the middle one.
+inline double RowTime(double readout_s, double row, int height) { return readout_s * (row / height - 0.5); }
 
 // Interpolates depths over the image from those of some points: a bilinear grid of inverse depths, which
 // tends to their mean where there are no points. Depths are in the points' unit.
@@ -75,7 +82,7 @@ class RowShift {
   double readout_s() const { return readout_s_; }
 
  private:
-  double TimeOf(const Eigen::Vector2d& seen) const { return readout_s_ * (seen.y() / camera_.height - 0.5); }
+  double TimeOf(const Eigen::Vector2d& seen) const { return RowTime(readout_s_, seen.y(), camera_.height); }
   Eigen::Vector2d Moved(const Eigen::Vector3d& point_in_cam, double time_s) const;
 
   CameraModel camera_;

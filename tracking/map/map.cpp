@@ -29,6 +29,7 @@ int Map::AddKeyframe(Keyframe keyframe) {
   keyframe.point_of_feature.assign(At(keyframe.features->size()), -1);
   keyframe.points = 0;
   if (keyframe.pyramid) keyframe.rows = keyframe.pyramid->rows;
+  if (keyframe.rows) keyframe.expected_twist = keyframe.rows->twist();
   keyframes_.push_back(std::move(keyframe));
   if (keyframes_.back().alive) living_.push_back(keyframes_.back().id);
   return keyframes_.back().id;
@@ -248,6 +249,12 @@ void Map::UpdateGeometry(int id) {
     log_distance += std::log(towards.norm() * LevelScale((*by.features)[o.feature].level));
   }
   updated.mean_direction = direction.normalized();
+  double least_cosine = 1;
+  for (const Observation& o : updated.observations) {
+    const Vector3d towards = updated.position - keyframe(o.keyframe).cam_from_world.OriginInSource();
+    least_cosine = std::min(least_cosine, towards.normalized().dot(updated.mean_direction));
+  }
+  updated.parallax = 2 * std::acos(std::clamp(least_cosine, -1.0, 1.0));
   updated.reference_distance = std::exp(log_distance / static_cast<double>(updated.observations.size()));
   constexpr double kMargin = 1.3;  // a descriptor tolerates about as much change of scale. Guessed
   updated.farthest = updated.reference_distance * kMargin;

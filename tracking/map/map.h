@@ -67,6 +67,7 @@ struct MapPoint {
   // Derived by Map::Update from the observations:
   Descriptor descriptor{};
   Eigen::Vector3d mean_direction = Eigen::Vector3d::Zero();  // unit, from the viewing cameras to the point
+  double parallax = 0;               // about the angle between its outermost viewing directions, radians
   double reference_distance = 0;     // distance from which level 0 shows it as it was seen
   double nearest = 0, farthest = 0;  // distances at which the pyramid can show it
   std::shared_ptr<const ReferencePatch> patch;
@@ -90,9 +91,10 @@ struct Keyframe {
   std::shared_ptr<const Pyramid> pyramid;  // of recent keyframes only
   // With a rolling shutter: the rows' motion that was removed from features and observations.
   std::shared_ptr<const RowShift> rows;
-  std::optional<Twist> velocity;  // from the frames before and after
-  cv::Mat color;                  // 8 bits, B G R or grey; of recent keyframes only
-  bool pinned = false;            // its pose is given (a seed): never adjusted, never removed
+  std::optional<Twist> expected_twist;  // of the rows, from the tracker: adjustments hold it to this one
+  std::optional<Twist> velocity;        // from the frames before and after
+  cv::Mat color;                        // 8 bits, B G R or grey; of recent keyframes only
+  bool pinned = false;                  // its pose is given (a seed): never adjusted, never removed
   // Corners of a given world that this frame saw (fiducial_observation.h).
   std::vector<PointObservation> corners = {};
   std::vector<int> point_of_feature;  // -1: none

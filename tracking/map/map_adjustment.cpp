@@ -13,6 +13,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/small_matrices.h"
 #include "core/geometry/trajectory.h"
+#include "tracking/map/map_rows.h"
 
 namespace ulf::tracking {
 namespace {
@@ -75,6 +76,7 @@ void KeepGauge(const Map& map, int part, const std::vector<int>& keyframes, cons
     Rigid3& pose = problem.cam_from_world[i];
     const Vector3d center = to_from * pose.OriginInSource();
     pose.rotation = (pose.rotation * Eigen::Quaterniond(to_from.rotation).conjugate()).normalized();
+    if (i < problem.rows.size() && problem.rows[i]) problem.rows[i]->twist.tail<3>() *= to_from.scale;
     pose.translation = -(pose.rotation * center);
   }
   for (std::size_t i = 0; i < point_ids.size(); ++i)
@@ -140,6 +142,52 @@ void WriteBack(OwnedMap& owned, const std::unordered_map<int, int>& camera_index
   for (const int id : changed) owned.map.Update(id);
 }
 
+// Whether a keyframe turned so fast that the rows' velocity, taken from poses of a map that may have been bent, must be
+// found with the map. In slower ones errors of the points would move it by more than it is off.
+bool RowsAreUnsure(const Keyframe& keyframe) {
+  constexpr double kLeastTurn = 0.01;  // during the readout, radians. Guessed
+  return keyframe.rows && keyframe.expected_twist &&
+         keyframe.expected_twist->head<3>().norm() * std::abs(keyframe.rows->readout_s()) > kLeastTurn;
+}
+
+RowsMotion RowsMotionOf(const Map& map, const Keyframe& keyframe) {
+  // Radians and depths per second, and the share of the velocity. Chosen on drawn rooms (docs/tracking_measured.md,
+  // "Rolling shutter"): with more freedom a map of little parallax drifts in scale, with less it stays bent.
+  constexpr double kTremorTurn = 0.01, kTremorShift = 0.003, kBent = 0.1;
+  const Twist& expected = *keyframe.expected_twist;
+  RowsMotion motion{keyframe.rows->twist(), expected, {}};
+  const double turn = std::hypot(kTremorTurn, kBent * expected.head<3>().norm());
+  const double shift =
+      std::hypot(kTremorShift * map.MedianDepth(keyframe.id), kBent * expected.tail<3>().norm());
+  motion.prior_sigma << Vector3d::Constant(turn), Vector3d::Constant(shift);
+  return motion;
+}
+
+// Gives the keyframes the rows that the adjustment found.
+void WriteRows(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& keyframes,
+               const std::vector<std::pair<int, int>>& origin, const BundleProblem& problem) {
+  const Map& map = owned.shared.ReadByOwner();
+  std::vector<std::vector<RowObservation>> seen_by(keyframes.size());
+  for (std::size_t i = 0; i < origin.size(); ++i) {
+    const BundleObservation& seen = problem.observations[i];
+    if (At(seen.camera) >= keyframes.size() || !problem.rows[At(seen.camera)] || seen.outlier) continue;
+    const std::vector<Observation>& observations = map.point(origin[i].first).observations;
+    const auto found = std::find_if(observations.begin(), observations.end(),
+                                    [&](const Observation& o) { return o.keyframe == origin[i].second; });
+    if (found == observations.end()) continue;
+    seen_by[At(seen.camera)].push_back(
+        {origin[i].first, static_cast<std::size_t>(found - observations.begin()),
+         problem.cam_from_world[At(seen.camera)] * problem.points[At(seen.point)], seen.img});
+  }
+  for (std::size_t c = 0; c < keyframes.size(); ++c) {
+    if (!problem.rows[c]) continue;
+    auto rows = std::make_shared<const RowShift>(camera, problem.readout_s, problem.rows[c]->twist,
+                                                 DepthsOf(camera, seen_by[c]));
+    const MapLock lock(owned.shared);
+    ReplaceRows(camera, owned.map, keyframes[c], seen_by[c], std::move(rows));
+  }
+}
+
 // `lenses`: one, which changes where options.free says so.
 BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, const std::vector<int>& free,
                              const std::vector<int>& held, const BundleOptions& options,
@@ -149,10 +197,16 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
   std::unordered_map<int, int> camera_index, point_index;
   std::vector<int> point_ids;
   std::vector<std::pair<int, int>> origin;  // point id and keyframe of each observation
+  // Rows are adjusted with the whole map alone: it takes motion in several directions to tell them from the lens.
+  const bool rows_too = held.empty() && options.free.Count() == 0;
   const auto add_camera = [&](int id, bool fixed) {
     camera_index[id] = static_cast<int>(problem.cam_from_world.size());
     problem.cam_from_world.push_back(map.keyframe(id).cam_from_world);
     problem.fixed.push_back(fixed || map.keyframe(id).pinned);
+    const Keyframe& keyframe = map.keyframe(id);
+    const bool moves = rows_too && RowsAreUnsure(keyframe);
+    if (moves) problem.readout_s = keyframe.rows->readout_s();
+    problem.rows.push_back(moves ? std::optional(RowsMotionOf(map, keyframe)) : std::nullopt);
   };
   // The first keyframe of a part holds its world unless corners do.
   const bool world_given = owned.shared.world_given;
@@ -174,7 +228,11 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
     for (const Observation& o : point.observations) {
       const auto seen_by = camera_index.find(o.keyframe);
       if (seen_by == camera_index.end()) continue;
-      problem.observations.push_back({seen_by->second, point_index[id], o.img, o.sigma_px, false});
+      const Keyframe& keyframe = map.keyframe(o.keyframe);
+      const bool moves = problem.rows[At(seen_by->second)].has_value();
+      const Eigen::Vector2d img =
+          moves ? keyframe.rows->Seen(o.img, keyframe.cam_from_world * point.position) : o.img;
+      problem.observations.push_back({seen_by->second, point_index[id], img, o.sigma_px, false});
       origin.emplace_back(id, o.keyframe);
     }
   }
@@ -192,6 +250,7 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
     for (const int part : parts) KeepGauge(map, part, free, point_ids, problem);
   }
   WriteBack(owned, camera_index, point_ids, origin, problem);
+  if (problem.readout_s != 0) WriteRows(lenses[0], owned, free, origin, problem);
   return summary;
 }
 

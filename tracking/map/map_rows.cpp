@@ -8,14 +8,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A keyframe's observation, where its sensor saw it.
-struct RowObservation {
-  int point;
-  std::size_t observation;  // of the point
-  Vector3d in_cam;
-  Vector2d seen;
-};
-
 std::vector<RowObservation> RowObservationsOf(const Map& map, int id) {
   const Keyframe& keyframe = map.keyframe(id);
   std::vector<RowObservation> row_observations;
@@ -30,6 +22,8 @@ std::vector<RowObservation> RowObservationsOf(const Map& map, int id) {
   }
   return row_observations;
 }
+
+}  // namespace
 
 void ReplaceRows(const CameraModel& camera, Map& map, int id,
                  const std::vector<RowObservation>& row_observations, std::shared_ptr<const RowShift> rows) {
@@ -49,8 +43,6 @@ DepthField DepthsOf(const CameraModel& camera, const std::vector<RowObservation>
   return {camera, depths};
 }
 
-}  // namespace
-
 void GiveRows(const CameraModel& camera, Map& map, double readout_s) {
   for (const int id : map.living()) {
     const Keyframe& keyframe = map.keyframe(id);
@@ -61,6 +53,7 @@ void GiveRows(const CameraModel& camera, Map& map, double readout_s) {
       rows = std::make_shared<const RowShift>(camera, readout_s,
                                               keyframe.rows ? keyframe.rows->twist() : *keyframe.velocity,
                                               DepthsOf(camera, row_observations));
+    if (!keyframe.expected_twist) map.keyframe(id).expected_twist = rows ? rows->twist() : *keyframe.velocity;
     ReplaceRows(camera, map, id, row_observations, std::move(rows));
   }
 }

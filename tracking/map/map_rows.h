@@ -1,10 +1,27 @@
 // Compensates a rolling shutter in a map that was made without.
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "core/geometry/camera_model.h"
 #include "tracking/map/map.h"
 
 namespace ulf::tracking {
+
+// A keyframe's observation of a point, where its sensor saw it.
+struct RowObservation {
+  int point;
+  std::size_t observation;  // of the point
+  Eigen::Vector3d in_cam;
+  Eigen::Vector2d seen;
+};
+
+DepthField DepthsOf(const CameraModel& camera, const std::vector<RowObservation>& row_observations);
+
+// Gives a keyframe these rows (null: none) and moves its features and observations. The caller holds the map's lock.
+void ReplaceRows(const CameraModel& camera, Map& map, int id,
+                 const std::vector<RowObservation>& row_observations, std::shared_ptr<const RowShift> rows);
 
 // Gives every keyframe with a known velocity rows of this readout (0: none), and moves its observations. The
 // caller holds the map's lock.

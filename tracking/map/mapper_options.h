@@ -25,7 +25,7 @@ struct GivenWorldOptions {
 
 // Measuring a rolling shutter from the map's keyframes (readout_estimator.h). Guessed.
 struct ReadoutOptions {
-  int most_keyframes = 24, least_keyframes = 8;  // newest ones with a velocity; fewer tell nothing
+  int most_keyframes = 24, least_keyframes = 5;  // newest ones with a velocity; fewer tell nothing
   double huber_sigmas = 2;
 };
 

@@ -33,6 +33,7 @@ ReadoutSearch::ReadoutSearch(RowMotion& rows, Mapper& mapper, bool compensate,
 
 void ReadoutSearch::Restart() {
   certain_ = applied_ = 0;
+  last_.reset();
   judged_ = mapper_.shared().readouts_measured;  // those were under the lens before
   mapper_.MeasureReadout(true);
 }
@@ -41,20 +42,32 @@ void ReadoutSearch::Step() {
   const SharedMap& shared = mapper_.shared();
   if (shared.readouts_measured == judged_) return;
   std::optional<ReadoutEstimate> estimate;
+  bool lens_is_doubted;
   {
     const MapLock lock(shared);
     judged_ = shared.readouts_measured;
     estimate = shared.readout;
+    lens_is_doubted = shared.wrong_lens.has_value();
   }
-  if (estimate) Judge(*estimate);
+  if (estimate) Judge(*estimate, lens_is_doubted);
 }
 
-void ReadoutSearch::Judge(const ReadoutEstimate& estimate) {
+double ReadoutSearch::Suspected() const {
+  if (rows_.rolls()) return 0;
+  if (!last_) return options_.usual_readout_s;
+  const double size_s = std::abs(last_->readout_s);
+  return size_s > std::max(options_.least_readout_s, options_.suspected_sigmas * last_->sigma_s) ? size_s : 0;
+}
+
+void ReadoutSearch::Judge(const ReadoutEstimate& estimate, bool lens_is_doubted) {
+  last_ = estimate;
   const double now_s = rows_.readout_s(), size_s = std::abs(estimate.readout_s);
   spdlog::debug("readout {:.2f} +- {:.2f} ms from {} keyframes, {:.2f} so far", 1e3 * estimate.readout_s,
                 1e3 * estimate.sigma_s, estimate.keyframes, 1e3 * now_s);
   const bool enough = estimate.keyframes >= options_.enough_keyframes;
-  if (size_s < options_.least_readout_s || size_s < options_.certain_sigmas * estimate.sigma_s) {
+  const bool may_be_the_lens = lens_is_doubted || estimate.keyframes < options_.early_keyframes;
+  const double needed = may_be_the_lens ? options_.doubted_sigmas : options_.certain_sigmas;
+  if (size_s < options_.least_readout_s || size_s < needed * estimate.sigma_s) {
     certain_ = 0;
     const bool none = size_s + options_.certain_sigmas * estimate.sigma_s < options_.least_readout_s;
     if (!none && !enough) return;

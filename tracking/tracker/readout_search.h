@@ -19,9 +19,12 @@ class ReadoutSearch {
   void Step();     // call it between frames
   void Restart();  // under another lens
   const std::optional<Readout>& found() const { return found_; }
+  // The size of the readout that has to be reckoned with because it is not compensated: what was measured, if that is
+  // likely, and a usual one before anything was measured.
+  double Suspected() const;
 
  private:
-  void Judge(const ReadoutEstimate& estimate);
+  void Judge(const ReadoutEstimate& estimate, bool lens_is_doubted);
   void Apply(double readout_s);
   void End() { mapper_.MeasureReadout(false); }
 
@@ -30,6 +33,7 @@ class ReadoutSearch {
   bool compensate_;
   ReadoutSearchOptions options_;
   std::optional<Readout> found_;
+  std::optional<ReadoutEstimate> last_;
   int judged_ = 0;   // measurements
   int certain_ = 0;  // measurements in a row that said that the shutter rolls
   int applied_ = 0;  // readouts

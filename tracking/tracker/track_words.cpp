@@ -44,6 +44,8 @@ std::string InWords(const Track& track) {
       if (track.start)
         return "lost: nothing in view is recognised: go back to what was seen before, or begin anew here: " +
                InWords(*track.start);
+      if (track.turn)
+        return "position lost, only turns are followed: move sideways, or show a part that was seen before";
       return "lost: nothing in view is recognised: show a part that was seen before, from where it was seen";
   }
   return "unknown";

@@ -63,10 +63,14 @@ struct Track {
   std::optional<Rigid3> cam_from_world;
   // The same pose, for PoseOf(); set whenever cam_from_world is, and while kApart.
   std::optional<Anchored> anchor;
+  // While there is no pose: how the camera is turned, where that is known although its position is not. From the world of
+  // the last pose; before a map has started, from the camera of the first frame.
+  std::optional<Eigen::Quaterniond> turn;
   // The camera's own pose when the middle row was read, relative to cam_from_world; set where a rolling
   // shutter is compensated, else the two are the same.
   std::optional<Rigid3> middle_row_from_picture;
-  // 0 to 1, from center_sigma: one half where that is a hundredth of the distance of what is seen.
+  // 0 to 1, from center_sigma and, with a rolling shutter, from how far one pose is from those of the rows: one half where
+  // that is a hundredth of the distance of what is seen.
   double quality = 0;
   int matched_points = 0;       // map points that support the pose
   std::optional<int> features;  // corners detected in the image; none: the source detects none

@@ -35,6 +35,19 @@ struct InitializerOptions {
   int min_part_matches = 8;
 };
 
+// Following turns alone (turn_tracker.h). Guessed.
+struct TurnOptions {
+  int min_directions = 30;                // that agree, and
+  double min_share = 0.5;                 // their share of the matches
+  double threshold_px = 6;                // agree to within this: as much parallax as a map starts with
+  double search_radius = 0.12;            // share of the width, about where a direction is expected
+  int max_distance = kSureDistance + 10;  // bits
+  double max_ratio = 0.85;
+  double keyframe_turned_deg = 8;  // from the nearest
+  int keyframes_tried = 3;
+  std::size_t most_keyframes = 200;
+};
+
 // Finding a frame in the map (frame_locator.h).
 struct LocatorOptions {
   // For so many corners of a frame one patch is tried where no corner was detected. Guessed.
@@ -73,7 +86,14 @@ struct PhotographOptions {
 
 // Deciding whether the shutter rolls (readout_search.h).
 struct ReadoutSearchOptions {
-  double certain_sigmas = 6;       // a smaller readout may be chance. Guessed
+  double certain_sigmas = 6;  // a smaller readout may be chance. Guessed
+  // The same where a wrong lens may look like rows: of so few keyframes, or once images contradict the lens. Up to 11
+  // deviations were seen of a focal length that was 15 % off, 12 and more of rolling shutters.
+  double doubted_sigmas = 12;
+  int early_keyframes = 8;
+  // A measured readout of so many deviations is reckoned with until it is decided, and this one before the first
+  // measurement: a phone or a webcam takes 10 to 33 ms. Guessed.
+  double suspected_sigmas = 3, usual_readout_s = 0.02;
   double least_readout_s = 0.002;  // a shorter readout moves hardly anything by a tenth of a pixel
   double settled_share = 0.05;     // of the readout: a smaller change is not applied. Guessed
   int times_certain = 2;           // measurements in a row before the tracker reports it. Guessed
@@ -84,15 +104,15 @@ struct ReadoutSearchOptions {
 // What is known of a rolling shutter. Readouts run from the first row to the last; negative: from the last.
 struct ReadoutArgs {
   std::optional<double> readout_s = {};  // 0: a global shutter; none: the tracker measures and reports it
-  bool compensate_found = false;         // compensate what the tracker finds, from then on
+  bool compensate_found = true;  // compensate what the tracker finds, from then on; else only report it
 };
 
 // What becomes of the given lens, where the map's images contradict it.
 enum class LensUse {
   kFixed,  // nothing: it is not checked
   kCheck,  // the tracker says so
-  // The tracker goes on with the lens that fits, and poses follow; a rolling shutter that is found is compensated, since
-  // it looks like another lens.
+  // The tracker goes on with the lens that fits, and poses follow; a rolling shutter that is found is compensated in any
+  // case, since it looks like another lens.
   kRefine
 };
 
@@ -126,6 +146,7 @@ struct TrackerOptions {
 
   FeatureOptions corners = {};
   InitializerOptions start = {};
+  TurnOptions turns = {};
   LocatorOptions locator = {};
   ReadoutSearchOptions readout_search = {};
   MapperOptions mapping = {};

@@ -47,6 +47,19 @@ bool Tracker::State::GoOnFrom(FramePose found, int joins, TrackedImage& image, T
   return true;
 }
 
+// From the last frame that had a pose, or from the first frame.
+void Tracker::State::FollowTurn(const TrackedImage& image, Track& track) {
+  if (track.cam_from_world) {
+    turns.Forget();
+    last_features_ = image.features;
+    last_turn_ = track.cam_from_world->rotation;
+    return;
+  }
+  const StageTimer timer(&track.stages.relocalization_s);
+  if (!turns.HasBegun() && last_features_) turns.Begin(last_features_, last_turn_);
+  track.turn = turns.Step(image.features);
+}
+
 bool Tracker::State::MayBeginPart(double time_s) const {
   return options.begin_parts && !shared.world_given && lost_since_s &&
          time_s - *lost_since_s >= options.begin_part_after_s;

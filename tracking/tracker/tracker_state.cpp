@@ -156,18 +156,34 @@ Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
           map.keyframe(reference).unit};
 }
 
-void Tracker::State::Describe(const FramePose& frame_pose, Track& track) const {
+// How far the one pose that explains an image is from where the camera was when the middle row was read.
+double Tracker::State::RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between,
+                                 double distance) const {
+  if (rows.rolls()) return frame_pose.picture_from_cam.OriginInSource().norm();
+  if (!readout_search || !between) return 0;
+  constexpr double kShare = 0.6;  // of the way during the readout. Measured on turns about all axes
+  const double speed = std::hypot(between->head<3>().norm() * distance, between->tail<3>().norm());
+  return kShare * speed * readout_search->Suspected();
+}
+
+void Tracker::State::Describe(const FramePose& frame_pose, const std::optional<Twist>& between,
+                              Track& track) const {
   track.cam_from_world = frame_pose.picture_from_cam * frame_pose.cam_from_world;
   if (rows.rolls()) track.middle_row_from_picture = frame_pose.picture_from_cam.Inverse();
   track.matched_points = static_cast<int>(frame_pose.matches.size());
-  std::vector<double> distances;
-  for (const PointMatch& match : frame_pose.matches)
-    distances.push_back((frame_pose.cam_from_world * frame_pose.CandidateOf(match).position).norm());
+  std::vector<double> distances, parallaxes;
+  for (const PointMatch& match : frame_pose.matches) {
+    const Candidate& candidate = frame_pose.CandidateOf(match);
+    distances.push_back((frame_pose.cam_from_world * candidate.position).norm());
+    parallaxes.push_back(shared.map.point(candidate.id).parallax);
+  }
   const double distance = Median(std::move(distances));
-  track.center_sigma = std::hypot(frame_pose.center_sigma, map_drift.CenterSigma(shared.map, distance));
+  const double bend = frame_pose.center_sigma * MapBend(Median(std::move(parallaxes)));
+  track.center_sigma = std::hypot(frame_pose.center_sigma, bend, map_drift.CenterSigma(shared.map, distance));
   if (shared.world_given && world_information > 0)
     track.center_sigma = std::hypot(*track.center_sigma, 1 / std::sqrt(world_information));
-  track.quality = QualityOf(*track.center_sigma, distance);
+  track.quality =
+      QualityOf(std::hypot(*track.center_sigma, RowsApart(frame_pose, between, distance)), distance);
   track.wrong_lens = shared.wrong_lens.has_value();
 }
 
@@ -196,12 +212,12 @@ bool Tracker::State::Accept(double time_s, const FramePose& frame_pose, int join
     part = shared.map.point(frame_pose.CandidateOf(frame_pose.matches.front()).id).part;
     now.anchor = AnchorOf(frame_pose);
     if (std::exchange(revision, shared.revision) != shared.revision) map_drift.Clear();
-    Describe(frame_pose, track);
     if (last.anchor.keyframe_id >= 0) {
       const Rigid3 last_pose = shared.map.PoseOf(last.anchor);
       now.velocity = frame_pose.cam_from_world * last_pose.Inverse();
       now.between = VelocitySince(last_pose, frame_pose.cam_from_world, time_s);
     }
+    Describe(frame_pose, now.between, track);
   }
   spdlog::debug("frame {}: {} of {:.0f} points, {} candidates, {} aligned, {:.1f} px", frame,
                 frame_pose.matches.size(), frame_pose.expected, frame_pose.candidates.size(),
@@ -380,6 +396,7 @@ bool Tracker::State::RefineLens() {
   extractor.SetCamera(camera);
   locator.SetCamera(camera);
   initializer.SetCamera(camera);
+  turns.SetCamera(camera);
   rows.SetCamera(camera);
   if (rows.rolls()) mapper.SetReadout(rows.readout_s());
   // What was measured under the other lens is measured again.
@@ -477,6 +494,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
       track.quality = 0;
     }
   }
+  FollowTurn(image, track);
   track.map_revision = shared.revision;
   track.lens_revision = lens_revision;
   track.cpu_s = ThreadCpuSeconds() - start_s - mapping_cpu_s;
@@ -497,7 +515,7 @@ std::optional<Track> Tracker::State::LocatePhotograph(
   track.map_id = shared.map.main_part();
   if (shared.map.point(frame_pose->CandidateOf(frame_pose->matches.front()).id).part != track.map_id)
     return std::nullopt;
-  Describe(*frame_pose, track);
+  Describe(*frame_pose, {}, track);
   track.anchor = AnchorOf(*frame_pose);
   track.seen = SeenIn(*frame_pose, [](const Vector2d& img, const Vector3d&) { return img; });
   return track;

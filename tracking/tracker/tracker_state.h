@@ -17,6 +17,7 @@
 #include "tracking/tracker/initializer.h"
 #include "tracking/tracker/readout_search.h"
 #include "tracking/tracker/tracker.h"
+#include "tracking/tracker/turn_tracker.h"
 #include "tracking/tracker/working_size.h"
 
 namespace ulf::tracking {
@@ -51,6 +52,7 @@ struct Tracker::State {
         shared(mapper.shared()),
         locator(camera, shared, options_in.features, options_in.locator),
         initializer(camera, options_in.start, options_in.seed),
+        turns(camera, options_in.turns, options_in.seed),
         rows(camera, options_in.readout.readout_s.value_or(0)) {
     if (!options.readout.readout_s)
       // Rows that are read one after the other look like another lens.
@@ -67,6 +69,7 @@ struct Tracker::State {
   const SharedMap& shared;
   FrameLocator locator;
   Initializer initializer;
+  TurnTracker turns;  // while there is no pose
   Sharpness sharpness;
   RowMotion rows;
   std::optional<ReadoutSearch> readout_search;
@@ -122,7 +125,9 @@ struct Tracker::State {
   std::optional<RefinedLens> RefinedLensInOriginalPixels() const;
   bool Accept(double time_s, const FramePose& frame_pose, int joins, Track& track);
   Anchored AnchorOf(const FramePose& frame_pose) const ULF_REQUIRES(shared.mutex);
-  void Describe(const FramePose& frame_pose, Track& track) const ULF_REQUIRES(shared.mutex);
+  void Describe(const FramePose& frame_pose, const std::optional<Twist>& between, Track& track) const
+      ULF_REQUIRES(shared.mutex);
+  double RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between, double distance) const;
   std::optional<Track> LocatePhotograph(const Image& image, const CameraModel& camera,
                                         const std::optional<Rigid3>& near,
                                         const std::optional<FiducialObservation>& fiducials) const;
@@ -131,9 +136,13 @@ struct Tracker::State {
                                                                   const FramePose& frame_pose);
   std::optional<NewKeyframe> KeyframeOf(const TrackedImage& image, const Frame& frame_in,
                                         const FramePose& frame_pose, StageTimes& stages) const;
+  void FollowTurn(const TrackedImage& image, Track& track);
   bool IsMainPartHeld() const ULF_REQUIRES(shared.mutex);
   bool WantsKeyframe(const FramePose& frame_pose, double time_s, int reference_points) const;
 
+  // The last frame that was followed in the main part, to follow turns from.
+  std::shared_ptr<const FeatureSet> last_features_;
+  Eigen::Quaterniond last_turn_ = Eigen::Quaterniond::Identity();
   std::optional<FramePose> frame_pose_;  // of the frame in work
   int joins_of_frame = 0;                // joins of the map's parts when it came
 };

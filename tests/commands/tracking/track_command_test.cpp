@@ -354,8 +354,10 @@ TEST(TrackCommand, ALensIsWrittenOnlyWhereOneIsSought) {
 
 // Pictures that a rolling shutter bends fit another focal length better.
 TEST(TrackCommand, ARollingShutterIsSaidAndThatItLooksLikeAWrongFocalLength) {
-  const auto run = test::RunUlf(
-      "track 'sim:studio?width=320&height=240&duration_s=6&look_away=0&readout_ms=20' --deterministic");
+  const std::string track =
+      "track 'sim:studio?width=320&height=240&duration_s=6&look_away=0&readout_ms=20' --deterministic";
+  EXPECT_THAT(test::RunUlf(track).output, testing::HasSubstr("compensated from then on"));
+  const auto run = test::RunUlf(track + " --readout-ms report");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.output, testing::AllOf(testing::HasSubstr("rolling shutter of about"),
                                          testing::HasSubstr("--readout-ms"),

@@ -15,6 +15,12 @@ TEST(QualityOfTest, IsOneHalfAtAHundredthOfTheDistance) {
   EXPECT_LT(QualityOf(0.2, 2), 0.1);
 }
 
+TEST(MapBendTest, FallsAsTheParallaxGrows) {
+  EXPECT_NEAR(MapBend(0.1), 2 * MapBend(0.2), 1e-9);
+  EXPECT_GT(MapBend(0.014), 10) << "0.8 degrees, as a map starts";
+  EXPECT_TRUE(std::isfinite(MapBend(0)));
+}
+
 TEST(MapDriftEstimateTest, IsHowFarGivenPosesHaveMoved) {
   test::MappedWall world(5);
   MapDriftEstimate drift;

@@ -79,10 +79,10 @@ TEST(EstimateReadoutTest, FindsTheReadoutAndNoneOfAGlobalShutter) {
 }
 
 TEST(EstimateReadoutTest, NeedsKeyframesEnough) {
-  World world(8);
+  World world(5);
   ReadByRows(world, kReadout_s);
   EXPECT_FALSE(EstimateReadout(world.camera, world.map));
-  EXPECT_TRUE(EstimateReadout(world.camera, world.map, {.least_keyframes = 7}));
+  EXPECT_TRUE(EstimateReadout(world.camera, world.map, {.least_keyframes = 4}));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ struct PredictedError {
   std::uint64_t frame = 0;
   double predicted = 0;  // Track::center_sigma, in the truth's unit
   double actual = 0;     // distance of the live centre from the truth, after alignment of the run
-  double distance = 0;   // of what is seen, likewise, as quality and predicted error have it
+  double distance = 0;   // of what is seen, likewise
   double quality = 0;
   int points = 0;
 };
@@ -40,8 +40,11 @@ inline std::vector<PredictedError> RunForErrors(const CameraModel& camera, const
     if (!track.cam_from_world || !track.center_sigma || !frame->known_cam_from_world) continue;
     seen.push_back(track.cam_from_world->OriginInSource());
     truth.push_back(frame->known_cam_from_world->OriginInSource());
-    const double distance = *track.center_sigma / (0.01 * (1 / track.quality - 1));
-    errors.push_back({frame->id, *track.center_sigma, 0, distance, track.quality, track.matched_points});
+    std::vector<double> distances;
+    for (const VisiblePoint& point : tracker.VisiblePoints())
+      distances.push_back((point.position_in_world - track.cam_from_world->OriginInSource()).norm());
+    errors.push_back({frame->id, *track.center_sigma, 0, Median(std::move(distances)), track.quality,
+                      track.matched_points});
   }
   const auto truth_from_world = AlignPoints(seen, truth);
   if (!truth_from_world) return {};
@@ -86,10 +89,22 @@ inline std::vector<PredictedError> RoomErrors(double noise, int features, unsign
                       });
 }
 
-// The simulator's studio.
-inline std::vector<PredictedError> SimulatorErrors(unsigned seed, double duration_s) {
-  const auto device =
-      OpenDevice("sim:studio?duration_s=" + std::to_string(duration_s) + "&seed=" + std::to_string(seed));
+// A hand that turns on the spot before a camera whose shutter rolls for 26 ms.
+inline std::vector<PredictedError> TurnErrors(unsigned seed, int frames) {
+  const TexturedRoom room({.furniture = Furniture::kRound, .seed = seed});
+  int k = 0;
+  return RunForErrors(
+      TexturedRoom::Camera(), {.deterministic = true, .seed = seed}, [&]() -> std::optional<Frame> {
+        if (k >= frames) return std::nullopt;
+        return room.TakeRolling(TexturedRoom::TurningAndSwayingAt, k++, 0.026, TexturedRoom::Camera());
+      });
+}
+
+// A simulated scene ("studio").
+inline std::vector<PredictedError> SimulatorErrors(const std::string& scene, unsigned seed,
+                                                   double duration_s) {
+  const auto device = OpenDevice("sim:" + scene + "?duration_s=" + std::to_string(duration_s) +
+                                 "&seed=" + std::to_string(seed));
   device->Start();
   const auto next = [&]() -> std::optional<Frame> {
     while (!IsOver(device->State()))

@@ -259,6 +259,38 @@ Frame TexturedRoom::Take(const Rigid3& cam_from_world, std::uint64_t id, const C
   return frame;
 }
 
+Frame TexturedRoom::TakeRolling(const std::function<Rigid3(double)>& motion, int frame, double readout_s,
+                                const CameraModel& camera) const {
+  constexpr int kBands = 16;
+  cv::Mat image(camera.height, camera.width, CV_8U);
+  for (int band = 0; band < kBands; ++band) {
+    const int first = camera.height * band / kBands, end = camera.height * (band + 1) / kBands;
+    CameraModel rows = camera;
+    rows.height = end - first;
+    rows.cy -= first;
+    const double time_s = readout_s * (0.5 * (first + end) / camera.height - 0.5);
+    Take(motion(frame + 30 * time_s), static_cast<std::uint64_t>(frame * kBands + band), rows)
+        .image.pixels.copyTo(image.rowRange(first, end));
+  }
+  Frame taken = Take(motion(frame), static_cast<std::uint64_t>(frame), camera);
+  taken.image.pixels = image;
+  return taken;
+}
+
+Rigid3 TexturedRoom::TurningAndSwayingAt(double frame) {
+  const double t = frame / 19;
+  const double begun = std::min(1.0, frame / 15);
+  const auto about = [](double deg, const Vector3d& axis) {
+    return Eigen::AngleAxisd(deg * M_PI / 180, axis);
+  };
+  const Eigen::Quaterniond turn = about(35 * std::sin(0.9 * t + 1.7) * begun, Vector3d::UnitY()) *
+                                  about(18 * std::sin(1.3 * t + 1), Vector3d::UnitX()) *
+                                  about(15 * std::sin(1.7 * t + 0.5), Vector3d::UnitZ());
+  const Vector3d center(std::sin(0.7 * t + 1.7), 0.6 * std::sin(1.1 * t + 3.4),
+                        0.7 * std::sin(0.5 * t + 0.7));
+  return Rigid3{turn, 0.2 * center}.Inverse();
+}
+
 Rigid3 TexturedRoom::HandAt(int frame) {
   const double t = frame / 30.0;
   const Vector3d center(0.5 * std::sin(0.9 * t), 0.2 * std::sin(1.7 * t), 0.15 * std::sin(1.1 * t));

@@ -2,6 +2,7 @@
 // exact poses. World: x right, y down, z towards the wall, metres.
 #pragma once
 
+#include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -48,10 +49,16 @@ class TexturedRoom {
   Frame Take(const Rigid3& cam_from_world, std::uint64_t id, const CameraModel& camera,
              const Moment& moment) const;
 
+  // As a rolling shutter takes it, band by band; `motion`: the pose at a time in frames, the middle row's at `frame`.
+  Frame TakeRolling(const std::function<Rigid3(double)>& motion, int frame, double readout_s,
+                    const CameraModel& camera) const;
+
   // A hand that sways sideways, up and down and forth, looking at the panels; 30 frames a second.
   static Rigid3 HandAt(int frame);
   // Turning about a fixed centre.
   static Rigid3 TurningAt(int frame);
+  // Turning about all three axes at up to 60 degrees a second, while the hand sways by 20 cm.
+  static Rigid3 TurningAndSwayingAt(double frame);
   // Walking along z, a little unsteady, looking ahead.
   static Rigid3 WalkingAt(int frame);
   // Walking in a circle, looking outwards: once around in kRoundFrames.

@@ -160,7 +160,7 @@ TEST(TrackerLong, QualityPredictsTheError) {
   ULF_NEED_TEST_DATA(scan, "scan_synthetic");
   ULF_NEED_TEST_DATA(kitchen, "handheld_kitchen");
   for (const unsigned seed : {1u, 2u, 3u})
-    ExpectPredicted("simulator", test::SimulatorErrors(seed, 10), 4, 5);
+    ExpectPredicted("simulator", test::SimulatorErrors("studio", seed, 10), 4, 5);
   ExpectPredicted("scan_synthetic", test::RecordingErrors(scan), 4, 2.5);
   const auto errors = test::RecordingErrors(kitchen);
   ExpectPredicted("handheld_kitchen", errors, 1, 3);

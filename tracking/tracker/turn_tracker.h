@@ -1,0 +1,55 @@
+// Follows how a camera is turned while nobody knows where it is: before a map has started, and while the camera is lost.
+//
+// Features count as directions, that is as points at infinity. Keyframes have known rotations; a frame is matched with the
+// one that looks nearest to where it is expected, and turned until most directions fit. A shift of the camera looks like
+// a turn by as much parallax as it makes. Before a map starts that is little, so rotations are good to a degree or two; of
+// the position they tell nothing.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/camera_model.h"
+#include "tracking/features/features.h"
+#include "tracking/tracker/tracker_options.h"
+
+namespace ulf::tracking {
+
+class TurnTracker {
+ public:
+  TurnTracker(const CameraModel& camera, const TurnOptions& options, unsigned seed)
+      : camera_(camera), options_(options), seed_(seed) {}
+  // Another lens, the same image size.
+  void SetCamera(const CameraModel& camera) {
+    camera_ = camera;
+    Forget();
+  }
+  void Forget() { *this = TurnTracker(camera_, options_, seed_); }
+  // From a frame whose rotation is known.
+  void Begin(std::shared_ptr<const FeatureSet> features, const Eigen::Quaterniond& cam_from_world);
+  bool HasBegun() const { return !keyframes_.empty(); }
+  // None where too few directions fit.
+  std::optional<Eigen::Quaterniond> Step(const std::shared_ptr<const FeatureSet>& features);
+
+ private:
+  struct TurnKeyframe {
+    std::shared_ptr<const FeatureSet> features;
+    Eigen::Quaterniond cam_from_world;
+  };
+  struct Fit {
+    Eigen::Quaterniond cam_from_world;
+    int directions = 0;  // that agree
+  };
+  std::optional<Fit> FitTo(const TurnKeyframe& keyframe, const FeatureSet& features,
+                           const Eigen::Quaterniond& expected) const;
+
+  CameraModel camera_;
+  TurnOptions options_;
+  unsigned seed_;
+  std::vector<TurnKeyframe> keyframes_;
+  Eigen::Quaterniond last_ = Eigen::Quaterniond::Identity(), step_ = Eigen::Quaterniond::Identity();
+};
+
+}  // namespace ulf::tracking
