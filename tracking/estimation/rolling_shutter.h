@@ -3,8 +3,8 @@
 // A frame's pose and time are those of its middle row. Row y was read readout · (y / height - 1/2) later
 // (earlier above the middle), when the camera's velocity had moved the image of a point. The tracker removes
 // this shift from every image point when it detects the features, and again, with the velocity that the frame
-// itself shows, when it fixes the pose; from then on poses, points and bundle adjustment know global shutters
-// only. Only pixels are where the sensor saw them: code that reads pixels asks the pyramid, which has the
+// itself shows, when it fixes the pose; from then on poses and points know global shutters only. Adjustments of the whole
+// map find the velocities of fast keyframes anew (map_adjustment.cpp). Only pixels are where the sensor saw them: code that reads pixels asks the pyramid, which has the
 // RowShift. For a known point of the scene the shift is exact at a constant velocity; otherwise its depth is
 // interpolated from the points around.
 //

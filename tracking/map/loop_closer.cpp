@@ -70,6 +70,7 @@ void Scale(double scale, Keyframe& keyframe) {
   keyframe.unit *= scale;
   if (!keyframe.alive) keyframe.cam_from_parent.translation *= scale;
   if (keyframe.velocity) keyframe.velocity->tail<3>() *= scale;
+  if (keyframe.expected_twist) keyframe.expected_twist->tail<3>() *= scale;
   if (!keyframe.rows) return;
   keyframe.rows = std::make_shared<const RowShift>(keyframe.rows->Scaled(scale));
   if (keyframe.pyramid) keyframe.pyramid = WithRows(*keyframe.pyramid, keyframe.rows);

@@ -95,7 +95,7 @@ struct Keyframe {
   std::optional<Twist> velocity;        // from the frames before and after
   cv::Mat color;                        // 8 bits, B G R or grey; of recent keyframes only
   bool pinned = false;                  // its pose is given (a seed): never adjusted, never removed
-  // Corners of a given world that this frame saw (fiducial_observation.h).
+  // Corners of a given world that this frame saw, where the sensor saw them (fiducial_observation.h).
   std::vector<PointObservation> corners = {};
   std::vector<int> point_of_feature;  // -1: none
   int points = 0;                     // features with a point

@@ -87,9 +87,14 @@ void AddCorners(const Map& map, const std::unordered_map<int, int>& camera_index
   problem.known.assign(problem.points.size(), false);
   for (const auto& [id, index] : std::map<int, int>(camera_index.begin(), camera_index.end())) {
     if (problem.fixed[At(index)]) continue;
-    for (const PointObservation& corner : map.keyframe(id).corners) {
+    const Keyframe& keyframe = map.keyframe(id);
+    for (const PointObservation& corner : keyframe.corners) {
+      const bool as_seen = problem.rows[At(index)] || !keyframe.rows;
+      const Eigen::Vector2d img =
+          as_seen ? corner.img
+                  : keyframe.rows->Global(corner.img, keyframe.cam_from_world * corner.point_in_world);
       problem.observations.push_back(
-          {index, static_cast<int>(problem.points.size()), corner.img, corner.sigma_px, false});
+          {index, static_cast<int>(problem.points.size()), img, corner.sigma_px, false});
       problem.points.push_back(corner.point_in_world);
       problem.known.push_back(true);
     }
@@ -191,14 +196,12 @@ void WriteRows(const CameraModel& camera, OwnedMap& owned, const std::vector<int
 // `lenses`: one, which changes where options.free says so.
 BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, const std::vector<int>& free,
                              const std::vector<int>& held, const BundleOptions& options,
-                             const GivenWorldOptions& given_world) {
+                             const GivenWorldOptions& given_world, bool rows_too) {
   const Map& map = owned.shared.ReadByOwner();
   BundleProblem problem;
   std::unordered_map<int, int> camera_index, point_index;
   std::vector<int> point_ids;
   std::vector<std::pair<int, int>> origin;  // point id and keyframe of each observation
-  // Rows are adjusted with the whole map alone: it takes motion in several directions to tell them from the lens.
-  const bool rows_too = held.empty() && options.free.Count() == 0;
   const auto add_camera = [&](int id, bool fixed) {
     camera_index[id] = static_cast<int>(problem.cam_from_world.size());
     problem.cam_from_world.push_back(map.keyframe(id).cam_from_world);
@@ -258,16 +261,16 @@ BundleSummary AdjustMapUnder(std::vector<CameraModel>& lenses, OwnedMap& owned, 
 
 BundleSummary AdjustMap(const CameraModel& camera, OwnedMap& owned, const std::vector<int>& free,
                         const std::vector<int>& held, const BundleOptions& options,
-                        const GivenWorldOptions& given_world) {
+                        const GivenWorldOptions& given_world, bool rows_too) {
   std::vector<CameraModel> lenses{camera};
-  return AdjustMapUnder(lenses, owned, free, held, options, given_world);
+  return AdjustMapUnder(lenses, owned, free, held, options, given_world, rows_too);
 }
 
 BundleSummary AdjustMapAndLens(CameraModel& lens, OwnedMap& owned, const BundleOptions& options,
                                const GivenWorldOptions& given_world) {
   std::vector<CameraModel> lenses{lens};
   const BundleSummary summary =
-      AdjustMapUnder(lenses, owned, owned.shared.ReadByOwner().living(), {}, options, given_world);
+      AdjustMapUnder(lenses, owned, owned.shared.ReadByOwner().living(), {}, options, given_world, false);
   if (summary.usable) lens = lenses[0];
   return summary;
 }

@@ -46,14 +46,14 @@ DepthField DepthsOf(const CameraModel& camera, const std::vector<RowObservation>
 void GiveRows(const CameraModel& camera, Map& map, double readout_s) {
   for (const int id : map.living()) {
     const Keyframe& keyframe = map.keyframe(id);
-    if (!keyframe.velocity || (readout_s == 0 && !keyframe.rows)) continue;
+    if (!keyframe.rows && (!keyframe.velocity || readout_s == 0)) continue;
     const std::vector<RowObservation> row_observations = RowObservationsOf(map, id);
     std::shared_ptr<const RowShift> rows;
     if (readout_s != 0)
       rows = std::make_shared<const RowShift>(camera, readout_s,
                                               keyframe.rows ? keyframe.rows->twist() : *keyframe.velocity,
                                               DepthsOf(camera, row_observations));
-    if (!keyframe.expected_twist) map.keyframe(id).expected_twist = rows ? rows->twist() : *keyframe.velocity;
+    if (!keyframe.expected_twist && rows) map.keyframe(id).expected_twist = rows->twist();
     ReplaceRows(camera, map, id, row_observations, std::move(rows));
   }
 }

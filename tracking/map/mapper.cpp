@@ -232,8 +232,13 @@ int Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv:
       owned_.map.point(point).position *= again;
       owned_.map.Update(point);
     }
-    for (const int keyframe : {first, second})
-      owned_.map.keyframe(keyframe).points_at_birth = map_.keyframe(keyframe).points;
+    for (const int id : {first, second}) {
+      Keyframe& keyframe = owned_.map.keyframe(id);
+      keyframe.points_at_birth = keyframe.points;
+      if (keyframe.velocity) keyframe.velocity->tail<3>() *= again;
+      if (keyframe.expected_twist) keyframe.expected_twist->tail<3>() *= again;
+      if (keyframe.rows) keyframe.rows = std::make_shared<const RowShift>(keyframe.rows->Scaled(again));
+    }
   }
   index_.Add(map_.keyframe(first));
   index_.Add(map_.keyframe(second));
@@ -452,7 +457,7 @@ void Mapper::AdjustWhole(int part, const BundleOptions& options) {
   if (all.size() < 2) return;
   BundleOptions stoppable = options;
   stoppable.stop = &cut_short_;
-  Adjust(all, {}, stoppable);
+  AdjustMap(camera_, owned_, all, {}, stoppable, options_.given_world, true);
   if (!measure_readout_ || cut_short_) return;
   const auto readout = EstimateReadout(camera_, map_, options_.readout);
   const MapLock lock(owned_.shared);

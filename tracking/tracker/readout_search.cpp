@@ -73,6 +73,7 @@ void ReadoutSearch::Judge(const ReadoutEstimate& estimate, bool lens_is_doubted)
     if (!none && !enough) return;
     if (now_s != 0) Apply(0);
     found_.reset();
+    last_ = ReadoutEstimate{};  // decided: nothing is suspected any more
     return End();
   }
   if (++certain_ < options_.times_certain) return;

@@ -37,14 +37,15 @@ struct InitializerOptions {
 
 // Following turns alone (turn_tracker.h). Guessed.
 struct TurnOptions {
-  int min_directions = 30;                // that agree, and
-  double min_share = 0.5;                 // their share of the matches
-  double threshold_px = 6;                // agree to within this: as much parallax as a map starts with
-  double search_radius = 0.12;            // share of the width, about where a direction is expected
+  int min_directions = 30;  // that agree, and
+  double min_share = 0.5;   // their share of the matches
+  double threshold_px = 6;  // agree to within this: as much parallax as a map starts with
+  // Share of the width, about where a direction is expected; after a frame in which nothing fitted.
+  double search_radius = 0.12, search_radius_after_miss = 0.5;
   int max_distance = kSureDistance + 10;  // bits
   double max_ratio = 0.85;
   double keyframe_turned_deg = 8;  // from the nearest
-  int keyframes_tried = 3;
+  int keyframes_tried = 3, keyframes_tried_after_miss = 10;
   std::size_t most_keyframes = 200;
 };
 
@@ -103,7 +104,7 @@ struct ReadoutSearchOptions {
 
 // What is known of a rolling shutter. Readouts run from the first row to the last; negative: from the last.
 struct ReadoutArgs {
-  std::optional<double> readout_s = {};  // 0: a global shutter; none: the tracker measures and reports it
+  std::optional<double> readout_s = {};  // 0: a global shutter; none: the tracker measures it
   bool compensate_found = true;  // compensate what the tracker finds, from then on; else only report it
 };
 

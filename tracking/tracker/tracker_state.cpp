@@ -85,8 +85,10 @@ bool Tracker::State::Follow(TrackedImage& image, Track& track) {
     const Keyframe& anchored_to = shared.map.keyframe(last.anchor.keyframe_id);
     last_pose = shared.map.PoseOf(last.anchor);
     part = anchored_to.part;
-    if (last.velocity) last.velocity->translation *= anchored_to.unit / last.anchor.unit;
-    last.anchor.cam_from_keyframe.translation *= anchored_to.unit / last.anchor.unit;
+    const double scale = anchored_to.unit / last.anchor.unit;
+    if (scale != 1) rows.Scale(scale);
+    if (last.velocity) last.velocity->translation *= scale;
+    last.anchor.cam_from_keyframe.translation *= scale;
     last.anchor.unit = anchored_to.unit;
   }
   if (last.joins != joins) {
@@ -280,7 +282,7 @@ std::optional<NewKeyframe> Tracker::State::KeyframeOf(const TrackedImage& image,
   offered.keyframe.velocity = last.between;
   offered.keyframe.color = size.Reduced(Srgb8(frame_in.image));
   if (shared.world_given)
-    offered.keyframe.corners = CornersOf(shared, image, frame_pose.cam_from_world);
+    offered.keyframe.corners = image.fiducials ? image.fiducials->corners : std::vector<PointObservation>();
   else if (image.fiducials && !image.pyramid->rows)
     offered.keyframe.corners = image.fiducials->corners;
   locator.Describe(*image.features, frame_pose, offered);
@@ -375,6 +377,8 @@ void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   for (ExpectedPoint& point : last.expected)
     point.position_in_world = given_from_world * point.position_in_world;
   rows.Scale(scale);
+  turns.Forget();
+  last_turn_ = last_turn_ * Eigen::Quaterniond(given_from_world.rotation).conjugate();
   map_drift.Clear();
   mapper.AdjustSoon();
 }
@@ -397,6 +401,7 @@ bool Tracker::State::RefineLens() {
   locator.SetCamera(camera);
   initializer.SetCamera(camera);
   turns.SetCamera(camera);
+  last_features_.reset();  // their rays are the other lens's
   rows.SetCamera(camera);
   if (rows.rolls()) mapper.SetReadout(rows.readout_s());
   // What was measured under the other lens is measured again.

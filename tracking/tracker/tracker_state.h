@@ -140,7 +140,7 @@ struct Tracker::State {
   bool IsMainPartHeld() const ULF_REQUIRES(shared.mutex);
   bool WantsKeyframe(const FramePose& frame_pose, double time_s, int reference_points) const;
 
-  // The last frame that was followed in the main part, to follow turns from.
+  // The last frame that had a pose, to follow turns from.
   std::shared_ptr<const FeatureSet> last_features_;
   Eigen::Quaterniond last_turn_ = Eigen::Quaterniond::Identity();
   std::optional<FramePose> frame_pose_;  // of the frame in work

@@ -28,6 +28,7 @@ void TurnTracker::Begin(std::shared_ptr<const FeatureSet> features, const Quater
 
 std::optional<Quaterniond> TurnTracker::Step(const std::shared_ptr<const FeatureSet>& features) {
   if (!HasBegun()) {
+    if (features->size() < kFewestFeatures) return std::nullopt;
     Begin(features, Quaterniond::Identity());
     return last_;
   }
@@ -37,9 +38,12 @@ std::optional<Quaterniond> TurnTracker::Step(const std::shared_ptr<const Feature
   std::sort(nearest.begin(), nearest.end(), [&](const TurnKeyframe* a, const TurnKeyframe* b) {
     return AngleBetween(a->cam_from_world, expected) < AngleBetween(b->cam_from_world, expected);
   });
+  // After a miss the camera may have turned on: more keyframes, and directions looked for farther away.
+  const auto tried = At(missed_ ? options_.keyframes_tried_after_miss : options_.keyframes_tried);
   std::optional<Fit> best;
-  for (std::size_t i = 0; i < std::min(At(options_.keyframes_tried), nearest.size()) && !best; ++i)
+  for (std::size_t i = 0; i < std::min(tried, nearest.size()) && !best; ++i)
     best = FitTo(*nearest[i], *features, expected);
+  missed_ = !best;
   if (!best) {
     step_.setIdentity();
     return std::nullopt;
@@ -59,8 +63,9 @@ std::optional<TurnTracker::Fit> TurnTracker::FitTo(const TurnKeyframe& keyframe,
   std::vector<Vector2d> expected_img;
   for (const Feature& feature : keyframe.features->all())
     expected_img.push_back(camera_.ImgFromCam(turn * feature.ray).value_or(Vector2d::Constant(kFarAway)));
+  const double radius = missed_ ? options_.search_radius_after_miss : options_.search_radius;
   const std::vector<FeatureMatch> matches =
-      MatchInWindow(*keyframe.features, features, expected_img, options_.search_radius * camera_.width,
+      MatchInWindow(*keyframe.features, features, expected_img, radius * camera_.width,
                     {.max_distance = options_.max_distance, .max_ratio = options_.max_ratio});
   if (static_cast<int>(matches.size()) < options_.min_directions) return std::nullopt;
   std::vector<RayPair> pairs;

@@ -13,6 +13,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "tracking/features/features.h"
+#include "tracking/tracker/start_progress.h"
 #include "tracking/tracker/tracker_options.h"
 
 namespace ulf::tracking {
@@ -49,6 +50,7 @@ class TurnTracker {
   TurnOptions options_;
   unsigned seed_;
   std::vector<TurnKeyframe> keyframes_;
+  bool missed_ = false;  // in the last frame
   Eigen::Quaterniond last_ = Eigen::Quaterniond::Identity(), step_ = Eigen::Quaterniond::Identity();
 };
 

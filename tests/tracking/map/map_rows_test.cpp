@@ -1,4 +1,4 @@
-// Tests: tracking/map/map_rows, tracking/tracker/readout_estimator.
+// Tests: tracking/map/map_rows, tracking/map/map_adjustment, tracking/tracker/readout_estimator.
 #include "tracking/map/map_rows.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,8 @@
 
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/mapped_wall.h"
+#include "tracking/map/loop_closer.h"
+#include "tracking/map/map_adjustment.h"
 #include "tracking/tracker/readout_estimator.h"
 
 namespace ulf {
@@ -65,6 +67,57 @@ TEST(GiveRowsTest, TakesTheRowsMotionOutAndBackIn) {
   GiveRows(world.camera, world.map, 0);
   EXPECT_FALSE(world.map.keyframe(1).rows);
   EXPECT_NEAR(LargestErrorPx(world, 1), bent_px, 1e-3);
+}
+
+// A keyframe that turns fast, with a velocity that is a third off: the map's adjustment finds it, in any unit.
+TEST(AdjustedRowsTest, AreFoundWithTheMapAndScaledWithIt) {
+  constexpr double kScale = 3;
+  World world(6);
+  OwnedMap owned(world.map);
+  const CameraModel& camera = world.camera;
+  const auto twist_of = [](int id) {
+    Twist twist = VelocityAt(id);
+    twist.head<3>() += Vector3d(0.9 * std::cos(id), 0.9 * std::sin(id), 0.4);
+    return twist;
+  };
+  {
+    const MapLock lock(owned.shared);
+    Map& map = owned.map;
+    for (const int id : map.living()) {
+      Keyframe& keyframe = map.keyframe(id);
+      const RowShift rows(camera, kReadout_s, twist_of(id), {camera, {}});
+      keyframe.velocity = twist_of(id);
+      for (const int point : keyframe.point_of_feature)
+        for (Observation& o : map.point(point).observations)
+          if (o.keyframe == id) o.img = rows.Seen(o.img, keyframe.cam_from_world * map.point(point).position);
+      if (id > 0) *keyframe.velocity *= 1.33;
+    }
+    GiveRows(camera, map, kReadout_s);
+    std::vector<std::pair<int, Similarity3>> moved;
+    Similarity3 larger;
+    larger.scale = kScale;
+    for (const int id : map.living())
+      moved.emplace_back(id, Similarity3::FromRigid(map.keyframe(id).cam_from_world) * larger.Inverse());
+    MoveMap(map, moved);
+  }
+  const Map& map = owned.shared.ReadByOwner();
+  const auto off = [&](int id) {
+    Twist expected = twist_of(id);
+    expected.tail<3>() *= kScale;
+    return (map.keyframe(id).rows->twist() - expected).head<3>().norm();
+  };
+  Twist given = 1.33 * twist_of(3);
+  given.tail<3>() *= kScale;
+  EXPECT_LT((*map.keyframe(3).expected_twist - given).norm(), 1e-9);
+  EXPECT_LT((map.keyframe(3).rows->twist() - given).norm(), 1e-9);
+  double before = 0, held = 0, after = 0;
+  for (const int id : map.living()) before += off(id);
+  ASSERT_TRUE(AdjustMap(camera, owned, map.living(), {}, {}).usable);
+  for (const int id : map.living()) held += off(id);
+  EXPECT_DOUBLE_EQ(held, before) << "only when it is asked for";
+  ASSERT_TRUE(AdjustMap(camera, owned, map.living(), {}, {}, {}, true).usable);
+  for (const int id : map.living()) after += off(id);
+  EXPECT_LT(after, 0.85 * before) << "a third off is more than the tracker is trusted to be";
 }
 
 TEST(EstimateReadoutTest, FindsTheReadoutAndNoneOfAGlobalShutter) {
