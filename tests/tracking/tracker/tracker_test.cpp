@@ -1,4 +1,5 @@
-// Tests: tracking/tracker/tracker, tracking/tracker/tracker_state, commands/tracking/track_command.
+// Tests: tracking/tracker/tracker, tracking/tracker/tracker_keyframes, tracking/tracker/tracker_state,
+// commands/tracking/track_command.
 #include "tracking/tracker/tracker.h"
 
 #include <gtest/gtest.h>
