@@ -47,7 +47,8 @@ struct CaptureState {
   // The live frame, with the camera's distortion.
   Image live;
   CameraModel camera;
-  bool takes_stills = false;  // photographs are recorded in place of live frames
+  CameraModel recorded_camera;  // of all views of this session
+  bool takes_stills = false;    // photographs are recorded in place of live frames
 
   tracking::TrackState tracking = tracking::TrackState::kInitializing;
   std::string tracking_words;  // what to do while there is no pose; empty while there is one
