@@ -11,7 +11,6 @@
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
 #include "coverage/session/running_capture.h"
-#include "tracking/tracker/track_words.h"
 
 namespace ulf::coverage {
 namespace {
@@ -219,7 +218,10 @@ SharedCaptureState RunningCapture::State() {
   state->recorded_camera = lens_.recorded();
   state->takes_stills = options_.still_camera.has_value();
   state->tracking = track.state;
-  if (track.state != tracking::TrackState::kTracking) state->tracking_words = InWords(track);
+  if (track.turn)
+    state->turned =
+        CameraTurn{last_turn_ ? *track.turn * last_turn_->conjugate() : *track.turn, last_turn_.has_value()};
+  if (track.state != tracking::TrackState::kTracking) state->tracking_words = InWords(track, state->turned);
   state->cam_from_world = track.cam_from_world;
   state->quality = track.quality;
   state->start = track.start;
@@ -298,6 +300,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   const tracking::Track track = poses_.Step(*frame);
   ms_track_.push_back(1000 * SecondsSince(start));
   latest_ = {frame->image, track, {}, {}};
+  if (track.cam_from_world) last_turn_ = track.cam_from_world->rotation;
   gaps_.Tracking(track.state == tracking::TrackState::kTracking, now_s);
   FollowLens(track);
   if (!options_.without_subject) subject_.FindFirst(track);

@@ -99,6 +99,7 @@ class RunningCapture {
   bool finish_asked_ = false;
   std::optional<StoppedBecause> ended_;
   LatestFrame latest_;
+  std::optional<Eigen::Quaterniond> last_turn_;  // cam_from_world of the last frame with a pose
   Guide guide_;
   LightAndFocusCheck light_and_focus_;
   SubjectProposer proposer_;
