@@ -62,6 +62,7 @@ class Session {
 
   void AnnouncePrediction();
   void DoubtLens(const tracking::Track& track);
+  void NoteZoom(const tracking::Track& track);
   void UpdatePreflight(const Frame& frame);
   std::optional<double> PoseErrorNow() const;
   tracking::Track TrackToRecord(const tracking::Track& track) const;
@@ -109,6 +110,7 @@ class Session {
   int map_revision_ = 0;  // of the tracker, as last seen
   bool poses_due_ = false;
   bool lens_doubted_ = false;  // and said so
+  bool zoom_moved_ = false;
   std::uint64_t requests_answered_ = 0;
   bool finish_asked_ = false;
   std::optional<StoppedBecause> ended_;
@@ -179,6 +181,13 @@ void Session::DoubtLens(const tracking::Track& track) {
   if (!lens) return;
   lens_doubted_ = true;
   Say(lens->Advice());
+}
+
+void Session::NoteZoom(const tracking::Track& track) {
+  if (track.state != tracking::TrackState::kTracking || track.focal_ratio.has_value() == zoom_moved_) return;
+  zoom_moved_ = track.focal_ratio.has_value();
+  Say(zoom_moved_ ? tracking::ZoomInWords(*track.focal_ratio) + "; nothing is recorded meanwhile"
+                  : "the zoom is back");
 }
 
 void Session::UpdatePreflight(const Frame& frame) {
@@ -450,6 +459,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   if (!options_.without_subject) subject_.FindFirst(track);
   AnnouncePrediction();
   DoubtLens(track);
+  NoteZoom(track);
   UpdatePreflight(*frame);
   BeginWhenPossible();
   subject_.Watch(track, now_s);
