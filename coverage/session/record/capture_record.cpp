@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <iterator>
 #include <map>
@@ -244,7 +245,8 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   if (!id) return std::nullopt;
   poses.NoteView(*id, track);
   if (track.seen) spool_.ExpectSeenPoints(track.seen->size());
-  views_.Add({*id, track.anchor, view.cam_from_world});
+  views_.Add({*id, track.anchor, view.cam_from_world,
+              options_.lens_may_change ? std::make_shared<const tracking::Track>(track) : nullptr});
   if (geometry_) {
     SayGeometryProblem();
     geometry_->AddView(
@@ -346,8 +348,12 @@ void CaptureRecord::KeepSmall(int id, const Image& image) {
   small_[id] = grey;
 }
 
-void CaptureRecord::GoOverToLens(const tracking::PoseSource& poses, bool last,
+void CaptureRecord::GoOverToLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
                                  const std::optional<Subject>& subject) {
+  const int side = std::max(before.width, before.height);
+  views_.FindAnew(
+      poses, LargestShiftPx(before, lens_.recorded(), side) / (0.5 * std::hypot(before.width, before.height)),
+      subject ? &*subject : nullptr);
   const std::map<int, Rigid3> now = views_.PosesNow(poses);
   if (!last) spool_.UpdateLens(lens_.recorded(), now);
   views_.MoveTo(now);

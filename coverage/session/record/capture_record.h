@@ -86,12 +86,13 @@ class CaptureRecord {
   // `last` time before Close(), writes the journal. `subject`: where the correction has taken the subject, if
   // anywhere; what was measured stays. Returns false when the disk is behind: try again.
   bool CorrectPoses(const tracking::PoseSource& poses, bool last, const std::optional<Subject>& subject = {});
-  // Goes on under the lens that CaptureLens has now: with the views where `poses` has them (in the journal in one line
+  // Goes on under the lens that CaptureLens has now, in place of `before`: with the views where `poses` has them (in the journal in one line
   // with the lens, so that a kill leaves the old or the new of both), the coverage map painted anew, and geometry and
   // what is measured begun again from small pictures of the views. Views of earlier sessions must not be there: they
   // hold the map where it is. `last`: Close() comes next and writes the journal. `subject`: where the subject is
   // under this lens; none: there is none.
-  void GoOverToLens(const tracking::PoseSource& poses, bool last, const std::optional<Subject>& subject);
+  void GoOverToLens(const CameraModel& before, const tracking::PoseSource& poses, bool last,
+                    const std::optional<Subject>& subject);
   // Whether `share` of the cap is covered. Where the present map says so, it corrects the poses, paints the
   // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
   // decided. False while the disk is behind a correction.

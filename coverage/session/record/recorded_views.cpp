@@ -35,6 +35,26 @@ double RecordedViews::LargestMove(const std::map<int, Rigid3>& poses, const Subj
   return largest;
 }
 
+void RecordedViews::FindAnew(const tracking::PoseSource& poses, double lens_change, const Subject* subject) {
+  // Radians as seen from the subject. Guessed: about what one frame's own points leave open.
+  constexpr double kWorthFinding = 5e-4;
+  for (Entry& view : views_) {
+    if (!view.anchor || !view.track) continue;
+    const Rigid3 now = poses.PoseOf(*view.anchor);
+    // The anchor's lengths are in its keyframe's unit of then.
+    tracking::Anchored aside = *view.anchor;
+    aside.cam_from_keyframe.translation.x() += 1;
+    const double unit = (poses.PoseOf(aside).translation - now.translation).norm();
+    const double distance = subject ? (now * subject->center_in_world).norm() : 1;
+    const double off = lens_change * unit * view.anchor->cam_from_keyframe.translation.norm();
+    const auto found = off > kWorthFinding * distance ? poses.PoseNow(*view.track) : std::nullopt;
+    if (!found) continue;
+    Rigid3 found_from_now = *found * now.Inverse();
+    found_from_now.translation /= unit;
+    view.anchor->cam_from_keyframe = found_from_now * view.anchor->cam_from_keyframe;
+  }
+}
+
 void RecordedViews::MoveTo(const std::map<int, Rigid3>& poses) {
   for (Entry& view : views_) view.cam_from_world = poses.at(view.id);
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -20,6 +21,7 @@ class RecordedViews {
     int id = 0;
     std::optional<tracking::Anchored> anchor;  // none: fixed where an earlier session recorded it
     Rigid3 cam_from_world;
+    std::shared_ptr<const tracking::Track> track = {};  // of its frame, as it was then; null: none
   };
   // Those of earlier sessions.
   explicit RecordedViews(const LightField& recorded_before);
@@ -36,6 +38,10 @@ class RecordedViews {
   // The largest change of any view from its pose here to the one in `poses`, radians as seen from the subject
   // (without one, from a distance of 1 world unit).
   double LargestMove(const std::map<int, Rigid3>& poses, const Subject* subject) const;
+  // Under another lens, which shows things elsewhere by this share of their distance from the picture's middle: how a view
+  // lies to its keyframe is as wrong as that. Where it matters, as seen from the subject (without one, from a distance
+  // of 1 world unit), it is found anew from the points that its frame showed.
+  void FindAnew(const tracking::PoseSource& poses, double lens_change, const Subject* subject);
   // `poses` has every view.
   void MoveTo(const std::map<int, Rigid3>& poses);
 

@@ -41,6 +41,43 @@ TEST(RecordedViews, TheTrackersMapMovesThoseThatHangOnItAndNoOthers) {
     EXPECT_EQ(views.views()[i].cam_from_world.translation, PoseAt(views.views()[i].id, 0).translation);
 }
 
+// Lengths have doubled since the anchor was made, and the frame is found elsewhere.
+class OtherLens : public DriftingSource {
+ public:
+  OtherLens() : DriftingSource({}) {}
+  Rigid3 PoseOf(const Anchored& anchor) const override {
+    Rigid3 pose = anchor.cam_from_keyframe;
+    pose.translation *= 2;
+    return pose * PoseAt(3, 2);
+  }
+  std::optional<Rigid3> PoseNow(const Track& track) const override {
+    return track.lens_revision == 0 ? PoseAt(21, 1) : PoseOf(*track.anchor);
+  }
+};
+
+TEST(RecordedViews, UnderAnotherLensTheyAreWhereTheirPointsSay) {
+  RecordedViews views = AfterAnEarlierSession();
+  Track before, after;
+  after.lens_revision = 1;
+  before.anchor = after.anchor = Anchored{0, PoseAt(20, 0)};
+  for (const auto& [id, track] : {std::pair(8, before), {9, after}})
+    views.Add({id, track.anchor, PoseAt(20, 0), std::make_shared<const Track>(track)});
+  const OtherLens poses;
+  views.FindAnew(poses, 1e-6, &kSubject);
+  EXPECT_LT(
+      (views.PosesNow(poses).at(8).OriginInSource() - poses.PoseOf(*before.anchor).OriginInSource()).norm(),
+      1e-9)
+      << "hardly another lens";
+  for (int i = 0; i < 2; ++i) {
+    views.FindAnew(poses, 0.05, &kSubject);
+    const std::map<int, Rigid3> now = views.PosesNow(poses);
+    EXPECT_LT((now.at(8).OriginInSource() - PoseAt(21, 1).OriginInSource()).norm(), 1e-9);
+    EXPECT_LT(now.at(8).rotation.angularDistance(PoseAt(21, 1).rotation), 1e-7);
+    EXPECT_LT((now.at(9).OriginInSource() - poses.PoseOf(*after.anchor).OriginInSource()).norm(), 1e-9);
+    EXPECT_EQ(now.at(7).translation, PoseAt(7, 0).translation);
+  }
+}
+
 TEST(RecordedViews, OneThatIsTakenBackIsGone) {
   RecordedViews views = AfterAnEarlierSession();
   EXPECT_TRUE(views.Remove(3));
