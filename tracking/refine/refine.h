@@ -34,6 +34,8 @@ struct RefineInput {
     std::string name;
     int lens = 0;  // index into lenses
     Rigid3 cam_from_world;
+    // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0: nothing.
+    double center_error_share = 0;
   };
   std::vector<CameraModel> lenses;
   std::vector<View> views;
