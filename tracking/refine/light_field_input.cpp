@@ -11,7 +11,9 @@ RefineInput RefineInputOf(const LightField& light_field) {
   input.lenses = light_field.cameras;
   for (const View& view : light_field.views)
     input.views.push_back(
-        {view.image_path, view.camera, view.cam_from_world, ErrorShareOf(view.tracking_quality)});
+        {view.image_path, view.camera, view.cam_from_world, ErrorShareOf(view.tracking_quality),
+         view.twist ? std::optional<Twist>(Eigen::Map<const Twist>(view.twist->data())) : std::nullopt});
+  if (light_field.readout) input.readout_s = light_field.readout->readout_s;
   input.read = [&light_field](int index) {
     return ReadRecordedImage(light_field, light_field.views[At(index)]);
   };
