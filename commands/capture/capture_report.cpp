@@ -53,6 +53,9 @@ const char* WayOut(coverage::Reason reason) {
       return "the disk was full; free some space, or write to another one";
     case kPaused:
       return "recording was paused by request and never resumed (record)";
+    case kZoomed:
+      return "the zoom was moved while capturing; fix it (tape), calibrate at that focal length, and begin "
+             "anew";
     case kStill:
       return "photographs were asked for and none was recorded; see what the camera said above";
     case kRecorded:

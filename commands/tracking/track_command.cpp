@@ -88,6 +88,8 @@ void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tra
     return first == run.frames.end() ? 0 : sample.time_s - first->time_s;
   };
   const tracking::Track& track = sample.track;
+  if (track.focal_ratio && !run.frames.back().track.focal_ratio)
+    spdlog::warn("{}", tracking::ZoomInWords(*track.focal_ratio));
   if (const int before = run.frames.empty() ? 0 : run.frames.back().track.lens_revision;
       track.lens_revision > before) {
     if (!run.wrong_lens_after_s) run.wrong_lens_after_s = after_s();

@@ -318,6 +318,7 @@ constexpr ReasonWords kRefusalWords[]{
     {Reason::kUnsettled, "the exposure is still changing: wait, or lock it"},
     {Reason::kSpool, "the disk is behind: wait"},
     {Reason::kDisk, "the disk is full: make room, recording then goes on"},
+    {Reason::kZoomed, "the zoom was moved: put it back"},
     {Reason::kTracking, "tracking is poor: show more of what was seen before"}};
 
 const char* WordsFor(Reason reason, std::span<const ReasonWords> table) {

@@ -11,6 +11,7 @@
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
 #include "coverage/session/running_capture.h"
+#include "tracking/tracker/track_words.h"
 
 namespace ulf::coverage {
 namespace {
@@ -101,6 +102,13 @@ void RunningCapture::GoOverToLensFrom(const CameraModel& before, bool last) {
   Say(fmt::format("images fit {}{}: the capture {} this lens{}", found.Text(),
                   differs ? fmt::format(", not the {:.1f} px in use", before.MeanFocalPx()) : "",
                   last ? "ends under" : "goes on under", followed));
+}
+
+void RunningCapture::NoteZoom(const tracking::Track& track) {
+  if (track.state != tracking::TrackState::kTracking || track.focal_ratio.has_value() == zoom_moved_) return;
+  zoom_moved_ = track.focal_ratio.has_value();
+  Say(zoom_moved_ ? tracking::ZoomInWords(*track.focal_ratio) + "; nothing is recorded meanwhile"
+                  : "the zoom is back");
 }
 
 void RunningCapture::UpdatePreflight(const Frame& frame) {
@@ -305,6 +313,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   FollowLens(track);
   if (!options_.without_subject) subject_.FindFirst(track);
   AnnouncePrediction();
+  NoteZoom(track);
   UpdatePreflight(*frame);
   BeginWhenPossible();
   subject_.Watch(track, now_s);

@@ -49,6 +49,7 @@ class RunningCapture {
   void AnnouncePrediction();
   void FollowLens(const tracking::Track& track);
   void GoOverToLensFrom(const CameraModel& before, bool last);
+  void NoteZoom(const tracking::Track& track);
   void UpdatePreflight(const Frame& frame);
   std::optional<double> PoseErrorNow() const;
   tracking::Track TrackToRecord(const tracking::Track& track) const;
@@ -95,6 +96,7 @@ class RunningCapture {
   int map_revision_ = 0;  // of the tracker, as last seen
   bool poses_due_ = false;
   bool lens_doubted_ = false;  // and said so
+  bool zoom_moved_ = false;
   std::uint64_t requests_answered_ = 0;
   bool finish_asked_ = false;
   std::optional<StoppedBecause> ended_;
