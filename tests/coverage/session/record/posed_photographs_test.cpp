@@ -181,7 +181,7 @@ TEST(PosedPhotographs, AFrameThatWaitsKeepsTheDepthOfWhatItShows) {
   track.state = TrackState::kTracking;
   track.cam_from_world = Rigid3{};
   track.quality = 1;
-  PosedPhotographs walk(kCamera, {});
+  PosedPhotographs walk({});
   const RecordedViews none{LightField{}};
   const FrameToDecide input{.frame = frame, .track = track, .camera = kCamera};
   ASSERT_EQ(walk.After(input, points, none, {}).decision.reason, Reason::kRecorded);
