@@ -46,8 +46,9 @@ BundleSummary AdjustRows(const RefineInput& input, const BundleOptions& options,
   std::vector<std::vector<PointObservation>> seen(scene.views.size());
   for (const SceneTrack& track : scene.tracks)
     for (const TrackObservation& o : track.observations)
-      seen[At(o.view)].push_back({track.position, o.img, o.sigma_px});
-  // No observation is an outlier because the rows displace it: all weigh the same.
+      seen[At(o.view)].push_back({track.position, o.img, 1});
+  // Users of the picture know neither rows nor how sure a corner is: all weigh the same, and none is an outlier because
+  // the rows displace it.
   constexpr RefinePoseOptions kAllAlike{.huber_sigmas = 1e3, .gate_sigmas = 1e3, .rounds = 1};
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     RefineView& view = scene.views[v];
