@@ -76,9 +76,9 @@ inline LightField WriteSample(const fs::path& dir, int views) {
   LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
   writer.SetSubject({{0, 0, 3}, 0.4});
   writer.SetGoal({{60, 40}, 0.95});
-  writer.SetReadout({0.0281, 0.0004});
   for (int i = 0; i < views; ++i) writer.AddView(NoiseFrame(i), ViewNumber(i));
   writer.SetPoints({{{1, 2, 3}, {10, 20, 30}}, {{-1, 0.5, 2}, {200, 100, 0}}});
+  writer.SetReadout({0.0281, 0.0004});
   writer.Close(12.5, {{"recorded", 5}, {"covered", 7}});
   return writer.Contents();
 }
