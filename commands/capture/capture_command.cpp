@@ -3,11 +3,13 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/frame_recording.h"
 #include "commands/calibration/intrinsics_options.h"
 #include "commands/capture/capture_report.h"
@@ -40,14 +42,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void WritePictures(const coverage::CaptureArgs& args, const CameraModel& camera,
+void WritePictures(const coverage::CaptureArgs& args, const LightField& light_field,
                    const coverage::CaptureSummary& summary) {
   if (args.overlay.empty() && args.map.empty() && args.error_map.empty()) return;
   if (!summary.map || summary.map->views().empty() || !summary.last_recorded) {
     fmt::print(stderr, "no view was recorded: --overlay, --map and --error-map write no pictures\n");
     return;
   }
-  const Rigid3& cam_from_world = summary.last_recorded->cam_from_world;
+  // Its pose and lens may have been corrected since; a view that was taken back has them as it was recorded.
+  Rigid3 cam_from_world = summary.last_recorded->cam_from_world;
+  CameraModel camera = summary.last_recorded->camera;
+  const auto view = std::ranges::find(light_field.views, summary.last_recorded->id, &View::id);
+  if (view != light_field.views.end()) {
+    cam_from_world = view->cam_from_world;
+    camera = light_field.CameraOf(*view);
+  }
   if (!args.overlay.empty()) {
     // Small images are drawn at twice their size, so that lines and dots stay clear.
     constexpr int kWideEnough = 1000;
@@ -80,6 +89,19 @@ void SayIfNothingWasMeasured(const coverage::CaptureArgs& args, const coverage::
                    "replay go faster than real time where they can: replay:...  --speed 0.3)"
                  : "there was no mesh of the subject to measure over",
              decides ? "; the bound alone decided what was recorded" : "");
+}
+
+// A guess that nothing replaced may still be wrong.
+void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverage::CaptureSummary& summary,
+                          const CameraModel& guessed) {
+  const bool was_guessed = options.calibration_source == acquisition::kFocalLengthGuessed;
+  const bool is_confirmed = summary.calibration && summary.calibration->determined;
+  if (!was_guessed || summary.refined_lens || is_confirmed) return;
+  fmt::print(stderr,
+             "the focal length of {:.0f} px is still a guess: the images do not tell another one, because "
+             "the camera "
+             "moved too little or in one direction only; ulf refine --intrinsics may tell\n",
+             guessed.MeanFocalPx());
 }
 
 void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary,
@@ -149,8 +171,9 @@ coverage::DisplayDoor DoorFor(const coverage::CaptureArgs& args,
   return [] { return render::OpenWindow("ulf capture", {kWidth, kHeight}); };
 }
 
-int RunCaptureCommand(const coverage::CaptureArgs& args) {
+int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens) {
   coverage::CaptureOptions options = coverage::OptionsFrom(args);
+  RequireUsable(lens);
   if (!args.marker.empty()) tracking::MarkerSpec::Parse(args.marker);
   if (!args.marker.empty() && args.headless)
     throw UsageError(
@@ -239,14 +262,17 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
   ReportUnwrittenFrames(summary);
   const LightField light_field = ReadLightField(args.dir);
   if (summary.stopped_because != coverage::StoppedBecause::kDisk && !light_field.views.empty())
-    coverage::SaveMapCache(light_field, prepared.camera, *prepared.poses);
+    coverage::SaveMapCache(light_field, summary.refined_lens ? summary.refined_lens->camera : prepared.camera,
+                           *prepared.poses);
   const LightFieldReport report =
       commands::Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
   std::optional<PoseErrors> errors;
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
   SayIfNothingWasMeasured(args, summary);
-  WritePictures(args, options.still_camera.value_or(prepared.camera), summary);
+  WritePictures(args, light_field, summary);
+  WriteFoundLens(lens, prepared.device->Info(), summary.refined_lens, "ulf capture");
+  SayIfTheLensIsAGuess(options, summary, prepared.camera);
   if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
     fmt::print(stderr, "the last pose correction reopened part of the cap; fill it with --resume\n");
   if (summary.stopped_because == coverage::StoppedBecause::kDisk) return kFailed;
@@ -270,6 +296,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args) {
 
 void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<coverage::CaptureArgs>();
+  auto lens = std::make_shared<LensUseArgs>();
   CLI::App* command =
       app.add_subcommand("capture", "Capture a light field: records every view that is missing");
   command->add_option("URI", args->uri, "Device, see 'ulf devices' (default: the first real camera)");
@@ -312,7 +339,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   AddIntrinsicsOptions(*command, args->intrinsics);
   command->add_option("--poses", args->poses_text, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
-  AddLensUseOption(*command, args->lens, false);
+  AddLensUseOptions(*command, *lens);
   AddTrackingSideOption(*command, args->tracking_side_px);
   command->add_option("--frames", args->frames, "Stop after this number of frames")->check(Positive());
   command->add_option("--max-seconds", args->max_seconds, "Stop after this time, by the device's clock")
@@ -362,10 +389,11 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
       "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");
-  command->callback([args, &chosen] {
-    chosen = [args] {
+  command->callback([args, lens, &chosen] {
+    chosen = [args, lens] {
       args->poses = tracking::PosesSpec::Parse(args->poses_text);
-      return RunCaptureCommand(*args);
+      args->lens = lens->use;
+      return RunCaptureCommand(*args, *lens);
     };
   });
 }

@@ -53,6 +53,9 @@ const char* WayOut(coverage::Reason reason) {
       return "the disk was full; free some space, or write to another one";
     case kPaused:
       return "recording was paused by request and never resumed (record)";
+    case kZoomed:
+      return "the zoom was moved while capturing; fix it (tape), calibrate at that focal length, and begin "
+             "anew";
     case kStill:
       return "photographs were asked for and none was recorded; see what the camera said above";
     case kRecorded:
@@ -100,6 +103,8 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
     text += fmt::format("shutter lag    {:.0f} ms (median of {}, by where the photographs were taken)\n",
                         1e3 * *summary.stills.lag_s, summary.stills.lags);
   if (summary.geometry && (summary.geometry->mesh || summary.recorded > 0)) text += ToText(*summary.geometry);
+  if (summary.refined_lens)
+    text += fmt::format("lens           {}, found from the images\n", summary.refined_lens->Text());
   if (summary.calibration && summary.calibration->Wrong())
     text += fmt::format("calibration    {}\n", summary.calibration->Advice());
   if (summary.rolling_shutter) text += fmt::format("shutter        {}\n", summary.rolling_shutter->InWords());
@@ -140,6 +145,7 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
   json["ms_measure_median"] = nullptr;
   if (summary.measured) json["ms_measure_median"] = summary.measured->ms_median;
   json["calibration"] = ToJson(summary.calibration);
+  json["refined_lens"] = ToJson(summary.refined_lens);
   json["rolling_shutter"] = ToJson(summary.rolling_shutter);
   json["set_aside"] = nlohmann::json::object();
   for (const auto& [folder, count] : summary.set_aside) json["set_aside"][folder.string()] = count;

@@ -168,9 +168,9 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--triangles", args->options.mesh.most_triangles, "Largest number of triangles, about")
       ->check(CLI::Range(100, 20000000))
       ->capture_default_str();
-  sub->add_option("--renderer", args->renderer,
-                  "What compares photographs: gl (OpenGL without a window), reference (the processor), or "
-                  "auto (gl on a GPU)")
+  sub->add_option(
+         "--renderer", args->renderer,
+         "What compares photographs: gl (OpenGL without a window), reference or auto (the processor)")
       ->check(CLI::IsMember({"auto", "gl", "reference"}));
   sub->add_flag(
       "--no-maps", args->no_maps,
@@ -180,9 +180,8 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_flag("--json", args->json, "Report as one JSON object");
   sub->footer("Example: ulf proxy lightfield --leave-out-every 8 -o proxy.ply");
   sub->callback([&chosen, args] {
-    args->options.device = args->renderer == "gl"          ? render::SweepDevice::kGl
-                           : args->renderer == "reference" ? render::SweepDevice::kProcessor
-                                                           : render::SweepDevice::kAuto;
+    args->options.device =
+        args->renderer == "gl" ? render::SweepDevice::kGl : render::SweepDevice::kProcessor;
     chosen = [args] { return RunProxy(*args); };
   });
 }

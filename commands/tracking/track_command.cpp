@@ -47,8 +47,7 @@ struct TrackArgs {
   double focal_px = 0;
   double fps = 0;
   tracking::ReadoutArgs readout;
-  tracking::LensUse lens = tracking::LensUse::kCheck;
-  std::string calibration_output;
+  LensUseArgs lens;
   std::optional<double> speed;
   bool deterministic = false;
   unsigned seed = 1;
@@ -89,6 +88,8 @@ void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tra
     return first == run.frames.end() ? 0 : sample.time_s - first->time_s;
   };
   const tracking::Track& track = sample.track;
+  if (track.focal_ratio && !run.frames.back().track.focal_ratio)
+    spdlog::warn("{}", tracking::ZoomInWords(*track.focal_ratio));
   if (const int before = run.frames.empty() ? 0 : run.frames.back().track.lens_revision;
       track.lens_revision > before) {
     if (!run.wrong_lens_after_s) run.wrong_lens_after_s = after_s();
@@ -119,7 +120,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
     if (!poses) {
       acquisition::IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
-      if (args.lens == tracking::LensUse::kRefine)
+      if (args.lens.use == tracking::LensUse::kRefine)
         intrinsics.guessed_focal_px = acquisition::GuessFocalPx(*frame);
       poses = spec.Open(
           acquisition::ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
@@ -129,7 +130,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
                        .max_side_px = args.tracking_side_px,
                        .wait_for_mapper = !device.IsLive(),
                        .readout = args.readout,
-                       .lens = args.lens},
+                       .lens = args.lens.use},
            .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
@@ -142,7 +143,7 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
       run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
-    NoteLens(sample, *poses, args.lens, run);
+    NoteLens(sample, *poses, args.lens.use, run);
     run.frames.push_back(std::move(sample));
     const int count = static_cast<int>(run.frames.size());
     progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),
@@ -202,28 +203,12 @@ void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedP
   }
 }
 
-void WriteLens(const std::string& path, const acquisition::DeviceInfo& info,
-               const std::optional<tracking::RefinedLens>& lens) {
-  if (!lens)
-    return spdlog::warn("{}: not written, because the images do not contradict the given lens", path);
-  acquisition::ModeCalibration calibration{.camera = lens->camera};
-  acquisition::UpdateCalibration(path, acquisition::CameraIdentity::Of(info), "ulf track --intrinsics refine",
-                                 "live", calibration);
-}
-
 int RunTrack(const TrackArgs& args) {
-  if (!args.calibration_output.empty() && args.lens != tracking::LensUse::kRefine)
-    throw UsageError("--calibration-out {}: the lens is found with --intrinsics refine",
-                     args.calibration_output);
-  for (const std::string& output : {args.output, args.final_output, args.calibration_output})
+  RequireUsable(args.lens);
+  for (const std::string& output : {args.output, args.final_output})
     if (!output.empty()) RequireWritable(output);
   const tracking::PosesSpec spec = tracking::PosesSpec::Parse(args.poses);
-  if (args.lens == tracking::LensUse::kRefine && !spec.AreFeaturesAlone())
-    throw UsageError(
-        "--intrinsics refine with --poses {}: the lens is found from tracked features alone; leave out "
-        "--poses, then "
-        "track again with the calibration that --calibration-out writes",
-        args.poses);
+  spec.RequireFor(args.lens.use);
   if (!args.plot.empty()) RequireChart(args.plot);
   const StopOnSignal signals;
   std::vector<TimedPose> truth;
@@ -259,8 +244,7 @@ int RunTrack(const TrackArgs& args) {
     if (args.explain) fmt::print("{}", ExplainedText(Explained(run)));
   }
   std::fflush(stdout);
-  if (!args.calibration_output.empty())
-    WriteLens(args.calibration_output, device->Info(), run.map.refined_lens);
+  WriteFoundLens(args.lens, device->Info(), run.map.refined_lens, "ulf track");
   if (!args.plot.empty() && LivePoses(run) == 0)
     spdlog::warn("{}: not drawn, because no frame has a pose", args.plot);
   else if (!args.plot.empty())
@@ -297,9 +281,7 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(Positive());
   command->add_option("--poses", args->poses, tracking::kPosesHelp)->capture_default_str();
   AddReadoutOption(*command, args->readout);
-  AddLensUseOption(*command, args->lens, true);
-  command->add_option("--calibration-out", args->calibration_output,
-                      "With --intrinsics refine: calibration file to write, with the lens that was found");
+  AddLensUseOptions(*command, args->lens);
   command
       ->add_option("--fps", args->fps,
                    "Frame rate of a replayed folder (default: the one that its files tell)")

@@ -39,7 +39,10 @@ std::optional<int> LastMap(const TrackRun& run) {
 
 struct Counts {
   int frames = 0, tracked = 0, lost = 0, found_again = 0;
-  int turned = 0;             // without a pose, but how the camera is turned is known
+  int turned = 0;  // without a pose, but how the camera is turned is known
+  int zoomed = 0;  // under a zoom that was moved
+  std::optional<double> zoomed_from_s;
+  double focal_ratio = 1;     // of them, the farthest from 1
   int apart = 0, joined = 0;  // followed without a live pose; of these with one in the last map after the run
   std::optional<int> first_tracked;
   std::vector<double> wall_ms, cpu_ms;
@@ -64,6 +67,12 @@ Counts Count(const TrackRun& run) {
     counts.tracked += track.cam_from_world.has_value();
     counts.found_again += track.relocalized;
     counts.turned += track.turn && track.state != tracking::TrackState::kApart;
+    if (track.focal_ratio) {
+      ++counts.zoomed;
+      if (!counts.zoomed_from_s) counts.zoomed_from_s = frame.time_s - run.frames.front().time_s;
+      if (std::abs(std::log(*track.focal_ratio)) > std::abs(std::log(counts.focal_ratio)))
+        counts.focal_ratio = *track.focal_ratio;
+    }
     if (track.state == tracking::TrackState::kApart) {
       ++counts.apart;
       counts.joined += frame.final_cam_from_world && frame.final_map == last_map;
@@ -269,6 +278,10 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   report["lost_count"] = counts.lost;
   report["relocalised_count"] = counts.found_again;
   report["turn_only"] = counts.turned;
+  report["zoom_moved"] = nullptr;
+  if (counts.zoomed > 0)
+    report["zoom_moved"] = {
+        {"frames", counts.zoomed}, {"from_s", *counts.zoomed_from_s}, {"focal_ratio", counts.focal_ratio}};
   report["apart"] = counts.apart;
   report["apart_joined"] = counts.joined;
   report["ms_median"] = Quantile(counts.wall_ms, 0.5);
@@ -333,6 +346,12 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
   if (counts.turned > 0)
     text += fmt::format("of {} without a pose the camera's turn is known, not its position\n",
                         Counted(counts.turned, "frame"));
+  if (counts.zoomed > 0)
+    text += fmt::format(
+        "the zoom was moved {:.1f} s after the first frame, to {:.3f} times the focal length: {} followed "
+        "so, with poses "
+        "that allow for it\n",
+        *counts.zoomed_from_s, counts.focal_ratio, Counted(counts.zoomed, "frame"));
   if (counts.apart > 0)
     text += fmt::format(
         "{} followed apart from the rest of the map, without a live pose; {} of them {} one after the run\n",

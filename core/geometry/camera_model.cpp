@@ -214,7 +214,7 @@ std::optional<Vector3d> CameraModel::RayFromImg(const Vector2d& img) const {
   bool converged = false;
   for (int i = 0; i < kMaxIterations && !converged; ++i) {
     const Distorted d = DistortRadialTangential(coefficients, plane);
-    Vector2d step = d.by_undistorted.partialPivLu().solve(d.point - distorted);
+    Vector2d step = d.by_undistorted.inverse() * (d.point - distorted);
     if (!step.allFinite()) return std::nullopt;
     // A full Newton step may go past the fold of a strong distortion.
     const double limit = 0.5 + 0.5 * plane.norm();

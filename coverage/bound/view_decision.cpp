@@ -30,6 +30,7 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"disk", "disk full"},
     {"still", "photograph being taken"},
     {"paused", "recording paused"},
+    {"zoomed", "zoom moved"},
 }};
 
 bool IsTracked(const tracking::Track& track) {
@@ -67,7 +68,7 @@ std::string InWords(const std::string& name) {
 
 bool ShowsTheSubject(Reason reason) {
   return reason != Reason::kTracking && reason != Reason::kInsideSphere && reason != Reason::kBehind &&
-         reason != Reason::kOutsideRectangle;
+         reason != Reason::kOutsideRectangle && reason != Reason::kZoomed;
 }
 
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius) {
@@ -77,6 +78,7 @@ double PoseErrorPx(double center_sigma, double focal_px, double distance, double
 Decision Decide(const FrameToDecide& input, const CoverageMap* map, const DecisionLimits& limits) {
   const tracking::Track& track = input.track;
   if (!IsTracked(track) || !map) return {Reason::kTracking, {}};
+  if (track.focal_ratio) return {Reason::kZoomed, {}};
 
   const Rigid3& cam_from_world = *track.cam_from_world;
   const Subject& subject = map->subject();
@@ -103,6 +105,7 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
 Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, const DecisionLimits& limits) {
   const tracking::Track& track = input.track;
   if (!IsTracked(track)) return {};
+  if (track.focal_ratio) return {Reason::kZoomed, {}};
   if (track.center_sigma && track.quality < limits.min_quality) return {};
   if (shown_already) return {Reason::kCovered, {}};
   const double width = input.camera.width, height = input.camera.height;

@@ -16,11 +16,12 @@ Clock::time_point After(Clock::time_point start, double seconds) {
   return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-// In 8-bit sRGB. Large pictures are reduced before they are converted, which is much faster.
-cv::Mat SmallSrgb8(const Image& image, int size_px) {
+}  // namespace
+
+cv::Mat SmallSrgb8(const Image& image, int longer_side_px) {
   const int side = std::max(image.pixels.cols, image.pixels.rows);
-  if (side <= 2 * size_px) return Srgb8(image);
-  const double scale = 2.0 * size_px / side;
+  if (side <= 2 * longer_side_px) return Srgb8(image);
+  const double scale = 2.0 * longer_side_px / side;
   if (image.mosaic != Mosaic::kNone) {  // neighbours have other colours: grey is all that is compared
     cv::Mat grey;
     cv::resize(GrayForTracking(image), grey, {}, scale, scale, cv::INTER_AREA);
@@ -32,14 +33,18 @@ cv::Mat SmallSrgb8(const Image& image, int size_px) {
   return Srgb8(small);
 }
 
-}  // namespace
-
 void ErrorMeter::SetGeometry(const Subject& subject, std::shared_ptr<const render::TriangleMesh> mesh) {
   if (!(subject == predictor_.subject())) {  // directions are from another point now
     kept_.clear();
     stale_.clear();
   }
   predictor_.SetGeometry(subject, std::move(mesh));
+}
+
+void ErrorMeter::StartAgain() {
+  predictor_ = render::FramePredictor(options_.predictor);
+  kept_.clear();
+  stale_.clear();
 }
 
 void ErrorMeter::MoveViews(const std::map<int, Rigid3>& cam_from_world) {

@@ -20,6 +20,10 @@
 
 namespace ulf::coverage {
 
+// In 8-bit sRGB, three channels, at most about twice as large as its longer side says. Large pictures are reduced before
+// they are converted, which is much faster.
+cv::Mat SmallSrgb8(const Image& image, int longer_side_px);
+
 class ErrorMeter {
  public:
   struct Options {
@@ -49,6 +53,8 @@ class ErrorMeter {
   // The picture is read when a frame near the view is measured.
   void AddEarlierView(int id, ReadPicture picture, const CameraModel& camera, const Rigid3& cam_from_world);
   void RemoveView(int id, const Rigid3& cam_from_world);
+  // The lens has changed: forgets the geometry, all views and all frames.
+  void StartAgain();
   // Frames that were kept are forgotten: their poses were corrected as well.
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
 

@@ -221,9 +221,9 @@ void AddPresentCamera(const Sphere& sphere, const Palette& palette, render::Over
   overlay.push_back(render::Spot{*img, 5, palette.camera});
 }
 
-// Towards a subject outside the picture.
-void AddWayToSubject(const Vector2d& toward, const SafetyRectangle& rectangle, const Palette& palette,
-                     render::Overlay& overlay) {
+// Towards something outside the picture.
+void AddWayOut(const Vector2d& toward, const char* to, const render::Rgba& color,
+               const SafetyRectangle& rectangle, render::Overlay& overlay) {
   const Vector2d middle = 0.5 * (rectangle.low + rectangle.high),
                  half = 0.5 * (rectangle.high - rectangle.low);
   const double to_border = 1 / (toward.cwiseAbs().cwiseQuotient(half)).maxCoeff();
@@ -231,9 +231,35 @@ void AddWayToSubject(const Vector2d& toward, const SafetyRectangle& rectangle, c
   const double length = 0.3 * half.y();
   std::vector<Vector2d> way;
   for (int i = 0; i <= 8; ++i) way.push_back(tip - length * (1 - i / 8.0) * toward);
-  AddArrow(way, 12, 0.45 * length, palette.alarm, overlay);
+  AddArrow(way, 12, 0.45 * length, color, overlay);
   overlay.push_back(
-      render::Label{.img = tip - 1.35 * length * toward, .text = "subject", .size = 22, .color = kWhite});
+      render::Label{.img = tip - 1.35 * length * toward, .text = to, .size = 22, .color = kWhite});
+}
+
+// Where the last picture with a pose lies, or the first one, as far as the camera has been turned since.
+void AddPictureOfThen(const CaptureState& state, const Palette& palette, render::Overlay& overlay) {
+  const CameraTurn& turned = *state.turned;
+  const render::Rgba color = turned.from_a_pose ? palette.guide : kWhite;
+  for (const std::vector<Vector2d>& line : PictureOfThen(turned, state.camera)) {
+    overlay.push_back(render::Polyline{line, 5, {0, 0, 0, 110}});
+    overlay.push_back(render::Polyline{line, 3, color});
+  }
+  const SafetyRectangle rectangle = SafetyRectangle::Of(state.camera, state.rectangle_share);
+  const Vector3d there = turned.Then();
+  const auto img = there.z() > 0 ? state.camera.ImgFromCam(there) : std::nullopt;
+  if (img && state.camera.Contains(*img)) {
+    if (turned.Angle() > Radians(kThere_deg))
+      overlay.push_back(render::Label{.img = *img,
+                                      .text = turned.from_a_pose ? "it looked here last" : "it began here",
+                                      .size = 20,
+                                      .color = color});
+    return;
+  }
+  if (!turned.from_a_pose) return;
+  const Vector2d toward = there.head<2>();
+  // Straight behind can be reached by turning either way.
+  AddWayOut(toward.norm() > 1e-9 ? Vector2d(toward.normalized()) : Vector2d(1, 0), "back", palette.guide,
+            rectangle, overlay);
 }
 
 void AddRectangle(const SafetyRectangle& rectangle, bool held, const Palette& palette,
@@ -292,6 +318,7 @@ constexpr ReasonWords kRefusalWords[]{
     {Reason::kUnsettled, "the exposure is still changing: wait, or lock it"},
     {Reason::kSpool, "the disk is behind: wait"},
     {Reason::kDisk, "the disk is full: make room, recording then goes on"},
+    {Reason::kZoomed, "the zoom was moved: put it back"},
     {Reason::kTracking, "tracking is poor: show more of what was seen before"}};
 
 const char* WordsFor(Reason reason, std::span<const ReasonWords> table) {
@@ -376,12 +403,15 @@ const char* LetterOf(render::ErrorCause cause) {
 render::Overlay MakeOverlay(const CaptureState& state, const Palette& palette, SphereLayer layer) {
   render::Overlay overlay;
   const ShownPicture shown = ShownPicture::Of(state);
+  if (state.turned && state.tracking != tracking::TrackState::kApart)
+    AddPictureOfThen(state, palette, overlay);
   if (!shown.rectangle) return overlay;
   if (shown.sphere) AddSphere(*shown.sphere, shown.camera, palette, layer, overlay);
   if (state.proposed_subject && state.cam_from_world)
     AddProposal(state.camera, *state.cam_from_world, *state.proposed_subject, palette, overlay);
   AddRectangle(*shown.rectangle, shown.held, palette, overlay);
-  if (shown.way_to_subject) AddWayToSubject(*shown.way_to_subject, *shown.rectangle, palette, overlay);
+  if (shown.way_to_subject)
+    AddWayOut(*shown.way_to_subject, "subject", palette.alarm, *shown.rectangle, overlay);
   return overlay;
 }
 

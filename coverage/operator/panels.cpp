@@ -79,6 +79,18 @@ std::vector<std::string> CauseLines(const CaptureState& state) {
   return lines;
 }
 
+TitleAndLine TrackingTitle(const CaptureState& state) {
+  if (state.tracking == tracking::TrackState::kApart)
+    return {"APART", "nothing is recorded until both places are in view"};
+  if (state.tracking == tracking::TrackState::kLost) {
+    if (!state.turned || !state.turned->from_a_pose) return {"LOST", ""};
+    const std::string way = TurnBackInWords(*state.turned);
+    return {"LOST", way.empty() ? "go back to where it was" : way};
+  }
+  if (OnlyTurns(state.tracking, state.start, state.turned)) return {"MOVE SIDEWAYS", "the camera only turns"};
+  return {"STARTING", ""};
+}
+
 std::vector<render::TableRow> KeyRows(const render::Rgba& heading) {
   std::vector<render::TableRow> rows;
   const auto add_keys = [&](std::span<const render::KeyHelp> keys) {
@@ -112,20 +124,24 @@ void Panels::Share(const CaptureState& state) const {
 void Panels::TrackingHelp(const CaptureState& state) const {
   const bool apart = state.tracking == tracking::TrackState::kApart;
   const bool lost = apart || state.tracking == tracking::TrackState::kLost;
-  const std::string title = apart ? "APART" : lost ? "LOST" : "STARTING";
+  const auto [title, line] = TrackingTitle(state);
   const Vector2d extent = painter_.Extent(title, render::TextSize::kLarge);
+  const Vector2d line_extent = painter_.Extent(line, render::TextSize::kMedium);
   const Vector2d middle(0.5 * screen_.width, 0.42 * screen_.height);
-  const double width = std::max(extent.x(), Px(260)) + Px(48);
+  const double width = std::max({extent.x(), line_extent.x(), Px(260)}) + Px(48);
   const bool bar = state.start && state.start->parallax_needed_deg > 0;
-  const double height = extent.y() + Px(bar ? 58 : 24);
+  const double title_height = extent.y() + (line.empty() ? 0 : line_extent.y() + Px(6));
+  const double height = title_height + Px(bar ? 58 : 24);
   painter_.Box({middle.x() - 0.5 * width, middle.y() - Px(12), width, height}, render::ink::kPanel, 8);
   painter_.Text({middle.x() - 0.5 * extent.x(), middle.y()}, title, render::TextSize::kLarge,
                 lost ? render::ink::kBad : render::ink::kText);
+  painter_.Text({middle.x() - 0.5 * line_extent.x(), middle.y() + extent.y() + Px(6)}, line,
+                render::TextSize::kMedium, render::ink::kText);
   if (!bar) return;
   // The bar shows the share of the parallax that a first map needs.
   const double share = std::clamp(state.start->parallax_deg / state.start->parallax_needed_deg, 0.0, 1.0);
-  const cv::Rect2d whole(middle.x() - 0.5 * width + Px(24), middle.y() + extent.y() + Px(14), width - Px(48),
-                         Px(14));
+  const cv::Rect2d whole(middle.x() - 0.5 * width + Px(24), middle.y() + title_height + Px(14),
+                         width - Px(48), Px(14));
   painter_.Box(whole, {80, 80, 80}, 3);
   painter_.Box({whole.x, whole.y, share * whole.width, whole.height}, render::ink::kGood, 3);
 }

@@ -58,6 +58,12 @@ std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& pa
 // What the letters on the sphere mean, as far as there are some: "S  a surface that ...".
 std::vector<std::string> CauseLines(const CaptureState& state);
 
+// While there is no pose: what stands large in the middle, and below it what to do; empty: nothing.
+struct TitleAndLine {
+  std::string title, line;
+};
+TitleAndLine TrackingTitle(const CaptureState& state);
+
 // All keys, in the order of the modes.
 std::vector<render::TableRow> KeyRows(const render::Rgba& heading);
 

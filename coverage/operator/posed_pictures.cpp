@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "core/base/quantile.h"
 #include "core/image/image.h"
@@ -42,6 +43,11 @@ SpreadPictures::Kept SpreadPictures::Keep(const CaptureState& state) {
 }
 
 void SpreadPictures::Offer(const CaptureState& state) {
+  // Under another lens the world is another one: these poses do not fit it.
+  if (std::exchange(lens_, state.camera) != state.camera) {
+    kept_.clear();
+    least_baseline_ = 0;
+  }
   std::erase_if(kept_, [&](const Kept& kept) {
     return kept.view && !std::ranges::binary_search(state.view_ids, *kept.view);
   });

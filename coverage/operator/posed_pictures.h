@@ -61,6 +61,7 @@ class SpreadPictures {
   Options options_;
   std::uint64_t next_key_ = std::uint64_t{1} << 32;  // apart from view ids
   double least_baseline_ = 0;                        // world units; grows when there are too many
+  CameraModel lens_;                                 // of the newest state
   std::vector<Kept> kept_;
 };
 

@@ -31,7 +31,22 @@ void SortFirst(std::vector<Candidate>& candidates, std::size_t count) {
 
 }  // namespace
 
+// A picture under a lens that another has replaced; the journal may have been read before that.
+void RecordedPictures::GoOverToLens(PosedPicture& picture) const {
+  const int width = picture.camera.width, height = picture.camera.height;
+  if (std::ranges::any_of(former_lenses_, [&](const CameraModel& former) {
+        return former.ScaledTo(width, height) == picture.camera;
+      }))
+    picture.camera = lens_->ScaledTo(width, height);
+}
+
 void RecordedPictures::Follow(const CaptureState& state) {
+  if (lens_ && *lens_ != state.recorded_camera) {
+    former_lenses_.push_back(*lens_);
+    lens_ = state.recorded_camera;
+    for (auto& [id, held] : held_) GoOverToLens(held.picture);
+  }
+  lens_ = state.recorded_camera;
   const auto is_there = [&](int id) { return std::ranges::binary_search(state.view_ids, id); };
   std::erase_if(held_, [&](const auto& held) {
     if (is_there(held.first)) return false;
@@ -50,6 +65,7 @@ void RecordedPictures::Follow(const CaptureState& state) {
 }
 
 void RecordedPictures::Hold(int id, PosedPicture picture) {
+  GoOverToLens(picture);
   Held& held = held_[id];
   bytes_ += picture.jpeg.size() - held.picture.jpeg.size();
   held = {std::move(picture), ++clock_};

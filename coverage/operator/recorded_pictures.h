@@ -73,7 +73,8 @@ class RecordedPictures {
   RecordedPictures() : RecordedPictures(Options{}) {}
   explicit RecordedPictures(const Options& options) : options_(options) {}
 
-  // Call for every new state: keeps the newest view's picture, drops those of views that were taken back.
+  // Call for every new state: keeps the newest view's picture, drops those of views that were taken back, and goes over to
+  // the lens in use.
   void Follow(const CaptureState& state);
   // The pictures nearest in direction to a camera, as seen from the subject, with weights that fall to 0 at
   // the first one left out. Pictures that are not in memory are skipped, and fetched for a later call. Valid
@@ -92,13 +93,16 @@ class RecordedPictures {
     std::uint64_t used = 0;  // the last time, by clock_
   };
   void Hold(int id, PosedPicture picture);
+  void GoOverToLens(PosedPicture& picture) const;
   void MakeRoom();
 
   const Options options_;
   std::map<int, Held> held_;
   std::size_t bytes_ = 0, missing_ = 0;
   std::uint64_t clock_ = 0;
-  int newest_ = 0;  // that was kept
+  int newest_ = 0;                          // that was kept
+  std::optional<CameraModel> lens_;         // CaptureState::recorded_camera
+  std::vector<CameraModel> former_lenses_;  // before it
   std::unique_ptr<StoredPictures> stored_;
 };
 

@@ -138,7 +138,7 @@ RenderedReview::~RenderedReview() {
 }
 
 RenderedReview::Wanted RenderedReview::WantedBy(const CaptureState& state) {
-  Wanted wanted{.views = {}, .subject = *state.subject, .mesh = state.mesh};
+  Wanted wanted{.views = {}, .camera = state.recorded_camera, .subject = *state.subject, .mesh = state.mesh};
   for (std::size_t i = 0; i < state.view_ids.size(); ++i) {
     const CriterionView& view = state.coverage->views()[i];
     wanted.views.insert({state.view_ids[i], {view.cam_from_world, view.center_in_world}});
@@ -154,7 +154,9 @@ RenderedReview::Loaded RenderedReview::Load(const std::filesystem::path& light_f
       return !wanted.views.contains(view.id) || !std::filesystem::exists(light_field / view.image_path);
     });
     if (on_disk.views.empty()) return {};
-    for (View& view : on_disk.views) {  // the journal may be behind a correction
+    // The journal may be behind a correction.
+    on_disk.cameras.at(0) = wanted.camera;
+    for (View& view : on_disk.views) {
       const ViewPose& pose = wanted.views.at(view.id);
       view.cam_from_world = {Eigen::Quaterniond(pose.cam_from_world),
                              -(pose.cam_from_world * pose.center_in_world)};

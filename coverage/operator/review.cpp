@@ -135,7 +135,8 @@ bool Review::Handle(const render::InputEvent& event, const CaptureState& state) 
 std::optional<Rigid3> Review::MarkerPose(const CaptureState& state) {
   if (!HasViews(state)) return std::nullopt;
   const tracking::MarkerSpec spec = tracking::MarkerSpec::Parse(marker_);
-  if (!locator_) locator_ = std::make_unique<tracking::MarkerLocator>(state.camera, spec);
+  if (std::exchange(lens_, state.camera) != state.camera || !locator_)
+    locator_ = std::make_unique<tracking::MarkerLocator>(state.camera, spec);
   if (!marker_mouse_) {
     mouse_subject_ = state.subject;
     marker_mouse_.emplace(ViewpointsOf(state), spec.Middle());

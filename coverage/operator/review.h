@@ -71,6 +71,7 @@ class Review {
   bool dragging_ = false;
 
   std::unique_ptr<tracking::MarkerLocator> locator_;
+  CameraModel lens_;                       // of locator_
   std::optional<Rigid3> cam_from_marker_;  // as it was last seen
   double located_at_s_ = -1;
   bool marker_is_seen_ = false;

@@ -2,35 +2,21 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <deque>
 #include <exception>
 #include <iterator>
 #include <utility>
-#include <variant>
 
 #include "core/base/counted.h"
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
-#include "coverage/bound/sphere_outline.h"
-#include "coverage/session/cap_watch.h"
-#include "coverage/session/capture_gaps.h"
-#include "coverage/session/capture_meters.h"
-#include "coverage/session/capture_subject.h"
-#include "coverage/session/preflight.h"
-#include "coverage/session/record/capture_record.h"
-#include "coverage/session/record/capture_recorder.h"
-#include "coverage/session/subject_proposal.h"
+#include "coverage/session/running_capture.h"
 #include "tracking/tracker/track_words.h"
 
 namespace ulf::coverage {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr char kNoSubjectToPlace[] = "this capture has no subject to place (--no-subject)";
 
 std::optional<LiveGeometry::Options> GeometryFor(const CaptureOptions& options) {
   if (!options.geometry || options.without_subject) return std::nullopt;
@@ -39,156 +25,105 @@ std::optional<LiveGeometry::Options> GeometryFor(const CaptureOptions& options) 
   return geometry;
 }
 
-class Session {
- public:
-  Session(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
-          LightFieldWriter writer, ExposureMatch light, const CaptureOptions& options,
-          const CaptureHooks& hooks, std::vector<Frame> first);
-  CaptureSummary Run();
+}  // namespace
 
- private:
-  // The latest frame that got as far as a decision, and what became of it.
-  struct LatestFrame {
-    Image live;
-    tracking::Track track;
-    Decision decision;
-    Guidance guidance;
-  };
-  std::optional<StoppedBecause> StopReason() const;
-  std::optional<Frame> NextFrame();
-  std::optional<StoppedBecause> TakeFrame();
-  std::optional<StoppedBecause> TakeStill(const Frame& still);
-  void UpdateCapWatch(const tracking::Track& track, const Decision& decision);
-
-  void AnnouncePrediction();
-  void DoubtLens(const tracking::Track& track);
-  void UpdatePreflight(const Frame& frame);
-  std::optional<double> PoseErrorNow() const;
-  tracking::Track TrackToRecord(const tracking::Track& track) const;
-  bool CorrectPoses(bool last);
-  void ProposeSubject();
-  void BeginWhenPossible();
-  void Begin(bool although_checks_fail);
-
-  void AnswerRequests();
-  void Answer(const TakeBackLast& asked);
-  void Answer(const TakeBackViews& asked);
-  void Answer(const PlaceSubject& asked);
-  void Answer(const FindSubject& asked);
-  void Answer(const PlaceProposedSubject& asked);
-  void Answer(const SetRecording& asked);
-  void Answer(const FinishCapture& asked);
-
-  void TakeEvents();
-  void Say(const std::string& text);
-  std::string DeviceProblem() const;
-  SharedCaptureState State();
-  void Show(const std::function<void(const SharedCaptureState&)>& look);
-
-  void Close();
-
-  acquisition::Device& device_;
-  const CameraModel camera_;  // of the frames that are tracked
-  tracking::PoseSource& poses_;
-  const CaptureOptions options_;
-  const CameraModel recorded_camera_;
-  const CaptureHooks& hooks_;
-  std::deque<Frame> first_;  // before the device is asked
-  const std::filesystem::path root_;
-  const std::function<void(const std::string&)> say_ = [this](const std::string& text) { Say(text); };
-  CaptureRecord record_;
-  CaptureOutlook outlook_;
-  CaptureSubject subject_;
-  CaptureGaps gaps_;
-  CaptureMeters meters_;
-  CaptureRecorder recorder_;
-
-  CapWatch cap_watch_{options_.until_share};
-  CaptureSummary summary_;
-  std::vector<double> ms_track_;
-  int map_revision_ = 0;  // of the tracker, as last seen
-  bool poses_due_ = false;
-  bool lens_doubted_ = false;  // and said so
-  std::uint64_t requests_answered_ = 0;
-  bool finish_asked_ = false;
-  std::optional<StoppedBecause> ended_;
-  LatestFrame latest_;
-  Guide guide_;
-  LightAndFocusCheck light_and_focus_;
-  SubjectProposer proposer_;
-  bool waits_to_begin_ = false;
-  std::optional<SetRecording> begin_asked_;  // while there is no subject
-  std::vector<std::string> said_;            // of late
-  std::uint64_t times_said_ = 0;
-  double ended_after_s_ = 0;  // by this machine's clock
-};
-
-Session::Session(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
-                 LightFieldWriter writer, ExposureMatch light, const CaptureOptions& options,
-                 const CaptureHooks& hooks, std::vector<Frame> first)
+RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& camera,
+                               tracking::PoseSource& poses, LightFieldWriter writer, ExposureMatch light,
+                               const CaptureOptions& options, const CaptureHooks& hooks,
+                               std::vector<Frame> first)
     : device_(device),
-      camera_(camera),
       poses_(poses),
       options_(options),
-      recorded_camera_(options.still_camera.value_or(camera)),
+      lens_(camera, options.still_camera),
       hooks_(hooks),
       first_(std::make_move_iterator(first.begin()), std::make_move_iterator(first.end())),
       root_(writer.Contents().root),
-      record_(std::move(writer),
-              {.camera = recorded_camera_,
-               .coverage_width_px = options.coverage_width_px,
+      record_(std::move(writer), lens_,
+              {.coverage_width_px = options.coverage_width_px,
                .map = {.cap = options.cap, .threshold_px = options.threshold_px},
                .spool_views = options.spool_views,
                .deterministic = options.deterministic,
                .geometry = GeometryFor(options),
-               .cover = options.cover},
+               .cover = options.cover,
+               .lens_may_change = options.lens == tracking::LensUse::kRefine},
               say_),
       outlook_(say_),
-      subject_(record_, outlook_, poses_, camera_,
+      subject_(record_, outlook_, poses_, lens_,
                {.size = options.subject_size,
                 .rectangle_share = options.limits.rectangle_share,
                 .stable_frames = options.stable_frames},
                say_),
       gaps_(record_.spool(), say_),
-      recorder_(device_, poses_, record_, std::move(light),
-                {.camera = camera_,
-                 .still_camera = options.still_camera,
+      recorder_(device_, poses_, lens_, record_, std::move(light),
+                {.still_camera = options.still_camera,
                  .without_subject = options.without_subject,
                  .limits = options.limits,
                  .stable_frames = options.stable_frames,
                  .coverage_width_px = options.coverage_width_px,
                  .deterministic = options.deterministic}),
-      proposer_({.camera = recorded_camera_,
-                 .coverage_width_px = options.coverage_width_px,
-                 .threshold_px = options.threshold_px,
-                 .cap = options.cap,
-                 .until_share = options.until_share}) {}
+      proposer_(lens_, {.coverage_width_px = options.coverage_width_px,
+                        .threshold_px = options.threshold_px,
+                        .cap = options.cap,
+                        .until_share = options.until_share}) {}
 
-void Session::AnnouncePrediction() {
+void RunningCapture::AnnouncePrediction() {
   if (!record_.map() || !outlook_.IsDue() || !latest_.track.cam_from_world) return;
   const Subject& subject = record_.map()->subject();
   const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
   outlook_.Expect(
-      SetupAt(recorded_camera_, options_.coverage_width_px, subject, distance, options_.threshold_px),
+      SetupAt(lens_.recorded(), options_.coverage_width_px, subject, distance, options_.threshold_px),
       options_.cap, options_.until_share, poses_.IsMetric());
 }
 
-void Session::DoubtLens(const tracking::Track& track) {
-  if (!track.wrong_lens || lens_doubted_) return;
-  const std::optional<tracking::CalibrationCheck> lens = poses_.Statistics().calibration;
-  if (!lens) return;
+// Before anything else looks at a frame: what knows poses by another lens must not meet poses by this one.
+void RunningCapture::FollowLens(const tracking::Track& track) {
+  if (const auto before = lens_.After(track, poses_)) GoOverToLensFrom(*before, false);
+  // What is replaced before the next frame needs no warning.
+  if (!lens_.contradicted() || lens_doubted_ || options_.lens == tracking::LensUse::kRefine) return;
   lens_doubted_ = true;
-  Say(lens->Advice());
+  Say(lens_.contradicted()->Advice());
 }
 
-void Session::UpdatePreflight(const Frame& frame) {
+void RunningCapture::GoOverToLensFrom(const CameraModel& before, bool last) {
+  const auto covered = [this] { return record_.map() && options_.cap ? record_.map()->CoveredShare() : 0; };
+  const double covered_before = covered();
+  record_.GoOverToLens(poses_, last, subject_.GoOverFrom(before));
+  outlook_.Reset();
+  const tracking::RefinedLens& found = *lens_.found();
+  const std::size_t views = record_.views().size();
+  // The second time it is the same lens, known a little better.
+  const bool differs = std::abs(found.camera.MeanFocalPx() - before.MeanFocalPx()) > found.focal_sigma_px;
+  std::string followed = "; nothing was recorded yet";
+  if (views > 0)
+    followed = fmt::format(", and {} so far {} with it: lens, poses and what is covered",
+                           Counted(views, "view"), views == 1 ? "goes" : "go");
+  if (views > 0 && options_.cap)
+    followed += fmt::format(" ({:.1f} %, before it was {:.1f} %)", 100 * covered(), 100 * covered_before);
+  Say(fmt::format("images fit {}{}: the capture {} this lens{}", found.Text(),
+                  differs ? fmt::format(", not the {:.1f} px in use", before.MeanFocalPx()) : "",
+                  last ? "ends under" : "goes on under", followed));
+}
+
+void RunningCapture::NoteZoom(const tracking::Track& track) {
+  if (track.state != tracking::TrackState::kTracking || track.focal_ratio.has_value() == zoom_moved_) return;
+  zoom_moved_ = track.focal_ratio.has_value();
+  Say(zoom_moved_ ? tracking::ZoomInWords(*track.focal_ratio) + "; nothing is recorded meanwhile"
+                  : "the zoom is back");
+}
+
+void RunningCapture::UpdatePreflight(const Frame& frame) {
   if (!record_.views().empty()) return;
-  const double view_per_frame = static_cast<double>(recorded_camera_.width) * recorded_camera_.height /
-                                (static_cast<double>(camera_.width) * camera_.height);
+  const auto pixels = [](const CameraModel& camera) {
+    return static_cast<double>(camera.width) * static_cast<double>(camera.height);
+  };
+  const double view_per_frame = pixels(lens_.recorded()) / pixels(lens_.live());
   outlook_.Check({.calibrated = options_.calibrated,
                   .calibration_source = options_.calibration_source,
+                  .lens_is_sought = options_.lens == tracking::LensUse::kRefine,
+                  .lens_found = lens_.found(),
+                  .lens_contradicted = lens_.contradicted(),
                   .held = device_.Held(),
-                  .picture = light_and_focus_.After(frame.device_time_s, frame.image, camera_,
+                  .picture = light_and_focus_.After(frame.device_time_s, frame.image, lens_.live(),
                                                     latest_.track.cam_from_world,
                                                     subject_.IsPlaced() ? record_.subject() : std::nullopt),
                   .prediction = {},
@@ -202,24 +137,24 @@ void Session::UpdatePreflight(const Frame& frame) {
                   .limits = options_.limits});
 }
 
-std::optional<double> Session::PoseErrorNow() const {
+std::optional<double> RunningCapture::PoseErrorNow() const {
   const tracking::Track& track = latest_.track;
   if (!record_.map() || !track.cam_from_world || !track.center_sigma) return std::nullopt;
   const Subject& subject = record_.map()->subject();
   return PoseErrorPx(*track.center_sigma,
-                     CriterionView::From(recorded_camera_, {}, options_.coverage_width_px).fx,
+                     CriterionView::From(lens_.recorded(), {}, options_.coverage_width_px).fx,
                      (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
 }
 
 // Without a pose while the subject's sphere stands in a map that is gone: where the camera stands about it is not
 // known.
-tracking::Track Session::TrackToRecord(const tracking::Track& track) const {
+tracking::Track RunningCapture::TrackToRecord(const tracking::Track& track) const {
   tracking::Track usable = track;
   if (subject_.IsStale()) usable.cam_from_world.reset();
   return usable;
 }
 
-void Session::UpdateCapWatch(const tracking::Track& track, const Decision& decision) {
+void RunningCapture::UpdateCapWatch(const tracking::Track& track, const Decision& decision) {
   if (!record_.map() || !track.cam_from_world) return;
   const bool would_record = decision.reason == Reason::kCovered || decision.reason == Reason::kRecorded;
   const auto report = cap_watch_.After(*record_.map(), track.cam_from_world->OriginInSource(),
@@ -227,7 +162,7 @@ void Session::UpdateCapWatch(const tracking::Track& track, const Decision& decis
   if (report) Say(*report);
 }
 
-std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
+std::optional<StoppedBecause> RunningCapture::TakeStill(const Frame& still) {
   if (hooks_.keep_frame) hooks_.keep_frame(still);
   if (subject_.IsStale())
     record_.spool().KeepUnposed(still);
@@ -238,14 +173,14 @@ std::optional<StoppedBecause> Session::TakeStill(const Frame& still) {
                                                             : std::nullopt;
 }
 
-void Session::Say(const std::string& text) {
+void RunningCapture::Say(const std::string& text) {
   said_.push_back(text);
   if (said_.size() > options_.lines_shown) said_.erase(said_.begin());
   ++times_said_;
   if (hooks_.say) hooks_.say(text);
 }
 
-void Session::TakeEvents() {
+void RunningCapture::TakeEvents() {
   for (const acquisition::DeviceEvent& event : device_.TakeEvents()) {
     ++summary_.events[Name(event.kind)];
     Say(event.text);
@@ -254,45 +189,15 @@ void Session::TakeEvents() {
   }
 }
 
-void Session::AnswerRequests() {
-  if (!hooks_.requests) return;
-  for (const CaptureRequest& request : hooks_.requests->Take()) {
-    std::visit([this](const auto& asked) { Answer(asked); }, request);
-    ++requests_answered_;
-  }
-}
-
-void Session::Answer(const TakeBackLast& asked) {
-  const std::vector<int> ids = record_.views().Ids();
-  const int recorded = static_cast<int>(ids.size());
-  if (asked.count > 1 && asked.count > recorded)
-    return Say(fmt::format("nothing was taken back: {} asked for, there are {}; ask for as many or fewer",
-                           Counted(asked.count, "view"), recorded));
-  summary_.taken_back +=
-      record_.TakeBack({ids.rbegin(), ids.rbegin() + std::clamp(asked.count, 0, recorded)});
-}
-
-void Session::Answer(const TakeBackViews& asked) { summary_.taken_back += record_.TakeBack(asked.ids); }
-
-void Session::Answer(const PlaceSubject& asked) {
-  if (options_.without_subject) return Say(kNoSubjectToPlace);
-  subject_.Place(asked.subject, latest_.track.cam_from_world);
-}
-
-void Session::Answer(const FindSubject& asked) {
-  if (options_.without_subject) return Say(kNoSubjectToPlace);
-  subject_.Find(asked, latest_.track.cam_from_world);
-}
-
 // False when the disk is behind.
-bool Session::CorrectPoses(bool last) {
+bool RunningCapture::CorrectPoses(bool last) {
   const std::optional<Subject> before = record_.subject(), followed = subject_.Followed();
   if (!record_.CorrectPoses(poses_, last, followed)) return false;
   if (followed) subject_.SayFollowed(*before);
   return true;
 }
 
-void Session::ProposeSubject() {
+void RunningCapture::ProposeSubject() {
   if (!record_.map() || !latest_.track.cam_from_world) return;
   const Subject& subject = *record_.subject();
   const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
@@ -300,61 +205,14 @@ void Session::ProposeSubject() {
     Say(InWords(*proposal, subject));
 }
 
-void Session::BeginWhenPossible() {
-  if (!begin_asked_ || outlook_.preflight().empty() || !(subject_.IsPlaced() || options_.without_subject))
-    return;
-  Begin(std::exchange(begin_asked_, std::nullopt)->although_checks_fail);
-}
-
-void Session::Begin(bool although_checks_fail) {
-  const std::string holds = HoldsInWords(outlook_.preflight());
-  if (!holds.empty() && !although_checks_fail && options_.checks_hold_start)
-    return Say(
-        fmt::format("recording has not begun: {}; or begin all the same: Shift Enter, the request record "
-                    "anyway, --force-start",
-                    holds));
-  waits_to_begin_ = false;
-  recorder_.SetRecording(true);
-  Say(holds.empty() ? "recording begins" : "recording begins all the same: " + holds);
-}
-
-void Session::Answer(const PlaceProposedSubject&) {
-  if (!proposer_.proposal())
-    return Say(
-        "no other sphere is proposed: the subject has the size of its sphere, or geometry cannot tell yet");
-  subject_.Place(proposer_.proposal()->subject, latest_.track.cam_from_world);
-}
-
-void Session::Answer(const SetRecording& asked) {
-  if (waits_to_begin_) {
-    begin_asked_.reset();
-    if (!asked.on) return Say("recording has not begun yet");
-    begin_asked_ = asked;
-    if (!subject_.IsPlaced() && !options_.without_subject) {
-      const std::string holds = HoldsInWords(outlook_.preflight());
-      Say(fmt::format("recording begins as soon as the subject is found: aim at it{}",
-                      holds.empty() ? "" : "; now " + holds));
-    }
-    return BeginWhenPossible();
-  }
-  recorder_.SetRecording(asked.on);
-  if (meters_.last_time_s()) gaps_.Recording(asked.on, *meters_.last_time_s());
-  Say(asked.on ? "recording" : "recording paused, tracking goes on");
-}
-
-void Session::Answer(const FinishCapture&) {
-  finish_asked_ = true;
-  Say("finishing, as asked");
-}
-
-std::string Session::DeviceProblem() const {
+std::string RunningCapture::DeviceProblem() const {
   const acquisition::DeviceState state = device_.State();
   if (state != acquisition::DeviceState::kFaulted && state != acquisition::DeviceState::kReconnecting)
     return {};
   return fmt::format("{}: {}", Name(state), device_.Info().problem);
 }
 
-SharedCaptureState Session::State() {
+SharedCaptureState RunningCapture::State() {
   auto state = std::make_shared<CaptureState>();
   state->frames = summary_.frames;
   state->device_time_s = meters_.last_time_s().value_or(0);
@@ -364,10 +222,14 @@ SharedCaptureState Session::State() {
 
   const tracking::Track& track = latest_.track;
   state->live = latest_.live;
-  state->camera = camera_;
+  state->camera = lens_.live();
+  state->recorded_camera = lens_.recorded();
   state->takes_stills = options_.still_camera.has_value();
   state->tracking = track.state;
-  if (track.state != tracking::TrackState::kTracking) state->tracking_words = InWords(track);
+  if (track.turn)
+    state->turned =
+        CameraTurn{last_turn_ ? *track.turn * last_turn_->conjugate() : *track.turn, last_turn_.has_value()};
+  if (track.state != tracking::TrackState::kTracking) state->tracking_words = InWords(track, state->turned);
   state->cam_from_world = track.cam_from_world;
   state->quality = track.quality;
   state->start = track.start;
@@ -402,13 +264,13 @@ SharedCaptureState Session::State() {
   return state;
 }
 
-void Session::Show(const std::function<void(const SharedCaptureState&)>& look) {
+void RunningCapture::Show(const std::function<void(const SharedCaptureState&)>& look) {
   if (!look) return;
   look(State());
   recorder_.ForgetNewestId();
 }
 
-std::optional<StoppedBecause> Session::StopReason() const {
+std::optional<StoppedBecause> RunningCapture::StopReason() const {
   if (hooks_.stop_requested && hooks_.stop_requested()) return StoppedBecause::kSignal;
   if (finish_asked_) return StoppedBecause::kClosed;
   if (record_.spool().Failure()) return StoppedBecause::kDisk;
@@ -418,14 +280,14 @@ std::optional<StoppedBecause> Session::StopReason() const {
   return std::nullopt;
 }
 
-std::optional<Frame> Session::NextFrame() {
+std::optional<Frame> RunningCapture::NextFrame() {
   if (first_.empty()) return device_.Next(std::chrono::milliseconds(100));
   std::optional<Frame> frame(std::move(first_.front()));
   first_.pop_front();
   return frame;
 }
 
-std::optional<StoppedBecause> Session::TakeFrame() {
+std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   const std::optional<Frame> frame = NextFrame();
   TakeEvents();
   if (!frame) {
@@ -446,10 +308,12 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   const tracking::Track track = poses_.Step(*frame);
   ms_track_.push_back(1000 * SecondsSince(start));
   latest_ = {frame->image, track, {}, {}};
+  if (track.cam_from_world) last_turn_ = track.cam_from_world->rotation;
   gaps_.Tracking(track.state == tracking::TrackState::kTracking, now_s);
+  FollowLens(track);
   if (!options_.without_subject) subject_.FindFirst(track);
   AnnouncePrediction();
-  DoubtLens(track);
+  NoteZoom(track);
   UpdatePreflight(*frame);
   BeginWhenPossible();
   subject_.Watch(track, now_s);
@@ -465,7 +329,7 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   if (hooks_.after_frame) {
     std::optional<CriterionView> here;
     if (track.cam_from_world && subject_.IsPlaced())
-      here = CriterionView::From(recorded_camera_, *track.cam_from_world, options_.coverage_width_px);
+      here = CriterionView::From(lens_.recorded(), *track.cam_from_world, options_.coverage_width_px);
     latest_.guidance = guide_.After(record_.map().get(), here, now_s);
     Show(hooks_.after_frame);
   }
@@ -474,15 +338,17 @@ std::optional<StoppedBecause> Session::TakeFrame() {
   return std::nullopt;
 }
 
-void Session::Close() {
+void RunningCapture::Close() {
   try {
     poses_.Finish();
   } catch (const std::exception& error) {
     spdlog::warn("the last adjustment of the map failed ({}); poses stay as they were tracked", error.what());
   }
+  if (const auto before = lens_.AfterFinish(poses_)) GoOverToLensFrom(*before, true);
   const tracking::TrackerStatistics known = poses_.Statistics();
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
+  summary_.refined_lens = lens_.found();
   CorrectPoses(true);
   gaps_.End(meters_.last_time_s());
   summary_.pauses = gaps_.pauses();
@@ -507,7 +373,7 @@ void Session::Close() {
   summary_.problem = closed.problem;
 }
 
-CaptureSummary Session::Run() {
+CaptureSummary RunningCapture::Run() {
   if (const auto subject = options_.subject ? options_.subject : record_.ResumedSubject())
     subject_.Set(*subject);
   waits_to_begin_ = options_.begins_on_request && record_.views().empty();
@@ -559,13 +425,12 @@ CaptureSummary Session::Run() {
   return std::move(summary_);
 }
 
-}  // namespace
-
 CaptureSummary RunCapture(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
                           LightFieldWriter writer, const CaptureOptions& options, const CaptureHooks& hooks,
                           std::vector<Frame> first) {
   ExposureMatch light(writer.Contents());
-  return Session(device, camera, poses, std::move(writer), std::move(light), options, hooks, std::move(first))
+  return RunningCapture(device, camera, poses, std::move(writer), std::move(light), options, hooks,
+                        std::move(first))
       .Run();
 }
 

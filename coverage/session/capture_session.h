@@ -11,8 +11,8 @@
 // at once and counted at the end.
 //
 // Each view is anchored to a keyframe of the tracker's map. When the map is adjusted, the views' poses follow:
-// they are journaled at intervals and at the end, and the coverage map is painted anew. Requests
-// (capture_request.h) are answered between two frames.
+// they are journaled at intervals and at the end, and the coverage map is painted anew. The same where the tracker
+// replaces the lens (LensUse::kRefine). Requests (capture_request.h) are answered between two frames.
 #pragma once
 
 #include <array>
@@ -54,6 +54,9 @@ struct CaptureOptions {
   // focal length alone).
   std::string calibration_source;
   std::optional<bool> calibrated;
+  // As the tracker was told. kRefine: where it goes on with another lens, so does the capture, with what it has recorded
+  // (capture_lens.h); then no view of an earlier session must be there.
+  tracking::LensUse lens = tracking::LensUse::kCheck;
   // Set: photographs of this camera, which the device takes, are recorded instead of live frames
   // (still_capture.h).
   std::optional<CameraModel> still_camera;
@@ -119,6 +122,8 @@ struct CaptureSummary {
   // What the tracker's map says about the focal length, and about the shutter; none: global as far as is known.
   std::optional<tracking::CalibrationCheck> calibration;
   std::optional<tracking::Readout> rolling_shutter;
+  // That took the given one's place, in the light field as well; none: the given one stayed.
+  std::optional<tracking::RefinedLens> refined_lens;
   std::optional<Subject> subject;
   bool subject_was_found = false;                      // by the capture itself, not given
   std::shared_ptr<const RecordedFrame> last_recorded;  // null: none

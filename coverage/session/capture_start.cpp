@@ -247,6 +247,7 @@ tracking::ReadoutArgs ReadoutOf(const CaptureArgs& args, const LightField* resum
 }
 
 bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& prepared) {
+  args.poses.RequireFor(args.lens);
   if (args.resume) {
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Resume(args.dir));
     ResumeOptions(args, prepared.writer->Contents(), options);
@@ -272,12 +273,17 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         "on with --poses features, or name the marker of the session before (its end says which): --poses "
         "{}:NUMBER",
         args.dir, args.poses.Text());
-  if (args.lens == tracking::LensUse::kRefine)
-    throw UsageError(
-        "--intrinsics refine: a capture records under one lens; capture with check, then find it with ulf "
-        "refine {} "
-        "--intrinsics, or before, with ulf track {} --intrinsics refine --calibration-out FILE",
-        args.dir, args.uri);
+  options->lens = args.lens;
+  if (resumed && !resumed->views.empty() && args.lens == tracking::LensUse::kRefine) {
+    // The tracker's map hangs on the poses of these views, which belong to their lens.
+    options->lens = tracking::LensUse::kCheck;
+    spdlog::warn(
+        "{}: --intrinsics refine: its {} hold the map under the lens that they were recorded with, so this "
+        "session "
+        "goes on with that lens and checks it; ulf refine {} --intrinsics finds another for all views "
+        "together",
+        args.dir, Counted(resumed->views.size(), "view"), args.dir);
+  }
   if (args.person.empty()) {
     prepared.device = acquisition::OpenDevice(acquisition::WithReplaySpeed(args.uri, args.speed));
   } else {
@@ -293,12 +299,21 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
 
   CaptureHeader header;
   const bool stills = prepared.device->TakesStills();
+  acquisition::IntrinsicsArgs intrinsics = args.intrinsics;
+  if (args.lens == tracking::LensUse::kRefine) intrinsics.guessed_focal_px = acquisition::GuessFocalPx(first);
   const auto use = [&header](const acquisition::ResolvedCalibration& calibration) {
     for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
     header.calibration_source = calibration.source;
     header.flat_field = calibration.flat_field;
     return calibration.camera;
   };
+  if (stills && args.lens == tracking::LensUse::kRefine)
+    throw UsageError(
+        "--intrinsics refine: {0} records photographs, and live view does not tell their lens; find the lens "
+        "of live "
+        "view with ulf track {0} --intrinsics refine --calibration-out FILE, then capture with --calibration "
+        "FILE",
+        prepared.device->Info().uri);
   acquisition::RecordingHeader& recording = prepared.recording =
       acquisition::RecordingHeader::Of(*prepared.device);
   if (resumed) {
@@ -308,11 +323,12 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   if (resumed && !stills)
     prepared.camera = CameraOfResumed(*resumed, first);
   else
-    prepared.camera = use(acquisition::ResolveCalibration(*prepared.device, args.intrinsics,
-                                                          first.image.width(), first.image.height()));
+    prepared.camera = use(acquisition::ResolveCalibration(*prepared.device, intrinsics, first.image.width(),
+                                                          first.image.height()));
   options->calibration_source = resumed && !stills ? resumed->calibration_source : header.calibration_source;
   if (!options->calibration_source.empty())
-    options->calibrated = options->calibration_source != acquisition::kFocalLengthGiven;
+    options->calibrated = options->calibration_source != acquisition::kFocalLengthGiven &&
+                          options->calibration_source != acquisition::kFocalLengthGuessed;
   recording.camera = prepared.camera;
   recording.flat_field = header.flat_field;
   if (stills) {
@@ -335,7 +351,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
                                                     .max_side_px = args.tracking_side_px,
                                                     .wait_for_mapper = !prepared.device->IsLive(),
                                                     .readout = ReadoutOf(args, resumed),
-                                                    .lens = args.lens},
+                                                    .lens = options->lens},
                                         .subject = options->subject,
                                         .metric = info.bus == "simulated",
                                         .stop = StopOnSignal::Asked});

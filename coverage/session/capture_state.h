@@ -21,6 +21,7 @@
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/session/preflight.h"
+#include "coverage/session/turn_back.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::coverage {
@@ -47,11 +48,13 @@ struct CaptureState {
   // The live frame, with the camera's distortion.
   Image live;
   CameraModel camera;
-  bool takes_stills = false;  // photographs are recorded in place of live frames
+  CameraModel recorded_camera;  // of all views of this session
+  bool takes_stills = false;    // photographs are recorded in place of live frames
 
   tracking::TrackState tracking = tracking::TrackState::kInitializing;
   std::string tracking_words;  // what to do while there is no pose; empty while there is one
   std::optional<Rigid3> cam_from_world;
+  std::optional<CameraTurn> turned;  // while there is no pose; none: not known
   double quality = 0;
   std::optional<tracking::StartProgress> start;
   std::vector<tracking::VisiblePoint> points;  // found in this frame

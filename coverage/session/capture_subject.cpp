@@ -103,13 +103,16 @@ void CaptureSubject::FindFirst(const tracking::Track& track) {
     say_("the tracker began a new map: the subject is looked for again");
   }
   if (IsPlaced()) {
-    if (anchors_.empty()) Anchor(track);
+    if (anchors_.empty() ||
+        (record_.views().empty() &&
+         anchors_.StandsApart(*record_.subject(), *track.cam_from_world, options_.anchors_apart)))
+      Anchor(track);
     return;
   }
-  const auto depth = DepthNearCenter(poses_.VisiblePoints(), camera_);
+  const auto depth = DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   finding_ = depth.has_value();
   if (!depth || tracked_in_a_row_ < options_.stable_frames) return;
-  Set(SubjectOnAxis(camera_, *track.cam_from_world, *depth, options_.size));
+  Set(SubjectOnAxis(lens_.live(), *track.cam_from_world, *depth, options_.size));
   found_ = true;
 }
 
@@ -153,6 +156,10 @@ void CaptureSubject::SayFollowed(const Subject& from) const {
                                      100 * record_.subject()->radius / from.radius)));
 }
 
+std::optional<Subject> CaptureSubject::GoOverFrom(const CameraModel& before) {
+  return is_stale_ ? std::nullopt : anchors_.GoOverTo(lens_.live(), before, poses_);
+}
+
 void CaptureSubject::Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {
   const std::string problem = ProblemOf(subject, cam_from_world);
   found_ &= !problem.empty();
@@ -169,12 +176,12 @@ void CaptureSubject::Find(const FindSubject& asked, const std::optional<Rigid3>&
         fmt::format("the subject stays as it was: its sphere cannot be {:g} of the picture's width, the "
                     "safety rectangle is {:g}",
                     share, options_.rectangle_share));
-  const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), camera_);
+  const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   if (!depth)
     return say_(
         "the subject stays as it was: too few tracked points in the middle of the picture; aim at it, or "
         "give its depth (subject depth D)");
-  Move(SubjectOnAxis(camera_, *cam_from_world, *depth, share));
+  Move(SubjectOnAxis(lens_.live(), *cam_from_world, *depth, share));
 }
 
 void CaptureSubject::Move(const Subject& subject) {

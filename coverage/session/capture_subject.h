@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
+#include "coverage/session/capture_lens.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/preflight.h"
 #include "coverage/session/record/capture_record.h"
@@ -84,14 +86,16 @@ class CaptureSubject {
     // Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more
     // than the second is told. Guessed.
     double worth_following = 0.01, worth_telling = 0.05;
+    // Before the first view it is anchored to cameras whose directions are this far apart, radians, so that these tell
+    // where it is should the lens change. Guessed.
+    double anchors_apart = Radians(2);
   };
   CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const tracking::PoseSource& poses,
-                 const CameraModel& camera, const Options& options,
-                 std::function<void(const std::string&)> say)
+                 const CaptureLens& lens, const Options& options, std::function<void(const std::string&)> say)
       : record_(record),
         outlook_(outlook),
         poses_(poses),
-        camera_(camera),
+        lens_(lens),
         options_(options),
         say_(std::move(say)) {}
 
@@ -104,6 +108,9 @@ class CaptureSubject {
   // Where a corrected map has taken the sphere with its surroundings; none: nowhere that matters.
   std::optional<Subject> Followed() const;
   void SayFollowed(const Subject& from) const;
+  // Where it is under the lens in use, which took the place of `before`: where it was in the pictures. None: there is no
+  // sphere that could follow.
+  std::optional<Subject> GoOverFrom(const CameraModel& before);
   // On request, with the camera at its last known pose. Reports why when the request is refused.
   void Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
   void Find(const FindSubject& asked, const std::optional<Rigid3>& cam_from_world);
@@ -125,7 +132,7 @@ class CaptureSubject {
   CaptureRecord& record_;
   CaptureOutlook& outlook_;
   const tracking::PoseSource& poses_;
-  const CameraModel camera_;  // of the frames that are tracked
+  const CaptureLens& lens_;
   const Options options_;
   const std::function<void(const std::string&)> say_;
   SubjectWatch watch_;

@@ -67,6 +67,30 @@ PreflightItem Focus(const PreflightInput& input) {
   return item;
 }
 
+// A warning at most: ulf refine --intrinsics finds the lens of what was recorded.
+PreflightItem Calibration(const PreflightInput& input) {
+  PreflightItem item{.name = "calibration", .in_order = input.calibrated, .words = {}, .holds_start = false};
+  if (input.lens_found) {
+    item.in_order = true;
+    item.words = "found from the images: " + input.lens_found->Text();
+  } else if (input.lens_is_sought && input.calibrated != true) {
+    item.words = fmt::format(
+        "{}: the lens is found while the camera moves sideways, up and down; what is recorded before follows",
+        input.calibration_source);
+  } else if (input.lens_contradicted && !input.lens_is_sought) {
+    item.in_order = false;
+    item.words = fmt::format("contradicted: {}; calibrate, or begin again with --intrinsics refine",
+                             input.lens_contradicted->Text());
+  } else if (!input.calibrated) {
+    item.words = "not known";
+  } else {
+    item.words = *input.calibrated ? input.calibration_source
+                                   : "only a focal length, the lens's distortion is not known: calibrate "
+                                     "the camera (ulf board, ulf calibrate)";
+  }
+  return item;
+}
+
 PreflightItem Disk(const PreflightInput& input) {
   constexpr char kWayOut[] = ": free some space, or write to another disk";
   constexpr double kLeastSaid_gb = 0.1;
@@ -90,17 +114,7 @@ PreflightItem Disk(const PreflightInput& input) {
 }  // namespace
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input) {
-  std::vector<PreflightItem> items;
-  if (!input.calibrated)
-    items.push_back({"calibration", {}, "not known"});
-  else
-    items.push_back({.name = "calibration",
-                     .in_order = input.calibrated,
-                     .words = *input.calibrated
-                                  ? input.calibration_source
-                                  : "only a focal length, the lens's distortion is not known: calibrate "
-                                    "the camera (ulf board, ulf calibrate)",
-                     .holds_start = false});
+  std::vector<PreflightItem> items{Calibration(input)};
   items.push_back(Light(input));
   items.push_back(Automatic("exposure", input.held.exposure));
   items.push_back(Automatic("white balance", input.held.white_balance));
@@ -145,7 +159,9 @@ void CaptureOutlook::Check(PreflightInput input) {
   preflight_ = Preflight(input);
   const bool may_be_tracked = prediction_ || input.without_subject;
   for (const PreflightItem& item : preflight_) {
-    if (item.in_order != false || (item.name == "tracking" && !may_be_tracked)) continue;
+    const bool said_elsewhere = (item.name == "tracking" && !may_be_tracked) ||
+                                (item.name == "calibration" && input.lens_contradicted);
+    if (item.in_order != false || said_elsewhere) continue;
     if (said_.insert(item.name).second)
       say_(fmt::format("before the first view: {}: {}", item.name, item.words));
   }

@@ -12,6 +12,7 @@
 #include "coverage/bound/capture_prediction.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/light_and_focus.h"
+#include "tracking/estimation/calibration_check.h"
 
 namespace ulf::coverage {
 
@@ -27,6 +28,9 @@ struct PreflightItem {
 struct PreflightInput {
   std::optional<bool> calibrated;  // false: --focal-px and no distortion; none: poses and camera are given
   std::string calibration_source;
+  bool lens_is_sought = false;  // --intrinsics refine
+  std::optional<tracking::RefinedLens> lens_found = {};
+  std::optional<tracking::CalibrationCheck> lens_contradicted = {};
   acquisition::HeldAutomatics held;
   PictureFinding picture = {};
   std::optional<CapturePrediction> prediction;
@@ -61,7 +65,8 @@ class CaptureOutlook {
   bool IsDue() const { return !prediction_; }
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric);
   // While no view is recorded. `input` without its prediction. Reports each failed check the first time;
-  // tracking only once a prediction is there: before, it is said why there is no pose.
+  // tracking only once a prediction is there: before, it is said why there is no pose. A lens that images contradict is
+  // reported by whoever found that.
   void Check(PreflightInput input);
   const std::vector<PreflightItem>& preflight() const { return preflight_; }
   // Fills in prediction and preflight; `state` has its views and its coverage map already.

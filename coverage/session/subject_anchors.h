@@ -2,13 +2,19 @@
 // corrects its map (a loop closes, an adjustment moves keyframes), what stands in the sphere moves with the
 // points around it, and the sphere has to follow.
 //
-// Each anchor is the sphere as it stood beside one keyframe, kept as the views' poses are (tracking/map/anchored.h),
+// Each anchor is the sphere as it stood before one camera, kept as the views' poses are (tracking/map/anchored.h),
 // so that it follows both the keyframe and its unit of length. The sphere is where the anchors' mean is.
+//
+// Another lens moves everything nearer or farther while the cameras stay about where they were. Then the sphere is
+// what it was in the pictures: the place where the anchors' cameras, under the new lens, see the pixel in which they
+// saw its centre, and as large as it was in these pictures.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
+#include "core/geometry/camera_model.h"
 #include "core/light_field/light_field.h"
 #include "tracking/sources/pose_source.h"
 
@@ -20,12 +26,23 @@ class SubjectAnchors {
   bool empty() const { return anchors_.empty(); }
   // `track`: with a pose and an anchor, of the same moment as `subject`; else nothing happens.
   void Add(const Subject& subject, const tracking::Track& track);
+  // Whether a camera at this pose sees the subject from a direction this far, in radians, from those of all anchors,
+  // as these were when they were added.
+  bool StandsApart(const Subject& subject, const Rigid3& cam_from_world, double least_angle) const;
   // None without anchors.
   std::optional<Subject> Now(const tracking::PoseSource& poses) const;
+  // Goes over from one lens to another, under which `poses` are already. None without anchors, or where these lenses
+  // do not see the sphere.
+  std::optional<Subject> GoOverTo(const CameraModel& now, const CameraModel& before,
+                                  const tracking::PoseSource& poses);
 
  private:
   struct Anchor {
-    tracking::Anchored center, rim;  // of cameras that stand there
+    tracking::Anchored camera;
+    // In that camera's frame, in the unit of `camera`.
+    Eigen::Vector3d center;
+    double radius = 0;
+    Eigen::Vector3d direction;  // of the camera from the subject, in the world of then; unit length
   };
   std::vector<Anchor> anchors_;
 };

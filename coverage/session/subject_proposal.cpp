@@ -35,7 +35,7 @@ bool SubjectProposer::AreAlike(const Subject& a, const Subject& b) const {
 
 std::optional<double> SubjectProposer::ViewsFor(const Subject& subject, double distance) const {
   const auto predicted =
-      Predict(SetupAt(options_.camera, options_.coverage_width_px, subject, distance, options_.threshold_px),
+      Predict(SetupAt(lens_.recorded(), options_.coverage_width_px, subject, distance, options_.threshold_px),
               options_.cap, options_.until_share);
   return predicted && predicted->views ? std::optional(predicted->views->usual) : std::nullopt;
 }

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "core/geometry/camera_model.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
+#include "coverage/session/capture_lens.h"
 #include "coverage/session/record/live_geometry.h"
 
 namespace ulf::coverage {
@@ -27,7 +27,6 @@ std::string InWords(const SubjectProposal& proposal, const Subject& now);
 class SubjectProposer {
  public:
   struct Options {
-    CameraModel camera;  // of the views
     int coverage_width_px = 640;
     double threshold_px = 7;
     std::optional<Cap> cap;
@@ -41,7 +40,8 @@ class SubjectProposer {
     // farther off is another sphere. Guessed.
     double same_radius = 0.15, same_center = 0.15;
   };
-  explicit SubjectProposer(const Options& options) : options_(options) {}
+  // `lens` outlives it.
+  SubjectProposer(const CaptureLens& lens, const Options& options) : lens_(lens), options_(options) {}
 
   // After every frame; `mesh` may be null. `distance`: of the camera from the sphere's centre. Returns a proposal
   // once, when a new one is due.
@@ -54,6 +54,7 @@ class SubjectProposer {
   bool AreAlike(const Subject& a, const Subject& b) const;
   std::optional<double> ViewsFor(const Subject& subject, double distance) const;
 
+  const CaptureLens& lens_;
   const Options options_;
   std::shared_ptr<const LiveMesh> mesh_;  // the last that was looked at
   std::optional<Subject> sphere_, seen_before_;

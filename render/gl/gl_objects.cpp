@@ -63,21 +63,27 @@ void GlProgram::Build(const std::string& name, const std::string& vertex_source,
                       const std::string& fragment_source) {
   const unsigned vertex = CompileShader(GL_VERTEX_SHADER, name + " (vertices)", vertex_source);
   const unsigned fragment = CompileShader(GL_FRAGMENT_SHADER, name + " (fragments)", fragment_source);
-  program_ = glCreateProgram();
-  glAttachShader(program_, vertex);
-  glAttachShader(program_, fragment);
-  glLinkProgram(program_);
-  glDeleteShader(vertex);
-  glDeleteShader(fragment);
-  GLint ok = 0;
-  glGetProgramiv(program_, GL_LINK_STATUS, &ok);
-  if (!ok)
-    throw Error("OpenGL: shader {} does not link on this driver; use ulf render --renderer reference", name);
+  Link(name, {vertex, fragment});
   // Drivers interpret a binding on an array of samplers differently: set unit n for sampler n.
   for (int n = 0; n < 16; ++n) {
     const int location = glGetUniformLocation(program_, ("photographs[" + std::to_string(n) + "]").c_str());
     if (location >= 0) glProgramUniform1i(program_, location, n);
   }
+}
+
+void GlProgram::BuildCompute(const std::string& name, const std::string& source) {
+  Link(name, {CompileShader(GL_COMPUTE_SHADER, name, source)});
+}
+
+void GlProgram::Link(const std::string& name, std::initializer_list<unsigned> shaders) {
+  program_ = glCreateProgram();
+  for (const unsigned shader : shaders) glAttachShader(program_, shader);
+  glLinkProgram(program_);
+  for (const unsigned shader : shaders) glDeleteShader(shader);
+  GLint ok = 0;
+  glGetProgramiv(program_, GL_LINK_STATUS, &ok);
+  if (!ok)
+    throw Error("OpenGL: shader {} does not link on this driver; use ulf render --renderer reference", name);
 }
 
 void GlProgram::Use() const { glUseProgram(program_); }
@@ -104,15 +110,24 @@ void GlBuffer::UploadBytes(const void* data, std::size_t size) {
   if (size > 0) glNamedBufferSubData(buffer_, 0, static_cast<GLsizeiptr>(size), data);
 }
 
+void GlBuffer::Reserve(std::size_t bytes) {
+  if (!buffer_) glCreateBuffers(1, &buffer_);
+  glNamedBufferData(buffer_, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_READ);
+}
+
 void GlBuffer::BindStorage(unsigned binding) const {
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer_);
 }
 
 std::vector<std::int32_t> GlBuffer::Read(std::size_t count) const {
   std::vector<std::int32_t> values(count);
-  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-  glGetNamedBufferSubData(buffer_, 0, static_cast<GLsizeiptr>(count * sizeof(std::int32_t)), values.data());
+  ReadBytes(values.data(), count * sizeof(std::int32_t));
   return values;
+}
+
+void GlBuffer::ReadBytes(void* bytes, std::size_t count) const {
+  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  glGetNamedBufferSubData(buffer_, 0, static_cast<GLsizeiptr>(count), bytes);
 }
 
 void GlBuffer::Release() {

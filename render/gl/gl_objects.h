@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <opencv2/core.hpp>
 #include <string>
 #include <type_traits>
@@ -28,6 +29,7 @@ void SetDepthTest(unsigned function, bool writes);
 class GlProgram {
  public:
   void Build(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);
+  void BuildCompute(const std::string& name, const std::string& source);
   void Use() const;
   // Ignores names that the compiler dropped.
   void Set(const char* name, int value) const;
@@ -36,6 +38,7 @@ class GlProgram {
   void Release();
 
  private:
+  void Link(const std::string& name, std::initializer_list<unsigned> shaders);
   unsigned program_ = 0;
 };
 
@@ -45,10 +48,12 @@ class GlBuffer {
   void Upload(const std::vector<T>& values) {
     UploadBytes(values.data(), values.size() * sizeof(T));
   }
+  void Reserve(std::size_t bytes);  // for shaders to write; the contents are undefined
   void BindStorage(unsigned binding) const;
   unsigned name() const { return buffer_; }
   // What shaders wrote into the buffer; waits for them.
   std::vector<std::int32_t> Read(std::size_t count) const;
+  void ReadBytes(void* bytes, std::size_t count) const;
   void Release();
 
  private:

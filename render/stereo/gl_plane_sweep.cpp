@@ -56,21 +56,17 @@ CarrierTexels TexelsOf(const PlaneCarrier& carrier, const cv::Mat& grey) {
   return texels;
 }
 
-constexpr int kPlanesAtOnce = 4;  // the channels of a target
+constexpr int kGroupPx = 8;  // sides of a work group (sweep.comp)
 
 }  // namespace
-
-const unsigned GlPlaneSweep::kCostsFormat = GL_RGBA32F;
 
 GlPlaneSweep::~GlPlaneSweep() {
   const GlContext::Current current(context_);
   program_.Release();
-  no_vertices_.Release();
   carriers_.Release();
+  inverse_depths_.Release();
   costs_.Release();
 }
-
-bool GlPlaneSweep::IsSoftware() const { return context_.IsSoftware(); }
 
 CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
                                        const std::vector<const StereoView*>& neighbours,
@@ -79,11 +75,11 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
   const Shape shape{std::clamp(options.window_radius_px, 1, 3), static_cast<int>(neighbours.size())};
   if (shape != built_) {
     program_.Release();
-    program_.Build(
-        "sweep", std::string("#version 450 core\n") + shaders::k_fullscreen_vert,
-        fmt::format("#version 450 core\n#define RADIUS {}\n#define NEIGHBOURS {}\n#define KEEP {}\n{}",
-                    shape.radius, shape.neighbours, KeptNeighbours(neighbours.size()),
-                    shaders::k_sweep_frag));
+    program_.BuildCompute(
+        "sweep", fmt::format("#version 450 core\n#define RADIUS {}\n#define NEIGHBOURS {}\n#define KEEP {}\n"
+                             "#define COST_UNIT {:.9e}\n{}",
+                             shape.radius, shape.neighbours, KeptNeighbours(neighbours.size()), kCostUnit,
+                             shaders::k_sweep_comp));
     built_ = shape;
   }
   const GreyLayers own({&view}), others(neighbours);
@@ -91,10 +87,10 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
   for (const StereoView* neighbour : neighbours)
     carriers.push_back(TexelsOf(MakePlaneCarrier(view, *neighbour), neighbour->grey));
   carriers_.Upload(carriers);
-  costs_.Resize(view.grey.cols, view.grey.rows);
-  costs_.Bind();
-  glDisable(GL_DEPTH_TEST);
-  glDisable(GL_BLEND);
+  std::vector<float> inverse_depths;
+  for (int plane = 0; plane < range.planes; ++plane)
+    inverse_depths.push_back(static_cast<float>(range.At(plane)));
+  inverse_depths_.Upload(inverse_depths);
   program_.Use();
   program_.Set("noise_floor", static_cast<float>(options.noise * options.noise * (2 * shape.radius + 1) *
                                                  (2 * shape.radius + 1)));
@@ -102,22 +98,23 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
   own.Bind(0);
   others.Bind(1);
   carriers_.Bind(2);
-  no_vertices_.Bind();
+  inverse_depths_.BindStorage(2);
   CostVolume volume(view.grey.cols, view.grey.rows, range.planes);
-  for (int first = 0; first < range.planes; first += kPlanesAtOnce) {
-    std::array<float, 4> inverse_depths{};
-    for (int k = 0; k < kPlanesAtOnce; ++k) inverse_depths[At(k)] = static_cast<float>(range.At(first + k));
-    program_.Set("inverse_depths", inverse_depths);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    const cv::Mat costs = costs_.Read();
-    constexpr std::array<int, kPlanesAtOnce> kChannel{2, 1, 0, 3};  // read as blue, green, red, alpha
-    const int planes = std::min(kPlanesAtOnce, range.planes - first);
-    for (int y = 0; y < costs.rows; ++y) {
-      const float* row = costs.ptr<float>(y);
-      std::uint8_t* out = volume.At(0, y) + first;
-      for (int x = 0; x < costs.cols; ++x, row += 4, out += volume.stride())
-        for (int k = 0; k < planes; ++k) out[k] = CostByte(row[kChannel[At(k)]]);
-    }
+  const std::size_t row_bytes = At(volume.width()) * volume.stride();
+  const int band = std::clamp(static_cast<int>(band_bytes_ / row_bytes), 1, volume.height());
+  const auto quads = static_cast<int>(volume.stride() / 4);
+  program_.Set("planes", range.planes);
+  program_.Set("quads", quads);
+  for (int first = 0; first < volume.height(); first += band) {
+    const int end = std::min(first + band, volume.height());
+    // Anew for each band: on NVIDIA's driver 580 a buffer that was read back gave wrong costs the second time.
+    costs_.Reserve(At(end - first) * row_bytes);
+    costs_.BindStorage(3);
+    program_.Set("first_row", first);
+    program_.Set("end_row", end);
+    const auto groups = [](int px) { return static_cast<GLuint>((px + kGroupPx - 1) / kGroupPx); };
+    glDispatchCompute(groups(volume.width()), groups(end - first), static_cast<GLuint>(quads));
+    costs_.ReadBytes(volume.At(0, first), At(end - first) * row_bytes);
   }
   CheckGl("sweeping planes");
   return volume;

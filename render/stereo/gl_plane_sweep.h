@@ -12,29 +12,28 @@ namespace ulf::render {
 
 class GlPlaneSweep {
  public:
-  GlPlaneSweep() = default;  // throws Error where there is no OpenGL
+  // Throws Error where there is no OpenGL. `band_bytes`: of costs that are computed at a time.
+  explicit GlPlaneSweep(std::size_t band_bytes = kBandBytes) : band_bytes_(band_bytes) {}
   ~GlPlaneSweep();
 
-  // Only one thread at a time may call it.
+  // Only in the thread that made it.
   CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoView*>& neighbours,
                            const InverseDepthRange& range, const SweepOptions& options = {});
   const std::string& device() const { return context_.device(); }
-  bool IsSoftware() const;
 
  private:
+  static constexpr std::size_t kBandBytes = 64 << 20;  // a driver ends what takes it too long. Guessed.
   struct Shape {
     int radius = 0, neighbours = 0;
     bool operator==(const Shape&) const = default;
   };
 
+  std::size_t band_bytes_;
   GlContext context_;
   Shape built_;
   GlProgram program_;
-  GlEmptyVertexArray no_vertices_;
   GlTexelBuffer carriers_;
-  GlTarget costs_{kCostsFormat};
-
-  static const unsigned kCostsFormat;
+  GlBuffer inverse_depths_, costs_;
 };
 
 }  // namespace ulf::render

@@ -231,8 +231,6 @@ void MeanOfBetterHalf(const std::vector<std::vector<float>>& costs, std::size_t 
   }
 }
 
-constexpr float kCostUnit = 80;  // 8-bit units for a cost of 1: the largest, 2, still fits
-
 // Parts of rows whose tiles all want a plane.
 template <typename Wants>
 std::vector<std::pair<int, int>> RunsOf(int tiles, const Wants& wants) {

@@ -94,7 +94,7 @@ CostVolume MatchingCosts(const StereoView& view, const std::vector<const StereoV
                          const PlanesOfTiles* compared = nullptr);
 // How many of this number of neighbours, those that agree best, count.
 int KeptNeighbours(std::size_t neighbours);
-// 80 units for a cost of 1.
+constexpr float kCostUnit = 80;  // 8-bit units for a cost of 1: the largest, 2, still fits
 std::uint8_t CostByte(float cost);
 
 DepthMap DepthOfLeastCost(const CostVolume& volume, const StereoView& view, const InverseDepthRange& range,

@@ -1,9 +1,8 @@
 #include "render/stereo/proxy_builder.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <memory>
+#include <opencv2/core/utility.hpp>
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
@@ -71,12 +70,9 @@ std::vector<Task> TasksOf(const std::vector<StereoView>& views, const Subject& s
 std::unique_ptr<GlPlaneSweep> MakeSweepOn(SweepDevice device) {
   if (device == SweepDevice::kProcessor) return nullptr;
   try {
-    auto sweep = std::make_unique<GlPlaneSweep>();
-    return device != SweepDevice::kGl && sweep->IsSoftware() ? nullptr : std::move(sweep);
+    return std::make_unique<GlPlaneSweep>();
   } catch (const Error& error) {
-    if (device == SweepDevice::kGl) throw Error("{}, or use --renderer reference", error.what());
-    spdlog::debug("the processor compares the photographs: {}", error.what());
-    return nullptr;
+    throw Error("{}, or use --renderer reference", error.what());
   }
 }
 
@@ -94,24 +90,37 @@ double PixelDepthRadii(const std::vector<StereoView>& views, const std::vector<T
 std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std::vector<Task>& tasks,
                                  const Subject& subject, GlPlaneSweep* gl, Progress* progress) {
   std::vector<ViewDepth> maps(tasks.size());
-  Mutex drawing;  // of `gl`
-  const auto depth_of = [&](const Task& task, const StereoView& view, const InverseDepthRange& depths) {
-    if (!gl) return SweepPlanes(view, task.neighbours, depths).depth;
-    const CostVolume costs = [&] {
-      const MutexLock lock(drawing);
-      return gl->MatchingCosts(view, task.neighbours, depths);
-    }();
-    return DepthOfLeastCost(costs, view, depths).depth;
-  };
   LoopProgress shown(progress, "depth maps", kPhotographsShare, kMapsShare, tasks.size());
-  ParallelFor(tasks.size(), [&](std::size_t i) {
-    const Task& task = tasks[i];
+  const auto range_of = [&](const Task& task) {
     const StereoView& view = views[At(task.view)];
-    const double distance = (subject.center_in_world - view.center_in_world).norm();
-    const InverseDepthRange depths = FindRange(view, task.neighbours, distance);
-    maps[i] = {view, depth_of(task, view, depths), (depths.most - depths.least) / (depths.planes - 1)};
+    return FindRange(view, task.neighbours, (subject.center_in_world - view.center_in_world).norm());
+  };
+  const auto keep = [&](std::size_t i, const InverseDepthRange& depths, cv::Mat depth) {
+    maps[i] = {views[At(tasks[i].view)], std::move(depth),
+               (depths.most - depths.least) / (depths.planes - 1)};
     shown.AddOne();
-  });
+  };
+  if (!gl) {
+    ParallelFor(tasks.size(), [&](std::size_t i) {
+      const InverseDepthRange depths = range_of(tasks[i]);
+      keep(i, depths, SweepPlanes(views[At(tasks[i].view)], tasks[i].neighbours, depths).depth);
+    });
+    return maps;
+  }
+  // OpenGL in this thread alone: NVIDIA's driver frees twice what it keeps for a thread of a pool that ends after main().
+  std::vector<InverseDepthRange> ranges(tasks.size());
+  ParallelFor(tasks.size(), [&](std::size_t i) { ranges[i] = range_of(tasks[i]); });
+  constexpr int kMostVolumes = 8;  // in memory at a time
+  const std::size_t at_once = At(std::clamp(cv::getNumThreads(), 1, kMostVolumes));
+  for (std::size_t first = 0; first < tasks.size(); first += at_once) {
+    std::vector<CostVolume> costs;
+    for (std::size_t i = first; i < std::min(first + at_once, tasks.size()); ++i)
+      costs.push_back(gl->MatchingCosts(views[At(tasks[i].view)], tasks[i].neighbours, ranges[i]));
+    ParallelFor(costs.size(), [&](std::size_t n) {
+      const std::size_t i = first + n;
+      keep(i, ranges[i], DepthOfLeastCost(costs[n], views[At(tasks[i].view)], ranges[i]).depth);
+    });
+  }
   return maps;
 }
 

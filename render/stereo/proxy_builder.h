@@ -19,15 +19,15 @@
 
 namespace ulf::render {
 
-// What compares the photographs. kAuto: OpenGL on a GPU, else the processor.
-enum class SweepDevice { kAuto, kGl, kProcessor };
+// What compares the photographs.
+enum class SweepDevice { kProcessor, kGl };
 
 struct ProxyOptions {
   int size_px = 640;    // longer side of the photographs that are compared (docs/speed_and_accuracy.md)
   int depth_maps = 60;  // at most. Guessed.
   int neighbours = 8;   // with which a view is compared. Guessed.
   MapsMeshOptions mesh = {};
-  SweepDevice device = SweepDevice::kAuto;
+  SweepDevice device = SweepDevice::kProcessor;
   bool keep_maps = false;  // make ProxyMesh::maps
 };
 

@@ -31,6 +31,7 @@ Chart ViewerChart(const ChartEffort& effort);
 Chart TrackingChart(const ChartEffort& effort);
 Chart TrackingSideChart(const ChartEffort& effort);
 Chart TrackingStepsChart(const ChartEffort& effort);
+Chart LensChart(const ChartEffort& effort);
 Chart MapSizeChart(const ChartEffort& effort);
 Chart PredictedErrorChart(const ChartEffort& effort);
 Chart WrongChoiceChart(const ChartEffort& effort);

@@ -54,13 +54,22 @@ class Screens {
   void Start() {
     const StagedCapture capture(options_);
     auto state = capture.At(capture.CameraAt(-1, 0));
-    state->tracking = TrackState::kInitializing;
-    state->cam_from_world.reset();
+    Track track;
+    track.start = state->start = StartProgress{StartObstacle::kLowParallax, 0.9, 1.6, 212, 60};
+    WithoutPose(track, *state);
     state->subject.reset();
     state->coverage.reset();
-    state->start = StartProgress{StartObstacle::kLowParallax, 0.9, 1.6, 212, 60};
-    state->tracking_words = Advice(StartObstacle::kLowParallax);
     Write("start", Screen(capture).Show(state));
+
+    track.start = StartProgress{StartObstacle::kRotationOnly, 0.2, 1.6, 212, 60};
+    const Rigid3 first = capture.CameraAt(-1, 0), now = capture.CameraAt(-1, 0, 1, {0.2, 0.05});
+    const auto turns = capture.At(now);
+    turns->turned = CameraTurn{now.rotation * first.rotation.conjugate(), false};
+    turns->subject.reset();
+    turns->coverage.reset();
+    turns->start = track.start;
+    WithoutPose(track, *turns);
+    Write("only_turns", Screen(capture).Show(turns));
   }
 
   void Capture() {
@@ -90,15 +99,15 @@ class Screens {
       return after_the_flash.Show(aside);
     }());
 
-    auto lost = capture.At(capture.CameraAt(30, 0, 1, {0.8, 0}));
-    lost->tracking = TrackState::kLost;
+    Write("lost", Screen(capture).Show(Lost(capture, {0.8, 0}, {})));
+    Write("lost_turned", Screen(capture).Show(Lost(capture, {0.35, -0.12}, capture.CameraAt(9.5, 3.2))));
+    Write("lost_turned_away", Screen(capture).Show(Lost(capture, {1.5, 0.2}, capture.CameraAt(9.5, 3.2))));
+    auto apart = capture.At(capture.CameraAt(30, 0, 1, {0.8, 0}));
     Track track;
-    track.state = TrackState::kLost;
-    lost->tracking_words = InWords(track);
-    lost->cam_from_world.reset();
-    lost->points.clear();
-    lost->decision.reason = Reason::kTracking;
-    Write("lost", Screen(capture).Show(lost));
+    track.state = TrackState::kApart;
+    track.matched_points = 87;
+    WithoutPose(track, *apart);
+    Write("apart", Screen(capture).Show(apart));
   }
 
   void Covered() {
@@ -143,6 +152,27 @@ class Screens {
   }
 
  private:
+  static void WithoutPose(const Track& track, CaptureState& state) {
+    state.tracking = track.state;
+    state.tracking_words = InWords(track, state.turned);
+    state.cam_from_world.reset();
+    state.points.clear();
+    state.decision.reason = Reason::kTracking;
+    PreflightInput input;
+    input.has_pose = false;
+    state.preflight.back() = Preflight(input).back();  // "tracking"
+  }
+  // Where the last views were, aimed beside the subject, after it was last known at `then`, if it knows its turn.
+  static std::shared_ptr<CaptureState> Lost(const StagedCapture& capture, const Eigen::Vector2d& aside,
+                                            const std::optional<Rigid3>& then) {
+    const Rigid3 now = capture.CameraAt(9.5, 3.2, 1, aside);
+    auto lost = capture.At(now);
+    if (then) lost->turned = CameraTurn{now.rotation * then->rotation.conjugate(), true};
+    Track track;
+    track.state = TrackState::kLost;
+    WithoutPose(track, *lost);
+    return lost;
+  }
   // Rows to and fro, the last one as far as the camera has come.
   static void ScanHalf(StagedCapture& capture) {
     capture.Record(capture.CameraAt(0, 0));  // the cap lies about the first

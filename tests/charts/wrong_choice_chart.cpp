@@ -16,7 +16,7 @@
 #include "tests/acquisition/calibration/synthetic_board_views.h"
 #include "tests/charts/makers.h"
 #include "tests/charts/studio_views.h"
-#include "tests/charts/tracking_runs.h"
+#include "tests/charts/tracking/tracking_runs.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/refine/refine_views.h"

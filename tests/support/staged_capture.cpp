@@ -51,6 +51,7 @@ std::shared_ptr<CaptureState> StagedCapture::At(const Rigid3& cam_from_world) co
   state->device_time_s = 0.1 * static_cast<double>(state->frames);
   state->frames_per_s = 30;
   state->camera = camera();
+  state->recorded_camera = camera();
   state->live.transfer = Transfer::kSrgb;
   state->live.pixels = options_.rendered
                            ? simulated_.CleanSrgb(cam_from_world)

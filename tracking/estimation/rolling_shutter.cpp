@@ -110,9 +110,11 @@ Vector2d RowShift::Seen(const Vector2d& global, const Vector3d& point_in_cam) co
 Vector2d RowShift::Global(const Vector2d& seen) const {
   const auto ray = camera_.RayFromImg(seen);
   if (!ray || ray->z() <= 0) return seen;
-  const auto global =
-      camera_.ImgFromCam(PointAfter(twist_, *ray * (depths_.At(seen) / ray->z()), -TimeOf(seen)));
-  return global.value_or(seen);
+  return camera_.ImgFromCam(GlobalPoint(seen, *ray)).value_or(seen);
+}
+
+Vector3d RowShift::GlobalPoint(const Vector2d& seen, const Vector3d& ray) const {
+  return PointAfter(twist_, ray * (depths_.At(seen) / ray.z()), -TimeOf(seen));
 }
 
 Vector2d RowShift::Seen(const Vector2d& global) const {
@@ -141,6 +143,20 @@ std::shared_ptr<const FeatureSet> MoveFeatures(const CameraModel& camera, const 
     if (!ray) continue;  // keep it as it is: others refer to features by index
     feature.img = global;
     feature.ray = *ray;
+  }
+  return std::make_shared<const FeatureSet>(std::move(moved), camera.width, camera.height);
+}
+
+std::shared_ptr<const FeatureSet> RemoveRows(const CameraModel& camera, const FeatureSet& detected,
+                                             const RowShift& rows) {
+  std::vector<Feature> moved = detected.all();
+  for (Feature& feature : moved) {
+    if (feature.ray.z() <= 0) continue;
+    const Vector3d point = rows.GlobalPoint(feature.img, feature.ray);
+    const auto img = camera.ImgFromCam(point);
+    if (!img) continue;  // keep it as it is: others refer to features by index
+    feature.img = *img;
+    feature.ray = point.normalized();
   }
   return std::make_shared<const FeatureSet>(std::move(moved), camera.width, camera.height);
 }

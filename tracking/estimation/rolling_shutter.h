@@ -75,6 +75,9 @@ class RowShift {
   Eigen::Vector2d Global(const Eigen::Vector2d& seen) const;
   Eigen::Vector2d Seen(const Eigen::Vector2d& global) const;
 
+  // Where a global shutter would have seen, from the camera, what the sensor saw at a point; `ray` there. Not normalised.
+  Eigen::Vector3d GlobalPoint(const Eigen::Vector2d& seen, const Eigen::Vector3d& ray) const;
+
   // The same in another unit of length.
   RowShift Scaled(double scale) const;
 
@@ -94,6 +97,9 @@ class RowShift {
 // Replaces the shift that was removed from a frame's features; null: no shift, as the sensor saw them.
 std::shared_ptr<const FeatureSet> MoveFeatures(const CameraModel& camera, const FeatureSet& features,
                                                const RowShift* from, const RowShift* to);
+// Removes a shift from features as the sensor saw them.
+std::shared_ptr<const FeatureSet> RemoveRows(const CameraModel& camera, const FeatureSet& detected,
+                                             const RowShift& rows);
 std::shared_ptr<const Pyramid> WithRows(const Pyramid& pyramid, std::shared_ptr<const RowShift> rows);
 
 struct SeenPoint {

@@ -52,7 +52,8 @@ void RowMotion::GiveRows(TrackedImage& image, const Twist& velocity,
                          std::span<const DepthField::Sample> depths) const {
   const auto rows =
       std::make_shared<const RowShift>(camera_, readout_s_, velocity, DepthField(camera_, depths));
-  image.features = MoveFeatures(camera_, *image.features, image.pyramid->rows.get(), rows.get());
+  if (!image.detected) image.detected = image.features;
+  image.features = RemoveRows(camera_, *image.detected, *rows);
   image.pyramid = WithRows(*image.pyramid, rows);
 }
 

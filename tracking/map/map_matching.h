@@ -26,6 +26,7 @@ struct TrackedImage {
   double time_s = 0;
   std::shared_ptr<const Pyramid> pyramid;
   std::shared_ptr<const FeatureSet> features;
+  std::shared_ptr<const FeatureSet> detected = {};  // where a rolling shutter saw them; null: there, too
   std::shared_ptr<const FiducialObservation> fiducials = {};  // corners of a given world, if it shows any
 };
 

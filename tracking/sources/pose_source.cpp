@@ -109,6 +109,14 @@ PosesSpec PosesSpec::Parse(const std::string& text) {
   return spec;
 }
 
+void PosesSpec::RequireFor(LensUse lens) const {
+  if (lens == LensUse::kRefine && kind_ != Kind::kFeatures)
+    throw UsageError(
+        "--intrinsics refine with --poses {}: the lens is found from tracked features alone; leave out "
+        "--poses to find it, then use these poses with the calibration that --calibration-out writes",
+        text_);
+}
+
 std::unique_ptr<PoseSource> PosesSpec::Open(const CameraModel& camera,
                                             const PoseSourceOptions& options) const {
   if (UseFeatures()) WarnOfLargePictures(camera, options.tracker);

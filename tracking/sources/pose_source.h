@@ -129,7 +129,9 @@ class PosesSpec {
   bool ChoosesWorldAnew() const {
     return (kind_ == Kind::kMarkers || kind_ == Kind::kBoth) && markers_.kind == MarkerSpec::Kind::kSeveral;
   }
-  bool AreFeaturesAlone() const { return kind_ == Kind::kFeatures; }
+  // A lens is found from a map of features alone (LensUse::kRefine). Throws UsageError where these poses have more
+  // than that, or none.
+  void RequireFor(LensUse lens) const;
   // The source builds a map of features, which a resumed capture must restore.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
   std::unique_ptr<PoseSource> Open(const CameraModel& camera, const PoseSourceOptions& options) const;

@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
+
 #include "core/base/counted.h"
 
 namespace ulf::tracking {
@@ -25,11 +27,17 @@ std::string InWords(const StartProgress& start) {
                      start.parallax_needed_deg);
 }
 
+std::string ZoomInWords(double focal_ratio) {
+  return fmt::format("the zoom was moved: the focal length is {:.1f} % {} than the given lens's; put it back",
+                     100 * std::abs(focal_ratio - 1), focal_ratio > 1 ? "longer" : "shorter");
+}
+
 std::string InWords(const Track& track) {
   switch (track.state) {
     case TrackState::kInitializing:
       return track.start ? InWords(*track.start) : "starting";
     case TrackState::kTracking:
+      if (track.focal_ratio) return ZoomInWords(*track.focal_ratio);
       return track.matched_points > 0 ? "following " + Counted(track.matched_points, "point")
                                       : "its pose is known";
     case TrackState::kApart:

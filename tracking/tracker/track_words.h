@@ -12,4 +12,7 @@ std::string InWords(const StartProgress& start);
 
 std::string InWords(const Track& track);
 
+// Of Track::focal_ratio: how far the zoom was moved, and what to do.
+std::string ZoomInWords(double focal_ratio);
+
 }  // namespace ulf::tracking

@@ -40,8 +40,10 @@ void Tracker::Finish() {
   state.mapper.Rest();
   state.mapper.AdjustAll();
   if (state.options.lens == LensUse::kFixed) return;
+  if (state.zoom.IsMoved()) state.FollowWith(state.size.working());
   const auto check = [&] {
-    state.calibration = state.InOriginalPixels(CheckCalibration(state.camera, state.shared.ReadByOwner()));
+    state.calibration =
+        state.InOriginalPixels(CheckCalibration(state.size.working(), state.shared.ReadByOwner()));
   };
   check();
   // A lens that was once replaced is no calibration: the whole map knows it better than the part did.

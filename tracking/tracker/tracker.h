@@ -84,7 +84,10 @@ struct Track {
   double speed_px = 0;      // median image motion of the tracked points since the frame before; 0: unknown
   bool keyframe = false;    // the mapper took this frame as a keyframe
   bool wrong_lens = false;  // the map contradicts the given lens: Statistics() says how
-  int lens_revision = 0;    // how often the tracker has replaced the given lens (LensUse::kRefine)
+  // A zoom was moved: the focal length that the image was taken with, over the lens's. The pose is right; whoever uses the
+  // image needs its own lens.
+  std::optional<double> focal_ratio;
+  int lens_revision = 0;  // how often the tracker has replaced the given lens (LensUse::kRefine)
   // Changes when a closed loop, for example, has moved much of the map: ask PoseOf() for all poses again.
   int map_revision = 0;
   // The map points that support the pose, for NoteView(); null where there are none.
@@ -169,7 +172,7 @@ class Tracker {
 
   // Finds where another camera took a photograph of the same scene: a tethered camera's full resolution
   // beside its live view. `near`: about where, if known. None when the pose is not certain. Throws Error when
-  // the photograph's size is not its camera's.
+  // the photograph's size is not its camera's. None, too, while a zoom is moved.
   std::optional<Track> Locate(const Image& photograph, const CameraModel& camera,
                               const std::optional<Rigid3>& near = {},
                               const std::optional<FiducialObservation>& fiducials = {}) const;

@@ -69,7 +69,8 @@ void Tracker::State::Report(const TrackedImage& image, const Frame& frame_in, co
   for (const int i : frame_pose.in_view) report.expected.push_back(frame_pose.candidates[At(i)].id);
   for (const PointMatch& match : frame_pose.matches) report.found.push_back(frame_pose.CandidateOf(match).id);
   report.velocity = VelocityOfKeyframe(image, frame_pose);
-  if (!track.keyframe) report.keyframe = KeyframeOf(image, frame_in, frame_pose, track.stages);
+  if (!track.keyframe && !zoom.Disagrees())
+    report.keyframe = KeyframeOf(image, frame_in, frame_pose, track.stages);
   const bool offered = report.keyframe.has_value();
   const double before_s = ThreadCpuSeconds();
   const bool taken = mapper.Take(std::move(report));

@@ -61,7 +61,7 @@ void Tracker::State::FollowTurn(const TrackedImage& image, Track& track) {
 }
 
 bool Tracker::State::MayBeginPart(double time_s) const {
-  return options.begin_parts && !shared.world_given && lost_since_s &&
+  return options.begin_parts && !shared.world_given && !zoom.IsMoved() && lost_since_s &&
          time_s - *lost_since_s >= options.begin_part_after_s;
 }
 
@@ -93,6 +93,8 @@ void Tracker::State::Abandon() {
   mapper.Rest();
   mapper.RemovePart(part);
   map_drift.Clear();
+  zoom.Forget();
+  FollowWith(size.working());
   initializer.Restart();
   last = {};
   if (lost_since_s) *lost_since_s -= options.begin_part_after_s;  // begin the next one at once

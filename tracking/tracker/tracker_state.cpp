@@ -70,12 +70,6 @@ std::optional<CalibrationCheck> Tracker::State::InOriginalPixels(
   return check;
 }
 
-std::optional<RefinedLens> Tracker::State::RefinedLensInOriginalPixels() const {
-  if (!refined_lens) return std::nullopt;
-  const double scale = size.original().MeanFocalPx() / camera.MeanFocalPx();
-  return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale};
-}
-
 bool Tracker::State::Follow(TrackedImage& image, Track& track) {
   Rigid3 last_pose;
   int joins;
@@ -310,35 +304,6 @@ void Tracker::State::MoveWorld(const Similarity3& given_from_world) {
   mapper.AdjustSoon();
 }
 
-bool Tracker::State::ContradictsLens() const {
-  const MapLock lock(shared);
-  return shared.wrong_lens.has_value();
-}
-
-// Between frames. The mapper rests meanwhile, so a live camera's next frame waits.
-bool Tracker::State::RefineLens() {
-  mapper.Rest();
-  std::optional<RefinedLens> refined = mapper.RefineLens();
-  if (!refined) return false;
-  // A later refinement that leaves the focal length as it was says nothing of its deviation.
-  if (refined_lens) refined->focal_sigma_px = std::max(refined->focal_sigma_px, refined_lens->focal_sigma_px);
-  camera = refined->camera;
-  size.SetWorking(camera);
-  extractor.SetCamera(camera);
-  locator.SetCamera(camera);
-  initializer.SetCamera(camera);
-  turns.SetCamera(camera);
-  last_features_.reset();  // their rays are the other lens's
-  rows.SetCamera(camera);
-  if (rows.rolls()) mapper.SetReadout(rows.readout_s());
-  // What was measured under the other lens is measured again.
-  if (readout_search) readout_search->Restart();
-  map_drift.Clear();
-  refined_lens = refined;
-  ++lens_revision;
-  return true;
-}
-
 void Tracker::State::AddWorldInformation(const TrackedImage& image) {
   if (image.fiducials && image.fiducials->center_sigma > 0)
     world_information += std::pow(image.fiducials->center_sigma, -2);
@@ -357,8 +322,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   RequireSize(fmt::format("frame {}: its image", frame_in.id), frame_in.image.pixels.size(), size.original());
 
   if (readout_search) readout_search->Step();
-  if (options.lens == LensUse::kRefine && ContradictsLens() && !RefineLens())
-    spdlog::warn("images contradict the given lens, and no other explains them better yet");
+  PrepareLens();
   TrackedImage image;
   image.time_s = frame_in.device_time_s;
   if (fiducials) image.fiducials = std::make_shared<const FiducialObservation>(size.Reduced(*fiducials));
@@ -402,6 +366,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
     case TrackState::kApart:  // of tracks alone
       break;
   }
+  if (frame_pose_) WatchZoom(image.time_s, *frame_pose_, track);
   if (frame_pose_)
     track.seen = SeenIn(*frame_pose_, [&](const Vector2d& img, const Vector3d& in_cam) {
       return size.ToOriginal(image.pyramid->Seen(img, &in_cam));
@@ -436,7 +401,8 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
 std::optional<Track> Tracker::State::LocatePhotograph(
     const Image& image, const CameraModel& photograph_camera, const std::optional<Rigid3>& near,
     const std::optional<FiducialObservation>& fiducials) const {
-  if (state == TrackState::kInitializing) return std::nullopt;  // there is no map yet
+  // There is no map yet, or the photograph's lens is not its camera's.
+  if (state == TrackState::kInitializing || zoom.IsMoved()) return std::nullopt;
   const PhotographLocator photographs(camera, photograph_camera, shared, mapper.index(),
                                       {.features = 2 * options.features, .seed = options.seed});
   const auto frame_pose = photographs.Locate(GrayForTracking(image), near, fiducials);

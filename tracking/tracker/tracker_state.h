@@ -19,6 +19,7 @@
 #include "tracking/tracker/tracker.h"
 #include "tracking/tracker/turn_tracker.h"
 #include "tracking/tracker/working_size.h"
+#include "tracking/tracker/zoom_watch.h"
 
 namespace ulf::tracking {
 
@@ -62,7 +63,9 @@ struct Tracker::State {
   }
 
   WorkingSize size;
-  CameraModel camera;  // of the working size, as every image point in here
+  // Of the working size, as every image point in here. With which frames are followed: size.working(), or that with its
+  // zoom moved.
+  CameraModel camera;
   TrackerOptions options;
   FeatureExtractor extractor;
   Mapper mapper;  // owns the map
@@ -70,6 +73,7 @@ struct Tracker::State {
   FrameLocator locator;
   Initializer initializer;
   TurnTracker turns;  // while there is no pose
+  ZoomWatch zoom;
   Sharpness sharpness;
   RowMotion rows;
   std::optional<ReadoutSearch> readout_search;
@@ -109,6 +113,10 @@ struct Tracker::State {
     return part != shared.map.main_part();
   }
   bool RefineLens();
+  void FollowWith(const CameraModel& lens);
+  void PrepareLens();
+  void WatchZoom(double time_s, const FramePose& frame_pose, Track& track);
+  double ZoomByRows() const;
   void Initialize(TrackedImage& image, const Frame& frame_in, Track& track);
   void StartMap(const TwoViewStart& start, const cv::Mat& color);
   bool Follow(TrackedImage& image, Track& track);

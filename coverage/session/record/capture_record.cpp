@@ -6,6 +6,7 @@
 #include <exception>
 #include <iterator>
 #include <map>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "core/base/counted.h"
@@ -62,11 +63,29 @@ ErrorMeter::Options MeterOptions(const CaptureRecord::Options& options) {
   return meter;
 }
 
+// By how much two lenses show the same ray apart, at most, in pixels of a picture with this longer side.
+double LargestShiftPx(const CameraModel& a, const CameraModel& b, int longer_side_px) {
+  const double scale = static_cast<double>(longer_side_px) / std::max(a.width, a.height);
+  double largest = 0;
+  constexpr int kPlaces = 4;  // along each side; lenses differ smoothly
+  for (int row = 0; row <= kPlaces; ++row)
+    for (int column = 0; column <= kPlaces; ++column) {
+      const Eigen::Vector2d img(a.width * column / kPlaces, a.height * row / kPlaces);
+      const auto ray = a.RayFromImg(img);
+      const auto there = ray ? b.ImgFromCam(*ray) : std::nullopt;
+      if (there) largest = std::max(largest, scale * (*there - img).norm());
+    }
+  return largest;
+}
+
+constexpr int kSmallSide = render::GrowingGeometryOptions{}.size_px;
+
 }  // namespace
 
-CaptureRecord::CaptureRecord(LightFieldWriter writer, const Options& options,
+CaptureRecord::CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const Options& options,
                              std::function<void(const std::string&)> say)
-    : options_(WithUpOf(writer.Contents(), options)),
+    : lens_(lens),
+      options_(WithUpOf(writer.Contents(), options)),
       say_(std::move(say)),
       first_new_id_(writer.NextViewId()),
       earlier_s_(writer.Contents().capture_s),
@@ -76,6 +95,7 @@ CaptureRecord::CaptureRecord(LightFieldWriter writer, const Options& options,
       resumed_subject_(writer.Contents().subject),
       views_(writer.Contents()),
       geometry_(options.geometry ? std::make_unique<LiveGeometry>(*options.geometry) : nullptr),
+      geometry_lens_(lens.recorded()),
       meter_(geometry_ ? std::make_unique<ErrorMeter>(MeterOptions(options)) : nullptr),
       errors_(meter_ ? std::make_shared<const ErrorMap>() : nullptr),
       spool_(AfterEarlierViews(std::move(writer)), options.spool_views, !options.deterministic) {}
@@ -175,7 +195,7 @@ void CaptureRecord::SetSubject(const Subject& subject) {
 
 void CaptureRecord::PaintAnew() {
   auto map = std::make_shared<CoverageMap>(*subject_, ForErrors(options_.map, options_.cover),
-                                           views_.ForCriterion(options_.camera, options_.coverage_width_px));
+                                           views_.ForCriterion(lens_.recorded(), options_.coverage_width_px));
   if (errors_) FollowErrors(*errors_, options_.cover, *map);
   map_ = std::move(map);
   painted_anew_ = true;
@@ -229,11 +249,12 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   if (geometry_) {
     SayGeometryProblem();
     geometry_->AddView(
-        *id, [image = frame.image] { return Srgb8(image); }, options_.camera, view.cam_from_world,
+        *id, [image = frame.image] { return Srgb8(image); }, lens_.recorded(), view.cam_from_world,
         LiveGeometry::Picture::kIsHeld);
     if (options_.deterministic && options_.cover.by != CoverBy::kBound) geometry_->WorkNow();
   }
-  if (meter_) meter_->AddView(*id, frame.image, options_.camera, view.cam_from_world);
+  if (meter_) meter_->AddView(*id, frame.image, lens_.recorded(), view.cam_from_world);
+  if (geometry_ && options_.lens_may_change) KeepSmall(*id, frame.image);
   if (errors_ && subject_) {
     auto errors = std::make_shared<ErrorMap>(*errors_);
     errors->AddView(view.cam_from_world.OriginInSource() - subject_->center_in_world);
@@ -241,7 +262,7 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   }
   if (!map_) return id;
   auto map = std::make_shared<CoverageMap>(*map_);
-  map->Add(CriterionView::From(options_.camera, view.cam_from_world, options_.coverage_width_px));
+  map->Add(CriterionView::From(lens_.recorded(), view.cam_from_world, options_.coverage_width_px));
   map_ = std::move(map);
   painted_anew_ = false;
   DropCoveredAgain();
@@ -267,6 +288,7 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
       spool_.RemoveView(id);
       if (geometry_) geometry_->RemoveView(id);
       if (meter_) meter_->RemoveView(id, cam_from_world);
+      small_.erase(id);
       ForgetMeasuredAround(cam_from_world);
       taken.push_back(id);
     } else if (std::ranges::find(taken, id) == taken.end()) {
@@ -304,15 +326,55 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last,
   bool views_moved = false;
   if (!MoveViews(poses, last, views_moved)) return false;
   if (!views_moved && !subject) return true;
-  if (subject) {
-    subject_ = subject;
-    if (geometry_) geometry_->SetSubject(*subject);
-    measured_over_.reset();  // the meter gets the subject with the mesh
-    spool_.SetSubject(*subject);
-  }
+  if (subject) MoveSubject(*subject);
   const double reopened = Repaint();
   if (reopened >= options_.worth_telling) say_("pose correction " + ReopenedInWords(reopened));
   return true;
+}
+
+void CaptureRecord::MoveSubject(const Subject& subject) {
+  subject_ = subject;
+  if (geometry_) geometry_->SetSubject(subject);
+  measured_over_.reset();  // the meter gets the subject with the mesh
+  spool_.SetSubject(subject);
+}
+
+void CaptureRecord::KeepSmall(int id, const Image& image) {
+  cv::Mat small = SmallSrgb8(image, kSmallSide), grey;
+  const double scale = static_cast<double>(kSmallSide) / std::max(small.cols, small.rows);
+  if (scale < 1) cv::resize(small, small, {}, scale, scale, cv::INTER_AREA);
+  cv::cvtColor(small, grey, cv::COLOR_BGR2GRAY);
+  small_[id] = grey;
+}
+
+void CaptureRecord::GoOverToLens(const tracking::PoseSource& poses, bool last,
+                                 const std::optional<Subject>& subject) {
+  const std::map<int, Rigid3> now = views_.PosesNow(poses);
+  if (!last) spool_.UpdateLens(lens_.recorded(), now);
+  views_.MoveTo(now);
+  if (subject) MoveSubject(*subject);
+  if (LargestShiftPx(geometry_lens_, lens_.recorded(), kSmallSide) > options_.same_pictures_px) {
+    StartGeometryAgain();
+  } else {
+    if (geometry_) geometry_->MoveViews(now);
+    if (meter_) meter_->MoveViews(now);
+  }
+  Repaint();
+}
+
+void CaptureRecord::StartGeometryAgain() {
+  geometry_lens_ = lens_.recorded();
+  measured_over_.reset();
+  if (geometry_) geometry_->StartAgain();
+  if (meter_) meter_->StartAgain();
+  if (errors_) errors_ = std::make_shared<const ErrorMap>();
+  for (const RecordedViews::Entry& view : views_.views()) {
+    const auto small = small_.find(view.id);
+    if (small == small_.end()) continue;
+    const auto read = [grey = small->second] { return Srgb8({.pixels = grey}); };
+    if (geometry_) geometry_->AddView(view.id, read, geometry_lens_, view.cam_from_world);
+    if (meter_) meter_->AddView(view.id, {.pixels = small->second}, geometry_lens_, view.cam_from_world);
+  }
 }
 
 std::optional<MeasuredFrame> CaptureRecord::Measure(const Frame& frame, const CameraModel& camera,
@@ -389,8 +451,10 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
       final_poses.erase(found);
   std::map<std::string, std::uint64_t> all_reasons = earlier_reasons_;
   for (const auto& [name, count] : reasons) all_reasons[name] += count;
+  std::map<int, CameraModel> final_lens;
+  if (lens_.found() && writer.Contents().cameras.at(0) != lens_.recorded()) final_lens[0] = lens_.recorded();
   try {
-    writer.UpdatePoses(final_poses);
+    writer.UpdatePoses(final_poses, final_lens);
     // One that was given stands in the journal since the session began.
     if (rolling_shutter && rolling_shutter->sigma_s)
       writer.SetReadout({rolling_shutter->readout_s, rolling_shutter->sigma_s});

@@ -22,6 +22,7 @@
 #include "coverage/measured/cover_by.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/measured/error_meter.h"
+#include "coverage/session/capture_lens.h"
 #include "coverage/session/capture_state.h"
 #include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/recorded_views.h"
@@ -43,13 +44,13 @@ struct ClosedRecord {
 class CaptureRecord {
  public:
   struct Options {
-    CameraModel camera;  // of the views
     int coverage_width_px = 640;
     CoverageMapOptions map;
     std::size_t spool_views = 16;
     bool deterministic = false;
     std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
     CoverGoal cover;
+    bool lens_may_change = false;  // GoOverToLens() may be called
     // A correction that moves no view by more than this, radians as seen from the subject, is not worth
     // painting the map and writing the journal for; it is about a tenth of a pixel of the coverage image.
     // Guessed.
@@ -57,9 +58,13 @@ class CaptureRecord {
     // A correction that reopens at least this share of the cap is reported; the next view fills a smaller one.
     // Guessed.
     double worth_telling = 0.005;
+    // A lens that moves nothing by more, in pixels of geometry's pictures, leaves these as they are. Guessed: as
+    // LiveGeometry::Options::moved_px.
+    double same_pictures_px = 0.5;
   };
-  // Goes on with the views of an earlier session that `writer` holds.
-  CaptureRecord(LightFieldWriter writer, const Options& options, std::function<void(const std::string&)> say);
+  // Goes on with the views of an earlier session that `writer` holds. `lens` outlives it.
+  CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const Options& options,
+                std::function<void(const std::string&)> say);
 
   ViewSpool& spool() { return spool_; }
   const ViewSpool& spool() const { return spool_; }
@@ -81,6 +86,12 @@ class CaptureRecord {
   // `last` time before Close(), writes the journal. `subject`: where the correction has taken the subject, if
   // anywhere; what was measured stays. Returns false when the disk is behind: try again.
   bool CorrectPoses(const tracking::PoseSource& poses, bool last, const std::optional<Subject>& subject = {});
+  // Goes on under the lens that CaptureLens has now: with the views where `poses` has them (in the journal in one line
+  // with the lens, so that a kill leaves the old or the new of both), the coverage map painted anew, and geometry and
+  // what is measured begun again from small pictures of the views. Views of earlier sessions must not be there: they
+  // hold the map where it is. `last`: Close() comes next and writes the journal. `subject`: where the subject is
+  // under this lens; none: there is none.
+  void GoOverToLens(const tracking::PoseSource& poses, bool last, const std::optional<Subject>& subject);
   // Whether `share` of the cap is covered. Where the present map says so, it corrects the poses, paints the
   // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
   // decided. False while the disk is behind a correction.
@@ -102,6 +113,9 @@ class CaptureRecord {
 
  private:
   bool MoveViews(const tracking::PoseSource& poses, bool last, bool& moved);
+  void MoveSubject(const Subject& subject);
+  void KeepSmall(int id, const Image& image);
+  void StartGeometryAgain();
   void PaintAnew();
   // Paints anew, notes the directions that this reopens, and returns their share of the cap (without one, of what
   // was covered).
@@ -118,6 +132,7 @@ class CaptureRecord {
                 const std::map<int, Rigid3>& poses);
   std::string ReopenedInWords(double share) const;
 
+  const CaptureLens& lens_;
   const Options options_;
   const std::function<void(const std::string&)> say_;
   const int first_new_id_;
@@ -128,7 +143,9 @@ class CaptureRecord {
   std::optional<Subject> subject_, resumed_subject_;
   RecordedViews views_;
   std::unique_ptr<LiveGeometry> geometry_;  // null: none is made
+  CameraModel geometry_lens_;               // under which it and the meter have the views
   std::unique_ptr<ErrorMeter> meter_;       // null: nothing is measured
+  std::map<int, cv::Mat> small_;            // their pictures, grey, for another lens of these two
   std::shared_ptr<const ErrorMap> errors_;
   std::shared_ptr<const LiveMesh> measured_over_;  // the mesh
   double followed_s_ = 0;                          // the device's time when the map last followed the errors

@@ -8,21 +8,22 @@
 namespace ulf::coverage {
 
 CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses,
-                                 CaptureRecord& record, ExposureMatch light, const Options& options)
+                                 const CaptureLens& lens, CaptureRecord& record, ExposureMatch light,
+                                 const Options& options)
     : device_(device),
       poses_(poses),
+      lens_(lens),
       record_(record),
       options_(options),
-      recorded_camera_(options.still_camera.value_or(options.camera)),
       light_(std::move(light)) {
-  if (options.without_subject) walk_.emplace(options.camera, *options.without_subject);
+  if (options.without_subject) walk_.emplace(*options.without_subject);
   if (options.still_camera)
     stills_.emplace(device, *options.still_camera, poses, options.limits, options.coverage_width_px);
 }
 
 bool CaptureRecorder::ExposureIsSettled(const Frame& frame, const tracking::Track& track) {
   if (!record_.map() || !track.cam_from_world) return true;
-  return exposure_.Settled(frame, options_.camera, *track.cam_from_world, record_.map()->subject(),
+  return exposure_.Settled(frame, lens_.live(), *track.cam_from_world, record_.map()->subject(),
                            device_.Held().exposure);
 }
 
@@ -36,12 +37,12 @@ bool CaptureRecorder::Record(const Frame& frame, const tracking::Track& track, c
   if (options_.deterministic) kept.host_time_s = kept.device_time_s;
   const bool light_is_matched = kept.exposure_s <= 0 && device_.Held().exposure != true;
   if (light_is_matched)
-    kept.gain = light_.GainOf(kept.image, recorded_camera_, *track.cam_from_world, distance, record_.views());
+    kept.gain = light_.GainOf(kept.image, lens_.recorded(), *track.cam_from_world, distance, record_.views());
   newest_id_ = record_.Add(kept, track, decision.bound_px, poses_);
   if (!newest_id_) return false;
   if (light_is_matched) light_.Keep(*newest_id_);
   newest_view_ = std::make_shared<RecordedFrame>(
-      RecordedFrame{*newest_id_, std::move(kept), recorded_camera_, *track.cam_from_world});
+      RecordedFrame{*newest_id_, std::move(kept), lens_.recorded(), *track.cam_from_world});
   return true;
 }
 
@@ -54,8 +55,11 @@ void CaptureRecorder::RecordHeld() {
   if (const auto held = walk_ ? walk_->TakeHeld() : std::nullopt) RecordAndCount(*held);
 }
 
+// The map, or the lens, may have been corrected since the frame came.
 void CaptureRecorder::RecordAndCount(const HeldFrame& held) {
-  const bool recorded = Record(held.frame, held.track, {Reason::kRecorded, {}}, held.depth);
+  tracking::Track track = held.track;
+  if (track.anchor) track.cam_from_world = poses_.PoseOf(*track.anchor);
+  const bool recorded = Record(held.frame, track, {Reason::kRecorded, {}}, held.depth);
   Count(recorded ? Reason::kRecorded : DiskReason());
 }
 
@@ -76,7 +80,7 @@ Decision CaptureRecorder::DecideOnWalk(const Frame& frame, const tracking::Track
   } else {
     const FrameToDecide input{.frame = frame,
                               .track = track,
-                              .camera = options_.camera,
+                              .camera = lens_.live(),
                               .frame_period_s = frame_period_s,
                               .coverage_width_px = options_.coverage_width_px};
     if (recording_)
@@ -98,7 +102,7 @@ Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const tracking::Tr
   const bool exposure_settled = ExposureIsSettled(frame, track);
   const FrameToDecide input{.frame = frame,
                             .track = track,
-                            .camera = options_.camera,
+                            .camera = lens_.live(),
                             .frame_period_s = frame_period_s,
                             .coverage_width_px = options_.coverage_width_px,
                             .exposure_settled = exposure_settled};
@@ -106,7 +110,7 @@ Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const tracking::Tr
   Decision decision = Decide(input, map.get(), options_.limits);
   ms_decide_.push_back(1000 * SecondsSince(start));
   if (ShowsTheSubject(decision.reason)) {
-    const std::optional<MeasuredFrame> measured = record_.Measure(frame, options_.camera, track);
+    const std::optional<MeasuredFrame> measured = record_.Measure(frame, lens_.live(), track);
     if (measured) ms_measure_.push_back(measured->processor_ms);
     if (record_.map() != map) decision = Decide(input, record_.map().get(), options_.limits);
   }

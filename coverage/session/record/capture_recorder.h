@@ -12,6 +12,7 @@
 #include "acquisition/device/device.h"
 #include "core/geometry/camera_model.h"
 #include "coverage/bound/view_decision.h"
+#include "coverage/session/capture_lens.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/exposure.h"
 #include "coverage/session/record/posed_photographs.h"
@@ -23,7 +24,6 @@ namespace ulf::coverage {
 class CaptureRecorder {
  public:
   struct Options {
-    CameraModel camera;                                // of the frames that are tracked
     std::optional<CameraModel> still_camera;           // with one, its photographs are recorded
     std::optional<PhotographSpacing> without_subject;  // with one, there is no subject
     DecisionLimits limits;
@@ -33,9 +33,9 @@ class CaptureRecorder {
   };
   using ReasonCounts = std::array<std::uint64_t, kReasons.size()>;  // by Reason
 
-  // `device`, `poses` and `record` outlive it. `light` knows the views of an earlier session.
-  CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses, CaptureRecord& record,
-                  ExposureMatch light, const Options& options);
+  // `device`, `poses`, `lens` and `record` outlive it. `light` knows the views of an earlier session.
+  CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses, const CaptureLens& lens,
+                  CaptureRecord& record, ExposureMatch light, const Options& options);
 
   // `frame_period_s`: between the device's frames; 0 while it is not known.
   Decision Take(const Frame& frame, const tracking::Track& track, double frame_period_s);
@@ -70,9 +70,9 @@ class CaptureRecorder {
 
   acquisition::Device& device_;
   tracking::PoseSource& poses_;
+  const CaptureLens& lens_;
   CaptureRecord& record_;
   const Options options_;
-  const CameraModel recorded_camera_;
   ExposureMatch light_;
   ExposureWatch exposure_;
   std::optional<StillCapture> stills_;

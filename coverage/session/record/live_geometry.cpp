@@ -71,6 +71,8 @@ void LiveGeometry::TakeOver() {
   if (!over_) std::ranges::move(to_hand_over_, std::back_inserter(changes_));
   to_hand_over_.clear();
   seen_ = state_;
+  if (seen_.mesh && seen_.mesh->lens != lens_)
+    seen_.mesh.reset();  // the thread has not come to StartAgain() yet
   if (problem_) problem_seen_ = std::exchange(problem_, std::nullopt);
 }
 
@@ -128,6 +130,17 @@ void LiveGeometry::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
   Do([cam_from_world](World& world) { world.growing.MoveViews(cam_from_world); });
 }
 
+void LiveGeometry::StartAgain() {
+  corrected_ = true;
+  left_out_views_.clear();
+  seen_.mesh.reset();
+  Do([lens = ++lens_](World& world) {
+    world.lens = lens;
+    world.growing = render::GrowingGeometry(world.growing.options());
+    if (world.subject) world.growing.SetSubject(*world.subject);
+  });
+}
+
 const LiveGeometryState& LiveGeometry::State() {
   HandOver();
   return seen_;
@@ -176,6 +189,7 @@ LiveGeometry::Meshed LiveGeometry::MakeMesh(const World& world, MeshFor what_for
   if (made.mesh.triangles.empty()) return meshed;
   auto mesh = std::make_shared<LiveMesh>();
   mesh->subject = *world.subject;
+  mesh->lens = world.lens;
   mesh->mesh = std::make_shared<const render::TriangleMesh>(std::move(made.mesh));
   mesh->maps = static_cast<int>(maps.size());
   if (what_for == MeshFor::kNow) mesh->subject_seen = render::SubjectInMesh(*mesh->mesh, *world.subject);

@@ -46,6 +46,7 @@ struct LiveMesh {
   std::shared_ptr<const render::TriangleMesh> mesh;
   int maps = 0;
   std::optional<Subject> subject_seen;  // render/proxy/subject_in_mesh; none: nothing stands apart
+  int lens = 0;                         // how often StartAgain() was called before
 };
 
 struct LiveGeometryState {
@@ -104,8 +105,10 @@ class LiveGeometry {
                Picture where = Picture::kIsRead);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
+  // The lens has changed: forgets all views with their maps and the mesh, which are added again by the caller.
+  void StartAgain();
   const LiveGeometryState& State();                // the newest that could be had
-  bool IsCorrected() const { return corrected_; }  // a view was removed or moved
+  bool IsCorrected() const { return corrected_; }  // a view was removed, moved or shown by another lens
   // Why there will be no geometry, or none of some views, once each; none: nothing new. For the caller to say: the
   // failure was in another thread.
   std::optional<std::string> TakeProblem();
@@ -122,6 +125,7 @@ class LiveGeometry {
   struct World {
     render::GrowingGeometry growing;
     std::optional<Subject> subject;
+    int lens = 0;
   };
   using Change = std::function<void(World&)>;
   // A change that has yet to be made ready, which may take long: a picture is read and reduced.
@@ -164,6 +168,7 @@ class LiveGeometry {
   std::set<int> left_out_views_;
   std::map<int, Rigid3> first_poses_;  // with which the views came
   bool corrected_ = false;
+  int lens_ = 0;
 
   // The thread's own. It changes the world only while it holds the lock and is not over; Finish() copies it then.
   World world_;

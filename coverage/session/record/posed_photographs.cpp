@@ -57,7 +57,7 @@ bool PosedPhotographs::IsNeighbour(const FrameToDecide& input,
   near.parallax_deg *= spacing_.neighbour_share;
   near.least_overlap = 1 - spacing_.neighbour_share * (1 - spacing_.least_overlap);
   return neighbours_ < spacing_.most_neighbours &&
-         ShowsSameView(*first_, *input.track.cam_from_world, camera_, points, near);
+         ShowsSameView(*first_, *input.track.cam_from_world, input.camera, points, near);
 }
 
 Decision PosedPhotographs::Judge(const FrameToDecide& input,
@@ -66,7 +66,7 @@ Decision PosedPhotographs::Judge(const FrameToDecide& input,
                                  const DecisionLimits& limits) const {
   if (!IsLocated(input, sample)) return {};
   const auto shows_same = [&](const Rigid3& before_from_world) {
-    return ShowsSameView(before_from_world, *input.track.cam_from_world, camera_, sample, spacing_);
+    return ShowsSameView(before_from_world, *input.track.cam_from_world, input.camera, sample, spacing_);
   };
   const bool shown =
       (about_to_be_recorded && shows_same(*about_to_be_recorded->track.cam_from_world)) ||

@@ -45,8 +45,7 @@ struct HeldFrame {
 
 class PosedPhotographs {
  public:
-  PosedPhotographs(const CameraModel& camera, const PhotographSpacing& spacing)
-      : camera_(camera), spacing_(spacing) {}
+  explicit PosedPhotographs(const PhotographSpacing& spacing) : spacing_(spacing) {}
 
   struct Step {
     Decision decision;                // of this frame; kRecorded: it is the one that is held
@@ -69,7 +68,6 @@ class PosedPhotographs {
   bool IsLocated(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
   bool IsNeighbour(const FrameToDecide& input, const std::vector<tracking::VisiblePoint>& points) const;
 
-  const CameraModel camera_;
   const PhotographSpacing spacing_;
   std::optional<HeldFrame> held_;
   std::optional<Rigid3> first_;  // where the first of the neighbours stood

@@ -362,17 +362,27 @@ void ViewSpool::Remove(int id) {
 
 bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {
   return Submit(
-      {[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses); }, nullptr, {}},
+      {[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses, {}); }, nullptr, {}},
       true);
 }
 
-void ViewSpool::UpdatePoses(const std::map<int, Rigid3>& cam_from_world) {
+void ViewSpool::UpdateLens(const CameraModel& camera, std::map<int, Rigid3> cam_from_world) {
+  Submit({[this, camera, poses = std::move(cam_from_world)](LightFieldWriter&) {
+            UpdatePoses(poses, {{0, camera}});
+          },
+          nullptr,
+          {}},
+         false);
+}
+
+void ViewSpool::UpdatePoses(const std::map<int, Rigid3>& cam_from_world,
+                            const std::map<int, CameraModel>& cameras) {
   std::map<int, Rigid3> changed;
   for (const View& on_disk : writer_.Contents().views)
     if (const auto now = cam_from_world.find(on_disk.id);
         now != cam_from_world.end() && Differ(now->second, on_disk.cam_from_world))
       changed.insert(*now);
-  writer_.UpdatePoses(changed);
+  writer_.UpdatePoses(changed, cameras);
 }
 
 void ViewSpool::SetSubject(const Subject& subject) {

@@ -1,4 +1,5 @@
-// Tests: commands/tracking/track_command, commands/tracking/lens_use_option, commands/tracking/readout_option, commands/tracking/track_report, commands/tracking/tracking_side_option,
+// Tests: commands/tracking/track_command, commands/capture/capture_command,
+// commands/tracking/lens_use_option, commands/tracking/readout_option, commands/tracking/track_report, commands/tracking/tracking_side_option,
 // commands/tracking/trajectory_plot.
 // ulf track as a process: told to stop, it writes what it has.
 #include <gmock/gmock.h>
@@ -19,6 +20,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
+#include "core/light_field/light_field_io.h"
 #include "core/plot/gnuplot.h"
 #include "tests/support/floors.h"
 #include "tests/support/small_disk.h"
@@ -335,18 +337,53 @@ TEST(TrackCommand, WithoutACalibrationTheLensIsFoundFromAGuess) {
   EXPECT_EQ(acquisition::ReadCalibration(lens).fx, report["refined_lens"]["focal_px"].get<double>());
 }
 
+TEST(CaptureCommand, WithoutACalibrationTheLensIsFoundAndTheNextSessionGoesOnUnderIt) {
+  const test::ScratchFolder scratch;
+  const std::string room = "replay:" + (scratch / "room").string() + "?glob=*.png",
+                    lens = (scratch / "lens.json").string(), dir = (scratch / "lf").string();
+  std::filesystem::create_directory(scratch / "room");
+  WriteRoom(scratch / "room", 90);
+  const std::string capture = "capture '" + room + "' -o " + dir +
+                              " --headless --deterministic --no-geometry --json --intrinsics refine ";
+  const auto first = test::RunUlf(capture + "--calibration-out " + lens);
+  ASSERT_EQ(first.exit_code, 0) << first.errors;
+  EXPECT_THAT(first.errors,
+              testing::AllOf(testing::HasSubstr("a focal length of 544 px is guessed"),
+                             testing::HasSubstr("not the 544.0 px in use: the capture goes on")));
+  const auto report = nlohmann::json::parse(first.output);
+  const double focal_px = report["refined_lens"]["focal_px"];
+  EXPECT_NEAR(focal_px, 520, 0.015 * 520);
+  EXPECT_EQ(acquisition::ReadCalibration(lens).fx, focal_px);
+  EXPECT_EQ(ReadLightField(dir).cameras.at(0).fx, focal_px);
+
+  const auto second = test::RunUlf(capture + "--resume");
+  ASSERT_EQ(second.exit_code, 0) << second.errors;
+  EXPECT_THAT(second.errors, testing::AllOf(testing::HasSubstr("goes on with that lens"),
+                                            testing::HasSubstr("the map of the last session was loaded"),
+                                            testing::Not(testing::HasSubstr("guessed"))));
+  EXPECT_TRUE(nlohmann::json::parse(second.output)["refined_lens"].is_null());
+  EXPECT_EQ(ReadLightField(dir).cameras.at(0).fx, focal_px);
+}
+
 TEST(TrackCommand, ALensIsWrittenOnlyWhereOneIsSought) {
   const test::ScratchFolder scratch;
   const std::string never = (scratch / "never").string();
   const auto run = test::RunUlf("track sim:studio --frames 5 --calibration-out " + never);
   EXPECT_NE(run.exit_code, 0);
   EXPECT_THAT(run.errors, testing::HasSubstr("--intrinsics refine"));
-  const auto capture = test::RunUlf("capture sim:studio -o " + never + " --headless --intrinsics refine");
-  EXPECT_NE(capture.exit_code, 0);
-  EXPECT_THAT(capture.errors,
-              testing::AllOf(testing::HasSubstr("ulf refine"), testing::HasSubstr("--calibration-out")));
-  EXPECT_THAT(test::RunUlf("track sim:studio --frames 5 --poses known --intrinsics refine").errors,
-              testing::HasSubstr("tracked features alone"));
+  const std::string dir = (scratch / "lf").string(),
+                    capture = "capture sim:studio -o " + dir + " --headless ";
+  EXPECT_THAT(test::RunUlf(capture + "--calibration-out " + never).errors,
+              testing::HasSubstr("--intrinsics refine"));
+  for (const std::string& command : {std::string("track sim:studio --frames 5"), capture})
+    EXPECT_THAT(test::RunUlf(command + " --poses known --intrinsics refine").errors,
+                testing::HasSubstr("tracked features alone"));
+  EXPECT_FALSE(std::filesystem::exists(dir)) << "refused before anything is written";
+  const std::string few = " --frames 12 --deterministic --intrinsics refine --calibration-out " + never;
+  for (const std::string& command :
+       {std::string("track 'sim:studio?width=160&height=120'"),
+        "capture 'sim:studio?width=160&height=120' --headless --no-geometry -o " + dir})
+    EXPECT_THAT(test::RunUlf(command + few).errors, testing::HasSubstr("never: calibration not written"));
   EXPECT_FALSE(std::filesystem::exists(never));
   EXPECT_THAT(test::RunUlf("track sim:studio --frames 5 --intrinsics guess").errors,
               testing::HasSubstr("'guess' is none of fixed, check and refine"));

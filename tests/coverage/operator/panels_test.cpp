@@ -133,6 +133,27 @@ TEST(Legend, NamesWhatIsDrawnAndNothingElse) {
   EXPECT_EQ(LegendMarks(*state, palette)[2].color, palette.reopened);
 }
 
+TEST(TrackingTitle, NamesTheStateAndTheWayBack) {
+  const StagedCapture stage;
+  CaptureState state = *stage.Lost();
+  EXPECT_EQ(TrackingTitle(state).title, "LOST");
+  EXPECT_EQ(TrackingTitle(state).line, "") << "its turn is not known";
+  const Rigid3 then = stage.CameraAt(0, 0), now = stage.CameraAt(0, 0, 1, {0.5, 0});  // aimed to the right
+  state.turned = CameraTurn{now.rotation * then.rotation.conjugate(), true};
+  EXPECT_EQ(TrackingTitle(state).line, TurnBackInWords(*state.turned));
+  EXPECT_THAT(TrackingTitle(state).line, ::testing::HasSubstr("left"));
+  state.turned->now_from_then.setIdentity();
+  EXPECT_EQ(TrackingTitle(state).line, "go back to where it was");
+  state.tracking = TrackState::kApart;
+  EXPECT_EQ(TrackingTitle(state).title, "APART");
+  state.tracking = TrackState::kInitializing;
+  EXPECT_EQ(TrackingTitle(state).title, "STARTING");
+  state.start = StartProgress{.obstacle = StartObstacle::kRotationOnly};
+  EXPECT_EQ(TrackingTitle(state).title, "MOVE SIDEWAYS");
+  state.start->obstacle = StartObstacle::kLowParallax;
+  EXPECT_EQ(TrackingTitle(state).title, "STARTING") << "it moves already";
+}
+
 TEST(KeyRows, ListTheKeysOfEveryMode) {
   std::vector<std::string> keys;
   for (const TableRow& row : KeyRows({})) keys.push_back(row.left);

@@ -434,7 +434,8 @@ std::shared_ptr<const LiveMesh> MeshThatShows(const std::optional<Subject>& seen
 }
 
 SubjectProposer Proposer() {
-  return SubjectProposer({.camera = kCamera, .threshold_px = 12, .cap = Cap::FromDegrees({60, 40})});
+  static const CaptureLens kLens(kCamera);
+  return SubjectProposer(kLens, {.threshold_px = 12, .cap = Cap::FromDegrees({60, 40})});
 }
 
 TEST(SubjectProposer, ProposesTheSizeThatTwoMeshesShow) {

@@ -1,4 +1,4 @@
-// Tests: coverage/session/capture_state, coverage/session/preflight,
+// Tests: coverage/session/capture_answers, coverage/session/capture_state, coverage/session/preflight,
 // coverage/session/record/capture_record, coverage/session/capture_subject.
 //
 // What is asked of a running capture, and what whoever looks at it sees.

@@ -278,7 +278,7 @@ TEST(TemporalCommand, SaysWhatItNeeds) {
   const auto same = RunUlf(command + "spiral --frames 4 --fields nearest --truth " + truth + " --json");
   ASSERT_EQ(same.exit_code, 0) << same.errors;
   const auto report = nlohmann::json::parse(same.output);
-  EXPECT_LT(report["results"][0]["temporal_error"], 0.1);
+  EXPECT_LT(report["results"][0]["temporal_error"], 0.2) << "EXR rounds to half floats";
   EXPECT_GT(report["results"][1]["temporal_error"], 1);
   EXPECT_TRUE(report["results"][1]["step_error"].is_null()) << "pictures have no depth";
   expect("spiral --frames 5 --truth " + truth, 1, "frame_00004.png");

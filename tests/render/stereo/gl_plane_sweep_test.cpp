@@ -58,7 +58,7 @@ Difference Compare(const CostVolume& a, const CostVolume& b) {
 
 // Few neighbours and many, an odd number of planes, every size of window.
 TEST(GlPlaneSweep, CostsAreThoseOfTheProcessor) {
-  GlPlaneSweep gl;
+  GlPlaneSweep gl(100000);  // bands of some twenty rows
   for (const auto& [neighbours, radius, seed] : {std::tuple{1, 2, 1u}, {2, 1, 2u}, {5, 2, 3u}, {6, 3, 4u}}) {
     const std::vector<Drawn> photographs = Photographs(seed, neighbours);
     std::vector<const StereoView*> others;

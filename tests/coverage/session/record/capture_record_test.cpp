@@ -21,10 +21,10 @@ using ::testing::ElementsAre;
 TEST(CaptureRecord, ACapIsNotCoveredByPosesThatTheDiskHasYetToTake) {
   const ScratchFolder scratch;
   CaptureRecord::Options options;
-  options.camera = kCamera;
+  const CaptureLens lens(kCamera);
   options.map.cap = Cap::FromDegrees({16, 12});
   options.spool_views = 2;
-  CaptureRecord record(NewWriter(scratch / "lf"), options, [](const std::string&) {});
+  CaptureRecord record(NewWriter(scratch / "lf"), lens, options, [](const std::string&) {});
   record.SetSubject(kSubject);
   DriftingSource poses({Eigen::Quaterniond::Identity(), {0.4, 0, 0}});
   PlanarDevice device(Sweep(16, 12, 2), {});
@@ -68,9 +68,10 @@ TEST(CaptureRecord, AMeshThatDoesNotKnowNewViewsIsNamed) {
   LightFieldWriter writer = NewWriter(scratch / "lf");
   std::ofstream(scratch / "lf/proxy.ply") << "a mesh of views before";
   CaptureRecord::Options options;
-  options.camera = kCamera;
+  const CaptureLens lens(kCamera);
   std::vector<std::string> said;
-  CaptureRecord record(std::move(writer), options, [&](const std::string& line) { said.push_back(line); });
+  CaptureRecord record(std::move(writer), lens, options,
+                       [&](const std::string& line) { said.push_back(line); });
   record.SetSubject(kSubject);
   DriftingSource poses(Rigid3{});
   PlanarDevice device(Sweep(16, 12, 2), {});

@@ -241,6 +241,42 @@ TEST(LiveGeometry, ViewsThatMovedMoveTheMesh) {
   EXPECT_LT((middle_of_mesh(moved) - middle_of_mesh(Vector3d::Zero()) - moved).norm(), 0.01);
 }
 
+// Pictures of a lens that is 15 % too long show everything farther away.
+TEST(LiveGeometry, StartsAgainUnderAnotherLens) {
+  const auto add = [](LiveGeometry& geometry, double factor) {
+    CameraModel lens = Studio().camera();
+    lens.fx *= factor, lens.fy *= factor;
+    for (std::size_t i = 0; i < Poses().size(); ++i)
+      geometry.AddView(
+          static_cast<int>(i), [i] { return Studio().CleanSrgb(Poses()[i]); }, lens, Poses()[i]);
+  };
+  for (const bool threaded : {false, true}) {
+    LiveGeometry geometry(Small(threaded));
+    geometry.SetSubject(Studio().scene().subject());
+    add(geometry, 1.15);
+    const auto has_mesh = [&] {
+      if (!threaded) geometry.WorkNow();
+      return geometry.State().mesh != nullptr;
+    };
+    ASSERT_TRUE(ComesTrue(has_mesh));
+    const Vector3d too_far = MiddleOf(*geometry.State().mesh);
+    geometry.StartAgain();
+    add(geometry, 1);
+    EXPECT_FALSE(threaded && geometry.State().mesh && geometry.State().mesh->lens == 0)
+        << "the mesh of before is gone at once";
+    const FinishedGeometry finished = geometry.Finish();
+    ASSERT_TRUE(finished.mesh);
+
+    LiveGeometry right(Small(false));
+    right.SetSubject(Studio().scene().subject());
+    add(right, 1);
+    const FinishedGeometry expected = right.Finish();
+    EXPECT_LT((MiddleOf(*finished.mesh) - MiddleOf(*expected.mesh)).norm(), 0.004);
+    EXPECT_GT((too_far - MiddleOf(*expected.mesh)).norm(), 0.01);
+    EXPECT_TRUE(geometry.IsCorrected());
+  }
+}
+
 // The others make the geometry all the same.
 TEST(LiveGeometry, PictureThatCannotBeReadIsLeftOutAndSaidOnce) {
   LiveGeometry geometry(Small(true));

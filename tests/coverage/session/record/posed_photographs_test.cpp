@@ -181,7 +181,7 @@ TEST(PosedPhotographs, AFrameThatWaitsKeepsTheDepthOfWhatItShows) {
   track.state = TrackState::kTracking;
   track.cam_from_world = Rigid3{};
   track.quality = 1;
-  PosedPhotographs walk(kCamera, {});
+  PosedPhotographs walk({});
   const RecordedViews none{LightField{}};
   const FrameToDecide input{.frame = frame, .track = track, .camera = kCamera};
   ASSERT_EQ(walk.After(input, points, none, {}).decision.reason, Reason::kRecorded);
@@ -284,6 +284,42 @@ TEST(PosedPhotographs, NothingIsRecordedWhileTheCameraIsApart) {
   EXPECT_EQ(before + after, static_cast<int>(light_field.views.size()));
   for (std::size_t i = 0; i < truth.size(); ++i) all.push_back({static_cast<double>(i) / 30, truth[i]});
   EXPECT_LT(CompareTrajectories(recorded, all, 0.005)->ate_rmse, 0.02);
+}
+
+// The zoom is moved on the way and put back: what is taken meanwhile is no picture of the light field's lens.
+TEST(PosedPhotographs, NothingIsRecordedWhileTheZoomIsMoved) {
+  const ScratchFolder scratch;
+  const TexturedRoom room({.seed = 11});
+  const CameraModel camera = TexturedRoom::Camera().ScaledTo(320, 240);
+  fs::create_directories(scratch / "frames");
+  constexpr int kFrom = 70, kBack = 110, kFrames = 170;
+  for (int k = 0; k < kFrames; ++k) {
+    CameraModel taken = camera;
+    if (k >= kFrom && k < kBack) taken.fx *= 1.1, taken.fy *= 1.1;
+    const Frame frame = room.Take(TexturedRoom::HandAt(2 * k), static_cast<std::uint64_t>(k), taken);
+    cv::imwrite((scratch / "frames" / fmt::format("{:04}.png", k)).string(), frame.image.pixels);
+  }
+  const auto device = OpenDevice("replay:" + (scratch / "frames").string() + "?fps=30");
+  device->Start();
+  const auto poses =
+      MakeTrackerSource(camera, {.deterministic = true, .features = 500, .wait_for_mapper = true});
+  std::vector<std::string> said;
+  CaptureHooks hooks;
+  hooks.say = [&](const std::string& line) { said.push_back(line); };
+  const CaptureSummary summary =
+      RunCapture(*device, camera, *poses, NewWriter(scratch / "lf", camera), WithoutSubject(), hooks);
+  EXPECT_THAT(said, ::testing::Contains(::testing::HasSubstr("the zoom was moved: the focal length is")));
+  EXPECT_THAT(said, ::testing::Contains("the zoom is back"));
+  const auto reasons = Counted(summary);
+  ASSERT_TRUE(reasons.contains("zoomed"));
+  EXPECT_GE(reasons.at("zoomed"), 30u);
+  EXPECT_LE(reasons.at("zoomed"), 45u);
+  const LightField light_field = ReadLightField(scratch / "lf");
+  EXPECT_GE(light_field.views.size(), 5u);
+  for (const View& view : light_field.views) {
+    const int frame = static_cast<int>(std::lround(30 * view.device_time_s));
+    EXPECT_TRUE(frame < kFrom || frame >= kBack) << "frame " << frame << " was recorded";
+  }
 }
 
 // ---- the commands on it

@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "tests/charts/makers.h"
-#include "tests/charts/tracking_runs.h"
+#include "tests/charts/tracking/tracking_runs.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {

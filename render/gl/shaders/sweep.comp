@@ -1,13 +1,16 @@
-// The matching costs of four planes of the sweep, computed as in render/stereo/plane_sweep.cpp. The program defines
-// RADIUS, NEIGHBOURS and KEEP.
+// The matching costs of four planes of the sweep at a pixel, computed as in render/stereo/plane_sweep.cpp. The program
+// defines RADIUS, NEIGHBOURS, KEEP and COST_UNIT. Computed and not drawn: some GPUs draw with a few of their cores only.
+layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0) uniform sampler2DArray own;  // one layer
 layout(binding = 1) uniform sampler2DArray others;
 // Of each neighbour: three rows of the map at infinity, each with its factor of the plane's inverse depth; the size.
 layout(binding = 2) uniform samplerBuffer carriers;
-uniform vec4 inverse_depths;
+layout(std430, binding = 2) readonly buffer InverseDepths { float inverse_depths[]; };  // of the planes
+layout(std430, binding = 3) writeonly buffer Costs { uint costs[]; };  // of the band's pixels, four planes in one
+uniform int first_row, end_row;                                        // of the band
+uniform int planes, quads;  // quads: of planes, with padding
 uniform float noise_floor;
 uniform float truncation;
-out vec4 costs;
 
 const int kSide = 2 * RADIUS + 1;
 const float kArea = float(kSide * kSide);
@@ -24,8 +27,11 @@ float Neighbour(int layer, vec2 pixel, vec2 size) {
 }
 
 void main() {
-  ivec2 here = ivec2(gl_FragCoord.xy);
+  ivec2 here = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, first_row);
   ivec2 last = textureSize(own, 0).xy - 1;
+  if (here.x > last.x || here.y >= end_row) return;
+  int first_plane = 4 * int(gl_GlobalInvocationID.z);
+  uvec4 bytes = uvec4(255);  // padding
   float window[kSide * kSide];
   float own_sum = 0.0, own_square = 0.0;
   for (int dy = 0; dy < kSide; ++dy)
@@ -37,13 +43,14 @@ void main() {
     }
   float own_spread = max(0.0, own_square - own_sum * own_sum / kArea) + noise_floor;
 
-  for (int plane = 0; plane < 4; ++plane) {
+  for (int plane = 0; plane < min(4, planes - first_plane); ++plane) {
+    float inverse_depth = inverse_depths[first_plane + plane];
     float best[KEEP];
     for (int k = 0; k < KEEP; ++k) best[k] = kUnseen;
     for (int n = 0; n < NEIGHBOURS; ++n) {
       mat3x4 carrier = mat3x4(texelFetch(carriers, 4 * n), texelFetch(carriers, 4 * n + 1), texelFetch(carriers, 4 * n + 2));
       vec2 size = texelFetch(carriers, 4 * n + 3).xy;
-      vec3 moved = inverse_depths[plane] * vec3(carrier[0].w, carrier[1].w, carrier[2].w);
+      vec3 moved = inverse_depth * vec3(carrier[0].w, carrier[1].w, carrier[2].w);
       float value = 0.0, square = 0.0, product = 0.0;
       for (int dy = 0; dy < kSide; ++dy)
         for (int dx = 0; dx < kSide; ++dx) {
@@ -73,6 +80,8 @@ void main() {
         sum += min(best[k], truncation);
         seen += 1.0;
       }
-    costs[plane] = seen > 0.0 ? sum / seen : truncation;
+    bytes[plane] = uint((seen > 0.0 ? sum / seen : truncation) * COST_UNIT + 0.5);
   }
+  uint at = uint(((here.y - first_row) * (last.x + 1) + here.x) * quads) + gl_GlobalInvocationID.z;
+  costs[at] = bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24;
 }

@@ -1,4 +1,4 @@
-#include "tests/charts/tracking_runs.h"
+#include "tests/charts/tracking/tracking_runs.h"
 
 #include <atomic>
 #include <cmath>
@@ -105,12 +105,14 @@ Frame Changed(Frame frame, const PictureChange& change, std::uint64_t seed) {
 TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
   const PictureChange& change = one.change;
   const auto changed_px = [&](int px) { return static_cast<int>(std::lround(px * change.enlarged)); };
-  Tracker tracker(
-      recording.camera.ScaledTo(changed_px(recording.camera.width), changed_px(recording.camera.height)),
-      one.options);
+  CameraModel given =
+      recording.camera.ScaledTo(changed_px(recording.camera.width), changed_px(recording.camera.height));
+  given.fx *= one.focal_factor;
+  given.fy *= one.focal_factor;
+  Tracker tracker(given, one.options);
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   std::vector<TimedPose> live, after;
-  std::vector<std::pair<double, Anchored>> anchors;
+  std::vector<std::pair<double, Track>> tracks;
   std::vector<double> cpu_s, orb_s;
   std::size_t seen = 0;
   for (auto i = static_cast<std::size_t>(one.first); i < recording.frames.size();
@@ -121,10 +123,10 @@ TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
     if (!track.cam_from_world) continue;
     cpu_s.push_back(track.cpu_s);
     live.push_back({frame.device_time_s, *track.cam_from_world});
-    anchors.emplace_back(frame.device_time_s, *track.anchor);
+    tracks.emplace_back(frame.device_time_s, track);
   }
   tracker.Finish();
-  for (const auto& [time_s, anchor] : anchors) after.push_back({time_s, tracker.PoseOf(anchor)});
+  for (const auto& [time_s, track] : tracks) after.push_back({time_s, *tracker.PoseNow(track)});
   const auto error_mm = [&](const std::vector<TimedPose>& poses) {
     const auto error = CompareTrajectories(poses, recording.truth, 1.0 / 60);
     return error ? 1000 * error->ate_rmse : std::numeric_limits<double>::infinity();

@@ -35,6 +35,7 @@ struct TrackedCase {
   PictureChange change{};
   int every = 1;  // frame, from `first` on; the others are not seen
   int first = 0;
+  double focal_factor = 1;  // of the focal length that the tracker is given over the right one
 };
 // On as many threads as there are processors, in order. A recording is read once for all of its runs.
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases);

@@ -2,7 +2,7 @@
 #include <map>
 
 #include "tests/charts/makers.h"
-#include "tests/charts/tracking_runs.h"
+#include "tests/charts/tracking/tracking_runs.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/predicted_error.h"

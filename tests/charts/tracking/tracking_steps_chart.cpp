@@ -1,6 +1,6 @@
 // Tracking: few frames a second. Every Nth frame of a recording is tracked.
 #include "tests/charts/makers.h"
-#include "tests/charts/tracking_runs.h"
+#include "tests/charts/tracking/tracking_runs.h"
 #include "tests/support/floors.h"
 
 namespace ulf::test {

@@ -1,0 +1,52 @@
+#include "commands/tracking/lens_use_option.h"
+
+#include <spdlog/spdlog.h>
+
+#include <map>
+
+#include "acquisition/calibration/calibration_io.h"
+#include "core/base/error.h"
+#include "core/base/output_path.h"
+
+namespace ulf::commands {
+
+void AddLensUseOptions(CLI::App& command, LensUseArgs& args) {
+  static const std::map<std::string, tracking::LensUse> kWords{{"fixed", tracking::LensUse::kFixed},
+                                                               {"check", tracking::LensUse::kCheck},
+                                                               {"refine", tracking::LensUse::kRefine}};
+  command
+      .add_option_function<std::string>(
+          "--intrinsics", [&args](const std::string& word) { args.use = kWords.at(word); },
+          "The lens while tracking: fixed (as given), check (as given; said where images contradict it), "
+          "refine (where they do, tracking goes on with the lens that fits, and the poses so far follow; "
+          "where "
+          "no lens is known it starts from a guess) (check)")
+      ->check([](const std::string& word) {
+        return kWords.contains(word) ? std::string() : "'" + word + "' is none of fixed, check and refine";
+      })
+      ->type_name("fixed|check|refine");
+  command.add_option("--calibration-out", args.calibration_output,
+                     "With --intrinsics refine: calibration file to write, with the lens that was found");
+}
+
+void RequireUsable(const LensUseArgs& args) {
+  if (args.calibration_output.empty()) return;
+  if (args.use != tracking::LensUse::kRefine)
+    throw UsageError("--calibration-out {}: the lens is found with --intrinsics refine",
+                     args.calibration_output);
+  RequireWritable(args.calibration_output);
+}
+
+void WriteFoundLens(const LensUseArgs& args, const acquisition::DeviceInfo& info,
+                    const std::optional<tracking::RefinedLens>& lens, const std::string& command) {
+  const std::string& path = args.calibration_output;
+  if (path.empty()) return;
+  if (!lens)
+    return spdlog::warn("{}: calibration not written, because the images do not contradict the given lens",
+                        path);
+  const acquisition::ModeCalibration calibration{.camera = lens->camera};
+  acquisition::UpdateCalibration(path, acquisition::CameraIdentity::Of(info),
+                                 command + " --intrinsics refine", "live", calibration);
+}
+
+}  // namespace ulf::commands

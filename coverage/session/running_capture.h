@@ -1,0 +1,115 @@
+// The loop of a capture (capture_session.h): private to capture_session.cpp, which takes the frames, and
+// capture_answers.cpp, which does what is asked between them.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coverage/bound/guidance.h"
+#include "coverage/session/cap_watch.h"
+#include "coverage/session/capture_gaps.h"
+#include "coverage/session/capture_lens.h"
+#include "coverage/session/capture_meters.h"
+#include "coverage/session/capture_session.h"
+#include "coverage/session/capture_subject.h"
+#include "coverage/session/light_and_focus.h"
+#include "coverage/session/preflight.h"
+#include "coverage/session/record/capture_record.h"
+#include "coverage/session/record/capture_recorder.h"
+#include "coverage/session/subject_proposal.h"
+
+namespace ulf::coverage {
+
+class RunningCapture {
+ public:
+  RunningCapture(acquisition::Device& device, const CameraModel& camera, tracking::PoseSource& poses,
+                 LightFieldWriter writer, ExposureMatch light, const CaptureOptions& options,
+                 const CaptureHooks& hooks, std::vector<Frame> first);
+  CaptureSummary Run();
+
+ private:
+  // The latest frame that got as far as a decision, and what became of it.
+  struct LatestFrame {
+    Image live;
+    tracking::Track track;
+    Decision decision;
+    Guidance guidance;
+  };
+  std::optional<StoppedBecause> StopReason() const;
+  std::optional<Frame> NextFrame();
+  std::optional<StoppedBecause> TakeFrame();
+  std::optional<StoppedBecause> TakeStill(const Frame& still);
+  void UpdateCapWatch(const tracking::Track& track, const Decision& decision);
+
+  void AnnouncePrediction();
+  void FollowLens(const tracking::Track& track);
+  void GoOverToLensFrom(const CameraModel& before, bool last);
+  void NoteZoom(const tracking::Track& track);
+  void UpdatePreflight(const Frame& frame);
+  std::optional<double> PoseErrorNow() const;
+  tracking::Track TrackToRecord(const tracking::Track& track) const;
+  bool CorrectPoses(bool last);
+  void ProposeSubject();
+  void BeginWhenPossible();
+  void Begin(bool although_checks_fail);
+
+  void AnswerRequests();
+  void Answer(const TakeBackLast& asked);
+  void Answer(const TakeBackViews& asked);
+  void Answer(const PlaceSubject& asked);
+  void Answer(const FindSubject& asked);
+  void Answer(const PlaceProposedSubject& asked);
+  void Answer(const SetRecording& asked);
+  void Answer(const FinishCapture& asked);
+
+  void TakeEvents();
+  void Say(const std::string& text);
+  std::string DeviceProblem() const;
+  SharedCaptureState State();
+  void Show(const std::function<void(const SharedCaptureState&)>& look);
+
+  void Close();
+
+  acquisition::Device& device_;
+  tracking::PoseSource& poses_;
+  const CaptureOptions options_;
+  CaptureLens lens_;
+  const CaptureHooks& hooks_;
+  std::deque<Frame> first_;  // before the device is asked
+  const std::filesystem::path root_;
+  const std::function<void(const std::string&)> say_ = [this](const std::string& text) { Say(text); };
+  CaptureRecord record_;
+  CaptureOutlook outlook_;
+  CaptureSubject subject_;
+  CaptureGaps gaps_;
+  CaptureMeters meters_;
+  CaptureRecorder recorder_;
+
+  CapWatch cap_watch_{options_.until_share};
+  CaptureSummary summary_;
+  std::vector<double> ms_track_;
+  int map_revision_ = 0;  // of the tracker, as last seen
+  bool poses_due_ = false;
+  bool lens_doubted_ = false;  // and said so
+  bool zoom_moved_ = false;
+  std::uint64_t requests_answered_ = 0;
+  bool finish_asked_ = false;
+  std::optional<StoppedBecause> ended_;
+  LatestFrame latest_;
+  std::optional<Eigen::Quaterniond> last_turn_;  // cam_from_world of the last frame with a pose
+  Guide guide_;
+  LightAndFocusCheck light_and_focus_;
+  SubjectProposer proposer_;
+  bool waits_to_begin_ = false;
+  std::optional<SetRecording> begin_asked_;  // while there is no subject
+  std::vector<std::string> said_;            // of late
+  std::uint64_t times_said_ = 0;
+  double ended_after_s_ = 0;  // by this machine's clock
+};
+
+}  // namespace ulf::coverage

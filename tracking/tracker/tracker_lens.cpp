@@ -1,0 +1,121 @@
+// What becomes of the lens while frames are tracked: another one, where the map's images ask for it, and a zoom that is
+// moved.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/quantile.h"
+#include "tracking/estimation/focal_change.h"
+#include "tracking/estimation/pose_error.h"
+#include "tracking/map/map_matching.h"
+#include "tracking/tracker/tracker_state.h"
+
+namespace ulf::tracking {
+namespace {
+
+CameraModel Zoomed(const CameraModel& lens, double log_ratio) {
+  CameraModel zoomed = lens;
+  zoomed.fx *= std::exp(log_ratio);
+  zoomed.fy *= std::exp(log_ratio);
+  return zoomed;
+}
+
+}  // namespace
+
+std::optional<RefinedLens> Tracker::State::RefinedLensInOriginalPixels() const {
+  if (!refined_lens) return std::nullopt;
+  const double scale = size.original().MeanFocalPx() / camera.MeanFocalPx();
+  return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale};
+}
+
+bool Tracker::State::ContradictsLens() const {
+  const MapLock lock(shared);
+  return shared.wrong_lens.has_value();
+}
+
+// Between frames. The mapper rests meanwhile, so a live camera's next frame waits.
+bool Tracker::State::RefineLens() {
+  mapper.Rest();
+  std::optional<RefinedLens> refined = mapper.RefineLens();
+  if (!refined) return false;
+  // A later refinement that leaves the focal length as it was says nothing of its deviation.
+  if (refined_lens) refined->focal_sigma_px = std::max(refined->focal_sigma_px, refined_lens->focal_sigma_px);
+  size.SetWorking(refined->camera);
+  FollowWith(size.working());
+  zoom.Forget();
+  if (rows.rolls()) mapper.SetReadout(rows.readout_s());
+  // What was measured under the other lens is measured again.
+  if (readout_search) readout_search->Restart();
+  map_drift.Clear();
+  refined_lens = refined;
+  ++lens_revision;
+  return true;
+}
+
+// Frames to come, of the map's lens or of that with its zoom moved; the map keeps its own.
+void Tracker::State::FollowWith(const CameraModel& lens) {
+  camera = lens;
+  extractor.SetCamera(camera);
+  locator.SetCamera(camera);
+  initializer.SetCamera(camera);
+  turns.SetCamera(camera);
+  last_features_.reset();  // their rays are the other lens's
+  rows.SetCamera(camera);
+}
+
+// Before a frame.
+void Tracker::State::PrepareLens() {
+  if (zoom.IsMoved()) {
+    // Whoever has lost his place with a moved zoom may have put it back.
+    if (state == TrackState::kLost)
+      FollowWith(frame % 2 == 0 ? size.working() : Zoomed(size.working(), zoom.log_ratio()));
+    return;
+  }
+  if (options.lens == LensUse::kRefine && ContradictsLens() && !RefineLens())
+    spdlog::warn("images contradict the given lens, and no other explains them better yet");
+}
+
+// After a frame that has a pose.
+void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track& track) {
+  if (options.lens == LensUse::kFixed) return;
+  if (!zoom.IsMoved() && track.wrong_lens) return zoom.Forget();        // which bends the map ever anew
+  if (zoom.IsMoved() && camera.fx == size.working().fx) zoom.Forget();  // found again without it
+  std::vector<double> depths;
+  for (const VisiblePoint& point : last.visible) depths.push_back(point.depth);
+  const double distance = std::max(1e-9, Median(std::move(depths)));
+  // What a map is off by, a focal length may be, too: a share of the pose's deviation. Where that is large, nothing is told.
+  // Guessed.
+  constexpr double kMapShare = 0.15, kLeastQuality = 0.4;
+  const double by_map = kMapShare * track.center_sigma.value_or(0) / distance;
+  std::optional<FocalChange> change;
+  if (track.quality >= kLeastQuality)
+    change = MeasureFocalChange(camera, ToObservations(frame_pose.candidates, frame_pose.matches),
+                                frame_pose.cam_from_world);
+  const double before = zoom.log_ratio(), by_rows = ZoomByRows();
+  zoom.Step(time_s, change, std::hypot(by_rows, by_map));
+  if (change)
+    spdlog::debug(
+        "frame {}: focal length off by {:.4f}, +- {:.4f} (map {:.4f}, rows {:.4f}), quality {:.2f}{}", frame,
+        change->log_ratio, change->sigma, by_map, by_rows, track.quality,
+        zoom.Disagrees() ? ": no keyframe" : "");
+  if (zoom.log_ratio() != before) FollowWith(Zoomed(size.working(), zoom.log_ratio()));
+  if (zoom.IsMoved()) track.focal_ratio = std::exp(zoom.log_ratio());
+  if (!zoom.Disagrees() || !change || !track.center_sigma) return;
+  // Magnified by so much, a camera seems to have come nearer by that share of the distance.
+  track.center_sigma = std::hypot(*track.center_sigma, change->log_ratio * distance);
+  track.quality = std::min(track.quality, QualityOf(*track.center_sigma, distance));
+}
+
+// One standard deviation of what a rolling shutter adds to a frame's focal length: a camera that pitches while its rows
+// are read sees them stretched. Compensated rows leave a part of that.
+double Tracker::State::ZoomByRows() const {
+  if (!last.between) return 0;
+  constexpr double kStretch = 0.5, kLeft = 0.3;  // of both axes; guessed
+  const double readout_s = rows.rolls()     ? kLeft * std::abs(rows.readout_s())
+                           : readout_search ? readout_search->Suspected()
+                                            : 0;
+  return kStretch * last.between->head<3>().norm() * readout_s;
+}
+
+}  // namespace ulf::tracking
