@@ -27,7 +27,7 @@ void ZoomWatch::Step(double time_s, const std::optional<FocalChange>& change, do
   ++since_disagreed_;
   if (!change) return;
   const double doubt = std::max(1.0, change->sigma / options_.uncertain);
-  const double noise = options_.sigmas * doubt * std::hypot(change->sigma, other);
+  const double noise = std::hypot(options_.sigmas * doubt * change->sigma, options_.other_sigmas * other);
   if (IsMoved() && doubt > 2) return;
   if (IsMoved()) return Follow(change->log_ratio - usual_, options_.followed_sigmas * change->sigma);
   before_.push_back({time_s, change->log_ratio});

@@ -25,7 +25,7 @@ struct ZoomWatchOptions {
   double back = 0.005;  // it is back where the focal length followed differs by less
   // A smaller difference may be chance, or what neighbouring points and the map are off by together; of a moved zoom, once
   // it is known, chance alone counts.
-  double sigmas = 10, followed_sigmas = 2;
+  double sigmas = 10, other_sigmas = 5, followed_sigmas = 2;
   double uncertain = 0.0015;  // a frame that leaves more open, before a wall, counts less by as much
   std::size_t last_frames = 8;
   double before_s = 2;  // against the median of the frames of so long before them, and at least so many
