@@ -58,10 +58,11 @@ void Check(const LightField& light_field) {
   if (const std::string words = tracking::InWords(check, names); !words.empty()) {
     spdlog::warn("{}", words);
   } else if (check.agree > 0) {
-    fmt::print(
-        "the photographs fit the poses of {} to {:.1f} px{}\n",
-        Counted(static_cast<std::size_t>(check.agree), "view"), check.error_px,
-        check.untold > 0 ? fmt::format("; {} more show too little in common to tell", check.untold) : "");
+    fmt::print("the photographs fit the poses of {} to {:.1f} px{}\n",
+               Counted(static_cast<std::size_t>(check.agree), "view"), check.error_px,
+               check.untold.empty()
+                   ? ""
+                   : fmt::format("; {} more show too little in common to tell", check.untold.size()));
   } else {
     fmt::print("whether the photographs fit the poses cannot be told: they show too little in common\n");
   }

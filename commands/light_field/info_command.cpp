@@ -3,12 +3,15 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
 #include "commands/light_field/light_field_report.h"
+#include "core/base/progress.h"
 #include "core/light_field/light_field_io.h"
+#include "tracking/refine/light_field_input.h"
 
 namespace ulf::commands {
 namespace {
@@ -18,15 +21,35 @@ struct InfoArgs {
   std::string cap;
   std::string subject;
   std::optional<double> threshold_px;
+  bool check_poses = false;
   bool json = false;
 };
+
+PoseReport CheckPoses(const LightField& light_field, bool silent) {
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress("check", silent);
+  tracking::PoseCheckOptions options;
+  options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
+  PoseReport report{tracking::CheckPoses(tracking::RefineInputOf(light_field), options), 0};
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
 
 int RunInfo(const InfoArgs& args) {
   ReportOptions options{.threshold_px = args.threshold_px};
   if (!args.cap.empty()) options.cap = coverage::Cap::ParseDegrees(args.cap);
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
-  const LightFieldReport report = Describe(ReadLightField(args.dir), options);
-  fmt::print("{}", args.json ? ToJson(report).dump() + "\n" : ToText(report));
+  const LightField light_field = ReadLightField(args.dir);
+  const LightFieldReport report = Describe(light_field, options);
+  std::optional<PoseReport> poses;
+  if (args.check_poses) poses = CheckPoses(light_field, args.json);
+  if (args.json) {
+    nlohmann::json json = ToJson(report);
+    if (poses) json["poses"] = ToJson(*poses, light_field);
+    fmt::print("{}\n", json.dump());
+  } else {
+    fmt::print("{}{}", ToText(report), poses ? ToText(*poses, light_field) : "");
+  }
   return kOk;
 }
 
@@ -45,6 +68,8 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Largest error in pixels, for --cap (default: that of the capture, else 7)");
   command->add_option("--subject", args->subject,
                       "Subject: x,y,z,radius in world units (default: the light field's)");
+  command->add_flag("--check-poses", args->check_poses,
+                    "Also compare the pictures: list views whose poses their neighbours contradict");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf info my_light_field --cap 60x40");
   command->callback([args, &chosen] { chosen = [args] { return RunInfo(*args); }; });

@@ -6,9 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/error_meter.h"
@@ -162,6 +164,66 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
     report.holes = HolesOf(map);
   }
   return report;
+}
+
+std::string ToText(const PoseReport& report, const LightField& light_field) {
+  const tracking::PoseCheck& check = report.check;
+  const auto name = [&](int view) { return light_field.views[At(view)].image_path; };
+  std::string text = fmt::format(
+      "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n", check.agree,
+      check.error_px, check.contradicted.size(), check.untold.size(), report.seconds);
+  for (const tracking::ContradictedView& view : check.contradicted) {
+    std::string by;
+    for (const int neighbour : view.by) by += (by.empty() ? "" : ", ") + name(neighbour);
+    text += fmt::format(
+        "contradicted   {}: {:.1f} px off; another pose fits, turned by {:.2f} degrees and {:.2f} % of the "
+        "distance "
+        "away (by {})\n",
+        name(view.view), view.error_px, view.turned_deg, 100 * view.moved_share, by);
+  }
+  for (const tracking::UntoldView& view : check.untold)
+    text += fmt::format("not judged     {}: {}\n", name(view.view), view.why);
+  if (check.contradicted.empty()) return text;
+  const std::string dir = ShellWord(light_field.root.string());
+  if (!std::filesystem::exists(light_field.root / "journal.jsonl"))
+    return text +
+           fmt::format(
+               "               'ulf refine {} -o NEW' finds better poses in a copy; a view is left out when "
+               "transforms.json does not name it\n",
+               dir);
+  return text + fmt::format(
+                    "               'ulf refine {0}' finds better poses; to leave a view out, move its files "
+                    "in images/ "
+                    "and masters/ elsewhere, then 'ulf repair {0} --write'\n",
+                    dir);
+}
+
+nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
+  const tracking::PoseCheck& check = report.check;
+  const auto view_json = [&](int view) {
+    return nlohmann::json{{"view", light_field.views[At(view)].id},
+                          {"image", light_field.views[At(view)].image_path}};
+  };
+  nlohmann::json json{{"agree", check.agree},
+                      {"error_px", check.error_px},
+                      {"seconds", report.seconds},
+                      {"contradicted", nlohmann::json::array()},
+                      {"not_judged", nlohmann::json::array()}};
+  for (const tracking::ContradictedView& view : check.contradicted) {
+    nlohmann::json one = view_json(view.view);
+    one["error_px"] = view.error_px;
+    one["turned_deg"] = view.turned_deg;
+    one["moved_share"] = view.moved_share;
+    one["by"] = nlohmann::json::array();
+    for (const int neighbour : view.by) one["by"].push_back(view_json(neighbour));
+    json["contradicted"].push_back(std::move(one));
+  }
+  for (const tracking::UntoldView& view : check.untold) {
+    nlohmann::json one = view_json(view.view);
+    one["why"] = view.why;
+    json["not_judged"].push_back(std::move(one));
+  }
+  return json;
 }
 
 std::string ToText(const MeasuredErrors& measured) {

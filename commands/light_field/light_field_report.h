@@ -12,6 +12,7 @@
 
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
+#include "tracking/refine/pose_check.h"
 
 namespace ulf::commands {
 
@@ -55,6 +56,14 @@ struct ReportOptions {
 // Without a subject, where the axes do not give one either, what is measured about it is none. Throws
 // UsageError when it is asked for a cap all the same.
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options);
+
+// Which views' poses the pictures contradict (ulf info --check-poses).
+struct PoseReport {
+  tracking::PoseCheck check;
+  double seconds = 0;  // that it took
+};
+std::string ToText(const PoseReport& report, const LightField& light_field);
+nlohmann::json ToJson(const PoseReport& report, const LightField& light_field);
 
 std::string ToText(const MeasuredErrors& measured);
 nlohmann::json ToJson(const MeasuredErrors& measured);

@@ -17,6 +17,7 @@
 #include "commands/commands.h"
 #include "commands/explain.h"
 #include "commands/number_checks.h"
+#include "commands/tracking/readout_option.h"
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -44,6 +45,7 @@ struct RefineArgs {
   std::string truth;
   tracking::RefineOptions options;
   int threads = 2;
+  std::optional<double> readout_s;  // none: the light field's
   bool explain = false;
   bool json = false;
 };
@@ -277,6 +279,7 @@ int RunRefine(const RefineArgs& args) {
   tracking::RefineResult result;
   LightField before;
   std::optional<CoverageChange> coverage;
+  double readout_s = 0;
   {
     LightFieldWriter writer = LightFieldWriter::Resume(dir);
     before = writer.Contents();
@@ -285,7 +288,10 @@ int RunRefine(const RefineArgs& args) {
       tracking::RefineOptions options = args.options;
       options.all_points = true;
       options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
-      result = tracking::Refine(tracking::RefineInputOf(before), options);
+      tracking::RefineInput input = tracking::RefineInputOf(before);
+      if (args.readout_s) input.readout_s = *args.readout_s;
+      readout_s = input.readout_s;
+      result = tracking::Refine(input, options);
     } catch (const Error& error) {
       throw Error("{}: {}; the light field is as it was", dir, error.what());
     }
@@ -303,12 +309,20 @@ int RunRefine(const RefineArgs& args) {
     }
   if (args.json) {
     nlohmann::ordered_json json = ToJson(before, result, args, cost);
+    json["readout_ms"] = 1000 * readout_s;
     if (args.explain) AddExplained(json, Explained(result));
     if (coverage) json["covered"] = {{"before", coverage->before}, {"after", coverage->after}};
     if (errors) json["truth"] = ToJson(*errors);
     fmt::print("{}\n", json.dump(2));
   } else {
     PrintText(dir, before, result, args, cost);
+    if (readout_s != 0)
+      fmt::print(
+          "rolling shutter of {:.1f} ms: the last adjustment knows the rows ({} of {} with a recorded "
+          "velocity)\n",
+          1000 * readout_s,
+          std::ranges::count_if(before.views, [](const View& view) { return view.twist.has_value(); }),
+          Counted(before.views.size(), "view"));
     if (coverage) fmt::print("{}", ToText(*coverage));
     if (args.explain) fmt::print("{}", ExplainedText(Explained(result)));
     if (errors) fmt::print("{}", ToText(*errors));
@@ -336,6 +350,7 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--threads", args->threads, "Processors to use; the result is the same for any number")
       ->check(CLI::Range(1, 256));
   command->add_option("--seed", args->options.seed, "Seed of every random draw");
+  AddReadoutOption(*command, args->readout_s);
   command->add_option("--truth", args->truth,
                       "True poses, TUM format: prints the errors as recorded, before and after");
   command->add_flag("--explain", args->explain,

@@ -30,7 +30,7 @@ using nlohmann::json;
 constexpr int kVersion = 1;
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
-constexpr const char* kEventsWithoutViews[] = {"subject", "up", "goal", "gap", "remove", "close"};
+constexpr const char* kEventsWithoutViews[] = {"subject", "up", "goal", "readout", "gap", "remove", "close"};
 
 json PoseToJson(const Rigid3& cam_from_world) {
   const Eigen::Quaterniond& q = cam_from_world.rotation;
@@ -127,6 +127,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     light_field.up_in_world = Vector3FromJson(event, "up").normalized();
   } else if (kind == "goal") {
     light_field.goal = CoverageGoalFromJson(event);
+  } else if (kind == "readout") {
+    light_field.readout = ReadoutFromJson(event);
   } else if (kind == "remove") {
     const int id = event.Integer("id");
     contents.removed.insert(id);
@@ -390,6 +392,12 @@ void Journal::SetUp(const Eigen::Vector3d& up_in_world) {
 void Journal::SetGoal(const CoverageGoal& goal) {
   json event = CoverageGoalToJson(goal);
   event["event"] = "goal";
+  Append(event.dump());
+}
+
+void Journal::SetReadout(const ShutterReadout& readout) {
+  json event = ReadoutToJson(readout);
+  event["event"] = "readout";
   Append(event.dump());
 }
 

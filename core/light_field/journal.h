@@ -4,11 +4,12 @@
 //   header       {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
 //                 calibration_source, units, threshold_px, coverage_width_px}
 //   view         {id, image, master, mask, camera, cam_from_world [qw qx qy qz tx ty tz], times, exposure,
-//                 gain, quality, bound}
+//                 gain, quality, bound, twist}
 //   pose_update  {poses {id: [7]}, cameras {index: as in the header}}
 //   subject      {center, radius}
 //   up           {up}
 //   goal         {cap_deg [2], share}
+//   readout      {readout_s, sigma_s}
 //   gap          {from_s, to_s, reason}
 //   remove       {id}
 //   close        {capture_s, reasons, measured}
@@ -100,6 +101,7 @@ class Journal {
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetGoal(const CoverageGoal& goal);
+  void SetReadout(const ShutterReadout& readout);
   void NoteGap(double from_s, double to_s, const std::string& reason);
   void RemoveView(int view_id);
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,

@@ -29,6 +29,13 @@ struct Subject {
 // "x,y,z,r" in world units; throws UsageError.
 Subject ParseSubject(const std::string& text);
 
+// How a sensor reads its rows one after the other (a rolling shutter).
+struct ShutterReadout {
+  double readout_s = 0;           // from the first row to the last; negative: from the last; 0: all at once
+  std::optional<double> sigma_s;  // one standard deviation, where it was measured; none: it was given
+  bool operator==(const ShutterReadout&) const = default;
+};
+
 // A recorded frame: image, camera, pose.
 struct View {
   int id = 0;               // given once, in order of recording, never used again
@@ -48,7 +55,10 @@ struct View {
   double gain = 1;        // linear
   double black_level = 0;
   std::optional<double> f_number;
-  double tracking_quality = 1;     // 0 to 1
+  double tracking_quality = 1;  // 0 to 1
+  // Where a rolling shutter was compensated: the camera's velocity while the rows were read, in the frame of its middle
+  // row: rotation (rad/s), then translation (world units/s).
+  std::optional<std::array<double, 6>> twist;
   std::optional<double> bound_px;  // the criterion's value when it was recorded; none for the first view
 
   Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
@@ -116,7 +126,8 @@ struct LightField {
   std::string units = "arbitrary";             // or "metres"
   std::optional<double> threshold_px;          // what the capture was asked for, in coverage image pixels
   int coverage_width_px = 640;
-  std::optional<CoverageGoal> goal;  // the last one that was given; none: the operator ends it
+  std::optional<CoverageGoal> goal;       // the last one that was given; none: the operator ends it
+  std::optional<ShutterReadout> readout;  // what the last session measured or was given; none: not known
   std::string device_uri;
   std::string device_serial, device_maker, device_model;
   std::optional<SensorWindow> window;  // that the views show; none: not known, or photographs

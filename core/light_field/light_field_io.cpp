@@ -191,6 +191,7 @@ void WriteLightField(const LightField& light_field) {
   journal.Header(light_field);
   if (light_field.up_in_world) journal.SetUp(*light_field.up_in_world);
   if (light_field.goal) journal.SetGoal(*light_field.goal);
+  if (light_field.readout) journal.SetReadout(*light_field.readout);
   if (light_field.subject) journal.SetSubject(*light_field.subject);
   journal.AddViews(light_field.views);
   journal.Close(light_field.capture_s, light_field.reasons, light_field.measured);
@@ -379,6 +380,12 @@ void LightFieldWriter::SetGoal(const CoverageGoal& goal) {
   if (state_->light_field.goal == goal) return;
   state_->journal.SetGoal(goal);
   state_->light_field.goal = goal;
+}
+
+void LightFieldWriter::SetReadout(const ShutterReadout& readout) {
+  if (state_->light_field.readout == readout) return;
+  state_->journal.SetReadout(readout);
+  state_->light_field.readout = readout;
 }
 
 void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {

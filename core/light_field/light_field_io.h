@@ -111,6 +111,7 @@ class LightFieldWriter {
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetGoal(const CoverageGoal& goal);
+  void SetReadout(const ShutterReadout& readout);
   // Replaces the points, unless `points` is empty. Existing points without observations came from another
   // program: their files go to kept/.
   void SetPoints(std::vector<ScenePoint> points);

@@ -1,6 +1,7 @@
 #include "core/light_field/view_json.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/geometry/camera_json.h"
 
@@ -21,6 +22,7 @@ nlohmann::json ViewToJson(const View& view) {
   if (view.master_mosaic != Mosaic::kNone) keys["master_mosaic"] = Name(view.master_mosaic);
   if (view.f_number) keys["f_number"] = *view.f_number;
   if (view.bound_px) keys["bound_px"] = *view.bound_px;
+  if (view.twist) keys["twist"] = *view.twist;
   return keys;
 }
 
@@ -51,6 +53,11 @@ void ReadViewJson(const JsonPlace& place, View& view) {
   if (place.Has("f_number")) view.f_number = place.Number("f_number");
   view.tracking_quality = place.Number("tracking_quality", 1);
   if (place.Has("bound_px")) view.bound_px = place.Number("bound_px");
+  if (place.Has("twist")) {
+    const std::vector<double> twist = place.Numbers("twist", 6);
+    view.twist.emplace();
+    std::ranges::copy(twist, view.twist->begin());
+  }
 }
 
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {
@@ -115,6 +122,20 @@ MeasuredErrors MeasuredFromJson(const JsonPlace& place) {
     measured.directions.push_back(at);
   }
   return measured;
+}
+
+nlohmann::json ReadoutToJson(const ShutterReadout& readout) {
+  nlohmann::json keys = {{"readout_s", readout.readout_s}};
+  if (readout.sigma_s) keys["sigma_s"] = *readout.sigma_s;
+  return keys;
+}
+
+ShutterReadout ReadoutFromJson(const JsonPlace& place) {
+  ShutterReadout readout{place.Number("readout_s"), {}};
+  if (!(std::abs(readout.readout_s) <= 1))
+    throw Error("{}: a readout of {} s is not possible; the most is 1 s", place.where, readout.readout_s);
+  if (place.Has("sigma_s")) readout.sigma_s = place.Positive("sigma_s");
+  return readout;
 }
 
 nlohmann::json CoverageGoalToJson(const CoverageGoal& goal) {

@@ -28,6 +28,10 @@ std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place);
 nlohmann::json MeasuredToJson(const MeasuredErrors& measured);
 MeasuredErrors MeasuredFromJson(const JsonPlace& place);
 
+// {"readout_s":0.0281,"sigma_s":0.0004}
+nlohmann::json ReadoutToJson(const ShutterReadout& readout);
+ShutterReadout ReadoutFromJson(const JsonPlace& place);
+
 // {"cap_deg":[width,height],"share":0 to 1}
 nlohmann::json CoverageGoalToJson(const CoverageGoal& goal);
 CoverageGoal CoverageGoalFromJson(const JsonPlace& place);

@@ -361,7 +361,8 @@ void RunningCapture::Close() {
     reasons[Name(reason)] = recorder_.reasons()[static_cast<std::size_t>(reason)];
   const double device_s = meters_.DeviceSeconds();
   const ClosedRecord closed =
-      record_.Close(device_s > 0 ? device_s : ended_after_s_, reasons, poses_.Points());
+      record_.Close(device_s > 0 ? device_s : ended_after_s_, reasons, poses_.Points(),
+                    options_.still_camera ? std::nullopt : known.rolling_shutter);
   summary_.recorded = closed.recorded;
   summary_.unwritten = closed.unwritten;
   summary_.set_aside = closed.set_aside;

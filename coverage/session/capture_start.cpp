@@ -222,6 +222,30 @@ void RequireSameCamera(const std::string& dir, const LightField& recorded,
       info.model, info.serial);
 }
 
+// The shutter of the sessions before, unless the user says something else.
+tracking::ReadoutArgs ReadoutOf(const CaptureArgs& args, const LightField* resumed) {
+  tracking::ReadoutArgs readout = args.readout;
+  if (!resumed || !resumed->readout) return readout;
+  const ShutterReadout& known = *resumed->readout;
+  const double known_ms = 1000 * known.readout_s;
+  if (readout.readout_s) {
+    // As much as the tracker takes for a change, or five deviations of the measured one.
+    const double apart_s = std::abs(*readout.readout_s - known.readout_s);
+    if (apart_s > std::max(tracking::ReadoutSearchOptions{}.settled_share * std::abs(known.readout_s),
+                           5 * known.sigma_s.value_or(0)))
+      spdlog::warn("--readout-ms {:g}: the sessions before {} {:.1f} ms; {:g} is used",
+                   1000 * *readout.readout_s, known.sigma_s ? "measured" : "were given", known_ms,
+                   1000 * *readout.readout_s);
+  } else if (readout.compensate_found) {
+    readout.readout_s = known.readout_s;
+    if (known.readout_s != 0)
+      spdlog::info(
+          "{}: rolling shutter of {:.1f} ms (of the sessions before): compensated from the first frame on",
+          args.dir, known_ms);
+  }
+  return readout;
+}
+
 bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& prepared) {
   args.poses.RequireFor(args.lens);
   if (args.resume) {
@@ -326,7 +350,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
       args.poses.Open(prepared.camera, {.tracker = {.deterministic = args.deterministic,
                                                     .max_side_px = args.tracking_side_px,
                                                     .wait_for_mapper = !prepared.device->IsLive(),
-                                                    .readout = args.readout,
+                                                    .readout = ReadoutOf(args, resumed),
                                                     .lens = options->lens},
                                         .subject = options->subject,
                                         .metric = info.bus == "simulated",
@@ -346,6 +370,8 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
   }
   if (options->cap) prepared.writer->SetGoal({options->cap->Degrees(), options->until_share});
+  // A photograph's shutter is another than live view's, which is tracked.
+  if (args.readout.readout_s && !stills) prepared.writer->SetReadout({*args.readout.readout_s, {}});
   prepared.writer->KeepMosaics(args.raw);
   if (args.raw && first.image.mosaic == Mosaic::kNone)
     spdlog::warn("--raw: the frames of {} are not a mosaic; --raw changes nothing", args.uri);

@@ -4,11 +4,17 @@
 #include <cmath>
 
 namespace ulf::tracking {
+namespace {
+
+constexpr double kHalfQualityShare = 0.01;  // of the distance
+
+}  // namespace
 
 double QualityOf(double center_sigma, double distance) {
-  constexpr double kHalf = 0.01;  // of the distance
-  return 1 / (1 + center_sigma / (kHalf * std::max(1e-9, distance)));
+  return 1 / (1 + center_sigma / (kHalfQualityShare * std::max(1e-9, distance)));
 }
+
+double ErrorShareOf(double quality) { return kHalfQualityShare * (1 / std::clamp(quality, 1e-3, 1.0) - 1); }
 
 double MapBend(double parallax) {
   constexpr double kAtOneRadian = 0.28;

@@ -18,6 +18,8 @@ namespace ulf::tracking {
 // 0 to 1: one half where the camera's centre is predicted to be off by a hundredth of the distance of what it
 // sees, near 1 where by less.
 double QualityOf(double center_sigma, double distance);
+// The other way round: the predicted error of the centre as a share of the distance.
+double ErrorShareOf(double quality);
 
 // The share of the pose's own standard deviation that the map may be bent by, as seen from one frame: inversely
 // proportional to the parallax of the points in view (median, radians). Measured on simulated scenes and drawn rooms.

@@ -102,7 +102,7 @@ void RowMotion::Settle(TrackedImage& image, FramePose& frame_pose, const std::op
     refined = RefinePoseAndMotion(camera_, readout_s_, seen, frame_pose.cam_from_world, prior);
     if (!refined) return;
   }
-  velocity_ = refined->twist;
+  velocity_ = frame_pose.twist = refined->twist;
   frame_pose.cam_from_world = refined->cam_from_world;
   // No observation is an outlier because the rows displace it: all weigh the same.
   constexpr RefinePoseOptions kAllAlike{.huber_sigmas = 1e3, .rounds = 1};

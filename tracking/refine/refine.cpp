@@ -17,6 +17,7 @@
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/bundle_uncertainty.h"
 #include "tracking/map/map.h"
+#include "tracking/refine/refine_rows.h"
 #include "tracking/refine/refine_scene.h"
 #include "tracking/refine/track_building.h"
 #include "tracking/refine/track_extension.h"
@@ -37,6 +38,14 @@ void RequireReadable(const RefineScene& scene) {
 
 // How an adjustment treats observations that do not fit; the better the start poses, the later in the list.
 enum class Loss { kHuber, kCauchy, kCauchyAndGate };
+
+BundleOptions LastAdjustment(const RefineOptions& refine) {
+  BundleOptions options;
+  options.robust_iterations = options.iterations = refine.iterations;
+  options.cauchy_scales = refine.cauchy_scales;
+  options.gate_scales = refine.gate_scales;
+  return options;
+}
 
 BundleSummary Adjust(const RefineOptions& refine, RefineScene& scene, int iterations, Loss loss,
                      const RefineStage& stage, const char* what) {
@@ -320,7 +329,8 @@ RefineResult Summarise(const RefineOptions& options, const RefineScene& scene, R
   const std::vector<int> seen = PointsByView(scene);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const RefineView& view = scene.views[v];
-    result.views.push_back({view.cam_from_world, view.registered, view.why, seen[v]});
+    result.views.push_back(
+        {view.cam_from_world, view.registered, view.why, seen[v], view.middle_row_from_picture});
   }
   result.registered = scene.Registered();
   for (const SceneTrack& track : scene.tracks) result.adjusted_observations += track.observations.size();
@@ -465,6 +475,12 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
   if (pass.summary.least_kept < options.contradicted_share)
     result.contradicted = pass.summary.least_kept_camera;
   result.rms_after_sigmas = pass.summary.final_rms_sigmas;
+  if (input.readout_s != 0) {
+    const BundleSummary rows = AdjustRows(input, LastAdjustment(options), scene);
+    if (!rows.usable)
+      spdlog::warn("the adjustment that knows the shutter's rows failed ({}): poses are as without it",
+                   rows.message);
+  }
   result.settled = pass.summary.settled && lens_settled;
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))

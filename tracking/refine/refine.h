@@ -9,6 +9,9 @@
 //   6. weigh the evidence for another lens; on request take it over, and begin again at 2 until it stays: what was matched
 //      and adjusted under a wrong lens speaks for it
 //
+// With a rolling shutter (RefineInput::readout_s) steps 1 to 6 take pictures as if taken at once; a last adjustment knows
+// the rows (refine_rows.h). Poses that go in and out are the pictures', those that explain all pixels of one at once.
+//
 // Start poses may be off by a percent and a degree: their error is measured first, and matching allows for
 // it. Images leave position, orientation and scale of the whole open; the start poses give them. A view that
 // fits nowhere keeps its pose and says why. The same input gives the same bytes, whatever the number of
@@ -26,6 +29,7 @@
 #include "core/light_field/light_field.h"
 #include "tracking/estimation/calibration_check.h"
 #include "tracking/estimation/lens_evidence.h"
+#include "tracking/estimation/rolling_shutter.h"
 
 namespace ulf::tracking {
 
@@ -34,10 +38,15 @@ struct RefineInput {
     std::string name;
     int lens = 0;  // index into lenses
     Rigid3 cam_from_world;
+    // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0: nothing.
+    double center_error_share = 0;
+    std::optional<Twist> twist = {};  // the camera's velocity at its middle row, as the capture knew it
   };
   std::vector<CameraModel> lenses;
   std::vector<View> views;
   std::function<Image(int view)> read;  // in any thread; throws Error
+  double readout_s =
+      0;  // of a rolling shutter: from the first row to the last, negative from the last; 0: global
 };
 
 struct RefineOptions {
@@ -83,6 +92,8 @@ struct RefinedView {
   bool registered = false;
   std::string why;  // it is not
   int points = 0;
+  // The camera when its middle row was read; none with a global shutter.
+  std::optional<Rigid3> middle_row_from_picture = {};
 };
 
 struct RefineResult {

@@ -183,6 +183,8 @@ bool AlignToStart(RefineScene& scene) {
       const Vector3d center = *move * pose.OriginInSource();
       pose.rotation = (pose.rotation * turned.conjugate()).normalized();
       pose.translation = -(pose.rotation * center);
+      if (auto& middle_row = scene.views[At(v)].middle_row_from_picture)
+        middle_row->translation *= move->scale;
     }
   }
   return groups.count > 0;

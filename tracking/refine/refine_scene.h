@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct RefineView {
   int lens = 0;  // index into RefineScene::lenses
   Rigid3 start;  // of the input
   Rigid3 cam_from_world;
+  std::optional<Rigid3> middle_row_from_picture;  // where a rolling shutter is known (refine_rows.h)
   bool registered = true;
   std::string why;  // it is not
   FeatureSet features;

@@ -27,6 +27,7 @@ struct FramePose {
   Rigid3 cam_from_world;
   // With a rolling shutter: from the camera to the pose that explains the image best (Track::cam_from_world).
   Rigid3 picture_from_cam;
+  Twist twist = Twist::Zero();  // and the camera's velocity while the rows were read
   std::vector<Candidate> candidates;
   std::vector<PointMatch> matches;  // that support the pose
   std::vector<int> in_view;         // candidates that the pose should see

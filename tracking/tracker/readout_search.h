@@ -22,6 +22,8 @@ class ReadoutSearch {
   // The size of the readout that has to be reckoned with because it is not compensated: what was measured, if that is
   // likely, and a usual one before anything was measured.
   double Suspected() const;
+  // The map is an earlier session's, which would have found a rolling shutter: until one is measured, none is suspected.
+  void MapIsGiven() { last_ = ReadoutEstimate{}; }
 
  private:
   void Judge(const ReadoutEstimate& estimate, bool lens_is_doubted);

@@ -135,6 +135,7 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
   if (!seeded->mapper.FinishSeeds(state.options.min_seed_points)) return false;
   seeded->state = TrackState::kLost;
   seeded->frames_tracked = state.options.proven_frames;  // a given map is proven
+  if (seeded->readout_search) seeded->readout_search->MapIsGiven();
   state_ = std::move(seeded);
   return true;
 }
@@ -160,6 +161,7 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
   auto restored = std::make_unique<State>(state.size.original(), state.options, std::move(map));
   restored->state = TrackState::kLost;
   restored->frames_tracked = state.options.proven_frames;
+  if (restored->readout_search) restored->readout_search->MapIsGiven();
   state_ = std::move(restored);
   return {};
 }

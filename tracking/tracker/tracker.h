@@ -33,6 +33,7 @@
 #include "core/light_field/light_field.h"
 #include "tracking/estimation/calibration_check.h"
 #include "tracking/estimation/relative_pose.h"
+#include "tracking/estimation/rolling_shutter.h"
 #include "tracking/map/anchored.h"
 #include "tracking/map/fiducial_observation.h"
 #include "tracking/tracker/start_progress.h"
@@ -69,6 +70,8 @@ struct Track {
   // The camera's own pose when the middle row was read, relative to cam_from_world; set where a rolling
   // shutter is compensated, else the two are the same.
   std::optional<Rigid3> middle_row_from_picture;
+  // The camera's velocity while the rows were read, in the middle row's frame; set where middle_row_from_picture is.
+  std::optional<Twist> twist;
   // 0 to 1, from center_sigma and, with a rolling shutter, from how far one pose is from those of the rows: one half where
   // that is a hundredth of the distance of what is seen.
   double quality = 0;

@@ -165,7 +165,10 @@ double Tracker::State::RowsApart(const FramePose& frame_pose, const std::optiona
 void Tracker::State::Describe(const FramePose& frame_pose, const std::optional<Twist>& between,
                               Track& track) const {
   track.cam_from_world = frame_pose.picture_from_cam * frame_pose.cam_from_world;
-  if (rows.rolls()) track.middle_row_from_picture = frame_pose.picture_from_cam.Inverse();
+  if (rows.rolls()) {
+    track.middle_row_from_picture = frame_pose.picture_from_cam.Inverse();
+    track.twist = frame_pose.twist;
+  }
   track.matched_points = static_cast<int>(frame_pose.matches.size());
   std::vector<double> distances, parallaxes;
   for (const PointMatch& match : frame_pose.matches) {

@@ -24,9 +24,11 @@ void ZoomWatch::Follow(double difference, double noise) {
 }
 
 void ZoomWatch::Step(double time_s, const std::optional<FocalChange>& change, double other) {
-  if (!change) return;
   ++since_disagreed_;
-  const double noise = options_.sigmas * std::hypot(change->sigma, other);
+  if (!change) return;
+  const double doubt = std::max(1.0, change->sigma / options_.uncertain);
+  const double noise = std::hypot(options_.sigmas * doubt * change->sigma, options_.other_sigmas * other);
+  if (IsMoved() && doubt > 2) return;
   if (IsMoved()) return Follow(change->log_ratio - usual_, options_.followed_sigmas * change->sigma);
   before_.push_back({time_s, change->log_ratio});
   while (before_.size() > options_.last_frames + options_.fewest_before &&

@@ -23,8 +23,10 @@ struct ZoomWatchOptions {
   // The zoom is moved where the last frames differ by more in the median.
   double moved = 0.01, moved_times = 4;
   double back = 0.005;  // it is back where the focal length followed differs by less
-  // A smaller difference may be chance; of a moved zoom, once it is known.
-  double sigmas = 5, followed_sigmas = 2;
+  // A smaller difference may be chance, or what neighbouring points and the map are off by together; of a moved zoom, once
+  // it is known, chance alone counts.
+  double sigmas = 10, other_sigmas = 5, followed_sigmas = 2;
+  double uncertain = 0.0015;  // a frame that leaves more open, before a wall, counts less by as much
   std::size_t last_frames = 8;
   double before_s = 2;  // against the median of the frames of so long before them, and at least so many
   std::size_t fewest_before = 15;

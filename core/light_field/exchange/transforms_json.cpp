@@ -83,6 +83,8 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   }
   if (ours.Has("up")) light_field.up_in_world = Vector3FromJson(ours, "up").normalized();
   if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
+  if (ours.Has("readout"))
+    light_field.readout = ReadoutFromJson({ours.Raw("readout"), ours.where + ", readout"});
   ReadCaptureJson(ours, light_field);
   light_field.capture_s = ours.Number("capture_s", 0);
   if (ours.Has("reasons"))
@@ -282,6 +284,7 @@ json OurKeys(const LightField& light_field) {
                        {"radius", light_field.subject->radius}};
   if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
   if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
+  if (light_field.readout) ours["readout"] = ReadoutToJson(*light_field.readout);
   if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
   if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
   if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;

@@ -239,6 +239,7 @@ std::optional<int> CaptureRecord::Add(const Frame& frame, const tracking::Track&
   View view;
   view.cam_from_world = *track.cam_from_world;
   view.tracking_quality = track.quality;
+  if (track.twist) Eigen::Map<tracking::Twist>(view.twist.emplace().data()) = *track.twist;
   view.bound_px = bound_px;
   const std::optional<int> id =
       frame.kind == FrameKind::kStill ? spool_.AddView(frame, view) : spool_.TryAddView(frame, view);
@@ -437,7 +438,8 @@ bool CaptureRecord::IsCapCovered(double share, const tracking::PoseSource& poses
 }
 
 ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
-                                  std::vector<ScenePoint> points) {
+                                  std::vector<ScenePoint> points,
+                                  const std::optional<tracking::Readout>& rolling_shutter) {
   ClosedRecord closed;
   LightFieldWriter writer = spool_.Finish();
   closed.unwritten = spool_.Unwritten();
@@ -459,6 +461,9 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
   if (lens_.found() && writer.Contents().cameras.at(0) != lens_.recorded()) final_lens[0] = lens_.recorded();
   try {
     writer.UpdatePoses(final_poses, final_lens);
+    // One that was given stands in the journal since the session began.
+    if (rolling_shutter && rolling_shutter->sigma_s)
+      writer.SetReadout({rolling_shutter->readout_s, rolling_shutter->sigma_s});
     points = WithEarlier(writer.Contents().points, std::move(points), first_new_id_);
     if (!points.empty()) writer.SetPoints(std::move(points));
     const std::filesystem::path root = writer.Contents().root;

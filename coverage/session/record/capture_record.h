@@ -97,10 +97,11 @@ class CaptureRecord {
   // map anew and asks CoverageMap::CoveredShare again: the snapshot that it publishes then is the one that
   // decided. False while the disk is behind a correction.
   bool IsCapCovered(double share, const tracking::PoseSource& poses);
-  // Writes the waiting views, the final poses, `points`, and the time and the counts of this session added to
-  // those of earlier ones.
+  // Writes the waiting views, the final poses, `points`, the rolling shutter that was measured, and the time and the
+  // counts of this session added to those of earlier ones.
   ClosedRecord Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
-                     std::vector<ScenePoint> points);
+                     std::vector<ScenePoint> points,
+                     const std::optional<tracking::Readout>& rolling_shutter = {});
   void Describe(CaptureState& state) const;
 
   // What a frame whose pose is known shows of the error: noted in errors(), and, unless the bound alone decides, in

@@ -1,4 +1,4 @@
-// Tests: commands/capture/capture_command.
+// Tests: commands/capture/capture_command, coverage/session/capture_start, commands/tracking/readout_option.
 //
 // A session that was captured can be run again, and comes to the same.
 #include <gtest/gtest.h>
@@ -54,6 +54,36 @@ TEST(RunAgain, ARecordingOfACameraIsASession) {
   Capture("sim:studio?width=320&height=240", scratch / "live", "--frames 60");
   Capture("replay:" + (scratch / "frames").string(), scratch / "again");
   EXPECT_EQ(WithoutHeader(Journal(scratch / "again")), WithoutHeader(Journal(scratch / "live")));
+}
+
+TEST(RunAgain, ASessionThatGoesOnKnowsTheShutter) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  const std::string uri = "sim:studio?width=320&height=240&readout_ms=20";
+  Capture(uri, dir, "--frames 45 --readout-ms 20");
+  const LightField first = ReadLightField(dir);
+  ASSERT_TRUE(first.readout);
+  EXPECT_EQ(first.readout->readout_s, 0.02);
+  EXPECT_FALSE(first.readout->sigma_s) << "it was given";
+  ASSERT_GT(first.views.size(), 1u);
+  EXPECT_TRUE(first.views[1].twist);
+  const auto go_on = [&](const std::string& more) {
+    const CommandResult result = RunUlf("capture --no-geometry '" + uri + "' -o " + dir.string() +
+                                        " --headless --deterministic --json --resume --frames 1 " + more);
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return std::pair(nlohmann::json::parse(result.output)["rolling_shutter"], result.errors);
+  };
+  for (const bool anew : {false, true}) {
+    if (anew) fs::remove(dir / "cache" / "map.ulf");
+    const auto [shutter, said] = go_on("");
+    EXPECT_EQ(shutter["readout_ms"], 20) << anew;
+    EXPECT_TRUE(shutter["compensated"]) << anew;
+    EXPECT_NE(said.find("compensated from the first frame on"), std::string::npos) << said;
+  }
+  const auto [shutter, said] = go_on("--readout-ms 10");
+  EXPECT_EQ(shutter["readout_ms"], 10);
+  EXPECT_NE(said.find("the sessions before were given 20.0 ms; 10 is used"), std::string::npos) << said;
+  EXPECT_EQ(ReadLightField(dir).readout->readout_s, 0.01);
 }
 
 TEST(RunAgain, ALightFieldReplaysItsViews) {

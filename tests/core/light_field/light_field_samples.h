@@ -60,10 +60,12 @@ inline void ExpectSame(const LightField& a, const LightField& b) {
     EXPECT_EQ(v.exposure_s, w.exposure_s);
     EXPECT_EQ(v.gain, w.gain);
     EXPECT_EQ(v.bound_px, w.bound_px);
+    EXPECT_EQ(v.twist, w.twist);
   }
   EXPECT_EQ(a.subject, b.subject);
   EXPECT_EQ(a.threshold_px, b.threshold_px);
   EXPECT_EQ(a.goal, b.goal);
+  EXPECT_EQ(a.readout, b.readout);
   EXPECT_EQ(a.device_serial, b.device_serial);
   EXPECT_EQ(a.capture_s, b.capture_s);
   EXPECT_EQ(a.reasons, b.reasons);
@@ -76,6 +78,7 @@ inline LightField WriteSample(const fs::path& dir, int views) {
   writer.SetGoal({{60, 40}, 0.95});
   for (int i = 0; i < views; ++i) writer.AddView(NoiseFrame(i), ViewNumber(i));
   writer.SetPoints({{{1, 2, 3}, {10, 20, 30}}, {{-1, 0.5, 2}, {200, 100, 0}}});
+  writer.SetReadout({0.0281, 0.0004});
   writer.Close(12.5, {{"recorded", 5}, {"covered", 7}});
   return writer.Contents();
 }

@@ -444,6 +444,34 @@ TEST(LightFieldOnDisk, OfSeveralGoalsTheLastCounts) {
   EXPECT_EQ(ReadLightField(scratch / "lf").goal, (CoverageGoal{{90, 60}, 0.5}));
 }
 
+TEST(LightFieldOnDisk, OfSeveralReadoutsTheLastCountsAndTheJournalsBeforeTransforms) {
+  ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+  EXPECT_FALSE(ReadLightField(dir).readout);
+  View view = ViewNumber(0);
+  view.twist = {0.1, -0.2, 0.3, 0.01, 0.02, -0.03};
+  writer.AddView(NoiseFrame(0), view);
+  writer.AddView(NoiseFrame(1), ViewNumber(1));
+  writer.SetReadout({0.02, {}});
+  writer.SetReadout({-0.03, 0.001});
+  writer.Close(1);
+  LightField read = ReadLightField(dir);
+  EXPECT_EQ(read.readout, (ShutterReadout{-0.03, 0.001}));
+  EXPECT_EQ(read.views[0].twist, view.twist);
+  EXPECT_FALSE(read.views[1].twist);
+  std::string transforms = ReadWholeFile(dir / "transforms.json");
+  const std::size_t at = transforms.find("-0.03,");
+  ASSERT_NE(at, std::string::npos) << "transforms.json tells it, too";
+  WriteFileAtomically(dir / "transforms.json", transforms.replace(at, 5, "-0.04"));
+  EXPECT_EQ(ReadLightField(dir).readout, (ShutterReadout{-0.03, 0.001}));
+
+  std::ofstream(dir / "journal.jsonl", std::ios::app) << R"({"event":"readout","readout_s":3})" << std::endl;
+  read = ReadLightField(dir);
+  EXPECT_EQ(read.readout, (ShutterReadout{-0.03, 0.001}));
+  EXPECT_THAT(read.doubts, Contains(HasSubstr("a readout of 3 s is not possible")));
+}
+
 TEST(LightFieldOnDisk, AGoalThatNothingReachesIsNamed) {
   ScratchFolder scratch;
   LightFieldWriter::Create(scratch / "lf", Header());

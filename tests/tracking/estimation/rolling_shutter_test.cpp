@@ -13,6 +13,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/row_motion.h"
@@ -206,6 +207,30 @@ Outcome Follow(double readout_s, const TrackerOptions& options, std::size_t paus
       CompareTrajectories(std::span(given).last(std::min<std::size_t>(35, given.size())), truth, 0.01, 1);
   EXPECT_TRUE(late);
   return {error ? error->ate_rmse : 1e9, late ? late->ate_rmse : 1e9, tracker.Statistics().rolling_shutter};
+}
+
+// A map that goes on is an earlier session's: as long as its camera adds no keyframe, nothing is measured, and a global
+// shutter must not be reckoned to roll.
+TEST(RollingShutter, AMapThatGoesOnSuspectsNone) {
+  const CameraModel camera = SimulatedIntrinsics(320, 240);
+  const test::ScratchFolder scratch;
+  const std::vector<Frame>& frames = Frames(0);
+  Tracker before(camera, {.deterministic = true, .readout = {.readout_s = 0}});
+  for (std::size_t i = 0; i < 60; ++i) before.Step(frames[i]);
+  before.Finish();
+  before.SaveMap(scratch / "map.ulf", 1);
+  double quality[2] = {};
+  for (const bool told : {true, false}) {
+    TrackerOptions options{.deterministic = true};
+    if (told) options.readout.readout_s = 0;
+    Tracker tracker(camera, options);
+    ASSERT_EQ(tracker.RestoreMap(scratch / "map.ulf", 1), "");
+    tracker.Step(frames[57]);
+    tracker.Step(frames[58]);
+    quality[told] = tracker.Step(frames[59]).quality;
+  }
+  EXPECT_GT(quality[true], 0.5);
+  EXPECT_DOUBLE_EQ(quality[false], quality[true]);
 }
 
 TEST(PointAfterTest, DerivativesMatchDifferences) {

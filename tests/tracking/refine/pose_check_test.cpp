@@ -1,9 +1,12 @@
-// Tests: tracking/refine/pose_check.
+// Tests: tracking/refine/pose_check, commands/light_field/info_command, commands/light_field/light_field_report.
 #include "tracking/refine/pose_check.h"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
+#include <opencv2/imgproc.hpp>
 
 #include "core/light_field/light_field_io.h"
 #include "tests/support/test_paths.h"
@@ -16,6 +19,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 std::vector<std::string> NamesOf(const RefineInput& input) {
   std::vector<std::string> names;
@@ -27,42 +31,126 @@ TEST(PoseCheck, RightPosesAgreeAlsoWhereTheyAreALittleOff) {
   for (const double shift : {0.0, 0.005}) {
     const auto views = MakeViews(12, shift, 20 * shift, 3);
     const PoseCheck check = CheckPoses(views->input);
-    EXPECT_THAT(check.disagree, IsEmpty()) << shift;
+    EXPECT_THAT(check.contradicted, IsEmpty()) << shift;
     EXPECT_GE(check.agree, 11) << shift;
     EXPECT_EQ(InWords(check, NamesOf(views->input)), "");
     EXPECT_EQ(check.error_px < 0.5, shift == 0) << check.error_px;
   }
 }
 
+std::vector<int> Contradicted(const PoseCheck& check) {
+  std::vector<int> views;
+  for (const tracking::ContradictedView& view : check.contradicted) views.push_back(view.view);
+  return views;
+}
+
+TEST(PoseCheck, OneWrongPoseIsFoundAndItsNeighboursAreNot) {
+  const auto views = MakeViews(10, 0, 0, 6);
+  Draw draw(2);
+  const Rigid3 right = views->input.views[4].cam_from_world;
+  struct {
+    double shift, angle_deg;
+  } const cases[] = {{0.09, 0}, {0, 2}};  // the panels are at 3 m
+  for (const auto& [shift, angle_deg] : cases) {
+    views->input.views[4].cam_from_world = Disturbed(right, shift, angle_deg, draw);
+    const PoseCheck check = CheckPoses(views->input);
+    ASSERT_THAT(Contradicted(check), ElementsAre(4)) << shift << ", " << angle_deg;
+    const tracking::ContradictedView& found = check.contradicted[0];
+    EXPECT_NEAR(found.turned_deg, angle_deg, 0.3);
+    EXPECT_NEAR(found.moved_share, shift / 3, 0.01);
+    EXPECT_GT(found.error_px, 3);
+    EXPECT_GE(found.by.size(), 2u);
+    EXPECT_GE(check.agree, 8);
+  }
+}
+
+TEST(PoseCheck, APoseThatSaysItIsUnsureMayBeOffByAsMuch) {
+  const auto views = MakeViews(10, 0, 0, 6);
+  Draw draw(2);
+  views->input.views[4].cam_from_world = Disturbed(views->input.views[4].cam_from_world, 0.09, 0, draw);
+  views->input.views[4].center_error_share = 0.03;
+  EXPECT_THAT(Contradicted(CheckPoses(views->input)), IsEmpty());
+}
+
 TEST(PoseCheck, PosesOfOtherPhotographsAreNamed) {
   const auto views = MakeViews(12, 0, 0, 4);
   std::swap(views->images[3], views->images[7]);
   const PoseCheck swapped = CheckPoses(views->input);
-  EXPECT_THAT(swapped.disagree, ElementsAre(3, 7));
+  EXPECT_THAT(Contradicted(swapped), ElementsAre(3, 7));
   EXPECT_THAT(InWords(swapped, NamesOf(views->input)), HasSubstr("2 of 12 views"));
   EXPECT_THAT(InWords(swapped, NamesOf(views->input)), HasSubstr("view 3, view 7"));
 
   std::ranges::reverse(views->images);
   const PoseCheck turned = CheckPoses(views->input);
-  EXPECT_GE(turned.disagree.size(), 8u);
+  EXPECT_GE(turned.contradicted.size(), 4u);  // those that are contradicted testify against no others
   EXPECT_THAT(InWords(turned, NamesOf(views->input)), HasSubstr("in another order"));
 }
 
 TEST(PoseCheck, WhatCannotBeToldIsNotBlamed) {
   const auto views = MakeViews(8, 0, 0, 5);
+  // One blank photograph and one beyond recognition, of views whose poses are wrong.
+  views->images[2].pixels.setTo(cv::Scalar::all(90));
+  cv::blur(views->images[5].pixels, views->images[5].pixels, {90, 90});
+  for (const std::size_t v : {2u, 5u}) views->input.views[v].cam_from_world = views->truth[0];
+  const PoseCheck two = CheckPoses(views->input);
+  EXPECT_THAT(two.contradicted, IsEmpty());
+  ASSERT_EQ(two.untold.size(), 2u);
+  EXPECT_EQ(two.untold[0].view, 2);
+  EXPECT_THAT(two.untold[0].why, HasSubstr("shares too little"));
+  EXPECT_EQ(two.untold[1].view, 5);
+
   for (Image& image : views->images) image.pixels.setTo(cv::Scalar::all(90));
   const PoseCheck plain = CheckPoses(views->input);
-  EXPECT_THAT(plain.disagree, IsEmpty());
-  EXPECT_EQ(plain.untold, 8);
+  EXPECT_THAT(plain.contradicted, IsEmpty());
+  EXPECT_EQ(plain.untold.size(), 8u);
   views->input.read = [](int) -> Image { throw std::runtime_error("gone"); };
-  EXPECT_EQ(CheckPoses(views->input).unread.size(), 8u);
+  const PoseCheck unread = CheckPoses(views->input);
+  ASSERT_EQ(unread.untold.size(), 8u);
+  EXPECT_EQ(unread.untold[0].why, "gone");
+}
+
+// What ulf info lists, of a folder whose journal has one wrong pose.
+TEST(PoseCheck, InfoListsTheViewAndWritesNothing) {
+  const auto views = MakeViews(7, 0, 0, 8);
+  ScratchFolder scratch;
+  const std::filesystem::path dir = scratch / "room";
+  CaptureHeader header;
+  header.camera = views->input.lenses[0];
+  {
+    LightFieldWriter writer = LightFieldWriter::Create(dir, header);
+    for (std::size_t v = 0; v < views->images.size(); ++v) {
+      Frame frame;
+      frame.image = views->images[v];
+      View view;
+      Draw draw(2);
+      view.cam_from_world = v == 3 ? Disturbed(views->truth[v], 0, 2, draw) : views->truth[v];
+      writer.AddView(frame, view);
+    }
+    writer.Close(1);
+  }
+  const auto files = [&] {
+    std::map<std::string, std::filesystem::file_time_type> times;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(dir))
+      times[entry.path().string()] = entry.last_write_time();
+    return times;
+  };
+  const auto before = files();
+  const CommandResult told = RunUlf("info " + dir.string() + " --check-poses");
+  EXPECT_EQ(told.exit_code, 0) << told.errors;
+  EXPECT_THAT(told.output, HasSubstr("6 fit the pictures"));
+  EXPECT_THAT(told.output, HasSubstr("contradicted   images/000004.png"));
+  EXPECT_THAT(told.output, HasSubstr("ulf refine " + dir.string()));
+  const CommandResult as_json = RunUlf("info " + dir.string() + " --check-poses --json");
+  EXPECT_THAT(as_json.output, HasSubstr(R"("image":"images/000004.png","moved_share":)"));
+  EXPECT_THAT(RunUlf("info " + dir.string()).output, Not(HasSubstr("contradicted")));
+  EXPECT_EQ(files(), before);
 }
 
 TEST(PoseCheck, RealSetsAgree) {
   ULF_NEED_TEST_DATA(fox, "fox_half");
   const LightField light_field = ReadLightField(fox);
   const PoseCheck check = CheckPoses(tracking::RefineInputOf(light_field));
-  EXPECT_THAT(check.disagree, IsEmpty());
+  EXPECT_THAT(check.contradicted, IsEmpty());
   EXPECT_GE(check.agree, 48);
 }
 

@@ -16,6 +16,7 @@
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/tracking/scenes/textured_room.h"
+#include "tracking/estimation/pose_error.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::test {
@@ -62,7 +63,7 @@ struct ErrorBin {
 
 // Bins of equally many frames, by what the quality value predicts (QualityOf, the other way round).
 inline std::vector<ErrorBin> BinErrors(std::vector<PredictedError> errors, std::size_t bins) {
-  const auto predicted = [](const PredictedError& error) { return 0.01 * (1 / error.quality - 1); };
+  const auto predicted = [](const PredictedError& error) { return ErrorShareOf(error.quality); };
   std::sort(errors.begin(), errors.end(),
             [&](const PredictedError& a, const PredictedError& b) { return predicted(a) < predicted(b); });
   std::vector<ErrorBin> binned;

@@ -1,0 +1,64 @@
+#include "tracking/refine/refine_rows.h"
+
+#include "core/base/at.h"
+#include "core/base/quantile.h"
+
+namespace ulf::tracking {
+namespace {
+
+// Median depth of the points that each view shows.
+std::vector<double> DepthsByView(const RefineScene& scene) {
+  std::vector<std::vector<double>> depths(scene.views.size());
+  for (const SceneTrack& track : scene.tracks)
+    for (const TrackObservation& o : track.observations)
+      depths[At(o.view)].push_back((scene.view(o.view).cam_from_world * track.position).z());
+  std::vector<double> medians;
+  for (std::vector<double>& of_view : depths) medians.push_back(Median(std::move(of_view)));
+  return medians;
+}
+
+RowsMotion MotionOf(const std::optional<Twist>& recorded, double depth, const RowsPriorOptions& options) {
+  RowsMotion motion;
+  double turn = options.unknown, shift = options.unknown * depth;
+  if (recorded) {
+    motion.twist = motion.prior = *recorded;
+    turn = std::hypot(options.tremor_turn, options.share * recorded->head<3>().norm());
+    shift = std::hypot(options.tremor_shift * depth, options.share * recorded->tail<3>().norm());
+  }
+  motion.prior_sigma << Eigen::Vector3d::Constant(turn), Eigen::Vector3d::Constant(shift);
+  return motion;
+}
+
+}  // namespace
+
+BundleSummary AdjustRows(const RefineInput& input, const BundleOptions& options, RefineScene& scene,
+                         const RowsPriorOptions& prior) {
+  BundleProblem problem = ToBundle(scene);
+  problem.readout_s = input.readout_s;
+  const std::vector<double> depths = DepthsByView(scene);
+  for (std::size_t v = 0; v < scene.views.size(); ++v)
+    problem.rows.push_back(depths[v] > 0 ? std::optional(MotionOf(input.views[v].twist, depths[v], prior))
+                                         : std::nullopt);
+  std::vector<CameraModel> lenses = scene.lenses;
+  const BundleSummary summary = AdjustBundle(lenses, problem, options);
+  if (!summary.usable) return summary;
+  FromBundle(problem, scene.MinViews(), scene);
+  std::vector<std::vector<PointObservation>> seen(scene.views.size());
+  for (const SceneTrack& track : scene.tracks)
+    for (const TrackObservation& o : track.observations)
+      seen[At(o.view)].push_back({track.position, o.img, 1});
+  // Users of the picture know neither rows nor how sure a corner is: all weigh the same, and none is an outlier because
+  // the rows displace it.
+  constexpr RefinePoseOptions kAllAlike{.huber_sigmas = 1e3, .gate_sigmas = 1e3, .rounds = 1};
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    RefineView& view = scene.views[v];
+    if (!problem.rows[v]) continue;
+    const auto picture = RefinePose(scene.LensOf(view), seen[v], view.cam_from_world, kAllAlike);
+    if (!picture) continue;
+    view.middle_row_from_picture = view.cam_from_world * picture->cam_from_world.Inverse();
+    view.cam_from_world = picture->cam_from_world;
+  }
+  return summary;
+}
+
+}  // namespace ulf::tracking
