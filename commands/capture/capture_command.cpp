@@ -348,6 +348,9 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->add_option("--speed", args->speed,
                    "Speed of a recording: 1 as recorded, N times as fast, 0 without waiting (default: 0)")
       ->check(NonNegative());
+  command->add_flag("--keep-apart", args->keep_apart,
+                    "Keep pictures of a place that the map does not reach yet in DIR/unposed; ulf refine DIR "
+                    "--unposed looks for where they were taken");
   command->add_option("--keep-frames", args->keep_frames,
                       "Save every frame in this new folder, to run the session again with replay:FOLDER");
   command->add_option(

@@ -89,6 +89,12 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
                       tracked, summary.recorded);
   if (summary.taken_back > 0)
     text += fmt::format("taken back     {}, kept in unposed/\n", Counted(summary.taken_back, "view"));
+  if (summary.kept_apart > 0)
+    text += fmt::format(
+        "apart          {} of a place that the map did not reach, in unposed/; ulf refine --unposed looks "
+        "for "
+        "where they were taken\n",
+        Counted(summary.kept_apart, "picture"));
   text +=
       fmt::format("time           tracking {:.1f} ms, decision {:.3f} ms{} a frame (medians)\n",
                   summary.ms_track_median, summary.ms_decide_median,
@@ -115,6 +121,7 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
   json["frames"] = summary.frames;
   json["recorded"] = summary.recorded;
   json["taken_back"] = summary.taken_back;
+  json["kept_apart"] = summary.kept_apart;
   json["tracked"] = tracked;
   if (summary.stills.asked + summary.stills.arrived > 0)
     json["photographs"] = {

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 #include <optional>
+#include <set>
 
 #include "commands/commands.h"
 #include "commands/explain.h"
@@ -28,8 +29,11 @@
 #include "core/light_field/folder_check.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_tracks.h"
+#include "core/light_field/unposed_photographs.h"
+#include "core/light_field/view_numbers.h"
 #include "coverage/bound/coverage_map.h"
 #include "tracking/refine/light_field_input.h"
+#include "tracking/refine/locate_photographs.h"
 #include "tracking/refine/refine.h"
 #include "tracking/refine/refine_truth.h"
 
@@ -46,8 +50,19 @@ struct RefineArgs {
   tracking::RefineOptions options;
   int threads = 2;
   std::optional<double> readout_s;  // none: the light field's
+  bool unposed = false;             // look for the photographs in unposed/, too
   bool explain = false;
   bool json = false;
+};
+
+// The photographs in unposed/, as far as somebody asked for them.
+struct Unposed {
+  struct NotFound {
+    std::string photograph, why;
+  };
+  std::size_t first = 0;  // the index of the first one that was located, behind the recorded views
+  std::vector<NotFound> not_found;
+  std::size_t not_looked_for = 0;
 };
 
 struct Cost {
@@ -61,16 +76,26 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// Records the poses in one step, so that a kill leaves the old or the new ones.
-void Write(const LightField& before, const tracking::RefineResult& result, LightFieldWriter& writer) {
+// Records the poses in one step, so that a kill leaves the old or the new ones; then the photographs that were found.
+void Write(const LightField& before, const Unposed& unposed, const tracking::RefineResult& result,
+           LightFieldWriter& writer) {
   std::map<int, Rigid3> poses;
-  for (std::size_t v = 0; v < before.views.size(); ++v)
-    if (result.views[v].registered) poses[before.views[v].id] = result.views[v].cam_from_world;
+  std::vector<View> found;
+  for (std::size_t v = 0; v < before.views.size(); ++v) {
+    if (!result.views[v].registered) continue;
+    if (v < unposed.first) {
+      poses[before.views[v].id] = result.views[v].cam_from_world;
+    } else {
+      found.push_back(before.views[v]);
+      found.back().cam_from_world = result.views[v].cam_from_world;
+    }
+  }
   std::map<int, CameraModel> lenses;
   for (std::size_t l = 0; l < before.cameras.size(); ++l)
     if (!(result.lenses[l] == before.cameras[l])) lenses[static_cast<int>(l)] = result.lenses[l];
   writer.UpdatePoses(poses, lenses);
   try {
+    writer.AddUnposed(std::move(found));
     writer.SetPoints(tracking::WithViewIds(result.points, before));
     writer.Close(before.capture_s, before.reasons);
   } catch (const Error& error) {
@@ -78,6 +103,77 @@ void Write(const LightField& before, const tracking::RefineResult& result, Light
         "{}; the refined poses are recorded; 'ulf repair {} --write' makes the files that follow from them",
         error.what(), ShellWord(before.root.string()));
   }
+}
+
+// Adds the photographs in unposed/ whose place is found to `light_field`, behind its views, with numbers of their own.
+Unposed Locate(const RefineArgs& args, const tracking::RefineOptions& options, LightFieldWriter& writer,
+               LightField& light_field) {
+  Unposed unposed{.first = light_field.views.size(), .not_found = {}, .not_looked_for = 0};
+  std::vector<UnposedPhotograph> photographs = UnposedPhotographs(light_field);
+  if (!args.unposed) {
+    unposed.not_looked_for = photographs.size();
+    return unposed;
+  }
+  for (const UnposedPhotograph& photograph : photographs) {
+    if (photograph.problem.empty())
+      light_field.views.push_back(photograph.view);
+    else
+      unposed.not_found.push_back({photograph.view.image_path, photograph.problem});
+  }
+  if (light_field.views.size() == unposed.first) return unposed;
+  tracking::LocateOptions locate{.max_side_px = options.max_side_px, .seed = options.seed};
+  const std::vector<tracking::LocatedPhotograph> located = tracking::LocatePhotographs(
+      tracking::RefineInputOf(light_field), unposed.first, locate, options.progress);
+  std::vector<View> found;
+  for (std::size_t i = 0; i < located.size(); ++i) {
+    View& view = light_field.views[unposed.first + i];
+    if (!located[i].cam_from_world) {
+      unposed.not_found.push_back({view.image_path, located[i].why});
+      continue;
+    }
+    view.cam_from_world = *located[i].cam_from_world;
+    view.id = writer.ReserveViewId();
+    found.push_back(std::move(view));
+  }
+  light_field.views.resize(unposed.first);
+  std::ranges::move(found, std::back_inserter(light_field.views));
+  return unposed;
+}
+
+// Those that refining does not confirm are not found.
+void DropUnconfirmed(const LightField& before, const tracking::RefineResult& result, Unposed& unposed) {
+  for (std::size_t v = unposed.first; v < before.views.size(); ++v)
+    if (!result.views[v].registered)
+      unposed.not_found.push_back({before.views[v].image_path, result.views[v].why});
+}
+
+nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineResult& result,
+                              const Unposed& unposed) {
+  nlohmann::ordered_json json{{"found", nlohmann::ordered_json::array()},
+                              {"not_found", nlohmann::ordered_json::array()}};
+  for (std::size_t v = unposed.first; v < before.views.size(); ++v)
+    if (result.views[v].registered)
+      json["found"].push_back({{"photograph", before.views[v].image_path}, {"view", before.views[v].id}});
+  for (const Unposed::NotFound& each : unposed.not_found)
+    json["not_found"].push_back({{"photograph", each.photograph}, {"why", each.why}});
+  return json;
+}
+
+std::string ToText(const std::string& dir, const LightField& before, const tracking::RefineResult& result,
+                   const Unposed& unposed) {
+  std::string text;
+  if (unposed.not_looked_for > 0)
+    text += fmt::format("{} in unposed/ without a pose: ulf refine {} --unposed looks for their places\n",
+                        Counted(unposed.not_looked_for, "photograph"), ShellWord(dir));
+  std::set<int> found;
+  for (std::size_t v = unposed.first; v < before.views.size(); ++v)
+    if (result.views[v].registered) found.insert(before.views[v].id);
+  if (!found.empty())
+    text += fmt::format("{} of {} in unposed/ found and recorded: {}\n", found.size(),
+                        Counted(found.size() + unposed.not_found.size(), "photograph"), ViewNumbers(found));
+  for (const Unposed::NotFound& each : unposed.not_found)
+    text += fmt::format("{} stays without a pose: {}\n", each.photograph, each.why);
+  return text;
 }
 
 nlohmann::ordered_json LensJson(const CameraModel& lens) {
@@ -126,10 +222,10 @@ std::string ToText(const CoverageChange& change) {
 }
 
 nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineResult& result,
-                              const RefineArgs& args, const Cost& cost) {
+                              const Unposed& unposed, const RefineArgs& args, const Cost& cost) {
   nlohmann::ordered_json json{{"views", before.views.size()}, {"registered", result.registered}};
   json["dropped"] = nlohmann::ordered_json::array();
-  for (std::size_t v = 0; v < before.views.size(); ++v)
+  for (std::size_t v = 0; v < unposed.first; ++v)
     if (!result.views[v].registered)
       json["dropped"].push_back({{"view", before.views[v].id},
                                  {"image", before.views[v].image_path},
@@ -212,7 +308,7 @@ std::string Describe(const tracking::LensEstimate& fit) {
 }
 
 void PrintText(const std::string& dir, const LightField& before, const tracking::RefineResult& result,
-               const RefineArgs& args, const Cost& cost) {
+               const Unposed& unposed, const RefineArgs& args, const Cost& cost) {
   const PointStatistics points = StatisticsOf(result.points);
   fmt::print("{}: {} of {} registered by {}, seen {}\n", dir, result.registered,
              Counted(before.views.size(), "view"), Counted(result.adjusted_points, "point"),
@@ -242,10 +338,11 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
   if (result.contradicted >= 0)
     fmt::print("most observations of view {} contradict its pose\n",
                before.views[At(result.contradicted)].id);
-  for (std::size_t v = 0; v < before.views.size(); ++v)
+  for (std::size_t v = 0; v < unposed.first; ++v)
     if (!result.views[v].registered)
       fmt::print("view {} ({}) keeps its pose: {}\n", before.views[v].id, before.views[v].image_path,
                  result.views[v].why);
+  fmt::print("{}", ToText(dir, before, result, unposed));
   if (result.groups > 1)
     fmt::print("the views fall into {} groups that share no points: their relative poses are as before\n",
                result.groups);
@@ -269,6 +366,11 @@ int RunRefine(const RefineArgs& args) {
       !fs::exists(fs::path(dir) / "journal.jsonl") && !IsJournalMissing(dir))
     throw UsageError("{}: a set by another program, which is never written to; give a new folder with -o",
                      dir);
+  if (!args.output.empty() && args.unposed)
+    throw UsageError(
+        "--unposed records the photographs of {} in it; -o makes a copy of its views alone: leave out one of "
+        "the two",
+        dir);
   if (!args.output.empty()) {
     ImportOptions import;
     if (!args.subject.empty()) import.subject = ParseSubject(args.subject);
@@ -278,6 +380,7 @@ int RunRefine(const RefineArgs& args) {
   cv::setNumThreads(args.threads);
   tracking::RefineResult result;
   LightField before;
+  Unposed unposed;
   std::optional<CoverageChange> coverage;
   double readout_s = 0;
   {
@@ -288,15 +391,18 @@ int RunRefine(const RefineArgs& args) {
       tracking::RefineOptions options = args.options;
       options.all_points = true;
       options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
+      unposed = Locate(args, options, writer, before);
       tracking::RefineInput input = tracking::RefineInputOf(before);
       if (args.readout_s) input.readout_s = *args.readout_s;
       readout_s = input.readout_s;
       result = tracking::Refine(input, options);
+      DropUnconfirmed(before, result, unposed);
     } catch (const Error& error) {
       throw Error("{}: {}; the light field is as it was", dir, error.what());
     }
-    Write(before, result, writer);
-    coverage = CoverageOf(before, writer.Contents());
+    const LightField recorded = writer.Contents();
+    Write(before, unposed, result, writer);
+    coverage = CoverageOf(recorded, writer.Contents());
   }
   const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   PeakMemoryMib()};
@@ -308,14 +414,15 @@ int RunRefine(const RefineArgs& args) {
       not_compared = error.what();
     }
   if (args.json) {
-    nlohmann::ordered_json json = ToJson(before, result, args, cost);
+    nlohmann::ordered_json json = ToJson(before, result, unposed, args, cost);
+    if (args.unposed) json["unposed"] = ToJson(before, result, unposed);
     json["readout_ms"] = 1000 * readout_s;
     if (args.explain) AddExplained(json, Explained(result));
     if (coverage) json["covered"] = {{"before", coverage->before}, {"after", coverage->after}};
     if (errors) json["truth"] = ToJson(*errors);
     fmt::print("{}\n", json.dump(2));
   } else {
-    PrintText(dir, before, result, args, cost);
+    PrintText(dir, before, result, unposed, args, cost);
     if (readout_s != 0)
       fmt::print(
           "rolling shutter of {:.1f} ms: the last adjustment knows the rows ({} of {} with a recorded "
@@ -342,6 +449,9 @@ void AddRefineCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--subject", args->subject, "With -o: x,y,z,radius in world units");
   command->add_flag("--intrinsics", args->options.intrinsics,
                     "Also refine the lens, as far as the images determine it (default: only report it)");
+  command->add_flag(
+      "--unposed", args->unposed,
+      "Also look for the places of the photographs in unposed/; those that are found become views");
   command
       ->add_option("--features", args->options.features, "Corners per view (default: by the number of views)")
       ->check(CLI::Range(300, 10000));

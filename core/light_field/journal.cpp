@@ -30,7 +30,8 @@ using nlohmann::json;
 constexpr int kVersion = 1;
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
-constexpr const char* kEventsWithoutViews[] = {"subject", "up", "goal", "readout", "gap", "remove", "close"};
+constexpr const char* kEventsWithoutViews[] = {"subject", "up",     "goal",    "readout",
+                                               "gap",     "remove", "unposed", "close"};
 
 json PoseToJson(const Rigid3& cam_from_world) {
   const Eigen::Quaterniond& q = cam_from_world.rotation;
@@ -66,6 +67,27 @@ View* FindView(LightField& light_field, int id) {
   return found != light_field.views.end() && found->id == id ? &*found : nullptr;
 }
 
+// Of a view, or of a photograph that is none, whose other properties are read.
+void ReadFiles(const JsonPlace& event, const LightField& light_field, View& view) {
+  view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
+  if (!view.master_path.empty())
+    view.master_path = PathInside(light_field.root, view.master_path, event.where);
+  if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, event.where);
+  view.camera = event.Integer("camera", 0);
+  if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
+    throw Error("{}: camera {} is not among the header's", event.where, view.camera);
+}
+
+// A name is given again once its photograph has become a view: the last line counts.
+void ApplyUnposed(const JsonPlace& event, LightField& light_field) {
+  View photograph;
+  ReadPhotographJson(event, photograph);
+  ReadFiles(event, light_field, photograph);
+  std::erase_if(light_field.unposed,
+                [&](const View& other) { return other.image_path == photograph.image_path; });
+  light_field.unposed.push_back(std::move(photograph));
+}
+
 void ApplyView(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   View view;
@@ -74,13 +96,7 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
   if (FindView(light_field, view.id) || contents.removed.contains(view.id))
     throw Error("{}: view {} is recorded twice; the first one is used", event.where, view.id);
   ReadViewJson(event, view);
-  view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
-  if (!view.master_path.empty())
-    view.master_path = PathInside(light_field.root, view.master_path, event.where);
-  if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, event.where);
-  view.camera = event.Integer("camera", 0);
-  if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
-    throw Error("{}: camera {} is not among the header's", event.where, view.camera);
+  ReadFiles(event, light_field, view);
   view.cam_from_world = PoseFromJson(event, "cam_from_world");
   view.recorded_cam_from_world = view.cam_from_world;
   contents.next_view_id = std::max(contents.next_view_id, view.id + 1);
@@ -136,6 +152,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
       contents.removed_files.insert({view->image_path, view->master_path});
     light_field.taken_back +=
         std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
+  } else if (kind == "unposed") {
+    ApplyUnposed(event, light_field);
   } else if (kind == "close") {
     light_field.capture_s = event.Number("capture_s", 0);
     if (event.Has("reasons"))
@@ -406,6 +424,14 @@ void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
 }
 
 void Journal::RemoveView(int view_id) { Append(json{{"event", "remove"}, {"id", view_id}}.dump()); }
+
+void Journal::NoteUnposed(const View& photograph) {
+  json event = PhotographToJson(photograph);
+  event["event"] = "unposed";
+  event["image"] = photograph.image_path;
+  event["camera"] = photograph.camera;
+  Append(event.dump());
+}
 
 void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
                     const std::optional<MeasuredErrors>& measured) {

@@ -121,6 +121,9 @@ struct LightField {
   // divides by it.
   std::map<int, FlatField> flat_fields;
   std::vector<View> views;  // in order of id
+  // Photographs that were kept without a pose: what their camera said of them, id 0. Their files may be gone since, and
+  // others may lie beside them (unposed_photographs.h).
+  std::vector<View> unposed;
   std::optional<Subject> subject;
   std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() tells it from the cameras
   std::string units = "arbitrary";             // or "metres"

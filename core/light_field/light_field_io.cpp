@@ -134,6 +134,16 @@ LightField ReadForeignSet(const fs::path& transforms) {
   return light_field;
 }
 
+// What a frame says of itself.
+void NoteFrame(const Frame& frame, View& view) {
+  view.f_number = frame.f_number;
+  view.device_time_s = frame.device_time_s;
+  view.host_time_s = frame.host_time_s;
+  view.exposure_s = frame.exposure_s;
+  view.gain = frame.gain;
+  view.black_level = frame.black_level;
+}
+
 // A capture that ended before its first view left only derived files.
 bool IsUnused(const fs::path& dir) {
   std::error_code unknown;
@@ -326,12 +336,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     view.master_path = add.files.master ? "masters/" + name + add.files.master->extension : "";
     view.master_transfer = add.files.master_transfer;
     view.master_mosaic = add.files.master_mosaic;
-    view.f_number = add.frame.f_number;
-    view.device_time_s = add.frame.device_time_s;
-    view.host_time_s = add.frame.host_time_s;
-    view.exposure_s = add.frame.exposure_s;
-    view.gain = add.frame.gain;
-    view.black_level = add.frame.black_level;
+    NoteFrame(add.frame, view);
   }
   FileBatch batch(FileBatch::Existing::kKeep);
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -447,11 +452,55 @@ void LightFieldWriter::KeepUnposed(const Frame& frame) {
   fs::path path;
   do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, files.image_extension);
   while (fs::exists(path));
+  View photograph;
+  NoteFrame(frame, photograph);
+  photograph.image_path = "unposed/" + path.filename().string();
   FileBatch batch;
   batch.Write(path, files.image->content);
-  if (files.master && (!frame.image.empty() || frame.encoded))  // else the raw file is there already
-    batch.Write(folder / (path.stem().string() + ".master" + files.master->extension), files.master->content);
+  if (files.master && (!frame.image.empty() || frame.encoded)) {  // else the raw file is there already
+    const std::string master = path.stem().string() + ".master" + files.master->extension;
+    batch.Write(folder / master, files.master->content);
+    photograph.master_path = "unposed/" + master;
+    photograph.master_transfer = files.master_transfer;
+    photograph.master_mosaic = files.master_mosaic;
+  }
   batch.Commit();
+  try {
+    state_->journal.NoteUnposed(photograph);
+  } catch (...) {
+    batch.TakeBack();  // the caller tries again
+    throw;
+  }
+  state_->light_field.unposed.push_back(std::move(photograph));
+}
+
+void LightFieldWriter::AddUnposed(std::vector<View> photographs) {
+  LightField& light_field = state_->light_field;
+  for (View& view : photographs) {
+    state_->RequireReserved(view.id, light_field.views.empty() ? 0 : light_field.views.back().id);
+    std::vector<fs::path> done;  // in unposed/
+    FileBatch batch(FileBatch::Existing::kKeep);
+    const auto copy = [&](const char* folder, std::string& path) {
+      const fs::path from = light_field.root / path;
+      path = fmt::format("{}/{:06}{}", folder, view.id, from.extension().string());
+      MakeFolder(light_field.root / folder);
+      const std::string bytes = ReadWholeFile(from);
+      batch.Write(light_field.root / path, ContentOf(bytes));
+      done.push_back(from);
+    };
+    copy("images", view.image_path);
+    if (!view.master_path.empty()) copy("masters", view.master_path);
+    batch.Commit();
+    try {
+      state_->journal.AddViews({&view, 1});
+    } catch (...) {
+      batch.TakeBack();
+      throw;
+    }
+    std::error_code refused;  // then it is both
+    for (const fs::path& file : done) fs::remove(file, refused);
+    light_field.views.push_back(std::move(view));
+  }
 }
 
 void LightFieldWriter::SetMeasured(MeasuredErrors measured) {

@@ -7,20 +7,25 @@
 
 namespace ulf {
 
-nlohmann::json ViewToJson(const View& view) {
-  nlohmann::json keys = {{"id", view.id},
-                         {"device_time_s", view.device_time_s},
+nlohmann::json PhotographToJson(const View& view) {
+  nlohmann::json keys = {{"device_time_s", view.device_time_s},
                          {"host_time_s", view.host_time_s},
                          {"exposure_s", view.exposure_s},
                          {"gain", view.gain},
-                         {"black_level", view.black_level},
-                         {"tracking_quality", view.tracking_quality}};
+                         {"black_level", view.black_level}};
   if (!view.master_path.empty()) keys["master"] = view.master_path;
   if (!view.mask_path.empty()) keys["mask"] = view.mask_path;
   if (view.master_transfer)
     keys["master_transfer"] = *view.master_transfer == Transfer::kLinear ? "linear" : "srgb";
   if (view.master_mosaic != Mosaic::kNone) keys["master_mosaic"] = Name(view.master_mosaic);
   if (view.f_number) keys["f_number"] = *view.f_number;
+  return keys;
+}
+
+nlohmann::json ViewToJson(const View& view) {
+  nlohmann::json keys = PhotographToJson(view);
+  keys["id"] = view.id;
+  keys["tracking_quality"] = view.tracking_quality;
   if (view.bound_px) keys["bound_px"] = *view.bound_px;
   if (view.twist) keys["twist"] = *view.twist;
   return keys;
@@ -30,6 +35,17 @@ void ReadViewJson(const JsonPlace& place, View& view) {
   view.id = place.Integer("id", view.id);
   if (view.id < 1 || view.id > kMostViewId)
     throw Error("{}: 'id' is {}; views are numbered from 1 to {}", place.where, view.id, kMostViewId);
+  ReadPhotographJson(place, view);
+  view.tracking_quality = place.Number("tracking_quality", 1);
+  if (place.Has("bound_px")) view.bound_px = place.Number("bound_px");
+  if (place.Has("twist")) {
+    const std::vector<double> twist = place.Numbers("twist", 6);
+    view.twist.emplace();
+    std::ranges::copy(twist, view.twist->begin());
+  }
+}
+
+void ReadPhotographJson(const JsonPlace& place, View& view) {
   view.master_path = place.Text("master", "");
   view.mask_path = place.Text("mask", view.mask_path);
   if (place.Has("master_transfer")) {
@@ -51,13 +67,6 @@ void ReadViewJson(const JsonPlace& place, View& view) {
   view.gain = place.Number("gain", 1);
   view.black_level = place.Number("black_level", 0);
   if (place.Has("f_number")) view.f_number = place.Number("f_number");
-  view.tracking_quality = place.Number("tracking_quality", 1);
-  if (place.Has("bound_px")) view.bound_px = place.Number("bound_px");
-  if (place.Has("twist")) {
-    const std::vector<double> twist = place.Numbers("twist", 6);
-    view.twist.emplace();
-    std::ranges::copy(twist, view.twist->begin());
-  }
 }
 
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {

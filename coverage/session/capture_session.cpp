@@ -59,6 +59,7 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
                  .without_subject = options.without_subject,
                  .limits = options.limits,
                  .stable_frames = options.stable_frames,
+                 .keep_apart = options.keep_apart,
                  .coverage_width_px = options.coverage_width_px,
                  .deterministic = options.deterministic}),
       proposer_(lens_, {.coverage_width_px = options.coverage_width_px,
@@ -405,6 +406,7 @@ CaptureSummary RunningCapture::Run() {
     if (!failure) failure = std::current_exception();
   }
   summary_.stills = recorder_.stills();
+  summary_.kept_apart = recorder_.kept_apart();
   summary_.stopped_because = *ended_;
   Close();
   if (failure) std::rethrow_exception(failure);

@@ -62,6 +62,9 @@ struct CaptureOptions {
   std::optional<CameraModel> still_camera;
   // Set: no subject, no coverage map and no cap; photographs of a walk (posed_photographs.h).
   std::optional<PhotographSpacing> without_subject;
+  // Frames of a place whose way to the recorded views is not known (TrackState::kApart) are kept in unposed/, as many as
+  // show something new, for `ulf refine --unposed`.
+  bool keep_apart = false;
   DecisionLimits limits;
   bool geometry =
       false;        // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
@@ -105,6 +108,7 @@ struct CaptureSummary {
   std::uint64_t frames = 0;      // complete frames that were processed; the device counts the others
   std::uint64_t recorded = 0;    // views of this session that are in the light field
   std::uint64_t taken_back = 0;  // views that were removed on request
+  std::uint64_t kept_apart = 0;  // frames in unposed/ (CaptureOptions::keep_apart)
   StillCounts stills;            // of a device that takes photographs
   std::array<std::uint64_t, kReasons.size()> reasons{};  // by Reason
   double ms_track_median = 0;

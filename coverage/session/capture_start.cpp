@@ -64,6 +64,7 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
         "--quality or --threshold-px in its place",
         *args.parallax_deg);
   if (args.no_subject) options.without_subject = SpacingWithoutSubject(args);
+  options.keep_apart = args.keep_apart;
   ParseUntilCovered(args.until_covered, &options);
   if (!args.quality.empty() && args.threshold_px)
     throw UsageError("--quality {} and --threshold-px {} say the same thing twice; give one", args.quality,

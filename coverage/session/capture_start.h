@@ -29,6 +29,7 @@ struct CaptureArgs {
   double subject_size = CaptureOptions{}.subject_size;
   bool no_subject = false;
   std::optional<double> parallax_deg;
+  bool keep_apart = false;
   std::string until_covered;
   std::string quality;
   std::optional<double> threshold_px;

@@ -129,8 +129,20 @@ Decision CaptureRecorder::DecideOnSubject(const Frame& frame, const tracking::Tr
   return decision;
 }
 
+// What the tracker takes as a keyframe shows something that those before did not.
+bool CaptureRecorder::IsWorthKeepingApart(const tracking::Track& track) const {
+  return options_.keep_apart && recording_ && track.state == tracking::TrackState::kApart && track.keyframe &&
+         track.sharpness >= options_.limits.min_sharpness && !record_.spool().Pause();
+}
+
 Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track, double frame_period_s) {
   newest_id_.reset();
+  if (IsWorthKeepingApart(track)) {
+    Frame kept = frame;
+    if (options_.deterministic) kept.host_time_s = kept.device_time_s;
+    record_.spool().KeepUnposed(kept);
+    ++kept_apart_;
+  }
   return walk_ ? DecideOnWalk(frame, track, frame_period_s) : DecideOnSubject(frame, track, frame_period_s);
 }
 

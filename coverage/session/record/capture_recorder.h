@@ -27,7 +27,8 @@ class CaptureRecorder {
     std::optional<CameraModel> still_camera;           // with one, its photographs are recorded
     std::optional<PhotographSpacing> without_subject;  // with one, there is no subject
     DecisionLimits limits;
-    int stable_frames = 10;  // tracked in a row before a first view without a subject
+    int stable_frames = 10;   // tracked in a row before a first view without a subject
+    bool keep_apart = false;  // CaptureOptions::keep_apart
     int coverage_width_px = 640;
     bool deterministic = false;  // host times are the device's
   };
@@ -53,6 +54,7 @@ class CaptureRecorder {
   void ForgetNewestId() { newest_id_.reset(); }
   std::shared_ptr<const RecordedFrame> newest_view() const { return newest_view_; }  // null: none yet
   const ReasonCounts& reasons() const { return reasons_; }
+  std::uint64_t kept_apart() const { return kept_apart_; }
   StillCounts stills() const { return stills_ ? stills_->counts() : StillCounts{}; }
   const std::vector<double>& ms_decide() const { return ms_decide_; }
   const std::vector<double>& ms_measure() const { return ms_measure_; }  // processor time of measured frames
@@ -64,6 +66,7 @@ class CaptureRecorder {
   bool Record(const Frame& frame, const tracking::Track& track, const Decision& decision, double distance);
   void RecordAndCount(const HeldFrame& held);
   bool ExposureIsSettled(const Frame& frame, const tracking::Track& track);
+  bool IsWorthKeepingApart(const tracking::Track& track) const;
   double DistanceToSubject(const tracking::Track& track) const;
   Reason DiskReason() const;
   void Count(Reason reason) { ++reasons_[static_cast<std::size_t>(reason)]; }
@@ -82,6 +85,7 @@ class CaptureRecorder {
   std::optional<int> newest_id_;
   std::shared_ptr<const RecordedFrame> newest_view_;
   ReasonCounts reasons_{};
+  std::uint64_t kept_apart_ = 0;
   std::vector<double> ms_decide_, ms_measure_;
 };
 

@@ -14,10 +14,13 @@
 #include "acquisition/device/device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/geometry/trajectory.h"
+#include "core/light_field/unposed_photographs.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/scenes/textured_room.h"
+#include "tracking/refine/light_field_input.h"
+#include "tracking/refine/locate_photographs.h"
 
 namespace ulf::test {
 namespace {
@@ -269,7 +272,10 @@ TEST(PosedPhotographs, NothingIsRecordedWhileTheCameraIsApart) {
     if (state->tracking == TrackState::kApart) apart_s.push_back(state->device_time_s);
     EXPECT_TRUE(state->tracking != TrackState::kApart || !state->cam_from_world);
   };
-  RunCapture(*device, camera, *poses, NewWriter(scratch / "lf", camera), WithoutSubject(), hooks);
+  CaptureOptions options = WithoutSubject();
+  options.keep_apart = true;
+  const CaptureSummary summary =
+      RunCapture(*device, camera, *poses, NewWriter(scratch / "lf", camera), options, hooks);
   const LightField light_field = ReadLightField(scratch / "lf");
   ASSERT_GE(apart_s.size(), 40u);
   std::vector<TimedPose> recorded, all;
@@ -284,6 +290,29 @@ TEST(PosedPhotographs, NothingIsRecordedWhileTheCameraIsApart) {
   EXPECT_EQ(before + after, static_cast<int>(light_field.views.size()));
   for (std::size_t i = 0; i < truth.size(); ++i) all.push_back({static_cast<double>(i) / 30, truth[i]});
   EXPECT_LT(CompareTrajectories(recorded, all, 0.005)->ate_rmse, 0.02);
+  // What it saw apart is kept without a pose, and its place is found from the views on both sides.
+  const std::vector<UnposedPhotograph> kept = UnposedPhotographs(light_field);
+  EXPECT_EQ(kept.size(), summary.kept_apart);
+  EXPECT_GE(kept.size(), 3u);
+  EXPECT_LE(kept.size(), apart_s.size() / 2);
+  LightField with_kept = light_field;
+  for (const UnposedPhotograph& photograph : kept) {
+    EXPECT_GE(photograph.view.device_time_s, apart_s.front());
+    EXPECT_LE(photograph.view.device_time_s, apart_s.back());
+    with_kept.views.push_back(photograph.view);
+  }
+  const auto located =
+      tracking::LocatePhotographs(tracking::RefineInputOf(with_kept), light_field.views.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    ASSERT_TRUE(located[i].cam_from_world) << kept[i].view.image_path << ": " << located[i].why;
+    with_kept.views[light_field.views.size() + i].cam_from_world = *located[i].cam_from_world;
+  }
+  const tracking::RefineResult refined = tracking::Refine(tracking::RefineInputOf(with_kept));
+  recorded.clear();
+  for (std::size_t v = 0; v < with_kept.views.size(); ++v)
+    recorded.push_back({with_kept.views[v].device_time_s, refined.views[v].cam_from_world});
+  EXPECT_EQ(refined.registered, static_cast<int>(with_kept.views.size()));
+  EXPECT_LT(CompareTrajectories(recorded, all, 0.005)->ate_rmse, 0.01);
 }
 
 // The zoom is moved on the way and put back: what is taken meanwhile is no picture of the light field's lens.

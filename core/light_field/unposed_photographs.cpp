@@ -1,0 +1,100 @@
+#include "core/light_field/unposed_photographs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <map>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/image/image_header.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsPicture(const fs::path& file) {
+  constexpr std::array kEndings{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr"};
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::ranges::find(kEndings, ending) != kEndings.end();
+}
+
+bool IsMaster(const fs::path& file) { return file.stem().extension() == ".master"; }
+
+bool WasTakenBack(const fs::path& file) {
+  return std::isdigit(static_cast<unsigned char>(file.filename().string().front())) != 0;
+}
+
+// Photographs of views by their length in bytes: only those of one length are compared.
+class ViewBytes {
+ public:
+  explicit ViewBytes(const LightField& light_field) {
+    std::error_code missing;
+    for (const View& view : light_field.views) {
+      const fs::path file = light_field.root / view.image_path;
+      const auto bytes = fs::file_size(file, missing);
+      if (!missing) by_length_[bytes].push_back(file);
+    }
+  }
+  bool Contain(const fs::path& file) const {
+    std::error_code missing;
+    const auto alike = by_length_.find(fs::file_size(file, missing));
+    if (missing || alike == by_length_.end()) return false;
+    const std::string bytes = ReadWholeFile(file);
+    return std::ranges::any_of(alike->second,
+                               [&](const fs::path& other) { return ReadWholeFile(other) == bytes; });
+  }
+
+ private:
+  std::map<std::uintmax_t, std::vector<fs::path>> by_length_;
+};
+
+std::string CameraProblem(const LightField& light_field, View& photograph) {
+  cv::Size size;
+  try {
+    size = ReadImageSize((light_field.root / photograph.image_path).string());
+  } catch (const Error& error) {
+    return error.what();
+  }
+  const auto fits = [&](const CameraModel& camera) {
+    return camera.width == size.width && camera.height == size.height;
+  };
+  if (fits(light_field.CameraOf(photograph))) return "";
+  const auto other = std::ranges::find_if(light_field.cameras, fits);
+  if (other == light_field.cameras.end())
+    return fmt::format("it is {}x{}, and no camera of the light field has pictures of that size", size.width,
+                       size.height);
+  photograph.camera = static_cast<int>(other - light_field.cameras.begin());
+  return "";
+}
+
+}  // namespace
+
+std::vector<UnposedPhotograph> UnposedPhotographs(const LightField& light_field) {
+  std::vector<fs::path> files;
+  std::error_code refused;
+  for (const auto& entry : fs::directory_iterator(light_field.root / "unposed", refused))
+    if (entry.is_regular_file(refused) && IsPicture(entry.path()) && !IsMaster(entry.path()) &&
+        !WasTakenBack(entry.path()))
+      files.push_back(entry.path());
+  std::ranges::sort(files);
+  const ViewBytes views(light_field);
+  std::vector<UnposedPhotograph> photographs;
+  for (const fs::path& file : files) {
+    if (views.Contain(file)) continue;
+    UnposedPhotograph& photograph = photographs.emplace_back();
+    const std::string path = "unposed/" + file.filename().string();
+    const auto noted = std::ranges::find(light_field.unposed, path, &View::image_path);
+    if (noted != light_field.unposed.end()) photograph.view = *noted;
+    photograph.view.image_path = path;
+    photograph.problem = CameraProblem(light_field, photograph.view);
+  }
+  return photographs;
+}
+
+}  // namespace ulf

@@ -1,0 +1,135 @@
+// Tests: core/light_field/unposed_photographs, core/light_field/light_field_io.
+// Photographs without a pose keep what their camera said of them, and become views when somebody has found their place.
+#include "core/light_field/unposed_photographs.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "tests/core/light_field/light_field_samples.h"
+#include "tests/support/small_disk.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using test::ScratchFolder;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<std::string> Names(const LightField& light_field) {
+  std::vector<std::string> names;
+  for (const UnposedPhotograph& photograph : UnposedPhotographs(light_field))
+    names.push_back(fs::path(photograph.view.image_path).filename().string());
+  return names;
+}
+
+Frame DeepFrame(int seed) {
+  Frame frame = NoiseFrame(seed);
+  frame.image.pixels.convertTo(frame.image.pixels, CV_16U, 257);
+  frame.image.transfer = Transfer::kLinear;
+  return frame;
+}
+
+TEST(Unposed, APhotographThatIsFoundBecomesAViewWithAllThatItsCameraSaid) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  std::string kept_bytes;
+  {
+    LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+    writer.AddView(NoiseFrame(1), ViewNumber(1));
+    writer.KeepUnposed(NoiseFrame(2));
+    writer.KeepUnposed(DeepFrame(3));
+    kept_bytes = ReadWholeFile(dir / "unposed/unposed_000001.png");
+  }
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir);
+    const std::vector<UnposedPhotograph> photographs = UnposedPhotographs(writer.Contents());
+    ASSERT_EQ(photographs.size(), 2u);
+    std::vector<View> found;
+    for (const UnposedPhotograph& photograph : photographs) {
+      EXPECT_EQ(photograph.problem, "");
+      found.push_back(photograph.view);
+      found.back().id = writer.ReserveViewId();
+      found.back().cam_from_world = ViewNumber(5).cam_from_world;
+    }
+    writer.AddUnposed(found);
+    EXPECT_THAT(UnposedPhotographs(writer.Contents()), IsEmpty());
+    // The name of one that became a view is free again, and what was said of the first is not said of the next.
+    writer.KeepUnposed(NoiseFrame(7));
+    writer.Close(1);
+  }
+  const LightField read = ReadLightField(dir);
+  EXPECT_THAT(read.doubts, IsEmpty());
+  ASSERT_EQ(read.views.size(), 3u);
+  EXPECT_EQ(ReadWholeFile(dir / read.views[1].image_path), kept_bytes);
+  EXPECT_EQ(read.views[1].device_time_s, 0.2);
+  EXPECT_EQ(read.views[1].exposure_s, 0.004);
+  EXPECT_EQ(read.views[1].gain, 2);
+  EXPECT_LT((read.views[2].cam_from_world.Matrix() - ViewNumber(5).cam_from_world.Matrix()).norm(), 1e-12);
+  const Image master = ReadViewMaster(read, read.views[2]);
+  EXPECT_EQ(master.transfer, Transfer::kLinear);
+  EXPECT_EQ(cv::norm(master.pixels, DeepFrame(3).image.pixels, cv::NORM_INF), 0);
+  ASSERT_THAT(Names(read), ElementsAre("unposed_000001.png"));
+  EXPECT_NEAR(UnposedPhotographs(read)[0].view.device_time_s, 0.7, 1e-9);
+}
+
+TEST(Unposed, PicturesThatAPersonPutThereCountAndWhatWasTakenBackDoesNot) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+  for (int i = 0; i < 3; ++i) writer.AddView(NoiseFrame(i), ViewNumber(i));
+  writer.RemoveView(2);
+  writer.KeepUnposed(DeepFrame(4));
+  fs::copy_file(dir / "unposed/000002.png", dir / "unposed/DSC_0815.PNG");
+  std::ofstream(dir / "unposed/notes.txt") << "none";
+  std::ofstream(dir / "unposed/cut.jpg") << "no picture";
+  cv::imwrite((dir / "unposed/large.png").string(),
+              cv::Mat(2 * kHeight, 2 * kWidth, CV_8UC3, cv::Scalar::all(9)));
+  const std::vector<UnposedPhotograph> photographs = UnposedPhotographs(ReadLightField(dir));
+  ASSERT_THAT(Names(ReadLightField(dir)),
+              ElementsAre("DSC_0815.PNG", "cut.jpg", "large.png", "unposed_000001.png"));
+  EXPECT_EQ(photographs[0].problem, "");
+  EXPECT_THAT(photographs[1].problem, HasSubstr("cut.jpg"));
+  EXPECT_THAT(photographs[2].problem, HasSubstr("it is 128x96"));
+  EXPECT_EQ(photographs[3].problem, "");
+}
+
+// Killed after the journal named the view and before the copy in unposed/ was gone.
+TEST(Unposed, APhotographThatIsAViewAlreadyIsNotOfferedAgain) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+  writer.AddView(NoiseFrame(1), ViewNumber(1));
+  writer.KeepUnposed(NoiseFrame(2));
+  fs::copy_file(dir / "images/000001.png", dir / "unposed/unposed_000009.png");
+  EXPECT_THAT(Names(ReadLightField(dir)), ElementsAre("unposed_000001.png"));
+}
+
+TEST(Unposed, OnAFullDiskThePhotographStaysWhereItIs) {
+  const ScratchFolder small;
+  if (const auto problem = test::MountSmallDisk(small.path(), 1 << 20)) GTEST_SKIP() << *problem;
+  const fs::path dir = small / "lf";
+  {
+    LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+    writer.AddView(NoiseFrame(1), ViewNumber(1));
+    writer.KeepUnposed(NoiseFrame(2));
+    test::FillDisk(small / "ballast");
+    View found = UnposedPhotographs(writer.Contents()).at(0).view;
+    found.id = writer.ReserveViewId();
+    EXPECT_THROW(writer.AddUnposed({found}), DiskFullError);
+    EXPECT_EQ(writer.Contents().views.size(), 1u);
+  }
+  const LightField read = ReadLightField(dir);
+  EXPECT_EQ(read.views.size(), 1u);
+  EXPECT_THAT(Names(read), ElementsAre("unposed_000001.png"));
+  EXPECT_FALSE(fs::exists(dir / "images/000002.png"));
+}
+
+}  // namespace
+}  // namespace ulf
