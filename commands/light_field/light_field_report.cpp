@@ -94,7 +94,7 @@ std::size_t UncountedViews(const LightField& light_field) {
   if (light_field.device_uri.empty() || light_field.device_uri.starts_with("import:")) return 0;
   const auto counted = light_field.reasons.find(Name(coverage::Reason::kRecorded));
   const std::uint64_t recorded = counted == light_field.reasons.end() ? 0 : counted->second;
-  const std::uint64_t views = light_field.views.size() + light_field.taken_back;
+  const std::uint64_t views = light_field.views.size() + light_field.taken_back.size();
   return recorded < views ? views - recorded : 0;
 }
 
@@ -117,7 +117,7 @@ std::string ReasonsText(const LightFieldReport& report) {
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
   LightFieldReport report;
   report.views = light_field.views.size();
-  report.taken_back = light_field.taken_back;
+  report.taken_back = light_field.taken_back.size();
   report.capture_s = light_field.capture_s;
   report.units = light_field.units;
   report.reasons = light_field.reasons;

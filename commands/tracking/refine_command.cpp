@@ -62,6 +62,7 @@ struct Unposed {
   };
   std::size_t first = 0;  // the index of the first one that was located, behind the recorded views
   std::vector<NotFound> not_found;
+  bool looked_for = false;
   std::size_t not_looked_for = 0;
 };
 
@@ -88,6 +89,7 @@ void Write(const LightField& before, const Unposed& unposed, const tracking::Ref
     } else {
       found.push_back(before.views[v]);
       found.back().cam_from_world = result.views[v].cam_from_world;
+      found.back().tracking_quality = result.views[v].quality;
     }
   }
   std::map<int, CameraModel> lenses;
@@ -108,8 +110,8 @@ void Write(const LightField& before, const Unposed& unposed, const tracking::Ref
 // Adds the photographs in unposed/ whose place is found to `light_field`, behind its views, with numbers of their own.
 Unposed Locate(const RefineArgs& args, const tracking::RefineOptions& options, LightFieldWriter& writer,
                LightField& light_field) {
-  Unposed unposed{.first = light_field.views.size(), .not_found = {}, .not_looked_for = 0};
-  std::vector<UnposedPhotograph> photographs = UnposedPhotographs(light_field);
+  Unposed unposed{.first = light_field.views.size(), .not_found = {}, .looked_for = args.unposed};
+  const std::vector<UnposedPhotograph> photographs = UnposedPhotographs(light_field);
   if (!args.unposed) {
     unposed.not_looked_for = photographs.size();
     return unposed;
@@ -166,6 +168,8 @@ std::string ToText(const std::string& dir, const LightField& before, const track
     text += fmt::format("{} in unposed/ without a pose: ulf refine {} --unposed looks for their places\n",
                         Counted(unposed.not_looked_for, "photograph"), ShellWord(dir));
   std::set<int> found;
+  if (unposed.looked_for && before.views.size() == unposed.first && unposed.not_found.empty())
+    text += "no photograph in unposed/ to look for\n";
   for (std::size_t v = unposed.first; v < before.views.size(); ++v)
     if (result.views[v].registered) found.insert(before.views[v].id);
   if (!found.empty())
@@ -379,7 +383,8 @@ int RunRefine(const RefineArgs& args) {
   }
   cv::setNumThreads(args.threads);
   tracking::RefineResult result;
-  LightField before;
+  LightField recorded;  // as it was
+  LightField before;    // and behind its views the photographs that were found
   Unposed unposed;
   std::optional<CoverageChange> coverage;
   double readout_s = 0;
@@ -390,9 +395,15 @@ int RunRefine(const RefineArgs& args) {
     try {
       tracking::RefineOptions options = args.options;
       options.all_points = true;
-      options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
+      options.progress = [&](double share, const std::string& stage) {
+        progress.Show(args.unposed ? 0.5 * share : share, stage);
+      };
       unposed = Locate(args, options, writer, before);
+      options.progress = [&](double share, const std::string& stage) {
+        progress.Show(args.unposed ? 0.5 * (1 + share) : share, stage);
+      };
       tracking::RefineInput input = tracking::RefineInputOf(before);
+      for (std::size_t v = unposed.first; v < input.views.size(); ++v) input.views[v].is_recorded = false;
       if (args.readout_s) input.readout_s = *args.readout_s;
       readout_s = input.readout_s;
       result = tracking::Refine(input, options);
@@ -400,7 +411,7 @@ int RunRefine(const RefineArgs& args) {
     } catch (const Error& error) {
       throw Error("{}: {}; the light field is as it was", dir, error.what());
     }
-    const LightField recorded = writer.Contents();
+    recorded = writer.Contents();
     Write(before, unposed, result, writer);
     coverage = CoverageOf(recorded, writer.Contents());
   }
@@ -409,7 +420,7 @@ int RunRefine(const RefineArgs& args) {
   std::optional<tracking::LightFieldErrors> errors;
   std::string not_compared;  // why; thrown after the report
   if (!args.truth.empty()) try {
-      errors = CompareWithTruth(before, result, truth, args.truth);
+      errors = CompareWithTruth(recorded, result, truth, args.truth);
     } catch (const Error& error) {
       not_compared = error.what();
     }

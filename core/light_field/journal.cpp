@@ -80,11 +80,13 @@ void ReadFiles(const JsonPlace& event, const LightField& light_field, View& view
 
 // A name is given again once its photograph has become a view: the last line counts.
 void ApplyUnposed(const JsonPlace& event, LightField& light_field) {
-  View photograph;
-  ReadPhotographJson(event, photograph);
-  ReadFiles(event, light_field, photograph);
-  std::erase_if(light_field.unposed,
-                [&](const View& other) { return other.image_path == photograph.image_path; });
+  UnposedPhotograph photograph;
+  ReadPhotographJson(event, photograph.view);
+  ReadFiles(event, light_field, photograph.view);
+  photograph.problem = event.Text("problem", "");
+  std::erase_if(light_field.unposed, [&](const UnposedPhotograph& other) {
+    return other.view.image_path == photograph.view.image_path;
+  });
   light_field.unposed.push_back(std::move(photograph));
 }
 
@@ -150,8 +152,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     contents.removed.insert(id);
     if (const View* view = FindView(light_field, id))
       contents.removed_files.insert({view->image_path, view->master_path});
-    light_field.taken_back +=
-        std::erase_if(light_field.views, [id](const View& view) { return view.id == id; });
+    if (std::erase_if(light_field.views, [id](const View& view) { return view.id == id; }) > 0)
+      light_field.taken_back.insert(id);
   } else if (kind == "unposed") {
     ApplyUnposed(event, light_field);
   } else if (kind == "close") {
@@ -425,11 +427,12 @@ void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
 
 void Journal::RemoveView(int view_id) { Append(json{{"event", "remove"}, {"id", view_id}}.dump()); }
 
-void Journal::NoteUnposed(const View& photograph) {
-  json event = PhotographToJson(photograph);
+void Journal::NoteUnposed(const UnposedPhotograph& photograph) {
+  json event = PhotographToJson(photograph.view);
   event["event"] = "unposed";
-  event["image"] = photograph.image_path;
-  event["camera"] = photograph.camera;
+  event["image"] = photograph.view.image_path;
+  event["camera"] = photograph.view.camera;
+  if (!photograph.problem.empty()) event["problem"] = photograph.problem;
   Append(event.dump());
 }
 

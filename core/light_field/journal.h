@@ -12,7 +12,7 @@
 //   readout      {readout_s, sigma_s}
 //   gap          {from_s, to_s, reason}
 //   remove       {id}
-//   unposed      {image, master, camera, times, exposure, gain}
+//   unposed      {image, master, camera, times, exposure, gain, problem}
 //   close        {capture_s, reasons, measured}
 //   repaired     {}
 //
@@ -105,7 +105,7 @@ class Journal {
   void SetReadout(const ShutterReadout& readout);
   void NoteGap(double from_s, double to_s, const std::string& reason);
   void RemoveView(int view_id);
-  void NoteUnposed(const View& photograph);
+  void NoteUnposed(const UnposedPhotograph& photograph);
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
              const std::optional<MeasuredErrors>& measured);
   // Appends lines of another journal unchanged.

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -114,6 +115,12 @@ struct MeasuredErrors {
   std::vector<MeasuredDirection> directions;
 };
 
+// A photograph in unposed/.
+struct UnposedPhotograph {
+  View view;            // id 0 and no pose
+  std::string problem;  // why it cannot become a view; empty: it can, once somebody knows where it was taken
+};
+
 struct LightField {
   std::filesystem::path root;
   std::vector<CameraModel> cameras;
@@ -121,9 +128,9 @@ struct LightField {
   // divides by it.
   std::map<int, FlatField> flat_fields;
   std::vector<View> views;  // in order of id
-  // Photographs that were kept without a pose: what their camera said of them, id 0. Their files may be gone since, and
-  // others may lie beside them (unposed_photographs.h).
-  std::vector<View> unposed;
+  // What the journal says of photographs that were kept without a pose. Their files may be gone since, and others may lie
+  // beside them (unposed_photographs.h).
+  std::vector<UnposedPhotograph> unposed;
   std::optional<Subject> subject;
   std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() tells it from the cameras
   std::string units = "arbitrary";             // or "metres"
@@ -135,7 +142,7 @@ struct LightField {
   std::string device_serial, device_maker, device_model;
   std::optional<SensorWindow> window;  // that the views show; none: not known, or photographs
   std::string calibration_source;
-  std::uint64_t taken_back = 0;  // views that were recorded and are none of these any more
+  std::set<int> taken_back;  // ids of views that were recorded and are none of these any more
   double capture_s = 0;
   std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames
   std::optional<MeasuredErrors> measured;        // none: the capture measured none

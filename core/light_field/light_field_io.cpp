@@ -431,6 +431,7 @@ void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
   if (has_picture) files[view->image_path] = unposed / fs::path(view->image_path).filename();
   if (!view->master_path.empty()) files[view->master_path] = unposed / UnposedMaster(view->master_path);
   light_field.views.erase(view);
+  light_field.taken_back.insert(view_id);
 }
 
 void LightFieldWriter::RemoveView(int view_id) {
@@ -445,24 +446,29 @@ void LightFieldWriter::RemoveView(int view_id) {
   state_->to_unposed.erase(view_id);
 }
 
-void LightFieldWriter::KeepUnposed(const Frame& frame) {
+void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& problem) {
   const fs::path folder = state_->light_field.root / "unposed";
   MakeFolder(folder);
   const ViewFiles files = Files(frame, MakePictures::kNow);
-  fs::path path;
-  do path = folder / fmt::format("unposed_{:06}{}", state_->next_unposed++, files.image_extension);
-  while (fs::exists(path));
-  View photograph;
-  NoteFrame(frame, photograph);
-  photograph.image_path = "unposed/" + path.filename().string();
-  FileBatch batch;
-  batch.Write(path, files.image->content);
-  if (files.master && (!frame.image.empty() || frame.encoded)) {  // else the raw file is there already
-    const std::string master = path.stem().string() + ".master" + files.master->extension;
-    batch.Write(folder / master, files.master->content);
-    photograph.master_path = "unposed/" + master;
-    photograph.master_transfer = files.master_transfer;
-    photograph.master_mosaic = files.master_mosaic;
+  UnposedPhotograph photograph{.view = {}, .problem = problem};
+  View& view = photograph.view;
+  NoteFrame(frame, view);
+  // Else the raw file is there already.
+  const bool has_master = files.master && (!frame.image.empty() || frame.encoded);
+  const auto is_taken = [&](const std::string& path) {
+    return !path.empty() && fs::exists(state_->light_field.root / path);
+  };
+  do {
+    const std::string name = fmt::format("unposed/unposed_{:06}", state_->next_unposed++);
+    view.image_path = name + files.image_extension;
+    if (has_master) view.master_path = name + ".master" + files.master->extension;
+  } while (is_taken(view.image_path) || is_taken(view.master_path));
+  FileBatch batch(FileBatch::Existing::kKeep);
+  batch.Write(state_->light_field.root / view.image_path, files.image->content);
+  if (has_master) {
+    batch.Write(state_->light_field.root / view.master_path, files.master->content);
+    view.master_transfer = files.master_transfer;
+    view.master_mosaic = files.master_mosaic;
   }
   batch.Commit();
   try {
@@ -499,6 +505,9 @@ void LightFieldWriter::AddUnposed(std::vector<View> photographs) {
     }
     std::error_code refused;  // then it is both
     for (const fs::path& file : done) fs::remove(file, refused);
+    std::erase_if(light_field.unposed, [&](const UnposedPhotograph& noted) {
+      return light_field.root / noted.view.image_path == done.front();
+    });
     light_field.views.push_back(std::move(view));
   }
 }

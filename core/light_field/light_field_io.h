@@ -119,8 +119,9 @@ class LightFieldWriter {
   void NoteGap(double from_s, double to_s, const std::string& reason);
   // The photograph and its master (NNNNNN.master.*) move to unposed/, nothing is deleted.
   void RemoveView(int view_id);
-  // Keeps a photograph that has no pose, and its master, in unposed/; the journal notes what the frame says of itself.
-  void KeepUnposed(const Frame& frame);
+  // Keeps a photograph that has no pose, and its master, in unposed/. The journal notes what the frame says of itself, and
+  // `problem`: why it can never become a view; empty: it may.
+  void KeepUnposed(const Frame& frame, const std::string& problem = "");
   // Makes views of photographs in unposed/ (unposed_photographs.h) that have a pose now, each with its reserved id. The
   // journal names a photograph's copy before the one in unposed/ goes: a kill leaves it there, as a view, or as both.
   void AddUnposed(std::vector<View> photographs);

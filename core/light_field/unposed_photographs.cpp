@@ -26,8 +26,17 @@ bool IsPicture(const fs::path& file) {
 
 bool IsMaster(const fs::path& file) { return file.stem().extension() == ".master"; }
 
-bool WasTakenBack(const fs::path& file) {
-  return std::isdigit(static_cast<unsigned char>(file.filename().string().front())) != 0;
+// 000012.png, 000012-2.png: as RemoveView() calls the files of view 12.
+bool WasTakenBack(const LightField& light_field, const fs::path& file) {
+  const std::string name = file.filename().string();
+  const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size() - 1);
+  return digits >= 6 && digits <= 9 && (name[digits] == '.' || name[digits] == '-') &&
+         light_field.taken_back.contains(std::stoi(name.substr(0, digits)));
+}
+
+bool Is8BitSrgb(const fs::path& file) {
+  const auto header = ReadImageHeader(file.string());
+  return header && header->bits <= 8;
 }
 
 // Photographs of views by their length in bytes: only those of one length are compared.
@@ -80,7 +89,7 @@ std::vector<UnposedPhotograph> UnposedPhotographs(const LightField& light_field)
   std::error_code refused;
   for (const auto& entry : fs::directory_iterator(light_field.root / "unposed", refused))
     if (entry.is_regular_file(refused) && IsPicture(entry.path()) && !IsMaster(entry.path()) &&
-        !WasTakenBack(entry.path()))
+        !WasTakenBack(light_field, entry.path()))
       files.push_back(entry.path());
   std::ranges::sort(files);
   const ViewBytes views(light_field);
@@ -89,10 +98,19 @@ std::vector<UnposedPhotograph> UnposedPhotographs(const LightField& light_field)
     if (views.Contain(file)) continue;
     UnposedPhotograph& photograph = photographs.emplace_back();
     const std::string path = "unposed/" + file.filename().string();
-    const auto noted = std::ranges::find(light_field.unposed, path, &View::image_path);
-    if (noted != light_field.unposed.end()) photograph.view = *noted;
-    photograph.view.image_path = path;
-    photograph.problem = CameraProblem(light_field, photograph.view);
+    const auto noted = std::ranges::find_if(
+        light_field.unposed, [&](const UnposedPhotograph& each) { return each.view.image_path == path; });
+    if (noted != light_field.unposed.end()) photograph = *noted;
+    View& view = photograph.view;
+    view.image_path = path;
+    if (!view.master_path.empty() && !fs::is_regular_file(light_field.root / view.master_path)) {
+      view.master_path.clear();
+      view.master_transfer.reset();
+      view.master_mosaic = Mosaic::kNone;
+    }
+    if (photograph.problem.empty()) photograph.problem = CameraProblem(light_field, view);
+    if (photograph.problem.empty() && !Is8BitSrgb(file))
+      photograph.problem = "views' photographs are 8-bit JPEG or PNG; convert it";
   }
   return photographs;
 }

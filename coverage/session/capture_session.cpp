@@ -310,6 +310,8 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   ms_track_.push_back(1000 * SecondsSince(start));
   latest_ = {frame->image, track, {}, {}};
   if (track.cam_from_world) last_turn_ = track.cam_from_world->rotation;
+  if (track.state == tracking::TrackState::kInitializing)
+    last_turn_.reset();  // in the world of a map that is gone
   gaps_.Tracking(track.state == tracking::TrackState::kTracking, now_s);
   FollowLens(track);
   if (!options_.without_subject) subject_.FindFirst(track);

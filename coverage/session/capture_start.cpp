@@ -344,6 +344,11 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         "--no-subject: {} takes photographs where the coverage of a subject needs them; leave out "
         "--no-subject, or take the photographs by hand and track a video of the same place",
         info.uri);
+  if (args.keep_apart && stills)
+    throw UsageError(
+        "--keep-apart: {} takes photographs, and keeps those without a pose anyway; live frames are not of "
+        "their size: leave out --keep-apart",
+        info.uri);
   if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
     throw UsageError("--poses known: {} does not know its poses; leave it out to have them tracked",
                      info.uri);

@@ -11,6 +11,7 @@
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 #include "core/base/parallel_for.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/bundle_adjustment.h"
@@ -101,6 +102,10 @@ class Search {
   }
 
   void Match(const RefineStage& stage) {
+    struct {
+      Mutex mutex;
+      std::size_t done ULF_GUARDED_BY(mutex) = 0;
+    } matched;
     ParallelFor(sought_.size(), [&](std::size_t s) {
       Sought& photograph = sought_[s];
       const RefineView& own = scene_.view(photograph.index);
@@ -111,8 +116,10 @@ class Search {
         photograph.by_view[v] =
             MatchAll(own.features, all, other.features, AllOf(other.features), kUnguidedMatches);
       }
+      const MutexLock lock(matched.mutex);
+      stage.Show(static_cast<double>(++matched.done) / static_cast<double>(sought_.size()),
+                 fmt::format("looking for {}", Counted(sought_.size(), "photograph")));
     });
-    stage.Show(1, fmt::format("looking for {}", Counted(sought_.size(), "photograph")));
   }
 
   // Without it, what one photograph is off by adds to the next one's error.

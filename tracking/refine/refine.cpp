@@ -16,6 +16,7 @@
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/bundle_uncertainty.h"
+#include "tracking/estimation/pose_error.h"
 #include "tracking/map/map.h"
 #include "tracking/refine/refine_rows.h"
 #include "tracking/refine/refine_scene.h"
@@ -196,7 +197,7 @@ void DescribeMoves(const RefineScene& scene, RefineResult& result) {
   std::vector<double> moved, turned;
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const RefineView& view = scene.views[v];
-    if (!view.registered) continue;
+    if (!view.registered || !view.is_recorded) continue;
     moved.push_back((view.cam_from_world.OriginInSource() - view.start.OriginInSource()).norm());
     turned.push_back(Degrees(RotationAngle(view.cam_from_world.rotation * view.start.rotation.conjugate())));
     if (moved.back() >= result.moved_max) {
@@ -325,12 +326,29 @@ void StartAgain(const std::vector<bool>& readable, RefineScene& scene) {
   }
 }
 
+// How sure the pose of a view is that came without one, from the points that it shows.
+double QualityOfView(const RefineScene& scene, int index) {
+  const RefineView& view = scene.view(index);
+  std::vector<PointObservation> seen;
+  std::vector<double> distances;
+  for (const SceneTrack& track : scene.tracks)
+    for (const TrackObservation& o : track.observations)
+      if (o.view == index) {
+        seen.push_back({track.position, o.img, o.sigma_px});
+        distances.push_back((view.cam_from_world * track.position).norm());
+      }
+  const auto pose = RefinePose(scene.LensOf(view), seen, view.cam_from_world);
+  return pose ? QualityOf(pose->center_sigma, Median(std::move(distances))) : 0;
+}
+
 RefineResult Summarise(const RefineOptions& options, const RefineScene& scene, RefineResult result) {
   const std::vector<int> seen = PointsByView(scene);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     const RefineView& view = scene.views[v];
+    const double quality =
+        view.registered && !view.is_recorded ? QualityOfView(scene, static_cast<int>(v)) : 1;
     result.views.push_back(
-        {view.cam_from_world, view.registered, view.why, seen[v], view.middle_row_from_picture});
+        {view.cam_from_world, view.registered, view.why, seen[v], quality, view.middle_row_from_picture});
   }
   result.registered = scene.Registered();
   for (const SceneTrack& track : scene.tracks) result.adjusted_observations += track.observations.size();
@@ -482,6 +500,7 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
                    rows.message);
   }
   result.settled = pass.summary.settled && lens_settled;
+  DropGroupsWithoutRecordedViews(scene);
   result.groups = GroupViews(scene).count;
   if (!AlignToStart(scene))
     throw Error("the views' positions do not determine a scale; give poses that differ");

@@ -41,6 +41,7 @@ struct RefineInput {
     // What the pose says of its own error: of the centre, as a share of the distance of what it sees; 0: nothing.
     double center_error_share = 0;
     std::optional<Twist> twist = {};  // the camera's velocity at its middle row, as the capture knew it
+    bool is_recorded = true;  // false: its pose has only just been found, and holds nothing of the world
   };
   std::vector<CameraModel> lenses;
   std::vector<View> views;
@@ -92,6 +93,7 @@ struct RefinedView {
   bool registered = false;
   std::string why;  // it is not
   int points = 0;
+  double quality = 1;  // as of Track::quality; of views that are not recorded
   // The camera when its middle row was read; none with a global shutter.
   std::optional<Rigid3> middle_row_from_picture = {};
 };

@@ -39,6 +39,8 @@ BundleSummary AdjustRows(const RefineInput& input, const BundleOptions& options,
   for (std::size_t v = 0; v < scene.views.size(); ++v)
     problem.rows.push_back(depths[v] > 0 ? std::optional(MotionOf(input.views[v].twist, depths[v], prior))
                                          : std::nullopt);
+  std::vector<Rigid3> pictures;
+  for (const RefineView& view : scene.views) pictures.push_back(view.cam_from_world);
   std::vector<CameraModel> lenses = scene.lenses;
   const BundleSummary summary = AdjustBundle(lenses, problem, options);
   if (!summary.usable) return summary;
@@ -54,7 +56,10 @@ BundleSummary AdjustRows(const RefineInput& input, const BundleOptions& options,
     RefineView& view = scene.views[v];
     if (!problem.rows[v]) continue;
     const auto picture = RefinePose(scene.LensOf(view), seen[v], view.cam_from_world, kAllAlike);
-    if (!picture) continue;
+    if (!picture) {
+      view.cam_from_world = pictures[v];
+      continue;
+    }
     view.middle_row_from_picture = view.cam_from_world * picture->cam_from_world.Inverse();
     view.cam_from_world = picture->cam_from_world;
   }

@@ -160,6 +160,23 @@ std::optional<Similarity3> ToStart(const std::vector<const RefineView*>& views, 
 
 }  // namespace
 
+void DropGroupsWithoutRecordedViews(RefineScene& scene) {
+  const ViewGroups groups = GroupViews(scene);
+  std::vector<bool> held(At(groups.count), false);
+  for (std::size_t v = 0; v < scene.views.size(); ++v)
+    if (groups.group[v] >= 0 && scene.views[v].is_recorded) held[At(groups.group[v])] = true;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    RefineView& view = scene.views[v];
+    if (groups.group[v] < 0 || held[At(groups.group[v])]) continue;
+    view.registered = false;
+    view.why = "shares points with no recorded view";
+    view.cam_from_world = view.start;
+  }
+  std::erase_if(scene.tracks, [&](const SceneTrack& track) {
+    return !scene.view(track.observations.front().view).registered;
+  });
+}
+
 bool AlignToStart(RefineScene& scene) {
   const ViewGroups groups = GroupViews(scene);
   for (int group = 0; group < groups.count; ++group) {
@@ -172,6 +189,9 @@ bool AlignToStart(RefineScene& scene) {
     std::vector<const RefineView*> views;
     for (int v = 0; v < static_cast<int>(scene.views.size()); ++v)
       if (in_group(v)) views.push_back(&scene.view(v));
+    const auto is_recorded = [](const RefineView* view) { return view->is_recorded; };
+    if (std::ranges::count_if(views, is_recorded) > 1)
+      std::erase_if(views, [&](const RefineView* view) { return !is_recorded(view); });
     const auto move = ToStart(views, Median(std::move(distances)));
     if (!move) return false;
     const Eigen::Quaterniond turned(move->rotation);

@@ -25,6 +25,7 @@ struct RefineView {
   std::string name;
   int lens = 0;  // index into RefineScene::lenses
   Rigid3 start;  // of the input
+  bool is_recorded = true;
   Rigid3 cam_from_world;
   std::optional<Rigid3> middle_row_from_picture;  // where a rolling shutter is known (refine_rows.h)
   bool registered = true;
@@ -84,8 +85,12 @@ struct ViewGroups {
 };
 ViewGroups GroupViews(const RefineScene& scene);
 
-// Moves each group of views with its points by the similarity that brings the views nearest to their start
-// poses, because images leave position, orientation and scale open. False where the views do not determine a
+// Views of groups in which no view is recorded are no longer registered, and their points go: nothing says where such a
+// group lies.
+void DropGroupsWithoutRecordedViews(RefineScene& scene);
+
+// Moves each group of views with its points by the similarity that brings its recorded views (all, where there is one
+// alone) nearest to their start poses, because images leave position, orientation and scale open. False where the views do not determine a
 // similarity.
 bool AlignToStart(RefineScene& scene);
 

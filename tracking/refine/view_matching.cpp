@@ -27,6 +27,7 @@ RefineScene SceneOf(const RefineInput& input, int max_side_px) {
     view.name = given.name;
     view.lens = given.lens;
     view.start = view.cam_from_world = given.cam_from_world;
+    view.is_recorded = given.is_recorded;
   }
   return scene;
 }

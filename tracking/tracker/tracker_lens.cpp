@@ -25,7 +25,7 @@ CameraModel Zoomed(const CameraModel& lens, double log_ratio) {
 
 std::optional<RefinedLens> Tracker::State::RefinedLensInOriginalPixels() const {
   if (!refined_lens) return std::nullopt;
-  const double scale = size.original().MeanFocalPx() / camera.MeanFocalPx();
+  const double scale = size.original().MeanFocalPx() / size.working().MeanFocalPx();
   return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale};
 }
 
@@ -60,7 +60,6 @@ void Tracker::State::FollowWith(const CameraModel& lens) {
   locator.SetCamera(camera);
   initializer.SetCamera(camera);
   turns.SetCamera(camera);
-  last_features_.reset();  // their rays are the other lens's
   rows.SetCamera(camera);
 }
 

@@ -100,6 +100,10 @@ void Tracker::State::Abandon() {
   if (lost_since_s) *lost_since_s -= options.begin_part_after_s;  // begin the next one at once
   const MapLock lock(shared);
   const bool nothing_left = shared.map.living().empty();
+  if (nothing_left) {
+    turns.Forget();
+    last_features_.reset();
+  }
   state = nothing_left ? TrackState::kInitializing : TrackState::kLost;
   frames_tracked = nothing_left ? 0 : options.proven_frames;
 }

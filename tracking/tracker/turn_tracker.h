@@ -22,11 +22,8 @@ class TurnTracker {
  public:
   TurnTracker(const CameraModel& camera, const TurnOptions& options, unsigned seed)
       : camera_(camera), options_(options), seed_(seed) {}
-  // Another lens, the same image size.
-  void SetCamera(const CameraModel& camera) {
-    camera_ = camera;
-    Forget();
-  }
+  // Frames to come have another lens and the same size; features keep the rays that theirs gave them.
+  void SetCamera(const CameraModel& camera) { camera_ = camera; }
   void Forget() { *this = TurnTracker(camera_, options_, seed_); }
   // From a frame whose rotation is known.
   void Begin(std::shared_ptr<const FeatureSet> features, const Eigen::Quaterniond& cam_from_world);

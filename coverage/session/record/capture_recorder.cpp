@@ -137,6 +137,7 @@ bool CaptureRecorder::IsWorthKeepingApart(const tracking::Track& track) const {
 
 Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track, double frame_period_s) {
   newest_id_.reset();
+  zoom_moved_ = track.focal_ratio.has_value();
   if (IsWorthKeepingApart(track)) {
     Frame kept = frame;
     if (options_.deterministic) kept.host_time_s = kept.device_time_s;
@@ -151,7 +152,7 @@ void CaptureRecorder::TakeStill(const Frame& still) {
   if (verdict.decision.reason == Reason::kRecorded)
     Record(still, *verdict.track, verdict.decision, DistanceToSubject(*verdict.track));
   else
-    record_.spool().KeepUnposed(still);
+    record_.spool().KeepUnposed(still, zoom_moved_ ? "it was taken with the zoom moved" : "");
 }
 
 }  // namespace ulf::coverage

@@ -86,6 +86,7 @@ class CaptureRecorder {
   std::shared_ptr<const RecordedFrame> newest_view_;
   ReasonCounts reasons_{};
   std::uint64_t kept_apart_ = 0;
+  bool zoom_moved_ = false;  // in the last live frame
   std::vector<double> ms_decide_, ms_measure_;
 };
 

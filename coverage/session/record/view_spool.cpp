@@ -93,7 +93,7 @@ ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
   const Outcome outcome = Try(
       [&] {
         if (first.view) return WriteViews(tasks);
-        if (first.unposed) return writer_.KeepUnposed(*first.unposed);
+        if (first.unposed) return writer_.KeepUnposed(*first.unposed, first.problem);
         first.write_line(writer_);
       },
       problem);
@@ -341,7 +341,9 @@ int ViewSpool::AddView(const Frame& frame, const View& view) {
   return adding.view->view.view.id;
 }
 
-void ViewSpool::KeepUnposed(const Frame& frame) { Submit({{}, nullptr, frame}, false); }
+void ViewSpool::KeepUnposed(const Frame& frame, const std::string& problem) {
+  Submit({{}, nullptr, frame, problem}, false);
+}
 
 void ViewSpool::RemoveView(int id) {
   Submit({[this, id](LightFieldWriter&) { Remove(id); }, nullptr, {}}, false);

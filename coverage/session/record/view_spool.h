@@ -56,7 +56,7 @@ class ViewSpool {
   // Accepts the view although there is no room, and writes it when there is: for photographs, which come
   // seldom. Ask Pause() before asking the camera for one.
   int AddView(const Frame& frame, const View& view);
-  void KeepUnposed(const Frame& frame);
+  void KeepUnposed(const Frame& frame, const std::string& problem = "");  // as LightFieldWriter's
   // An added view shows so many points: keeps room for them in the files that closing writes.
   void ExpectSeenPoints(std::size_t points) {
     most_seen_points_ = std::max<std::uint64_t>(most_seen_points_, points);
@@ -102,6 +102,7 @@ class ViewSpool {
     std::function<void(LightFieldWriter&)> write_line;
     std::shared_ptr<PendingView> view;
     std::optional<Frame> unposed;
+    std::string problem = {};  // of a frame for unposed/
     bool IsFrame() const { return view || unposed; }
   };
   enum class Outcome { kWritten, kNoRoom, kFailed };

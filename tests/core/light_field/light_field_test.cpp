@@ -235,7 +235,7 @@ TEST(LightFieldOnDisk, AFolderWithoutAViewIsBegunAnew) {
     writer.RemoveView(1);
     writer.Close(1);
   }
-  EXPECT_EQ(ReadLightField(scratch / "lf").taken_back, 1u);
+  EXPECT_EQ(ReadLightField(scratch / "lf").taken_back.size(), 1u);
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch / "lf", Header()); },
               ThrowsMessage<Error>(HasSubstr("--resume")));
 }

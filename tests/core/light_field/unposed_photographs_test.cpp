@@ -2,11 +2,16 @@
 // Photographs without a pose keep what their camera said of them, and become views when somebody has found their place.
 #include "core/light_field/unposed_photographs.h"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <random>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -87,17 +92,23 @@ TEST(Unposed, PicturesThatAPersonPutThereCountAndWhatWasTakenBackDoesNot) {
   writer.RemoveView(2);
   writer.KeepUnposed(DeepFrame(4));
   fs::copy_file(dir / "unposed/000002.png", dir / "unposed/DSC_0815.PNG");
+  fs::copy_file(dir / "unposed/000002.png", dir / "unposed/20241123_101500.png");  // as telephones name them
+  fs::copy_file(dir / "unposed/000002.png", dir / "unposed/000001.png");
+  writer.KeepUnposed(NoiseFrame(5), "it was taken with the zoom moved");
   std::ofstream(dir / "unposed/notes.txt") << "none";
   std::ofstream(dir / "unposed/cut.jpg") << "no picture";
+  cv::imwrite((dir / "unposed/deep.png").string(), cv::Mat(kHeight, kWidth, CV_16UC3, cv::Scalar::all(9)));
   cv::imwrite((dir / "unposed/large.png").string(),
               cv::Mat(2 * kHeight, 2 * kWidth, CV_8UC3, cv::Scalar::all(9)));
   const std::vector<UnposedPhotograph> photographs = UnposedPhotographs(ReadLightField(dir));
   ASSERT_THAT(Names(ReadLightField(dir)),
-              ElementsAre("DSC_0815.PNG", "cut.jpg", "large.png", "unposed_000001.png"));
-  EXPECT_EQ(photographs[0].problem, "");
-  EXPECT_THAT(photographs[1].problem, HasSubstr("cut.jpg"));
-  EXPECT_THAT(photographs[2].problem, HasSubstr("it is 128x96"));
-  EXPECT_EQ(photographs[3].problem, "");
+              ElementsAre("000001.png", "20241123_101500.png", "DSC_0815.PNG", "cut.jpg", "deep.png",
+                          "large.png", "unposed_000001.png", "unposed_000002.png"));
+  for (const std::size_t usable : {0, 1, 2, 6}) EXPECT_EQ(photographs[usable].problem, "");
+  EXPECT_THAT(photographs[3].problem, HasSubstr("cut.jpg"));
+  EXPECT_THAT(photographs[4].problem, HasSubstr("8-bit"));
+  EXPECT_THAT(photographs[5].problem, HasSubstr("it is 128x96"));
+  EXPECT_THAT(photographs[7].problem, HasSubstr("zoom moved"));
 }
 
 // Killed after the journal named the view and before the copy in unposed/ was gone.
@@ -109,6 +120,68 @@ TEST(Unposed, APhotographThatIsAViewAlreadyIsNotOfferedAgain) {
   writer.KeepUnposed(NoiseFrame(2));
   fs::copy_file(dir / "images/000001.png", dir / "unposed/unposed_000009.png");
   EXPECT_THAT(Names(ReadLightField(dir)), ElementsAre("unposed_000001.png"));
+}
+
+TEST(Unposed, WithoutItsMasterAPhotographIsAViewOfEightBits) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+  writer.AddView(NoiseFrame(1), ViewNumber(1));
+  writer.KeepUnposed(DeepFrame(3));
+  fs::remove(dir / "unposed/unposed_000001.master.tif");
+  View found = UnposedPhotographs(writer.Contents()).at(0).view;
+  found.id = writer.ReserveViewId();
+  writer.AddUnposed({found});
+  const LightField read = ReadLightField(dir);
+  ASSERT_EQ(read.views.size(), 2u);
+  EXPECT_EQ(read.views[1].master_path, "");
+  EXPECT_FALSE(HasMoreThanEightBits(read, read.views[1]));
+}
+
+// A photograph is a view, or waits in unposed/, whenever the writer dies; it is never lost and never offered twice.
+TEST(Unposed, SurvivesSigkillAtAnyMoment) {
+  const ScratchFolder scratch;
+  constexpr std::size_t kPhotographs = 40;
+  std::mt19937 random(20261126);
+  std::size_t views = 0, waiting = 0;
+  for (int round = 0; round < 12; ++round) {
+    const fs::path dir = scratch / ("lf" + std::to_string(round));
+    {
+      LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+      writer.AddView(NoiseFrame(500), ViewNumber(1));
+      for (std::size_t i = 0; i < kPhotographs; ++i) writer.KeepUnposed(DeepFrame(static_cast<int>(i)));
+    }
+    const auto before = fs::file_size(dir / "journal.jsonl");
+    const pid_t child = fork();
+    if (child == 0) {
+      LightFieldWriter writer = LightFieldWriter::Resume(dir);
+      std::vector<View> found;
+      for (const UnposedPhotograph& photograph : UnposedPhotographs(writer.Contents())) {
+        found.push_back(photograph.view);
+        found.back().id = writer.ReserveViewId();
+      }
+      writer.AddUnposed(std::move(found));
+      _exit(0);
+    }
+    const auto bytes = std::uniform_int_distribution<std::uintmax_t>(1, 8000)(random);
+    while (fs::file_size(dir / "journal.jsonl") < before + bytes) usleep(100);
+    usleep(std::uniform_int_distribution<useconds_t>(0, 2000)(random));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    LightFieldWriter writer = LightFieldWriter::Resume(dir);
+    const LightField& after = writer.Contents();
+    const std::size_t left = UnposedPhotographs(after).size();
+    EXPECT_EQ(after.views.size() - 1 + left, kPhotographs) << "round " << round;
+    for (const View& view : after.views) {
+      EXPECT_NO_THROW(ReadViewImage(after, view)) << "round " << round;
+      EXPECT_NO_THROW(ReadViewMaster(after, view)) << "round " << round;
+    }
+    views += after.views.size() - 1;
+    waiting += left;
+  }
+  EXPECT_GT(views, 20u);
+  EXPECT_GT(waiting, 20u);
 }
 
 TEST(Unposed, OnAFullDiskThePhotographStaysWhereItIs) {

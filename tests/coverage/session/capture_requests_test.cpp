@@ -153,7 +153,7 @@ TEST(CaptureRequests, MoreViewsThanThereAreAreNotTakenBack) {
   asked.after[3] = TakeBackLast{1000};
   const Captured captured = Capture(scratch / "lf", Steps(5), Options(), {}, asked.Hooks());
   EXPECT_EQ(captured.light_field.views.size(), 5u);
-  EXPECT_EQ(captured.light_field.taken_back, 0u);
+  EXPECT_EQ(captured.light_field.taken_back.size(), 0u);
   EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("1000 views asked for"), HasSubstr("there are 3"))));
 }
 
@@ -183,7 +183,7 @@ TEST(CaptureRequests, ResumeAfterATakeBackIsRight) {
   EXPECT_THAT(Ids(captured.light_field), ElementsAre(3, 4, 5, 6, 7, 8));
   EXPECT_EQ(captured.summary.recorded, 3u);
   EXPECT_EQ(captured.summary.taken_back, 1u);
-  EXPECT_EQ(captured.light_field.taken_back, 2u) << "of both sessions";
+  EXPECT_EQ(captured.light_field.taken_back.size(), 2u) << "of both sessions";
   EXPECT_EQ(FilesIn(scratch / "lf/unposed"), 2u);
   EXPECT_THAT(second.states.back()->view_ids, ElementsAre(3, 4, 5, 6, 7, 8));
 }

@@ -88,6 +88,43 @@ TEST(LocatePhotographs, ThoseOfAnotherPlaceAndThoseThatCannotBeReadAreSaid) {
   EXPECT_THAT(located[2].why, HasSubstr("x.jpg: is damaged"));
 }
 
+// What was found has drifted: the recorded views' place, turn and scale are those of the world all the same.
+TEST(LocatePhotographs, DoNotMoveTheRecordedWorld) {
+  const auto walk = MakeWalk(Steps(0, 60, 6), Steps(130, 62, -6), 1);
+  RefineInput recorded = walk->input;
+  recorded.views.resize(walk->first_unposed);
+  RefineInput all = walk->input;
+  for (std::size_t v = walk->first_unposed; v < all.views.size(); ++v) {
+    all.views[v].is_recorded = false;
+    all.views[v].cam_from_world = walk->truth[v];
+    all.views[v].cam_from_world.translation += Eigen::Vector3d(0.2, 0, 0.1);
+  }
+  const RefineOptions few{.features = 800};
+  const RefineResult alone = Refine(recorded, few), together = Refine(all, few);
+  EXPECT_EQ(together.registered, static_cast<int>(all.views.size()));
+  for (std::size_t v = 0; v < walk->first_unposed; ++v)
+    EXPECT_LT(CenterError(together.views[v].cam_from_world, alone.views[v].cam_from_world), 0.005) << v;
+  EXPECT_LT(together.moved_max, 0.02) << "of the recorded views";
+  for (std::size_t v = walk->first_unposed; v < all.views.size(); ++v) {
+    EXPECT_GT(together.views[v].quality, 0.5);
+    EXPECT_LT(together.views[v].quality, 1);
+  }
+}
+
+// Photographs that fit one another and no recorded view are of another place.
+TEST(LocatePhotographs, AGroupThatNoRecordedViewHoldsIsNotConfirmed) {
+  const auto walk = MakeWalk(Steps(0, 60, 6), Steps(180, 230, 6), 1);
+  for (std::size_t v = walk->first_unposed; v < walk->input.views.size(); ++v) {
+    walk->input.views[v].is_recorded = false;
+    walk->input.views[v].cam_from_world = walk->truth[v];
+  }
+  const RefineResult result = Refine(walk->input, {.features = 800});
+  for (std::size_t v = 0; v < walk->input.views.size(); ++v)
+    EXPECT_EQ(result.views[v].registered, v < walk->first_unposed) << v;
+  EXPECT_THAT(result.views.back().why, HasSubstr("no recorded view"));
+  EXPECT_EQ(result.groups, 1);
+}
+
 TEST(RefineCommand, PhotographsWithoutAPoseBecomeViewsWhenTheirPlaceIsFound) {
   const ScratchFolder scratch;
   const std::filesystem::path dir = scratch / "room";

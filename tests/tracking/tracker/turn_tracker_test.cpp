@@ -88,6 +88,35 @@ TEST(TurnTrackerTest, WhileTheCameraIsLostTheTurnGoesOn) {
   EXPECT_TRUE(track.cam_from_world) << "found again where the map is";
 }
 
+// Elsewhere another part of the map begins and is lost within its first frames: how the camera is turned from where it
+// had a pose is as unknown as before.
+TEST(TurnTrackerTest, APartThatIsLostAtOnceMakesNoTurn) {
+  const TexturedRoom room({.furniture = Furniture::kRound});
+  Tracker tracker(kTurnCamera, {.deterministic = true, .features = 500});
+  const auto pose_at = [](double x, double pan_deg) {
+    const Eigen::AngleAxisd pan(Radians(pan_deg), Eigen::Vector3d::UnitY());
+    return Rigid3{Eigen::Quaterniond(pan), {x, 0.1 * std::sin(3 * x), 0}}.Inverse();
+  };
+  std::optional<Rigid3> world_from_truth;
+  int apart = 0, after = 0;
+  for (int k = 0; k < 190; ++k) {
+    const bool elsewhere = k > 60;
+    const Rigid3 truth =
+        elsewhere ? pose_at(std::min(0.01 * (k - 60), 0.5), 150) : pose_at(0.3 * std::sin(0.08 * k), 0);
+    Frame frame = room.Take(truth, static_cast<std::uint64_t>(k), kTurnCamera);
+    if (apart >= 4 && after < 40) frame.image.pixels.setTo(0), ++after;
+    const Track track = tracker.Step(frame);
+    if (track.cam_from_world && !elsewhere) world_from_truth = track.cam_from_world->Inverse() * truth;
+    apart += track.state == TrackState::kApart;
+    if (!elsewhere || !track.turn || track.cam_from_world) continue;
+    ASSERT_TRUE(world_from_truth);
+    const Eigen::Quaterniond expected = (truth * world_from_truth->Inverse()).rotation;
+    EXPECT_LT(Degrees(RotationAngle(*track.turn * expected.conjugate())), 3) << k;
+  }
+  EXPECT_GE(apart, 4);
+  EXPECT_EQ(after, 40);
+}
+
 // A picture of something else is no turn.
 TEST(TurnTrackerTest, NothingInCommonIsNoTurn) {
   FeatureExtractor extractor(kTurnCamera, FeatureOptions{});
