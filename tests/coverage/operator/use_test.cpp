@@ -164,8 +164,10 @@ TEST(Use, OfEverythingThatTheDisplayOffersDuringACapture) {
   EXPECT_LT(late_mb, 1.1 * early_mb + kKeptMb);
 #endif
   EXPECT_GT(early_used_mb, 1);
-  // Views are still recorded in the second half, at a few hundred kB each, and a map comes and goes.
-  EXPECT_LT(late_used_mb, 1.1 * early_used_mb + 35);
+  // Views are still recorded in the second half, at a few hundred kB each, and a map comes and goes. Caches of the review
+  // fill within the first 150 frames, by some 60 MB: a short run is still filling them.
+  const double growing_mb = summary.frames >= 600 ? 35 : 80;
+  EXPECT_LT(late_used_mb, 1.1 * early_used_mb + growing_mb);
 }
 
 }  // namespace
