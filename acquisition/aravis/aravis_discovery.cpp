@@ -146,7 +146,10 @@ std::vector<DeviceInfo> ListAravisDevices() {
                     .serial = camera.serial,
                     .bus = camera.protocol,
                     .problem = ""};
-    if (camera.IsGige()) info.problem = GigeProblem(camera);
+    if (camera.IsGige()) {
+      info.address = camera.address;
+      info.problem = GigeProblem(camera);
+    }
     info.available = info.problem.empty();
     list.push_back(info);
   }

@@ -131,6 +131,7 @@ void AravisSession::Describe(DeviceInfo& info) const {
   info.maker = Text(Maybe([&](GError** e) { return arv_camera_get_vendor_name(camera_, e); }, ""));
   info.model = Text(Maybe([&](GError** e) { return arv_camera_get_model_name(camera_, e); }, ""));
   info.serial = Text(Maybe([&](GError** e) { return arv_camera_get_device_serial_number(camera_, e); }, ""));
+  info.address = GigeAddress();
   info.bus = ARV_IS_GV_DEVICE(Device()) ? "GigEVision" : ARV_IS_UV_DEVICE(Device()) ? "USB3Vision" : "";
 }
 

@@ -180,6 +180,7 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
       shown.emplace_back(counter.shown,
                          static_cast<double>(arv_stream_get_info_uint64_by_name(stream, counter.info)));
   shown.emplace_back("buffers", static_cast<double>(buffers_));
+  shown.emplace_back("payload (bytes)", static_cast<double>(configured_.payload_bytes));
   if (const auto granted = PriorityGranted())
     shown.emplace_back(
         options_.priority == ThreadPriority::kRealtime ? "real-time priority" : "high priority", *granted);

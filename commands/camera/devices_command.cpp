@@ -7,12 +7,17 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/udev_rules.h"
+#include "acquisition/link/link_check.h"
 #include "commands/commands.h"
+#include "core/base/counted.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::commands {
 namespace {
 
 struct DevicesArgs {
+  std::string check;
+  double seconds = acquisition::LinkCheckOptions{}.seconds;
   bool json = false;
 };
 
@@ -66,7 +71,84 @@ void PrintTable(const std::vector<acquisition::DeviceInfo>& devices) {
   if (const auto hint = UdevHint(devices)) fmt::print("{}\n", *hint);
 }
 
+std::string TrialInWords(const acquisition::LinkTrial& trial) {
+  const std::string counts = trial.LostFrames()
+                                 ? fmt::format("{} whole, {} incomplete, {} missing",
+                                               Counted(trial.whole, "frame"), trial.incomplete, trial.missing)
+                                 : fmt::format("{}, none lost", Counted(trial.whole, "frame"));
+  return fmt::format("{:.1f} s at {:.1f} frames a second: {}{}", trial.seconds, trial.fps, counts,
+                     trial.resent_packets > 0
+                         ? fmt::format(", {} sent again",
+                                       Counted(static_cast<std::uint64_t>(trial.resent_packets), "packet"))
+                         : "");
+}
+
+std::string Verdict(const acquisition::LinkReport& report) {
+  if (report.trials.empty()) return "stopped before the first trial";
+  if (report.remedy) return fmt::format("nothing is lost with {}: give it in the URI", *report.remedy);
+  if (report.Holds()) return "the link carries what the camera sends";
+  if (report.trials.front().whole + report.trials.front().incomplete + report.trials.front().missing == 0)
+    return "no frame came: does the camera wait for a trigger, or a firewall keep its packets out?";
+  return "frames are lost with every setting that was tried: check cables, plugs and switches, and what else "
+         "uses "
+         "the link";
+}
+
+void PrintLink(const acquisition::LinkReport& report) {
+  const auto line = [](const std::string& name, const std::string& value) {
+    fmt::print("{:<15}{}\n", name, value);
+  };
+  line("camera", fmt::format("{} {} (serial {}), {}", report.camera.maker, report.camera.model,
+                             report.camera.serial, report.camera.bus));
+  if (report.payload_bytes > 0)
+    line("needs", fmt::format("{:.1f} MB/s: {:.0f} bytes a frame",
+                              1e-6 * report.payload_bytes * report.trials.front().fps, report.payload_bytes));
+  for (const acquisition::LinkFact& fact : report.facts) {
+    line(fact.name, fact.value);
+    if (!fact.advice.empty()) line("", fact.advice);
+  }
+  if (report.most_fps) line("carries", fmt::format("at most {:.1f} such frames a second", *report.most_fps));
+  for (const acquisition::LinkTrial& trial : report.trials)
+    line(trial.settings.empty() ? "as asked for" : trial.settings, TrialInWords(trial));
+  line("result", Verdict(report));
+}
+
+void PrintLinkJson(const acquisition::LinkReport& report) {
+  nlohmann::ordered_json json{{"uri", report.camera.uri}, {"serial", report.camera.serial},
+                              {"bus", report.camera.bus}, {"payload_bytes", report.payload_bytes},
+                              {"holds", report.Holds()},  {"remedy", nullptr},
+                              {"most_fps", nullptr}};
+  if (report.remedy) json["remedy"] = *report.remedy;
+  if (report.most_fps) json["most_fps"] = *report.most_fps;
+  json["facts"] = nlohmann::ordered_json::array();
+  for (const acquisition::LinkFact& fact : report.facts)
+    json["facts"].push_back({{"name", fact.name}, {"value", fact.value}, {"advice", fact.advice}});
+  json["trials"] = nlohmann::ordered_json::array();
+  for (const acquisition::LinkTrial& trial : report.trials)
+    json["trials"].push_back({{"settings", trial.settings},
+                              {"seconds", trial.seconds},
+                              {"fps", trial.fps},
+                              {"whole", trial.whole},
+                              {"incomplete", trial.incomplete},
+                              {"missing", trial.missing},
+                              {"resent_packets", trial.resent_packets}});
+  json["verdict"] = Verdict(report);
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+int RunLinkCheck(const DevicesArgs& args) {
+  const StopOnSignal signals;
+  acquisition::LinkCheckOptions options;
+  options.seconds = args.seconds;
+  options.stop = [] { return StopOnSignal::Asked(); };
+  options.say = [](const std::string& text) { fmt::print(stderr, "{}\n", text); };
+  const acquisition::LinkReport report = acquisition::CheckLink(args.check, options);
+  args.json ? PrintLinkJson(report) : PrintLink(report);
+  return report.Holds() && !report.remedy ? kOk : kFailed;
+}
+
 int RunDevices(const DevicesArgs& args) {
+  if (!args.check.empty()) return RunLinkCheck(args);
   const std::vector<acquisition::DeviceInfo> devices = acquisition::ListDevices();
   args.json ? PrintJson(devices) : PrintTable(devices);
   return kOk;
@@ -77,8 +159,18 @@ int RunDevices(const DevicesArgs& args) {
 void AddDevicesCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<DevicesArgs>();
   CLI::App* command = app.add_subcommand("devices", "List every camera in reach, and why one cannot be used");
+  CLI::Option* check = command->add_option("--check", args->check,
+                                           "Check the link to this camera: stream from it with these "
+                                           "settings, and where frames are lost find those that "
+                                           "hold (exit code 1)");
+  command->add_option("--seconds", args->seconds, "With --check: length of each trial")
+      ->check(CLI::Range(0.5, 3600.0))
+      ->needs(check)
+      ->capture_default_str();
   command->add_flag("--json", args->json, "Print one JSON object");
-  command->footer("Example: ulf devices\nThen:    ulf capture aravis:192.168.1.20 -o light_field");
+  command->footer(
+      "Example: ulf devices\nThen:    ulf devices --check 'aravis:192.168.1.20?fps=60'\n"
+      "         ulf capture aravis:192.168.1.20 -o light_field");
   command->callback([args, &chosen] { chosen = [args] { return RunDevices(*args); }; });
 }
 

@@ -42,8 +42,11 @@ void WriteFoundLens(const LensUseArgs& args, const acquisition::DeviceInfo& info
   const std::string& path = args.calibration_output;
   if (path.empty()) return;
   if (!lens)
-    return spdlog::warn("{}: calibration not written, because the images do not contradict the given lens",
-                        path);
+    return spdlog::warn(
+        "{}: no calibration is written, because the images tell of no other lens than the one that was given "
+        "or "
+        "guessed; move nearer and farther and around what is seen, and for longer",
+        path);
   const acquisition::ModeCalibration calibration{.camera = lens->camera};
   acquisition::UpdateCalibration(path, acquisition::CameraIdentity::Of(info),
                                  command + " --intrinsics refine", "live", calibration);

@@ -24,6 +24,7 @@
 #include "core/base/error.h"
 #include "core/base/model_choice.h"
 #include "core/base/progress.h"
+#include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/folder_check.h"
@@ -82,6 +83,10 @@ void Write(const LightField& before, const Unposed& unposed, const tracking::Ref
            LightFieldWriter& writer) {
   std::map<int, Rigid3> poses;
   std::vector<View> found;
+  // Refining knows of noise alone, and not of what the map and the shutter add: no view is surer than the usual one.
+  std::vector<double> qualities;
+  for (std::size_t v = 0; v < unposed.first; ++v) qualities.push_back(before.views[v].tracking_quality);
+  const double usual_quality = Median(std::move(qualities));
   for (std::size_t v = 0; v < before.views.size(); ++v) {
     if (!result.views[v].registered) continue;
     if (v < unposed.first) {
@@ -89,17 +94,19 @@ void Write(const LightField& before, const Unposed& unposed, const tracking::Ref
     } else {
       found.push_back(before.views[v]);
       found.back().cam_from_world = result.views[v].cam_from_world;
-      found.back().tracking_quality = result.views[v].quality;
+      found.back().tracking_quality = std::min(result.views[v].quality, usual_quality);
     }
   }
   std::map<int, CameraModel> lenses;
   for (std::size_t l = 0; l < before.cameras.size(); ++l)
     if (!(result.lenses[l] == before.cameras[l])) lenses[static_cast<int>(l)] = result.lenses[l];
+  std::map<std::string, std::uint64_t> reasons = before.reasons;
+  if (!reasons.empty()) reasons["recorded"] += found.size();
   writer.UpdatePoses(poses, lenses);
   try {
     writer.AddUnposed(std::move(found));
     writer.SetPoints(tracking::WithViewIds(result.points, before));
-    writer.Close(before.capture_s, before.reasons);
+    writer.Close(before.capture_s, reasons);
   } catch (const Error& error) {
     throw Error(
         "{}; the refined poses are recorded; 'ulf repair {} --write' makes the files that follow from them",

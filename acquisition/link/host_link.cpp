@@ -1,0 +1,81 @@
+#include "acquisition/link/host_link.h"
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace ulf::acquisition {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <typename Value>
+std::optional<Value> FirstOf(const fs::path& file) {
+  std::ifstream stream(file);
+  Value value{};
+  if (stream >> value) return value;
+  return std::nullopt;
+}
+
+// The local address from which the kernel would send there.
+std::optional<in_addr> LocalAddressFor(const std::string& address) {
+  sockaddr_in to{}, from{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(3956);  // any port: nothing is sent
+  if (inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1) return std::nullopt;
+  const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (descriptor < 0) return std::nullopt;
+  socklen_t size = sizeof from;
+  const bool routed = connect(descriptor, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0 &&
+                      getsockname(descriptor, reinterpret_cast<sockaddr*>(&from), &size) == 0;
+  close(descriptor);
+  return routed ? std::optional(from.sin_addr) : std::nullopt;
+}
+
+std::string InterfaceWith(const in_addr& address) {
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return "";
+  std::string name;
+  for (const ifaddrs* each = all; each && name.empty(); each = each->ifa_next)
+    if (each->ifa_addr && each->ifa_addr->sa_family == AF_INET &&
+        reinterpret_cast<const sockaddr_in*>(each->ifa_addr)->sin_addr.s_addr == address.s_addr)
+      name = each->ifa_name;
+  freeifaddrs(all);
+  return name;
+}
+
+}  // namespace
+
+std::optional<NetworkLink> NetworkLinkTo(const std::string& address) {
+  const auto local = LocalAddressFor(address);
+  if (!local) return std::nullopt;
+  NetworkLink link{.interface = InterfaceWith(*local)};
+  if (link.interface.empty()) return std::nullopt;
+  const fs::path folder = fs::path("/sys/class/net") / link.interface;
+  link.mtu = FirstOf<int>(folder / "mtu").value_or(0);
+  // Megabits; -1 or an error where there is no wire.
+  constexpr double kBytesPerMegabit = 1e6 / 8;
+  if (const auto speed = FirstOf<double>(folder / "speed"); speed && *speed > 0)
+    link.bytes_per_s = kBytesPerMegabit * *speed;
+  link.most_receive_buffer = FirstOf<std::uint64_t>("/proc/sys/net/core/rmem_max");
+  return link;
+}
+
+std::optional<UsbLink> UsbLinkOf(const std::string& serial, const std::string& sys) {
+  std::error_code refused;
+  for (const auto& device : fs::directory_iterator(fs::path(sys) / "bus/usb/devices", refused)) {
+    if (FirstOf<std::string>(device.path() / "serial") != serial) continue;
+    UsbLink link{.port = device.path().filename().string()};
+    link.megabits_per_s = FirstOf<double>(device.path() / "speed").value_or(0);
+    link.buffers_mb = FirstOf<int>(fs::path(sys) / "module/usbcore/parameters/usbfs_memory_mb");
+    return link;
+  }
+  return std::nullopt;
+}
+
+}  // namespace ulf::acquisition

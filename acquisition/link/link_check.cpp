@@ -1,0 +1,199 @@
+#include "acquisition/link/link_check.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+
+namespace ulf::acquisition {
+namespace {
+
+std::optional<double> TransportValue(const DeviceStatistics& statistics, const std::string& name) {
+  for (const auto& [known, value] : statistics.transport)
+    if (known == name) return value;
+  return std::nullopt;
+}
+
+struct Streamed {
+  LinkTrial trial;
+  DeviceInfo camera;
+  DeviceStatistics statistics;
+};
+
+// From the first frame on; none where a stop was asked for.
+std::optional<Streamed> Stream(const std::string& uri, const std::string& settings,
+                               const LinkCheckOptions& options) {
+  DeviceUri with = DeviceUri::Parse(uri);
+  if (const auto equals = settings.find('='); equals != std::string::npos)
+    with.Set(settings.substr(0, equals), settings.substr(equals + 1));
+  const std::unique_ptr<Device> device = OpenDevice(with.Text());
+  if (!device->IsLive())
+    throw UsageError("{}: is no camera; a link is checked with one that streams, such as aravis:192.0.2.7",
+                     uri);
+  Streamed streamed;
+  streamed.camera = device->Info();
+  device->Start();
+  using Clock = std::chrono::steady_clock;
+  constexpr double kPatience_s = 10;  // for a first frame; guessed
+  const auto started = Clock::now();
+  std::optional<Clock::time_point> first;
+  std::uint64_t frames = 0;
+  while (SecondsSince(first.value_or(started)) < (first ? options.seconds : kPatience_s) &&
+         !IsOver(device->State())) {
+    if (options.stop && options.stop()) return std::nullopt;
+    if (!device->Next(std::chrono::milliseconds(100))) continue;
+    if (!first) first = Clock::now();
+    ++frames;
+  }
+  LinkTrial& trial = streamed.trial;
+  trial.settings = settings;
+  trial.seconds = first ? SecondsSince(*first) : 0;
+  streamed.statistics = device->Statistics();
+  device->Stop();
+  const DeviceStatistics& counted = streamed.statistics;
+  trial.whole = counted.delivered + counted.dropped;
+  trial.incomplete = counted.incomplete;
+  trial.missing = counted.missing;
+  trial.fps = trial.seconds > 0
+                  ? static_cast<double>(trial.whole + trial.incomplete + trial.missing) / trial.seconds
+                  : 0;
+  trial.resent_packets = TransportValue(counted, "packets resent").value_or(0);
+  return streamed;
+}
+
+void DescribeNetwork(const Streamed& streamed, LinkReport& report) {
+  const auto link = NetworkLinkTo(streamed.camera.address);
+  if (!link) return;
+  const int packet_size = static_cast<int>(TransportValue(streamed.statistics, "packet size").value_or(0));
+  constexpr int kEthernetMtu = 1500, kJumboMtu = 9000;
+  const std::string speed = link->bytes_per_s ? fmt::format("{:.0f} Mbit/s", 8e-6 * *link->bytes_per_s)
+                                              : "speed not told by the system";
+  report.facts.push_back(
+      {"link",
+       fmt::format("{} to {}: {}, MTU {}", link->interface, streamed.camera.address, speed, link->mtu),
+       link->mtu > 0 && link->mtu <= kEthernetMtu
+           ? fmt::format("jumbo frames cost less processor time: 'ip link set {} mtu {}' as root, "
+                         "where the camera and every switch between pass them",
+                         link->interface, kJumboMtu)
+           : ""});
+  const bool negotiated = TransportValue(streamed.statistics, "packet size negotiated").value_or(0) > 0;
+  report.facts.push_back({"packets",
+                          fmt::format("{} bytes, {}", packet_size,
+                                      negotiated ? "negotiated with test packets" : "as the camera has it"),
+                          ""});
+  const double asked = TransportValue(streamed.statistics, "socket buffer asked for (bytes)").value_or(0);
+  const double granted = TransportValue(streamed.statistics, "socket buffer (bytes)").value_or(asked);
+  report.facts.push_back(
+      {"receive buffer", fmt::format("{:.1f} MB of {:.1f} asked for", 1e-6 * granted, 1e-6 * asked),
+       granted < asked ? fmt::format("'sysctl net.core.rmem_max={:.0f}' as root gives the rest", asked)
+                       : ""});
+  const bool resends = TransportValue(streamed.statistics, "resend on").value_or(0) > 0;
+  report.facts.push_back({"resending", resends ? "on" : "off, or not supported by the camera",
+                          resends ? "" : "every lost packet costs its frame"});
+  if (link->bytes_per_s && report.payload_bytes > 0 && packet_size > 0)
+    report.most_fps = MostGigeFps(*link->bytes_per_s, report.payload_bytes, packet_size);
+}
+
+void DescribeUsb(const Streamed& streamed, LinkReport& report) {
+  const auto link = UsbLinkOf(streamed.camera.serial);
+  if (!link) return;
+  constexpr double kSuperSpeed = 5000;
+  report.facts.push_back(
+      {"port", fmt::format("{} at {:g} Mbit/s", link->port, link->megabits_per_s),
+       link->megabits_per_s < kSuperSpeed
+           ? "a USB 2 port, cable or hub: plug it into a USB 3 port (blue, or SS) by a USB 3 cable"
+           : ""});
+  // What is left of the raw rate after coding and protocol; measured by others, rounded down.
+  constexpr double kUsb2BytesPerMegabit = 80e3, kUsb3BytesPerMegabit = 76e3;
+  if (report.payload_bytes > 0)
+    report.most_fps = link->megabits_per_s *
+                      (link->megabits_per_s < kSuperSpeed ? kUsb2BytesPerMegabit : kUsb3BytesPerMegabit) /
+                      report.payload_bytes;
+  const double buffers = TransportValue(streamed.statistics, "buffers").value_or(0);
+  const double needed_mb = 1e-6 * buffers * report.payload_bytes;
+  if (link->buffers_mb)
+    report.facts.push_back(
+        {"USB memory",
+         fmt::format("{} MB for all programs, {:.0f} MB of buffers here", *link->buffers_mb, needed_mb),
+         *link->buffers_mb > 0 && needed_mb > *link->buffers_mb
+             ? "'echo 1000 > /sys/module/usbcore/parameters/usbfs_memory_mb' as root"
+             : ""});
+}
+
+// Others on the same wire share it.
+void DescribeNeighbours(const DeviceInfo& camera, LinkReport& report) {
+  if (camera.address.empty()) return;
+  const auto own = NetworkLinkTo(camera.address);
+  std::size_t others = 0;
+  for (const DeviceInfo& other : ListDevices()) {
+    if (other.serial == camera.serial || other.address.empty()) continue;
+    const auto link = NetworkLinkTo(other.address);
+    others += own && link && link->interface == own->interface;
+  }
+  if (others > 0)
+    report.facts.push_back({"beside it",
+                            fmt::format("{} on {}", Counted(others, "other camera"), own->interface),
+                            "cameras that stream at once share the link: check them together"});
+}
+
+}  // namespace
+
+double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size) {
+  constexpr double kHeaders = 20 + 8 + 8;        // IP, UDP, GVSP: of the packet's own size
+  constexpr double kAroundIt = 14 + 4 + 8 + 12;  // Ethernet's header and checksum, preamble, gap
+  const double data = packet_size - kHeaders;
+  if (!(data > 0) || !(payload_bytes > 0)) return 0;
+  const double packets = std::ceil(payload_bytes / data) + 2;  // leader and trailer
+  return link_bytes_per_s / (payload_bytes + packets * (kHeaders + kAroundIt));
+}
+
+LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
+  LinkReport report;
+  const auto try_with = [&](const std::string& settings) -> std::optional<Streamed> {
+    if (options.say)
+      options.say(fmt::format("streaming for {:g} s{}", options.seconds,
+                              settings.empty() ? "" : " with " + settings));
+    auto streamed = Stream(uri, settings, options);
+    if (streamed) report.trials.push_back(streamed->trial);
+    return streamed;
+  };
+  auto streamed = try_with("");
+  if (!streamed) return report;
+  report.camera = streamed->camera;
+  report.payload_bytes = TransportValue(streamed->statistics, "payload (bytes)").value_or(0);
+  if (report.payload_bytes <= 0 && streamed->statistics.delivered > 0)
+    report.payload_bytes =
+        static_cast<double>(streamed->statistics.bytes) / static_cast<double>(streamed->statistics.delivered);
+  DescribeNetwork(*streamed, report);
+  if (streamed->camera.bus == "USB3Vision") DescribeUsb(*streamed, report);
+  DescribeNeighbours(streamed->camera, report);
+  // A path that does not pass large packets loses them all; one that is full loses whatever their size.
+  double best_fps = 0;  // of whole frames
+  const auto note = [&](const LinkTrial& trial) {
+    if (trial.seconds > 0) best_fps = std::max(best_fps, static_cast<double>(trial.whole) / trial.seconds);
+    if (!trial.LostFrames() && !trial.settings.empty()) report.remedy = trial.settings;
+    return !trial.LostFrames();
+  };
+  if (note(streamed->trial)) return report;
+  const double packet_size = TransportValue(streamed->statistics, "packet size").value_or(0);
+  if (streamed->trial.whole == 0)
+    for (const int size : options.packet_sizes) {
+      if (size >= packet_size) continue;
+      streamed = try_with(fmt::format("packet_size={}", size));
+      if (!streamed || note(streamed->trial)) return report;
+    }
+  double fps = options.rate_share * report.trials.front().fps;
+  if (best_fps > 0) fps = std::min(fps, best_fps);
+  for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= options.rate_share) {
+    streamed = try_with(fmt::format("fps={:.4g}", fps));
+    if (!streamed || note(streamed->trial)) return report;
+  }
+  return report;
+}
+
+}  // namespace ulf::acquisition

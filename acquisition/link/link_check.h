@@ -1,0 +1,60 @@
+// Whether the link to a camera carries what its settings ask for: what the system says of the link, then trials with
+// the camera streaming. Where frames are lost, smaller packets and then a lower rate are tried, until none is lost; the
+// setting that helped is the advice.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/device/device.h"
+#include "acquisition/link/host_link.h"
+
+namespace ulf::acquisition {
+
+struct LinkCheckOptions {
+  double seconds = 5;  // of each trial
+  // Bytes a packet, tried in this order where frames are lost and they are smaller than what the camera sends: what fits
+  // through jumbo frames, Ethernet, tunnels, and any network (RFC 791).
+  std::vector<int> packet_sizes = {8000, 4000, 1500, 1400, 576};
+  // Of what arrived whole, what is tried next: a link that is full loses a part of every frame. Guessed.
+  double rate_share = 0.8;
+  int most_rates = 6;
+  std::function<bool()> stop = {};  // asked between frames
+  std::function<void(const std::string&)> say = {};
+};
+
+// The camera streamed with these settings.
+struct LinkTrial {
+  std::string settings;  // beside those asked for, as in a URI: "packet_size=1400"; empty: as asked for
+  double seconds = 0;
+  double fps = 0;  // that came, whole or not
+  std::uint64_t whole = 0, incomplete = 0, missing = 0;
+  double resent_packets = 0;
+  bool LostFrames() const { return incomplete + missing > 0 || whole == 0; }
+};
+
+// One thing about the link, for people; `advice` where it is not as it should be.
+struct LinkFact {
+  std::string name, value, advice;
+};
+
+struct LinkReport {
+  DeviceInfo camera;
+  std::vector<LinkFact> facts;
+  std::vector<LinkTrial> trials;   // the last one lost nothing, if any did not
+  double payload_bytes = 0;        // of a frame; 0: not known
+  std::optional<double> most_fps;  // that the link's speed allows, by its own figures
+  std::optional<std::string>
+      remedy;  // settings with which no frame was lost; none: none is needed, or none helped
+  bool Holds() const { return !trials.empty() && !trials.back().LostFrames(); }
+};
+
+// The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.
+double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);
+
+// Throws as OpenDevice() does, and UsageError for a device that is no live camera.
+LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options = {});
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,137 @@
+// Tests: acquisition/link/link_check, acquisition/link/host_link, commands/camera/devices_command.
+//
+// Links that carry what a camera sends, that are too slow for it, or that do not pass its packets: loopback behind the
+// kernel's own limits (tc). What the check advises is followed, and then nothing is lost.
+#include "acquisition/link/link_check.h"
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/link/host_link.h"
+#include "core/base/error.h"
+#include "tests/acquisition/aravis/aravis_fixture.h"
+#include "tests/support/child_process.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using acquisition::CheckLink;
+using acquisition::LinkReport;
+using acquisition::LinkTrial;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class LinkCheck : public CameraInNamespace {
+ protected:
+  void TearDown() override { std::system("tc qdisc del dev lo root 2>/dev/null"); }
+
+  static bool Limit(const std::string& qdisc) {
+    return std::system(("tc qdisc replace dev lo root " + qdisc).c_str()) == 0;
+  }
+
+  static std::string ValueOf(const LinkReport& report, const std::string& name) {
+    for (const auto& fact : report.facts)
+      if (fact.name == name) return fact.value;
+    return "";
+  }
+
+  // Frames that were not whole, of so many seconds.
+  static std::uint64_t LostWith(const std::string& settings, double seconds) {
+    return CheckLink("aravis:T1?" + settings, {.seconds = seconds, .packet_sizes = {}, .most_rates = 0})
+        .trials.front()
+        .incomplete;
+  }
+};
+
+TEST_F(LinkCheck, AGoodLinkCarriesWhatIsAskedFor) {
+  StartCamera();
+  const LinkReport report = CheckLink("aravis:T1?fps=20", {.seconds = 1.5});
+  EXPECT_TRUE(report.Holds());
+  EXPECT_FALSE(report.remedy);
+  ASSERT_EQ(report.trials.size(), 1u);
+  EXPECT_GT(report.trials[0].whole, 15u);
+  EXPECT_NEAR(report.trials[0].fps, 20, 5);
+  EXPECT_EQ(report.payload_bytes, 512 * 512);
+  EXPECT_THAT(ValueOf(report, "link"), AllOf(HasSubstr("lo to 127.0.0.1"), HasSubstr("MTU 65536")));
+  EXPECT_THAT(ValueOf(report, "packets"), HasSubstr("bytes"));
+  EXPECT_EQ(report.camera.address, "127.0.0.1");
+}
+
+TEST_F(LinkCheck, OnASlowLinkTheRateThatItNamesLosesNothing) {
+  StartCamera();
+  if (!Limit("tbf rate 40mbit burst 64kb latency 60ms")) GTEST_SKIP() << "tc or its token bucket is not here";
+  // Ten megabytes a second into five.
+  const LinkReport report = CheckLink("aravis:T1?fps=40", {.seconds = 1.5});
+  EXPECT_TRUE(report.trials.front().LostFrames());
+  ASSERT_TRUE(report.remedy) << report.trials.size() << " trials";
+  ASSERT_THAT(*report.remedy, StartsWith("fps="));
+  const double fps = std::atof(report.remedy->c_str() + 4);
+  EXPECT_LT(fps, 19.1) << "what five megabytes a second carry";
+  EXPECT_GT(fps, 4) << "and not much less";
+  EXPECT_EQ(LostWith(*report.remedy, 5), 0u);
+  EXPECT_GT(LostWith("fps=40", 1.5), 0u) << "as before without it";
+}
+
+TEST_F(LinkCheck, WhereLargePacketsDoNotPassSmallerOnesAreFound) {
+  StartCamera();
+  // A bucket drops what is larger than itself.
+  if (!Limit("tbf rate 4gbit burst 2500 latency 200ms")) GTEST_SKIP() << "tc or its token bucket is not here";
+  const LinkReport report = CheckLink("aravis:T1?fps=5&packet_size=8000", {.seconds = 1.5});
+  EXPECT_EQ(report.trials.front().whole, 0u);
+  ASSERT_TRUE(report.remedy);
+  EXPECT_THAT(*report.remedy, StartsWith("packet_size=1"));
+  EXPECT_EQ(LostWith("fps=5&" + *report.remedy, 3), 0u);
+}
+
+TEST(LinkRate, CountsHeadersAndGaps) {
+  // Gigabit Ethernet at its ordinary packets: 117 to 120 of its 125 megabytes a second are pictures.
+  const double megabytes = 640 * 480 * acquisition::MostGigeFps(125e6, 640 * 480, 1500) / 1e6;
+  EXPECT_GT(megabytes, 117);
+  EXPECT_LT(megabytes, 120);
+  EXPECT_GT(acquisition::MostGigeFps(125e6, 640 * 480, 9000),
+            acquisition::MostGigeFps(125e6, 640 * 480, 1500));
+  EXPECT_EQ(acquisition::MostGigeFps(125e6, 640 * 480, 20), 0);
+}
+
+TEST(HostLink, FindsTheUsbPortOfASerialNumber) {
+  const ScratchFolder scratch;
+  const auto add = [&](const std::string& port, const std::string& serial, const std::string& speed) {
+    const fs::path folder = scratch / "bus/usb/devices" / port;
+    fs::create_directories(folder);
+    std::ofstream(folder / "serial") << serial << "\n";
+    std::ofstream(folder / "speed") << speed << "\n";
+  };
+  add("1-2", "S17", "480");
+  add("2-1.4", "S18", "5000");
+  fs::create_directories(scratch / "module/usbcore/parameters");
+  std::ofstream(scratch / "module/usbcore/parameters/usbfs_memory_mb") << "16\n";
+  const std::string sys = scratch.path().string();
+  ASSERT_TRUE(acquisition::UsbLinkOf("S18", sys));
+  EXPECT_EQ(acquisition::UsbLinkOf("S18", sys)->port, "2-1.4");
+  EXPECT_EQ(acquisition::UsbLinkOf("S17", sys)->megabits_per_s, 480);
+  EXPECT_EQ(acquisition::UsbLinkOf("S17", sys)->buffers_mb, 16);
+  EXPECT_FALSE(acquisition::UsbLinkOf("S1", sys));
+  EXPECT_FALSE(acquisition::NetworkLinkTo("no address"));
+}
+
+TEST(DevicesCheck, TheCommandSaysWhetherTheLinkHolds) {
+  const auto run = RunUlf("devices --check 'sim:studio?width=64&height=48&fps=20' --seconds 0.5 --json");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto report = nlohmann::json::parse(run.output);
+  EXPECT_TRUE(report["holds"]);
+  EXPECT_EQ(report["trials"].size(), 1u);
+  EXPECT_EQ(report["verdict"], "the link carries what the camera sends");
+  EXPECT_THAT(RunUlf("devices --check 'sim:studio?width=64&height=48' --seconds 0.5").output,
+              AllOf(HasSubstr("as asked for"), HasSubstr("none lost"), HasSubstr("result")));
+  EXPECT_EQ(RunUlf("devices --seconds 3").exit_code, 2);
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "frames");
+  const auto none = RunUlf("devices --check replay:" + (scratch / "frames").string());
+  EXPECT_NE(none.exit_code, 0);
+}
+
+}  // namespace
+}  // namespace ulf::test
