@@ -40,7 +40,8 @@ struct DeviceInfo {
   std::string serial;
   std::string bus;  // "GigEVision", "USB3Vision", "simulated"; "files" when the camera is unknown
   bool available = true;
-  std::string problem;  // why it cannot be opened and what to do; empty when available
+  std::string problem;      // why it cannot be opened and what to do; empty when available
+  std::string remark = {};  // what slows it though it can be opened, and what to do; mostly empty
 };
 
 enum class DeviceState {

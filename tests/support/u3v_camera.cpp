@@ -137,24 +137,24 @@ Bytes Descriptors(const U3vOptions& options) {
 }
 
 UsbIdentity IdentityOf(const U3vOptions& options) {
-  UsbIdentity identity{.maker = options.maker,
-                       .model = options.model,
-                       .serial = options.serial,
-                       .more_strings = {fmt::format("2676{:08X}", std::hash<std::string>{}(options.serial) &
-                                                                      0xFFFFFFFFu)},
-                       .vendor_id = 0x2676,
-                       .product_id = 0xba02,
-                       .port = options.port,
-                       .megabits = options.megabits,
-                       .klass = 0xEF,
-                       .subclass = 2,
-                       .protocol = 1,
-                       .interfaces = {},
-                       .descriptors = Descriptors(options)};
+  UsbIdentity identity{
+      .maker = options.maker,
+      .model = options.model,
+      .serial = options.serial,
+      .more_strings = {fmt::format("2676{:08X}", std::hash<std::string>{}(options.serial) & 0xFFFFFFFFu)},
+      .vendor_id = 0x2676,
+      .product_id = 0xba02,
+      .port = options.port,
+      .megabits = options.megabits,
+      .klass = 0xEF,
+      .subclass = 2,
+      .protocol = 1,
+      .interfaces = {},
+      .descriptors = Descriptors(options)};
   for (const int protocol : {0, 1, 2})
     if (protocol != 1 || options.event_interface)
-      identity.interfaces.push_back({static_cast<int>(identity.interfaces.size()), kMiscellaneous, kVision,
-                                     protocol});
+      identity.interfaces.push_back(
+          {static_cast<int>(identity.interfaces.size()), kMiscellaneous, kVision, protocol});
   return identity;
 }
 
@@ -182,7 +182,7 @@ struct Command {
 #pragma pack(pop)
 constexpr std::uint32_t kControlMagic = 0x43563355, kLeaderMagic = 0x4C563355, kTrailerMagic = 0x54563355;
 constexpr std::uint16_t kReadMemory = 0x0800, kWriteMemory = 0x0802, kPendingAck = 0x0805;
-constexpr std::uint16_t kSuccess = 0, kInvalidAddress = 0x8003, kBusy = 0x8006;
+constexpr std::uint16_t kSuccess = 0, kInvalidAddress = 0x8003, kAccessDenied = 0x8006;
 constexpr std::uint16_t kPendingMs = 300;
 
 std::uint64_t Nanoseconds() {
@@ -196,7 +196,8 @@ int BitsOf(std::uint32_t pixel_format) { return static_cast<int>((pixel_format >
 }  // namespace
 
 std::size_t EmulatedU3vCamera::ImageBytes(const U3vFrame& frame) {
-  return (std::size_t{frame.width} * frame.height * static_cast<std::size_t>(BitsOf(frame.pixel_format)) + 7) /
+  return (std::size_t{frame.width} * frame.height * static_cast<std::size_t>(BitsOf(frame.pixel_format)) +
+          7) /
          8;
 }
 
@@ -300,8 +301,7 @@ struct EmulatedU3vCamera::State {
     return Word(kChunkMode) != 0 && Word(kChunkEnable + 4 * chunk) != 0;
   }
   U3vFrame FrameNow() const {
-    return {next_id,        Word(kWidth),   Word(kHeight),
-            Word(kOffsetX), Word(kOffsetY), Word(kPixelFormat)};
+    return {next_id, Word(kWidth), Word(kHeight), Word(kOffsetX), Word(kOffsetY), Word(kPixelFormat)};
   }
   void CountPayload() {
     std::size_t bytes = EmulatedU3vCamera::ImageBytes(FrameNow());
@@ -325,7 +325,7 @@ struct EmulatedU3vCamera::State {
     U3vAnswer how = options.answer ? options.answer(address, write) : U3vAnswer::kAnswers;
     if (how == U3vAnswer::kSilent) return;
     Bytes payload;
-    std::uint16_t status = how == U3vAnswer::kRefuses ? kBusy : kSuccess;
+    std::uint16_t status = how == U3vAnswer::kRefuses ? kAccessDenied : kSuccess;
     if (status == kSuccess && write) {
       const std::size_t bytes = data.size() - sizeof(Command) - 8;
       if (address + bytes > kXml)

@@ -51,7 +51,7 @@ struct U3vOptions {
   bool keeps_pace = true;       // frames that the host does not ask for in time are lost; false: they wait
   // The bytes of a frame without padding; else Ramp().
   std::function<Bytes(const U3vFrame&)> render = {};
-  std::function<U3vFate(std::uint64_t id)> fate = {};            // else all arrive
+  std::function<U3vFate(std::uint64_t id)> fate = {};                       // else all arrive
   std::function<U3vAnswer(std::uint64_t address, bool write)> answer = {};  // else all are answered
   // Replaced in the description before it is stored.
   std::map<std::string, std::string> edits = {};

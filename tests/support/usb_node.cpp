@@ -184,7 +184,8 @@ struct UsbNode::State {
         "E: DEVTYPE=usb_device\nE: DRIVER=usb\nE: MAJOR=189\nE: MINOR={3}\nE: PRODUCT={4:x}/{5:x}/100\n"
         "E: SUBSYSTEM=usb\nE: TYPE={6}/{7}/{8}\n"
         "A: bDeviceClass={6:02x}\\n\nA: bDeviceSubClass={7:02x}\\n\nA: bDeviceProtocol={8:02x}\\n\n"
-        "A: idVendor={4:04x}\\n\nA: idProduct={5:04x}\\n\nA: busnum={1}\\n\nA: devnum={2}\\n\nA: speed={9}\\n\n"
+        "A: idVendor={4:04x}\\n\nA: idProduct={5:04x}\\n\nA: busnum={1}\\n\nA: devnum={2}\\n\nA: "
+        "speed={9}\\n\n"
         "A: bConfigurationValue=1\\n\nA: bNumConfigurations=1\\n\nA: manufacturer={10}\\n\n"
         "A: product={11}\\n\nA: serial={12}\\n\nH: descriptors={13}\n\n",
         SysPath(), identity.bus, number, (identity.bus - 1) * 128 + number - 1, identity.vendor_id,

@@ -136,8 +136,9 @@ int Submit(int control, void* argument) {
   const bool is_control = urb->type == USBDEVFS_URB_TYPE_CONTROL;
   const bool to_device =
       is_control ? (static_cast<const unsigned char*>(urb->buffer)[0] & 0x80) == 0 : !(urb->endpoint & 0x80);
-  const std::size_t data =
-      to_device ? static_cast<std::size_t>(urb->buffer_length) : is_control ? std::size_t{8} : std::size_t{0};
+  const std::size_t data = to_device    ? static_cast<std::size_t>(urb->buffer_length)
+                           : is_control ? std::size_t{8}
+                                        : std::size_t{0};
   const usbfs::Urb told{urb->type, urb->endpoint, 0, urb->flags, urb->buffer_length};
   const usbfs::Request request{static_cast<std::uint32_t>(USBDEVFS_SUBMITURB),
                                static_cast<std::uint32_t>(sizeof told + data),
