@@ -183,6 +183,7 @@ struct Command {
 constexpr std::uint32_t kControlMagic = 0x43563355, kLeaderMagic = 0x4C563355, kTrailerMagic = 0x54563355;
 constexpr std::uint16_t kReadMemory = 0x0800, kWriteMemory = 0x0802, kPendingAck = 0x0805;
 constexpr std::uint16_t kSuccess = 0, kInvalidAddress = 0x8003, kAccessDenied = 0x8006;
+constexpr std::uint16_t kDataOverrun = 0xA002;  // of a trailer: a frame that the camera could not hold
 constexpr std::uint16_t kPendingMs = 300;
 
 std::uint64_t Nanoseconds() {
@@ -435,6 +436,7 @@ struct EmulatedU3vCamera::State {
     if (fate == U3vFate::kNoTrailer) return;
     Bytes trailer = Trailer(frame, whole);
     if (fate == U3vFate::kShortTrailer) trailer.resize(4);
+    if (fate == U3vFate::kBadTrailer) PutAt(trailer, 16, kDataOverrun);
     node->Send(kStreamIn, std::move(trailer));
   }
 

@@ -23,6 +23,7 @@ enum class U3vFate {
   kCut,           // the second half of its payload is missing
   kNoTrailer,     // the next frame's leader follows its payload
   kShortTrailer,  // a trailer of four bytes
+  kBadTrailer,    // whose status is an error
   kNoLeader,      // it begins with the payload
   kNoChunks,      // sent without the chunk data that are switched on
 };

@@ -440,6 +440,7 @@ struct UsbNode::State {
     const Wanted wanted{&file, address, static_cast<std::size_t>(urb.length)};
     if (file.memory + urb.length > kMostMemory) return ENOMEM;
     file.memory += urb.length;
+    most_memory = std::max(most_memory, file.memory);
     const Bytes out(data.begin() + sizeof urb, data.end());
     if (urb.type == USBDEVFS_URB_TYPE_CONTROL) {
       Control(wanted, out);
@@ -535,6 +536,7 @@ struct UsbNode::State {
   std::map<std::uint8_t, Endpoint> endpoints;
   std::list<File> files;
   int number = 0, refusal = 0;
+  std::int64_t most_memory = 0;
   bool plugged = false;
 };
 
@@ -600,6 +602,10 @@ bool UsbNode::IsClaimed(int interface) const {
   for (const State::File& file : state_->files)
     if (!file.over && file.claimed.contains(interface)) return true;
   return false;
+}
+std::int64_t UsbNode::MostMemory() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->most_memory;
 }
 std::size_t UsbNode::Opened() const {
   const std::lock_guard lock(state_->mutex);

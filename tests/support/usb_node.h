@@ -65,6 +65,8 @@ class UsbNode {
   bool IsPlugged() const;
   bool IsClaimed(int interface) const;
   std::size_t Opened() const;  // files, now
+  // The most bytes that one program's requests held at once; the kernel grants 16 MB to all together.
+  std::int64_t MostMemory() const;
 
  private:
   struct State;

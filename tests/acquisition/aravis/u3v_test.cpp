@@ -135,6 +135,7 @@ TEST_F(U3v, IsListedAndOpensByEachOfItsNames) {
     EXPECT_EQ(device->Info().model, "Test U3V") << uri;
     EXPECT_EQ(device->Info().bus, "USB3Vision") << uri;
     EXPECT_TRUE(camera.Node().IsClaimed(0) && camera.Node().IsClaimed(2)) << "for control and for streaming";
+    EXPECT_FALSE(camera.Node().IsClaimed(1)) << "for events, which the library does not offer";
   }
   EXPECT_THAT(ErrorOf([] { OpenDriver("aravis:U9"); }), AllOf(HasSubstr("U9"), HasSubstr("U1")));
 }
@@ -148,6 +149,28 @@ TEST_F(U3v, TheCommandListsItAsUsb3Vision) {
   const auto json = nlohmann::json::parse(test::RunUlf("devices --json").output);
   EXPECT_EQ(json["devices"][0]["bus"], "USB3Vision");
   EXPECT_EQ(json["devices"][0]["serial"], "U1");
+}
+
+// In a process of its own, as people use it.
+TEST_F(U3v, TheCommandsShowItsSettingsAndRecordFromIt) {
+  const EmulatedU3vCamera camera;
+  const test::CommandResult features = test::RunUlf("features aravis:U1");
+  EXPECT_EQ(features.exit_code, 0) << features.errors;
+  EXPECT_THAT(features.output, AllOf(HasSubstr("ExposureTime"), HasSubstr("DeviceLinkThroughputLimit")));
+  const test::ScratchFolder folder;
+  const std::string session = folder / "session";
+  const test::CommandResult record =
+      test::RunUlf("record 'aravis:U1?roi=320x240+16+8&fps=50&format=Mono8' --frames 10 -o " + session);
+  EXPECT_EQ(record.exit_code, 0) << record.errors;
+  const auto replay = OpenDevice("replay:" + session);
+  replay->Start();
+  std::size_t frames = 0;
+  while (const auto frame = replay->Next(5s)) {
+    ++frames;
+    const Image expected = Expected(*frame, "Mono8", 320, 240, 16, 8);
+    EXPECT_EQ(cv::norm(frame->image.pixels, expected.pixels, cv::NORM_INF), 0) << frame->id;
+  }
+  EXPECT_EQ(frames, 10u);
 }
 
 TEST_F(U3v, TwoCamerasAreToldApartAndStreamAtOnce) {
@@ -261,6 +284,8 @@ TEST_F(U3v, LargeFramesArriveWholeWithTheirNumbersAndTimes) {
   EXPECT_NEAR((frames.back().device_time_s - frames.front().device_time_s) / periods, 0.025, 0.01);
   device->Stop();
   EXPECT_GT(Transport(*device, "bytes received"), 20.0 * 1280 * 1024);
+  // One transfer at a time, far from the kernel's limit on USB memory.
+  EXPECT_LE(camera.Node().MostMemory(), 2 << 20);
 }
 
 TEST_F(U3v, StopsAndStartsAgain) {
@@ -438,6 +463,8 @@ TEST_F(U3v, DamagedFramesAreCountedAndNeverUsed) {
                           Case{U3vFate::kNoTrailer, "no trailer", true, true, 320, 240},
                           Case{U3vFate::kNoTrailer, "no trailer after two transfers", true, true, 1280, 1024},
                           Case{U3vFate::kShortTrailer, "short trailer", true, false, 320, 240},  // all pixels
+                          // The library does not look at the status.
+                          Case{U3vFate::kBadTrailer, "trailer of an error", true, false, 320, 240},
                           Case{U3vFate::kNoLeader, "no leader", false, false, 320, 240}}) {
     const EmulatedU3vCamera camera(
         {.fate = [&](std::uint64_t id) { return id % 5 == 3 ? one.fate : U3vFate::kArrives; }});
