@@ -166,8 +166,7 @@ constexpr std::uint64_t kHeight = 0x2004, kOffsetX = 0x2008, kOffsetY = 0x200c, 
                         kAcquisition = 0x2018, kTriggerSource = 0x2020, kChunkMode = 0x202c,
                         kChunkEnable = 0x2034, kThroughputMode = 0x2078, kPayload = 0x2080,
                         kSensorWidth = 0x2084, kSensorHeight = 0x2088;
-constexpr int kMostTransfer = 1024;  // of a command and an answer
-constexpr std::uint32_t kAlignmentBits = 10;
+constexpr int kMostTransfer = 1024;       // of a command and an answer
 constexpr double kHighSpeedBytes = 40e6;  // a second, what USB 2 really carries
 // Frames that the camera itself can hold while the host does not ask.
 constexpr std::size_t kOwnMemory = 2, kTransfersOfFrame = 3;
@@ -276,7 +275,7 @@ struct EmulatedU3vCamera::State {
     PutAt(registers, kSbrm + 0x2c, options.event_interface ? kEirm : std::uint64_t{0});
     PutAt(registers, kSbrm + 0x34, std::uint32_t{0x0c});
     PutAt(registers, kSpeed, std::uint32_t{options.megabits >= 5000 ? 8u : 4u});
-    PutAt(registers, kSirm, std::uint32_t{kAlignmentBits << 24});
+    PutAt(registers, kSirm, static_cast<std::uint32_t>(options.alignment_bits) << 24);
     PutAt(registers, kSirm + 0x10, std::uint32_t{1024});
     PutAt(registers, kSirm + 0x14, std::uint32_t{1024});
     PutAt(registers, kSensorWidth, options.sensor_width);
@@ -487,7 +486,7 @@ struct EmulatedU3vCamera::State {
     for (std::size_t chunk = 0; chunk < 4; ++chunk) {
       if (!ChunkIsOn(chunk)) continue;
       if (chunk == 0) Put(bytes, Real(kExposure) + static_cast<double>(frame.id));  // told per frame
-      if (chunk == 1) Put(bytes, Real(kGain));
+      if (chunk == 1) Put(bytes, Real(kGain) + 0.5 * static_cast<double>(frame.id % 4));
       if (chunk == 2) Put(bytes, std::uint64_t{frame.id + 1000});
       if (chunk == 3) Put(bytes, now);
       Put(bytes, static_cast<std::uint32_t>(0x1001 + chunk));

@@ -47,6 +47,7 @@ struct U3vOptions {
   int port = 1;
   int megabits = 5000;  // 480: a port or a cable of USB 2
   std::uint32_t sensor_width = 1280, sensor_height = 1024;
+  int alignment_bits = 10;      // transfers are multiples of 2 to the power of it
   bool zipped = true;           // the description
   bool event_interface = true;  // one for events lies between those for control and streaming
   bool keeps_pace = true;       // frames that the host does not ask for in time are lost; false: they wait

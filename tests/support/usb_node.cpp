@@ -142,6 +142,7 @@ struct UsbNode::State {
     std::set<int> claimed;
     std::int64_t memory = 0;
     std::thread thread;
+    bool gone = false;  // its device was unplugged; a new one in the same place is not its own
     bool over = false;
   };
   struct Wanted {
@@ -235,7 +236,11 @@ struct UsbNode::State {
           Complete(wanted, -ESHUTDOWN, nullptr, 0, 0);
         endpoint.unsent.clear();
       }
-      for (File& file : files) Break(file);
+      for (File& file : files) {
+        Break(file);
+        file.claimed.clear();
+        file.gone = true;
+      }
     }
     changed.notify_all();
     Surroundings& around = Surroundings::Get();
@@ -359,13 +364,13 @@ struct UsbNode::State {
     std::unique_lock lock(mutex);
     if (request.number == static_cast<std::uint32_t>(USBDEVFS_REAPURBNDELAY)) {
       if (file.done.empty()) {
-        reply.error = plugged ? EAGAIN : ENODEV;
+        reply.error = file.gone ? ENODEV : EAGAIN;
         return;
       }
       File::Done done = std::move(file.done.front());
       file.done.pop_front();
       file.memory -= done.memory;
-      if (file.done.empty() && file.ready && plugged) Fill(file);
+      if (file.done.empty() && file.ready && !file.gone) Fill(file);
       reply.urb = done.urb;
       reply.status = done.status;
       reply.actual = done.actual;
@@ -375,7 +380,7 @@ struct UsbNode::State {
       from = done.from;
       return;
     }
-    if (!plugged) {
+    if (!plugged || file.gone) {
       reply.error = ENODEV;
       return;
     }
@@ -502,7 +507,7 @@ struct UsbNode::State {
                                  .from = from,
                                  .bytes = bytes,
                                  .memory = static_cast<std::int64_t>(wanted.length)});
-    if (!wanted.file->ready && plugged) Drain(*wanted.file);
+    if (!wanted.file->ready && !wanted.file->gone && plugged) Drain(*wanted.file);
   }
 
   std::size_t PacketBytes() const { return identity.megabits >= 5000 ? 1024 : 512; }

@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -326,7 +327,7 @@ TEST_F(U3v, ChunkDataReachTheFrames) {
       ASSERT_GE(frame.id, 1000u) << "the camera's own number";
       frame.id -= 1000;
       EXPECT_DOUBLE_EQ(frame.exposure_s, 1e-6 * (3000 + static_cast<double>(frame.id))) << "each its own";
-      EXPECT_NEAR(frame.gain, 10, 1e-9);
+      EXPECT_NEAR(frame.gain, std::pow(10, (20 + 0.5 * static_cast<double>(frame.id % 4)) / 20), 1e-9);
       EXPECT_NEAR(frame.device_time_s, frame.host_time_s, 2);
       const Image expected = Expected(frame, format, 320, 240, 16, 8);
       EXPECT_EQ(cv::norm(frame.image.pixels, expected.pixels, cv::NORM_INF), 0) << format;
@@ -369,6 +370,27 @@ TEST_F(U3v, APulledCableIsKnownAtOnce) {
     EXPECT_LT(SecondsSince(stopped), 2) << "no call waits for a camera that is gone";
     EXPECT_THAT(ErrorOf([&] { device->Start(); }), HasSubstr("open the device again"));
   }
+}
+
+// The library divides by what it reads of the camera when a stream begins, also where it could read nothing.
+TEST_F(U3v, ACableThatIsPulledBeforeTheStreamBeginsIsAnError) {
+  EmulatedU3vCamera camera;
+  const auto opened = OpenDriver(kSmall);
+  camera.Unplug();
+  EXPECT_THAT(ErrorOf([&] { opened->Start(); }), AllOf(HasSubstr("aravis:U1"), HasSubstr("cable")));
+  camera.PlugIn();
+  const auto stopped = OpenDriver(kSmall);
+  stopped->Start();
+  Take(*stopped, 3);
+  stopped->Stop();
+  camera.Unplug();
+  EXPECT_THAT(ErrorOf([&] { stopped->Start(); }), AllOf(HasSubstr("aravis:U1"), HasSubstr("cable")));
+}
+
+TEST_F(U3v, ACameraThatDescribesItsStreamWronglyIsAnError) {
+  const EmulatedU3vCamera camera({.alignment_bits = 31});
+  const auto device = OpenDriver(kSmall);
+  EXPECT_THAT(ErrorOf([&] { device->Start(); }), AllOf(HasSubstr("aravis:U1"), HasSubstr("2^31")));
 }
 
 TEST_F(U3v, PulledOutAndPluggedInAgainItStreamsOnWithItsSettings) {
