@@ -15,6 +15,7 @@
 #include "acquisition/aravis/aravis_frames.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_stream.h"
+#include "acquisition/aravis/aravis_usb.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/device/background_closer.h"
 #include "acquisition/device/frame_id_counter.h"
@@ -50,6 +51,10 @@ class AravisDevice : public Device {
     spdlog::debug("{}: {} {} {}x{} {}, exposure {} s, gain {:.3f}, period {:.4f} s", uri_, info_.maker,
                   info_.model, configured_.width, configured_.height, configured_.format.name,
                   configured_.exposure_s, configured_.gain, configured_.period_s);
+    if (session_->IsUsb())
+      if (const auto place = UsbCameraPlaceOf(info_.maker, info_.serial))
+        if (const std::string slow = SlowUsbText(*place, configured_.payload_bytes); !slow.empty())
+          Say(DeviceEventKind::kNotice, "the camera is " + slow);
     for (const std::string& note : configured_.notes)
       Say(DeviceEventKind::kNotice, fmt::format("the camera {}", note));
   }
@@ -363,6 +368,8 @@ void AravisDevice::ReportOnce() {
 // The library's heartbeat reports a broken control channel up to five seconds later. While no frame comes,
 // this function asks the camera directly, which is sooner: a camera that was restarted has no controller.
 std::optional<std::string> AravisDevice::LossReason(double silence_s) {
+  if (session_->ControlLost() && session_->IsUsb())
+    return "the camera is no longer on the bus: its cable was pulled, or it lost its power";
   if (session_->ControlLost())
     return "the camera no longer answers, or another program took control of it; check power and cable";
   const bool waiting_for_trigger = options_.Triggered() && !trigger_out_;
@@ -371,8 +378,15 @@ std::optional<std::string> AravisDevice::LossReason(double silence_s) {
   const double silent_s = std::max(patience.silent_s, patience.silent_periods * configured_.period_s);
   if (gige_address_.empty()) {
     if (waiting_for_trigger || silence_s < silent_s) return std::nullopt;
-    return fmt::format("no frame for {:.1f} s; check the cable, and whether the camera waits for a trigger",
-                       silence_s);
+    // Opening it anew clears an endpoint that is halted, which the library does not do while it streams.
+    return session_->UsbAnswers()
+               ? fmt::format(
+                     "no frame for {:.1f} s although the camera answers: its stream has stopped; check "
+                     "whether "
+                     "it waits for a trigger, and use a shorter cable or another port if this comes again",
+                     silence_s)
+               : fmt::format("no frame for {:.1f} s, and the camera does not answer; check power and cable",
+                             silence_s);
   }
   if (SecondsSince(asked_control_at_) > (waiting_for_trigger ? patience.ask_idle_s : patience.ask_again_s)) {
     const GigeControl control = AskGigeControl(gige_address_, kAskWhileCapturing);

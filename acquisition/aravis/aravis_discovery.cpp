@@ -1,14 +1,10 @@
 #include "acquisition/aravis/aravis_discovery.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
-#include <filesystem>
-#include <fstream>
 
 #include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/aravis_usb.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "core/base/mutex.h"
 
@@ -63,46 +59,22 @@ std::string GigeProblem(const Discovered& camera) {
          "; check the firewall (UDP port 3956) and the routes to it";
 }
 
-// USB devices of the USB3 Vision class (0xEF, 0x05 on an interface) whose node this user may not open. The
-// library does not list them, because it must open a device to read its name.
+// USB cameras whose node this user may not open. The library does not list them, because it must open a device
+// to read its name.
 std::vector<DeviceInfo> ForbiddenUsbCameras() {
-  namespace fs = std::filesystem;
-  const auto read = [](const fs::path& file) {
-    std::string line;
-    std::getline(std::ifstream(file) >> std::ws, line);
-    return line;
-  };
   std::vector<DeviceInfo> list;
-  std::error_code error;
-  for (const fs::directory_entry& interface : fs::directory_iterator("/sys/bus/usb/devices", error)) {
-    const std::string name = interface.path().filename();
-    const std::size_t colon = name.find(':');
-    if (colon == std::string::npos || read(interface.path() / "bInterfaceClass") != "ef" ||
-        read(interface.path() / "bInterfaceSubClass") != "05" ||
-        read(interface.path() / "bInterfaceProtocol") != "00")
-      continue;
-    const fs::path device = interface.path().parent_path() / name.substr(0, colon);
-    const std::string node =
-        fmt::format("/dev/bus/usb/{:0>3}/{:0>3}", read(device / "busnum"), read(device / "devnum"));
-    const int file = open(node.c_str(), O_RDWR | O_CLOEXEC);
-    const int reason = file >= 0 ? 0 : errno;
-    if (file >= 0) close(file);
-    if (reason != EACCES && reason != EPERM) continue;
-    DeviceInfo info{
-        .uri = "aravis:" + read(device / "serial"),
-        .maker = read(device / "manufacturer"),
-        .model = read(device / "product"),
-        .serial = read(device / "serial"),
-        .bus = "USB3Vision",
-        .available = false,
-        .problem = node +
-                   " may not be opened by this user; install udev/70-ulf-cameras.rules in "
-                   "/etc/udev/rules.d, run 'udevadm control --reload', then plug the camera in again"};
-    const bool known = std::any_of(list.begin(), list.end(), [&](const DeviceInfo& other) {
-      return other.uri == info.uri && other.problem == info.problem;
-    });
-    if (!known) list.push_back(std::move(info));
-  }
+  for (const UsbCameraPlace& place : UsbCameraPlaces())
+    if (place.open_error == EACCES || place.open_error == EPERM)
+      list.push_back({.uri = "aravis:" + place.serial,
+                      .maker = place.maker,
+                      .model = place.model,
+                      .serial = place.serial,
+                      .bus = "USB3Vision",
+                      .available = false,
+                      .problem = place.node +
+                                 " may not be opened by this user; install udev/70-ulf-cameras.rules in "
+                                 "/etc/udev/rules.d, run 'udevadm control --reload', then plug the camera in "
+                                 "again"});
   return list;
 }
 
@@ -151,6 +123,9 @@ std::vector<DeviceInfo> ListAravisDevices() {
       info.problem = GigeProblem(camera);
     }
     info.available = info.problem.empty();
+    if (!camera.IsGige())
+      if (const auto place = UsbCameraPlaceOf(camera.vendor, camera.serial))
+        info.remark = SlowUsbText(*place);
     list.push_back(info);
   }
   for (DeviceInfo& camera : ForbiddenUsbCameras()) list.push_back(std::move(camera));

@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "acquisition/aravis/aravis_usb.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "core/base/mutex.h"
 #include "core/base/stop_signal.h"
@@ -87,9 +88,15 @@ void WaitForControl(const std::string& who, const std::string& address, AravisSe
 std::unique_ptr<AravisSession> AravisSession::Open(const std::string& who, const std::string& open_by,
                                                    Wanted wanted) {
   if (g_hostname_is_ip_address(open_by.c_str())) WaitForControl(who, open_by, wanted);
-  return std::make_unique<AravisSession>(
-      Must(who, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
-           [&](GError** e) { return arv_camera_new(open_by.c_str(), e); }));
+  try {
+    return std::make_unique<AravisSession>(
+        Must(who, "cannot be opened (check power, cable and address; 'ulf devices' lists what answers)",
+             [&](GError** e) { return arv_camera_new(open_by.c_str(), e); }));
+  } catch (const Error& error) {
+    const std::string hint = UsbOpenHint(error.what(), UsbCameraPlaces());
+    if (hint.empty()) throw;
+    throw Error("{}: {}", who, hint);
+  }
 }
 
 AravisSession::AravisSession(ArvCamera* camera) : camera_(camera) {
@@ -117,6 +124,13 @@ bool AravisSession::IsController() const {
 }
 
 std::string AravisSession::WhoControls() const { return ControllerHint(GigeAddress()); }
+
+bool AravisSession::IsUsb() const { return ARV_IS_UV_DEVICE(Device()); }
+
+bool AravisSession::UsbAnswers() const {
+  guint32 version = 0;
+  return Maybe([&](GError** e) { return arv_device_read_register(Device(), 0, &version, e); }, FALSE);
+}
 
 std::string AravisSession::GigeAddress() const {
   if (!ARV_IS_GV_DEVICE(Device())) return "";

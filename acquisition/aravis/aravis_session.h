@@ -46,6 +46,9 @@ class AravisSession {
   std::string WhoControls() const;
   // IPv4; empty for a camera on another bus.
   std::string GigeAddress() const;
+  bool IsUsb() const;
+  // Whether a USB3 Vision camera answers a question; half a second where it does not.
+  bool UsbAnswers() const;
   // Maker, model, serial and bus.
   void Describe(DeviceInfo& info) const;
 

@@ -55,12 +55,32 @@ int SocketAtUdpPort(int port) {
   return -1;
 }
 
+// The library reads these registers without looking whether it got them, and divides by what it read: a camera
+// that is gone by then would end the program.
+void CheckUsbStream(ArvDevice* device, const std::string& who) {
+  constexpr guint64 kSbrmAddress = 0x1d8, kSirmAddressInSbrm = 0x20;
+  constexpr unsigned kMostAlignmentBits = 20;  // the library's transfers have 2^20 bytes
+  const auto read = [&](guint64 address, auto value) {
+    Must(who, "the camera no longer answers; check power and cable",
+         [&](GError** e) { arv_device_read_memory(device, address, sizeof value, &value, e); });
+    return value;
+  };
+  const guint64 sirm = read(read(kSbrmAddress, guint64{0}) + kSirmAddressInSbrm, guint64{0});
+  const unsigned alignment_bits = read(sirm, guint32{0}) >> 24;
+  if (alignment_bits > kMostAlignmentBits)
+    throw Error(
+        "{}: the camera asks for transfers in steps of 2^{} bytes, which cannot be; pull its cable out and "
+        "plug it in again",
+        who, alignment_bits);
+}
+
 }  // namespace
 
 AravisStream::AravisStream(AravisSession& session, const std::string& who, const AravisOptions& options,
                            const AravisConfigured& configured)
     : session_(session), options_(options), configured_(configured), thread_(std::make_shared<Thread>()) {
   thread_->wanted = options.priority;
+  if (session.IsUsb()) CheckUsbStream(session.Device(), who);
   session.TakeStream(Must(who, "stream (does another program control this camera?)", [&](GError** e) {
     return arv_camera_create_stream_full(
         session.Camera(), &AravisStream::OnStream, new std::shared_ptr<Thread>(thread_),

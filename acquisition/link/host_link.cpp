@@ -62,20 +62,9 @@ std::optional<NetworkLink> NetworkLinkTo(const std::string& address) {
   constexpr double kBytesPerMegabit = 1e6 / 8;
   if (const auto speed = FirstOf<double>(folder / "speed"); speed && *speed > 0)
     link.bytes_per_s = kBytesPerMegabit * *speed;
-  link.most_receive_buffer = FirstOf<std::uint64_t>("/proc/sys/net/core/rmem_max");
   return link;
 }
 
-std::optional<UsbLink> UsbLinkOf(const std::string& serial, const std::string& sys) {
-  std::error_code refused;
-  for (const auto& device : fs::directory_iterator(fs::path(sys) / "bus/usb/devices", refused)) {
-    if (FirstOf<std::string>(device.path() / "serial") != serial) continue;
-    UsbLink link{.port = device.path().filename().string()};
-    link.megabits_per_s = FirstOf<double>(device.path() / "speed").value_or(0);
-    link.buffers_mb = FirstOf<int>(fs::path(sys) / "module/usbcore/parameters/usbfs_memory_mb");
-    return link;
-  }
-  return std::nullopt;
-}
+std::optional<int> UsbMemoryMb() { return FirstOf<int>("/sys/module/usbcore/parameters/usbfs_memory_mb"); }
 
 }  // namespace ulf::acquisition

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "acquisition/aravis/aravis_usb.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -100,29 +101,20 @@ void DescribeNetwork(const Streamed& streamed, LinkReport& report) {
 }
 
 void DescribeUsb(const Streamed& streamed, LinkReport& report) {
-  const auto link = UsbLinkOf(streamed.camera.serial);
-  if (!link) return;
-  constexpr double kSuperSpeed = 5000;
-  report.facts.push_back(
-      {"port", fmt::format("{} at {:g} Mbit/s", link->port, link->megabits_per_s),
-       link->megabits_per_s < kSuperSpeed
-           ? "a USB 2 port, cable or hub: plug it into a USB 3 port (blue, or SS) by a USB 3 cable"
-           : ""});
-  // What is left of the raw rate after coding and protocol; measured by others, rounded down.
-  constexpr double kUsb2BytesPerMegabit = 80e3, kUsb3BytesPerMegabit = 76e3;
-  if (report.payload_bytes > 0)
-    report.most_fps = link->megabits_per_s *
-                      (link->megabits_per_s < kSuperSpeed ? kUsb2BytesPerMegabit : kUsb3BytesPerMegabit) /
-                      report.payload_bytes;
-  const double buffers = TransportValue(streamed.statistics, "buffers").value_or(0);
-  const double needed_mb = 1e-6 * buffers * report.payload_bytes;
-  if (link->buffers_mb)
+  const auto place = UsbCameraPlaceOf(streamed.camera.maker, streamed.camera.serial);
+  if (place) {
     report.facts.push_back(
-        {"USB memory",
-         fmt::format("{} MB for all programs, {:.0f} MB of buffers here", *link->buffers_mb, needed_mb),
-         *link->buffers_mb > 0 && needed_mb > *link->buffers_mb
-             ? "'echo 1000 > /sys/module/usbcore/parameters/usbfs_memory_mb' as root"
-             : ""});
+        {"port", fmt::format("{} at {} Mbit/s", place->port, place->megabits), SlowUsbText(*place)});
+    if (report.payload_bytes > 0 && place->megabits > 0)
+      report.most_fps = UsbBytesPerSecond(place->megabits) / report.payload_bytes;
+  }
+  const std::optional<int> memory_mb = UsbMemoryMb();
+  if (!memory_mb) return;
+  report.facts.push_back({"USB memory", fmt::format("{} MB for all programs together", *memory_mb),
+                          *memory_mb > 0
+                              ? "where several cameras stream: 'echo 1000 > "
+                                "/sys/module/usbcore/parameters/usbfs_memory_mb' as root (udev/README.md)"
+                              : ""});
 }
 
 // Others on the same wire share it.

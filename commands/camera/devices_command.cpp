@@ -43,10 +43,16 @@ void PrintJson(const std::vector<acquisition::DeviceInfo>& devices) {
                     {"serial", info.serial},
                     {"bus", info.bus},
                     {"available", info.available},
-                    {"problem", info.problem}});
+                    {"problem", info.problem},
+                    {"remark", info.remark}});
   nlohmann::ordered_json json{{"devices", list}};
   if (const auto hint = UdevHint(devices)) json["hint"] = *hint;
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+std::string StateText(const acquisition::DeviceInfo& info) {
+  if (!info.available) return "not available: " + info.problem;
+  return info.remark.empty() ? "ready" : "ready, but " + info.remark;
 }
 
 void PrintTable(const std::vector<acquisition::DeviceInfo>& devices) {
@@ -62,7 +68,7 @@ void PrintTable(const std::vector<acquisition::DeviceInfo>& devices) {
   fmt::print("{:<{}}  {:<{}}  {:<{}}  STATE\n", "URI", uri_width, "CAMERA", camera_width, "BUS", bus_width);
   for (const acquisition::DeviceInfo& info : devices)
     fmt::print("{:<{}}  {:<{}}  {:<{}}  {}\n", info.uri, uri_width, camera_of(info), camera_width, info.bus,
-               bus_width, info.available ? "ready" : "not available: " + info.problem);
+               bus_width, StateText(info));
   if (!HasRealCamera(devices))
     fmt::print(
         "No real camera answers: searched for GigE Vision on every network, USB3 Vision, tethered cameras "

@@ -96,25 +96,11 @@ TEST(LinkRate, CountsHeadersAndGaps) {
   EXPECT_EQ(acquisition::MostGigeFps(125e6, 640 * 480, 20), 0);
 }
 
-TEST(HostLink, FindsTheUsbPortOfASerialNumber) {
-  const ScratchFolder scratch;
-  const auto add = [&](const std::string& port, const std::string& serial, const std::string& speed) {
-    const fs::path folder = scratch / "bus/usb/devices" / port;
-    fs::create_directories(folder);
-    std::ofstream(folder / "serial") << serial << "\n";
-    std::ofstream(folder / "speed") << speed << "\n";
-  };
-  add("1-2", "S17", "480");
-  add("2-1.4", "S18", "5000");
-  fs::create_directories(scratch / "module/usbcore/parameters");
-  std::ofstream(scratch / "module/usbcore/parameters/usbfs_memory_mb") << "16\n";
-  const std::string sys = scratch.path().string();
-  ASSERT_TRUE(acquisition::UsbLinkOf("S18", sys));
-  EXPECT_EQ(acquisition::UsbLinkOf("S18", sys)->port, "2-1.4");
-  EXPECT_EQ(acquisition::UsbLinkOf("S17", sys)->megabits_per_s, 480);
-  EXPECT_EQ(acquisition::UsbLinkOf("S17", sys)->buffers_mb, 16);
-  EXPECT_FALSE(acquisition::UsbLinkOf("S1", sys));
+TEST(HostLink, IsFoundByTheAddressAlone) {
   EXPECT_FALSE(acquisition::NetworkLinkTo("no address"));
+  ASSERT_TRUE(acquisition::NetworkLinkTo("127.0.0.1"));
+  EXPECT_EQ(acquisition::NetworkLinkTo("127.0.0.1")->interface, "lo");
+  EXPECT_FALSE(acquisition::NetworkLinkTo("127.0.0.1")->bytes_per_s) << "it has no wire";
 }
 
 TEST(DevicesCheck, TheCommandSaysWhetherTheLinkHolds) {

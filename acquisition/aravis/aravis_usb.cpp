@@ -1,0 +1,111 @@
+#include "acquisition/aravis/aravis_usb.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "acquisition/device/file_holders.h"
+
+namespace ulf::acquisition {
+namespace {
+
+// USB 2 signals 480 Mbit/s; of bulk data it carries at most 13 packets of 512 bytes in each 125 us, which is
+// 53 MB/s, and controllers reach some 40. USB 3's first speed, 5 Gbit/s, carries some 400.
+constexpr int kSuperSpeed = 5000;
+constexpr double kHighSpeedBytes = 40e6, kSuperSpeedBytes = 400e6;
+
+std::string Line(const std::filesystem::path& file) {
+  std::string line;
+  std::getline(std::ifstream(file) >> std::ws, line);
+  return line;
+}
+
+int OpenError(const std::string& node) {
+  const int file = open(node.c_str(), O_RDWR | O_CLOEXEC);
+  if (file < 0) return errno;
+  close(file);
+  return 0;
+}
+
+}  // namespace
+
+std::vector<UsbCameraPlace> UsbCameraPlaces(const std::string& sysfs) {
+  namespace fs = std::filesystem;
+  std::vector<UsbCameraPlace> places;
+  std::set<std::string> seen;
+  std::error_code error;
+  for (const fs::directory_entry& interface : fs::directory_iterator(sysfs, error)) {
+    const std::string name = interface.path().filename();
+    const std::size_t colon = name.find(':');
+    if (colon == std::string::npos || Line(interface.path() / "bInterfaceClass") != "ef" ||
+        Line(interface.path() / "bInterfaceSubClass") != "05" ||
+        Line(interface.path() / "bInterfaceProtocol") != "00")
+      continue;
+    const std::string port = name.substr(0, colon);
+    if (!seen.insert(port).second) continue;
+    const fs::path device = interface.path().parent_path() / port;
+    UsbCameraPlace place{
+        .maker = Line(device / "manufacturer"),
+        .model = Line(device / "product"),
+        .serial = Line(device / "serial"),
+        .node = fmt::format("/dev/bus/usb/{:0>3}/{:0>3}", Line(device / "busnum"), Line(device / "devnum")),
+        .port = port};
+    const std::string speed = Line(device / "speed");
+    std::from_chars(speed.data(), speed.data() + speed.size(), place.megabits);
+    place.open_error = OpenError(place.node);
+    places.push_back(std::move(place));
+  }
+  std::sort(places.begin(), places.end(),
+            [](const UsbCameraPlace& a, const UsbCameraPlace& b) { return a.port < b.port; });
+  return places;
+}
+
+std::optional<UsbCameraPlace> UsbCameraPlaceOf(const std::string& maker, const std::string& serial) {
+  std::optional<UsbCameraPlace> found;
+  for (UsbCameraPlace& place : UsbCameraPlaces()) {
+    if (place.serial != serial || place.maker != maker) continue;
+    if (found) return std::nullopt;
+    found = std::move(place);
+  }
+  return found;
+}
+
+double UsbBytesPerSecond(int megabits) {
+  if (megabits <= 0) return 0;
+  return megabits < kSuperSpeed ? kHighSpeedBytes * megabits / 480
+                                : kSuperSpeedBytes * megabits / kSuperSpeed;
+}
+
+std::string SlowUsbText(const UsbCameraPlace& place, std::size_t payload_bytes) {
+  if (place.megabits <= 0 || place.megabits >= kSuperSpeed) return "";
+  const double bytes = UsbBytesPerSecond(place.megabits);
+  const std::string frames = payload_bytes > 0 ? fmt::format(", {:.3g} frames of this size",
+                                                             bytes / static_cast<double>(payload_bytes))
+                                               : "";
+  return fmt::format(
+      "connected at the speed of USB 2 ({} Mbit/s, port {}), which carries about {:.0f} MB a second{}; use a "
+      "USB 3 port (blue, or marked SS) and a short USB 3 cable, without a USB 2 hub between",
+      place.megabits, place.port, 1e-6 * bytes, frames);
+}
+
+std::string UsbOpenHint(const std::string& reason, const std::vector<UsbCameraPlace>& places) {
+  if (reason.find("LIBUSB_ERROR_BUSY") != std::string::npos) {
+    std::string who;
+    for (const UsbCameraPlace& place : places)
+      for (const std::string& holder : ProgramsHolding(place.node))
+        who += fmt::format("{}{}", who.empty() ? ": " : ", ", holder);
+    return fmt::format("another program uses this camera{}; close it, then try again", who);
+  }
+  if (reason.find("bootstrap") != std::string::npos)
+    return "the camera is on the bus, but answers no request: pull its cable out and plug it in again";
+  return "";
+}
+
+}  // namespace ulf::acquisition
