@@ -9,9 +9,9 @@ namespace ulf::acquisition {
 
 struct NetworkLink {
   std::string interface;
-  int mtu = 0;                        // bytes; 0: not known
-  std::optional<double> bytes_per_s;  // of the wire; none: the system does not tell (a virtual interface)
-  std::optional<std::uint64_t> most_receive_buffer;  // net.core.rmem_max, bytes
+  int mtu = 0;  // bytes; 0: not known
+  std::optional<double> bytes_per_s =
+      {};  // of the wire; none: the system does not tell (a virtual interface)
 };
 
 // The way to an IPv4 address as the kernel routes it; none where there is no route.

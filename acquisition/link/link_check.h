@@ -14,13 +14,15 @@
 namespace ulf::acquisition {
 
 struct LinkCheckOptions {
-  double seconds = 5;  // of each trial
+  double seconds = 5;          // of each trial
+  double confirmed_times = 3;  // so much longer, what held must hold once more. Guessed
+  double first_frame_s = 10;   // that a camera may take to begin. Guessed
   // Bytes a packet, tried in this order where frames are lost and they are smaller than what the camera sends: what fits
   // through jumbo frames, Ethernet, tunnels, and any network (RFC 791).
   std::vector<int> packet_sizes = {8000, 4000, 1500, 1400, 576};
-  // Of what arrived whole, what is tried next: a link that is full loses a part of every frame. Guessed.
+  // Of the rate that came, whole or not, what is tried next, and so on; so often. Guessed.
   double rate_share = 0.8;
-  int most_rates = 6;
+  int most_rates = 8;
   std::function<bool()> stop = {};  // asked between frames
   std::function<void(const std::string&)> say = {};
 };
@@ -29,10 +31,14 @@ struct LinkCheckOptions {
 struct LinkTrial {
   std::string settings;  // beside those asked for, as in a URI: "packet_size=1400"; empty: as asked for
   double seconds = 0;
-  double fps = 0;  // that came, whole or not
+  double asked_fps = 0;  // by the URI; 0: by nobody
+  double fps = 0;        // that came, whole or not
   std::uint64_t whole = 0, incomplete = 0, missing = 0;
   double resent_packets = 0;
   bool LostFrames() const { return incomplete + missing > 0 || whole == 0; }
+  // Fewer frames than asked for: a sender that waits for its link loses none. The share is guessed.
+  bool TooSlow() const { return fps < 0.9 * asked_fps; }
+  bool Held() const { return !LostFrames() && !TooSlow(); }
 };
 
 // One thing about the link, for people; `advice` where it is not as it should be.
@@ -48,7 +54,7 @@ struct LinkReport {
   std::optional<double> most_fps;  // that the link's speed allows, by its own figures
   std::optional<std::string>
       remedy;  // settings with which no frame was lost; none: none is needed, or none helped
-  bool Holds() const { return !trials.empty() && !trials.back().LostFrames(); }
+  bool Holds() const { return !trials.empty() && trials.back().Held(); }
 };
 
 // The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.

@@ -82,7 +82,8 @@ std::string TrialInWords(const acquisition::LinkTrial& trial) {
                                  ? fmt::format("{} whole, {} incomplete, {} missing",
                                                Counted(trial.whole, "frame"), trial.incomplete, trial.missing)
                                  : fmt::format("{}, none lost", Counted(trial.whole, "frame"));
-  return fmt::format("{:.1f} s at {:.1f} frames a second: {}{}", trial.seconds, trial.fps, counts,
+  return fmt::format("{:.1f} s at {:.1f} frames a second{}: {}{}", trial.seconds, trial.fps,
+                     trial.TooSlow() ? fmt::format(", {:g} asked for", trial.asked_fps) : "", counts,
                      trial.resent_packets > 0
                          ? fmt::format(", {} sent again",
                                        Counted(static_cast<std::uint64_t>(trial.resent_packets), "packet"))
@@ -95,9 +96,13 @@ std::string Verdict(const acquisition::LinkReport& report) {
   if (report.Holds()) return "the link carries what the camera sends";
   if (report.trials.front().whole + report.trials.front().incomplete + report.trials.front().missing == 0)
     return "no frame came: does the camera wait for a trigger, or a firewall keep its packets out?";
+  if (!report.trials.front().LostFrames())
+    return "the camera does not send as many frames as asked for: a long exposure, its own limits or the "
+           "link hold it "
+           "back";
   return "frames are lost with every setting that was tried: check cables, plugs and switches, and what else "
          "uses "
-         "the link";
+         "the link; where a switch cannot hold a whole frame, packet_delay_ns spreads its packets";
 }
 
 void PrintLink(const acquisition::LinkReport& report) {
