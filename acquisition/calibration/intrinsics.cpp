@@ -184,6 +184,15 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
   if (args.focal_px) {
     if (!(*args.focal_px > 0) || !std::isfinite(*args.focal_px))
       throw UsageError("--focal-px {}: the focal length must be positive", *args.focal_px);
+    // From wider than any lens without a fisheye's projection to longer than any telescope on a small sensor.
+    constexpr double kShortest = 0.1, kLongest = 50;
+    const double longer_side = std::max(width, height);
+    if (*args.focal_px < kShortest * longer_side || *args.focal_px > kLongest * longer_side)
+      throw UsageError(
+          "--focal-px {:g}: no lens has that with pictures of {}x{}; give the focal length in pixels of "
+          "these "
+          "pictures (width in pixels x focal length / sensor width)",
+          *args.focal_px, width, height);
     return {.camera = CameraModel::Pinhole(width, height, *args.focal_px),
             .flat_field = {},
             .source = kFocalLengthGiven,

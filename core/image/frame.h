@@ -33,13 +33,14 @@ struct Frame {
   double gain = 1;         // linear: 10^(dB/20)
   double black_level = 0;  // as a share of full scale
   std::optional<double> f_number;
+  std::optional<double> focal_mm;  // of the lens
   FrameStatus status = FrameStatus::kComplete;
   FrameKind kind = FrameKind::kLive;
   // Of a photograph: the time on the device's clock at which the program released the shutter; none: it was
   // released on the camera.
   std::optional<double> requested_s;
   std::optional<EncodedImage> encoded;  // the file behind `image`, where there is one
-  std::optional<EncodedImage> raw;      // the raw file beside it, which this program does not decode
+  std::optional<EncodedImage> raw;      // the raw file beside it, or alone: then `image` is its light
   // The pose where it is known without tracking: from the simulator or a replayed light field. The tracker
   // never uses it.
   std::optional<Rigid3> known_cam_from_world;

@@ -14,6 +14,7 @@
 #include "core/base/lowercase.h"
 #include "core/image/exr_file.h"
 #include "core/image/image_header.h"
+#include "core/image/raw_file.h"
 
 namespace ulf {
 namespace {
@@ -202,7 +203,7 @@ bool ImageFileIsWhole(const std::string& path) {
 bool HasImageEnding(const std::filesystem::path& path) {
   static const std::set<std::string> kEndings = {".png",  ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
                                                  ".webp", ".exr", ".ppm",  ".pgm", ".hdr"};
-  return kEndings.contains(Lowercase(path.extension().string()));
+  return kEndings.contains(Lowercase(path.extension().string())) || IsRawFile(path);
 }
 
 std::string PngBytes(const cv::Mat& pixels) {
@@ -250,15 +251,20 @@ cv::Mat Decoded(const std::string& path) {
 
 cv::Mat ReadImageFile(const std::string& path) {
   RequireWholeFile(path);
+  if (IsRawFile(path)) return ReadRawFile(path);
   if (path.ends_with(".exr")) return ReadExr(path);
   cv::Mat pixels = Decoded(path);
   if (pixels.channels() == 4) cv::cvtColor(pixels, pixels, cv::COLOR_BGRA2BGR);
   return pixels;
 }
 
+Transfer TransferOfFile(const std::filesystem::path& path) {
+  return path.extension() == ".exr" || IsRawFile(path) ? Transfer::kLinear : Transfer::kSrgb;
+}
+
 cv::Mat ReadAlpha(const std::string& path) {
   RequireWholeFile(path);
-  if (path.ends_with(".exr")) return {};
+  if (path.ends_with(".exr") || IsRawFile(path)) return {};
   const cv::Mat pixels = Decoded(path);
   cv::Mat alpha;
   if (pixels.channels() != 4) {

@@ -54,8 +54,10 @@ float LinearFromSrgb(float srgb);
 const std::array<float, 256>& LinearFromSrgb8();  // for every 8-bit value
 
 // Reads an image file without conversion (8 or 16 bits or float, colour or grey; alpha is dropped, Exif
-// orientation ignored). Throws Error naming the file when it is missing, truncated or not an image.
+// orientation ignored); a camera's raw file as raw_file.h reads it. Throws Error naming the file when it is missing, truncated or not an image.
 cv::Mat ReadImageFile(const std::string& path);
+// How the numbers of such a file relate to light, by the ending of its name: linear in EXR and raw files.
+Transfer TransferOfFile(const std::filesystem::path& path);
 
 // The alpha channel of an image file, CV_8UC1: 255 where a pixel is at least half opaque, else 0. Empty where
 // the file has none. Throws as ReadImageFile() does.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/image/image.h"
+#include "core/image/raw_file.h"
 
 namespace ulf {
 namespace {
@@ -114,7 +115,7 @@ cv::Size ReadImageSize(const std::string& path) {
   if (const auto header = ReadImageHeader(path);
       header && header->width <= kMostPx && header->height <= kMostPx)
     return {static_cast<int>(header->width), static_cast<int>(header->height)};
-  return ReadImageFile(path).size();
+  return IsRawFile(path) ? ReadRawFacts(path).size : ReadImageFile(path).size();
 }
 
 }  // namespace ulf

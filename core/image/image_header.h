@@ -27,7 +27,8 @@ struct ImageHeader {
 // None for other kinds of files and for truncated headers.
 std::optional<ImageHeader> ReadImageHeader(const std::string& path);
 
-// Width and height of any picture that ulf reads; other kinds are decoded for it. Throws Error as ReadImageFile().
+// Width and height of any picture that ulf reads; of a raw file as the camera crops it (raw_file.h); other kinds are
+// decoded for it. Throws Error as ReadImageFile().
 cv::Size ReadImageSize(const std::string& path);
 
 }  // namespace ulf

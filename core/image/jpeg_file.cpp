@@ -57,6 +57,7 @@ ExifFacts ReadExif(const std::string& jpeg) {
   facts.exposure_s = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_EXPOSURE_TIME));
   facts.f_number = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FNUMBER));
   facts.iso = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_ISO_SPEED_RATINGS));
+  facts.focal_mm = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH));
   facts.focal_35mm = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM));
   if (const auto orientation = Positive(Number(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION)))
     facts.orientation = static_cast<int>(*orientation);

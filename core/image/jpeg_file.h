@@ -11,6 +11,7 @@ struct ExifFacts {
   std::optional<double> exposure_s;
   std::optional<double> f_number;
   std::optional<double> iso;
+  std::optional<double> focal_mm;    // of the lens itself
   std::optional<double> focal_35mm;  // of a lens with the same field of view on 36 x 24 mm
   int orientation = 1;               // Exif's; 1: not rotated
 };

@@ -49,7 +49,7 @@ std::size_t MakeMissingPictures(const LightField& light_field) {
       spdlog::info("{}: making the photographs of images/ that are still missing from their masters",
                    light_field.root.string());
     try {
-      WritePictureFromMaster(light_field.root, view);
+      WritePictureFromMaster(light_field.root, view, SizeOf(light_field.CameraOf(view)));
     } catch (const DiskFullError& error) {
       spdlog::warn("{}; photographs missing in images/ are read from masters/", error.what());
       full = true;

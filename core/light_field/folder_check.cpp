@@ -247,7 +247,8 @@ void CheckPicture(const LightField& light_field, const View& view, PictureCheck&
       check.damaged.insert(view.id);
     return;
   }
-  const cv::Mat made = PixelsOrNone([&] { return PictureFromMaster(light_field.root, view).pixels; });
+  const cv::Mat made =
+      PixelsOrNone([&] { return PictureFromMaster(light_field.root, view, SizeOf(camera)).pixels; });
   const cv::Mat stored = PixelsOrNone(
       [&] { return Srgb8({.pixels = ReadImageFile(path.string()), .transfer = Transfer::kSrgb}); });
   if (made.empty()) check.damaged_masters.insert(view.id);

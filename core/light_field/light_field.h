@@ -56,7 +56,8 @@ struct View {
   double gain = 1;        // linear
   double black_level = 0;
   std::optional<double> f_number;
-  double tracking_quality = 1;  // 0 to 1
+  std::optional<double> focal_mm;  // of the lens, as the camera told it
+  double tracking_quality = 1;     // 0 to 1
   // Where a rolling shutter was compensated: the camera's velocity while the rows were read, in the frame of its middle
   // row: rotation (rad/s), then translation (world units/s).
   std::optional<std::array<double, 6>> twist;

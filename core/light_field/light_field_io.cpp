@@ -137,6 +137,7 @@ LightField ReadForeignSet(const fs::path& transforms) {
 // What a frame says of itself.
 void NoteFrame(const Frame& frame, View& view) {
   view.f_number = frame.f_number;
+  view.focal_mm = frame.focal_mm;
   view.device_time_s = frame.device_time_s;
   view.host_time_s = frame.host_time_s;
   view.exposure_s = frame.exposure_s;
@@ -417,7 +418,8 @@ void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
     throw Error("{}: there is no view {} to remove", light_field.root.string(), view_id);
   bool has_picture = true;
   try {
-    if (PictureFollowsFromMaster(*view)) WritePictureFromMaster(light_field.root, *view);
+    if (PictureFollowsFromMaster(*view))
+      WritePictureFromMaster(light_field.root, *view, SizeOf(light_field.CameraOf(*view)));
   } catch (const DiskFullError&) {
     throw;  // the caller tries again when there is room
   } catch (const Error& error) {

@@ -49,7 +49,8 @@ bool HasMask(const LightField& light_field, const View& view);
 cv::Mat ReadViewMask(const LightField& light_field, const View& view);
 
 // The view's master with its transfer and mosaic, or the photograph if there is no master; the black level is
-// in the view. Throws Error as ReadViewImage does, and for a master that only a raw converter reads.
+// in the view. A camera's raw file is developed (core/image/raw_file.h), cropped to the camera model's size. Throws
+// Error as ReadViewImage does.
 Image ReadViewMaster(const LightField& light_field, const View& view);
 
 // Whether the view has more than 8 bits: a master that ulf reads, or a photograph in EXR or of 16 bits.

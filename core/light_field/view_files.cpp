@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/image/raw_file.h"
 #include "core/image/tiff_file.h"
 
 namespace ulf {
@@ -55,29 +56,39 @@ ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pict
     files.master_mosaic = master.mosaic;
   }
   files.image_extension = own ? own->extension : kPng;
-  if (own)
+  if (own) {
     files.image = FileOf(*own);
-  else if (pictures == MakePictures::kNow || !files.master_transfer)
+  } else if (frame.raw) {  // developed for following alone: the photograph is made from the file
+    const std::string name = "the photograph's raw file (" + frame.raw->extension + ")";
+    if (pictures == MakePictures::kNow)
+      files.image = Png(Srgb8({.pixels = DecodeRaw(*frame.raw->bytes, name, RawQuality::kBest).light,
+                               .transfer = Transfer::kLinear}));
+  } else if (pictures == MakePictures::kNow || !files.master_transfer) {
     files.image = Png(Srgb8(frame.image));
+  }
   return files;
 }
 
 bool PictureFollowsFromMaster(const View& view) {
-  return view.master_transfer && fs::path(view.master_path).extension() == kTiff &&
+  const fs::path master = view.master_path;
+  return (IsRawFile(master) || (view.master_transfer && master.extension() == kTiff)) &&
          fs::path(view.image_path).extension() == kPng;
 }
 
-Image PictureFromMaster(const fs::path& root, const View& view) {
-  const Image master{ReadImageFile((root / view.master_path).string()), *view.master_transfer,
-                     view.master_mosaic};
+Image PictureFromMaster(const fs::path& root, const View& view, std::optional<cv::Size> size) {
+  const std::string path = (root / view.master_path).string();
+  if (IsRawFile(path))
+    return {.pixels = Srgb8({.pixels = ReadRawFile(path, size), .transfer = Transfer::kLinear}),
+            .transfer = Transfer::kSrgb};
+  const Image master{ReadImageFile(path), *view.master_transfer, view.master_mosaic};
   return {.pixels = Srgb8(master), .transfer = Transfer::kSrgb};
 }
 
-void WritePictureFromMaster(const fs::path& root, const View& view) {
+void WritePictureFromMaster(const fs::path& root, const View& view, std::optional<cv::Size> size) {
   const fs::path path = root / view.image_path;
   if (fs::exists(path)) return;
   FileBatch batch;
-  batch.Write(path, Png(PictureFromMaster(root, view).pixels).content);
+  batch.Write(path, Png(PictureFromMaster(root, view, size).pixels).content);
   batch.Commit();
 }
 

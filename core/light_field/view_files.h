@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 
@@ -23,7 +24,7 @@ struct ViewFiles {
   std::optional<ViewFile> image;
   std::string image_extension;
   std::optional<ViewFile> master;
-  std::optional<Transfer> master_transfer;  // none: no master, or one that only a raw converter reads
+  std::optional<Transfer> master_transfer;  // none: no master, or a camera's raw file
   Mosaic master_mosaic = Mosaic::kNone;
 };
 
@@ -32,14 +33,19 @@ struct ViewFiles {
 enum class MakePictures { kNow, kLater };
 
 // The master of a mosaic is the mosaic itself with `keep_mosaics`, else demosaicked 16-bit linear colours. A
-// camera's own JPEG is kept byte for byte. Throws Error for a frame without pixels and without a file.
+// camera's own JPEG is kept byte for byte; where a raw file came without one the photograph is made from it. Throws Error for a frame without pixels and without a file.
 ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures);
 
 // Whether the photograph can be made from the master.
 bool PictureFollowsFromMaster(const View& view);
-// The photograph in images/ as made from the master. Throws Error when the master is missing or truncated.
-Image PictureFromMaster(const std::filesystem::path& root, const View& view);
+// The photograph in images/ as made from the master. `size`: what a raw file is cropped to, the camera model's; none: as
+// the camera crops it. Throws Error when the master is missing or truncated.
+Image PictureFromMaster(const std::filesystem::path& root, const View& view,
+                        std::optional<cv::Size> size = std::nullopt);
 // Writes the photograph if it is missing. Throws DiskFullError, Error.
-void WritePictureFromMaster(const std::filesystem::path& root, const View& view);
+void WritePictureFromMaster(const std::filesystem::path& root, const View& view,
+                            std::optional<cv::Size> size = std::nullopt);
+
+inline cv::Size SizeOf(const CameraModel& camera) { return {camera.width, camera.height}; }
 
 }  // namespace ulf

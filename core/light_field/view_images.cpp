@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/image/image_header.h"
+#include "core/image/raw_file.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/view_files.h"
 
@@ -19,16 +20,17 @@ void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path
                 path.string(), image.width(), image.height(), camera.width, camera.height);
 }
 
-Transfer TransferOf(const fs::path& image) {
-  return image.extension() == ".exr" ? Transfer::kLinear : Transfer::kSrgb;
+// A photograph or a master; a raw file is cropped to the camera's size.
+cv::Mat ReadPixels(const CameraModel& camera, const fs::path& path) {
+  return IsRawFile(path) ? ReadRawFile(path.string(), SizeOf(camera)) : ReadImageFile(path.string());
 }
 
-// False for a camera's raw file, which only a raw converter reads.
 bool HasReadableMaster(const LightField& light_field, const View& view) {
   const fs::path master = view.master_path;
   const std::string ending = master.extension().string();
   return !master.empty() &&
-         (view.master_transfer || ending == ".exr" || ending == ".png" || ending == ".tif") &&
+         (view.master_transfer || IsRawFile(master) || ending == ".exr" || ending == ".png" ||
+          ending == ".tif") &&
          fs::is_regular_file(light_field.root / master);
 }
 
@@ -48,21 +50,23 @@ bool HasAlpha(const fs::path& image) {
 Image ReadRecordedImage(const LightField& light_field, const View& view) {
   const bool from_master = PictureFollowsFromMaster(view) && !fs::exists(light_field.root / view.image_path);
   const fs::path path = light_field.root / (from_master ? view.master_path : view.image_path);
-  const Image image = from_master ? PictureFromMaster(light_field.root, view)
-                                  : Image{ReadImageFile(path.string()), TransferOf(path)};
-  RequireSizeOf(light_field.CameraOf(view), image, path);
+  const CameraModel& camera = light_field.CameraOf(view);
+  const Image image = from_master ? PictureFromMaster(light_field.root, view, SizeOf(camera))
+                                  : Image{ReadPixels(camera, path), TransferOfFile(path)};
+  RequireSizeOf(camera, image, path);
   return image;
 }
 
 Image ReadViewMaster(const LightField& light_field, const View& view) {
   if (view.master_path.empty()) return ReadRecordedImage(light_field, view);
   const fs::path path = light_field.root / view.master_path;
-  Image image{ReadImageFile(path.string()), view.master_transfer.value_or(TransferOf(path)),
+  const CameraModel& camera = light_field.CameraOf(view);
+  Image image{ReadPixels(camera, path), view.master_transfer.value_or(TransferOfFile(path)),
               view.master_mosaic};
   if (image.mosaic != Mosaic::kNone && image.pixels.channels() != 1)
     throw Error("{}: the journal calls it a {} mosaic, but it has {} channels; restore it", path.string(),
                 Name(image.mosaic), image.pixels.channels());
-  RequireSizeOf(light_field.CameraOf(view), image, path);
+  RequireSizeOf(camera, image, path);
   return image;
 }
 
@@ -70,7 +74,7 @@ bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
   if (HasReadableMaster(light_field, view)) return true;
   const fs::path path = light_field.root / view.image_path;
   const auto header = ReadImageHeader(path.string());
-  return TransferOf(path) == Transfer::kLinear || (header && header->bits > 8);
+  return TransferOfFile(path) == Transfer::kLinear || (header && header->bits > 8);
 }
 
 // The photograph stands in for a damaged master, as for a missing one.

@@ -19,6 +19,7 @@ nlohmann::json PhotographToJson(const View& view) {
     keys["master_transfer"] = *view.master_transfer == Transfer::kLinear ? "linear" : "srgb";
   if (view.master_mosaic != Mosaic::kNone) keys["master_mosaic"] = Name(view.master_mosaic);
   if (view.f_number) keys["f_number"] = *view.f_number;
+  if (view.focal_mm) keys["focal_mm"] = *view.focal_mm;
   return keys;
 }
 
@@ -67,6 +68,7 @@ void ReadPhotographJson(const JsonPlace& place, View& view) {
   view.gain = place.Number("gain", 1);
   view.black_level = place.Number("black_level", 0);
   if (place.Has("f_number")) view.f_number = place.Number("f_number");
+  if (place.Has("focal_mm")) view.focal_mm = place.Number("focal_mm");
 }
 
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {

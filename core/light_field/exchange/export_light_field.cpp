@@ -13,6 +13,7 @@
 #include "core/base/lowercase.h"
 #include "core/base/parallel_for.h"
 #include "core/image/exr_file.h"
+#include "core/image/raw_file.h"
 #include "core/light_field/exchange/colmap_binary.h"
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/image_names.h"
@@ -100,10 +101,12 @@ class Pictures {
   Files Of(std::size_t index) const {
     const View &view = from_.views[index], &exported = to_.views[index];
     const bool stays = StaysAsItIs(view, cameras_);
-    const Image image = ReadRecordedImage(from_, view);  // checked, too
+    Image image = ReadRecordedImage(from_, view);  // checked, too
     const fs::path original = from_.root / view.image_path;
     Files files;
-    files.copied = stays && fs::is_regular_file(original);
+    const bool is_raw = IsRawFile(original);  // no other program takes it
+    if (is_raw) image.pixels = Srgb8(image);
+    files.copied = stays && !is_raw && fs::is_regular_file(original);
     files.contents.emplace_back(
         folder_ / exported.image_path,
         files.copied ? ReadWholeFile(original)
@@ -200,7 +203,7 @@ LightField AsExported(const LightField& light_field, bool undistort, std::vector
   for (View& view : exported.views) {
     const bool is_there = fs::is_regular_file(light_field.root / view.image_path);
     fs::path path = view.image_path;
-    if (!(StaysAsItIs(view, cameras) && is_there) && Ending(view.image_path) != ".exr")
+    if (!(StaysAsItIs(view, cameras) && is_there && !IsRawFile(path)) && Ending(view.image_path) != ".exr")
       path.replace_extension(".png");
     const std::string name = NameInExport(path.generic_string(), taken);
     view.image_path = "images/" + name;

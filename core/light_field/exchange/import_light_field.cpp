@@ -7,9 +7,12 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 #include "core/base/progress.h"
 #include "core/image/over_background.h"
+#include "core/image/raw_file.h"
 #include "core/light_field/exchange/image_names.h"
+#include "core/light_field/exchange/raw_beside.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/light_field_io.h"
@@ -36,8 +39,74 @@ void WriteInFolder(const fs::path& path, const std::string& bytes) {
   WriteFileAtomically(path, bytes);
 }
 
+// The two show the same; where that cannot be told, they are taken to.
+bool ShowsTheSame(const cv::Mat& light, const cv::Mat& photograph, double* shift_px) {
+  constexpr double kMostShift_px = 1;
+  const cv::Mat developed = Srgb8({.pixels = light, .transfer = Transfer::kLinear});
+  *shift_px = LargestShiftPx(developed, photograph).value_or(0);
+  return *shift_px <= kMostShift_px;
+}
+
+// The JPEG beside a raw file, where it shows the same; empty: there is none.
+fs::path QuickLookOf(const fs::path& raw, const cv::Mat& light) {
+  const fs::path jpeg = JpegBeside(raw);
+  double shift_px = 0;
+  try {
+    const cv::Mat photograph = jpeg.empty() ? cv::Mat() : ReadImageFile(jpeg.string());
+    return photograph.type() == CV_8UC3 && photograph.size() == light.size() &&
+                   ShowsTheSame(light, photograph, &shift_px)
+               ? jpeg
+               : fs::path();
+  } catch (const Error& error) {
+    spdlog::warn("{}", error.what());
+    return {};
+  }
+}
+
+// A photograph that is a raw file: the file is the master, the camera's JPEG beside it the photograph; where there is
+// none that shows the same, it is made from the raw file.
+void TakeRaw(const LightField& source, const View& view, const fs::path& dir, View& taken,
+             RawSetDoubts& doubts) {
+  const fs::path raw = source.root / view.image_path;
+  const RawFacts facts = ReadRawFacts(raw.string());
+  const cv::Mat light = ReadRawFile(raw.string(), SizeOf(source.CameraOf(view)));
+  doubts.Add(view.image_path, facts);
+  NoteRawFacts(facts, taken);
+  const fs::path jpeg = QuickLookOf(raw, light);
+  taken.image_path =
+      fs::path(taken.image_path).replace_extension(jpeg.empty() ? ".png" : ".jpg").generic_string();
+  taken.master_path = Beside("masters", taken.image_path, Lowercase(raw.extension().string()));
+  WriteInFolder(dir / taken.master_path, ReadWholeFile(raw));
+  WriteInFolder(
+      dir / taken.image_path,
+      jpeg.empty() ? PngBytes(Srgb8({.pixels = light, .transfer = Transfer::kLinear})) : ReadWholeFile(jpeg));
+}
+
+// The raw file beside a photograph becomes its master, where it shows the same.
+void TakeRawBeside(const LightField& source, const View& view, const cv::Mat& photograph, const fs::path& dir,
+                   View& taken, RawSetDoubts& doubts) {
+  const fs::path raw = RawBeside(source.root / view.image_path);
+  if (raw.empty()) return;
+  try {
+    const RawFacts facts = ReadRawFacts(raw.string());
+    const cv::Mat light = ReadRawFile(raw.string(), SizeOf(source.CameraOf(view)));
+    double shift_px = 0;
+    if (!ShowsTheSame(light, photograph, &shift_px))
+      return doubts.AddUnlike(raw.filename().string(), shift_px);
+    doubts.Add(raw.filename().string(), facts);
+    NoteRawFacts(facts, taken);
+  } catch (const DiskFullError&) {
+    throw;
+  } catch (const Error& error) {
+    return doubts.AddUnusable(fmt::format("{}; its JPEG is used alone", error.what()));
+  }
+  taken.master_path = Beside("masters", taken.image_path, Lowercase(raw.extension().string()));
+  WriteInFolder(dir / taken.master_path, ReadWholeFile(raw));
+}
+
 // The master is the source's own, or else an original of more than 8 bits; the photograph is made from it.
-void TakeImage(const LightField& source, const View& view, const fs::path& dir, View& taken) {
+void TakeImage(const LightField& source, const View& view, const fs::path& dir, View& taken,
+               RawSetDoubts& doubts) {
   const Image image = ReadRecordedImage(source, view);
   const fs::path original = source.root / view.image_path;
   const bool is_photograph = image.pixels.depth() == CV_8U;
@@ -48,6 +117,8 @@ void TakeImage(const LightField& source, const View& view, const fs::path& dir, 
     taken.master_path = Beside("masters", taken.image_path, original.extension());
     taken.master_transfer = image.transfer;
     WriteInFolder(dir / taken.master_path, ReadWholeFile(original));
+  } else {
+    TakeRawBeside(source, view, image.pixels, dir, taken, doubts);
   }
   if (!is_photograph)
     taken.image_path = fs::path(taken.image_path).replace_extension(".png").generic_string();
@@ -114,6 +185,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   if (made.device_uri.empty()) made.device_uri = "import:" + source_path.filename().string();
   Progress progress("import");
   std::set<std::string> names;
+  RawSetDoubts raw_doubts;
   try {
     for (std::size_t i = 0; i < source.views.size(); ++i) {
       const View& view = source.views[i];
@@ -122,7 +194,10 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
       const cv::Mat over =
           background ? ReadOverBackground((source.root / view.image_path).string(), *background) : cv::Mat();
       if (over.empty()) {
-        TakeImage(source, view, folder.path(), taken);
+        if (IsRawFile(view.image_path))
+          TakeRaw(source, view, folder.path(), taken, raw_doubts);
+        else
+          TakeImage(source, view, folder.path(), taken, raw_doubts);
         TakeMask(source, view, folder.path(), taken);
       } else {
         taken.mask_path.clear();
@@ -130,6 +205,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
       }
       progress.Show(static_cast<double>(i + 1) / static_cast<double>(source.views.size()), view.image_path);
     }
+    for (const std::string& doubt : raw_doubts.Lines()) spdlog::warn("{}", doubt);
     WriteLightField(made);
     folder.Commit();
   } catch (const DiskFullError& error) {

@@ -14,6 +14,7 @@
 #include "core/geometry/small_matrices.h"
 #include "core/image/image.h"
 #include "core/image/image_header.h"
+#include "core/image/raw_file.h"
 
 namespace ulf {
 namespace {
@@ -28,6 +29,7 @@ std::vector<std::string> PhotographsIn(const fs::path& folder) {
     if (HasImageEnding(name) && !name.starts_with('.') && entry.is_regular_file(unknown))
       names.push_back(name);
   }
+  LeaveOutRawTwins(names);
   std::ranges::sort(names, NameOrder);
   return names;
 }
@@ -93,6 +95,9 @@ std::string SetImages::MaskOf(const std::string& name) const {
 
 CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std::string& where,
                      std::vector<std::string>& doubts) {
+  // A raw file shows some pixels more than the JPEG that was posed, and is cropped.
+  if (IsRawFile(image) && CanCropRaw(ReadRawFacts(image.string()), {camera.width, camera.height}))
+    return camera;
   const cv::Size size = ReadImageSize(image.string());
   if (size.width == camera.width && size.height == camera.height) return camera;
   const double ratio = static_cast<double>(size.width) / camera.width;

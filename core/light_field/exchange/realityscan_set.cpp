@@ -14,6 +14,7 @@
 #include "core/base/name_order.h"
 #include "core/image/image.h"
 #include "core/image/image_header.h"
+#include "core/image/raw_file.h"
 #include "core/light_field/exchange/xml_file.h"
 
 namespace ulf {
@@ -155,6 +156,7 @@ std::vector<std::string> PhotographsOf(const SetImages& images) {
       for (const auto& entry : fs::directory_iterator(folder.path(), unknown))
         if (HasImageEnding(entry.path()) && entry.is_regular_file(unknown))
           names.push_back((folder.path().filename() / entry.path().filename()).generic_string());
+  LeaveOutRawTwins(names);
   std::erase_if(names, IsMaskBeside);
   std::ranges::sort(names, NameOrder);
   return names;

@@ -89,6 +89,12 @@ TEST_F(Intrinsics, AreTakenInOrder) {
   EXPECT_THAT(source, HasSubstr("focal"));
 }
 
+TEST_F(Intrinsics, AFocalLengthThatNoLensHasIsRefused) {
+  for (const double focal_px : {5.0, 50000.0})
+    EXPECT_THAT(ErrorOf(StillDevice("S1"), {.calibration_path = "", .focal_px = focal_px}, 640, 480),
+                AllOf(HasSubstr("no lens"), HasSubstr("640x480")));
+}
+
 TEST_F(Intrinsics, AreStoredBySerialOfThisDeviceOnly) {
   Store("S2", 200);
   EXPECT_DOUBLE_EQ(

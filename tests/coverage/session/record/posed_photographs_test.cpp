@@ -307,7 +307,8 @@ TEST(PosedPhotographs, NothingIsRecordedWhileTheCameraIsApart) {
     ASSERT_TRUE(located[i].cam_from_world) << kept[i].view.image_path << ": " << located[i].why;
     with_kept.views[light_field.views.size() + i].cam_from_world = *located[i].cam_from_world;
   }
-  const tracking::RefineResult refined = tracking::Refine(tracking::RefineInputOf(with_kept));
+  const tracking::RefineResult refined =
+      tracking::Refine(tracking::RefineInputOf(with_kept), {.features = 800});
   recorded.clear();
   for (std::size_t v = 0; v < with_kept.views.size(); ++v)
     recorded.push_back({with_kept.views[v].device_time_s, refined.views[v].cam_from_world});

@@ -1,0 +1,240 @@
+#include "core/image/raw_file.h"
+
+#include <libraw/libraw.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+
+namespace ulf {
+namespace {
+
+// A camera cuts some pixels off what its sensor shows. More than this share of a side is no such cut, but another
+// picture: a smaller one, or one in another format. Guessed; 3 % occur.
+constexpr double kMostCut = 0.05;
+
+std::string SizeText(cv::Size size) { return fmt::format("{}x{}", size.width, size.height); }
+
+// One LibRaw object is some hundred kilobytes large, frees what it has on destruction, and belongs to one thread.
+class RawDecoder {
+ public:
+  explicit RawDecoder(std::string name) : name_(std::move(name)), raw_(std::make_unique<LibRaw>(0)) {
+    // The type of the offset differs between versions of the library.
+    raw_->set_dataerror_handler([](void* count, const char*, auto) { ++*static_cast<int*>(count); },
+                                &data_errors_);
+    libraw_output_params_t& params = raw_->imgdata.params;
+    params.output_bps = 16;
+    params.gamm[0] = params.gamm[1] = 1;
+    params.no_auto_bright = 1;
+    params.adjust_maximum_thr = 0;  // no maximum from the picture's own pixels
+    params.use_camera_wb = 1;
+    params.output_color = 1;  // the primaries of sRGB
+    params.highlight = 0;     // clipped
+    params.user_flip = 0;     // as the sensor has it
+  }
+
+  void OpenFile() {
+    std::error_code unknown;
+    if (!std::filesystem::is_regular_file(name_, unknown))
+      throw Error("{}: the raw file is missing or cannot be read; restore it", name_);
+    Open([this](LibRaw& raw) { return raw.open_file(name_.c_str()); });
+  }
+  void OpenBytes(const std::string& bytes) {
+    Open([&](LibRaw& raw) { return raw.open_buffer(const_cast<char*>(bytes.data()), bytes.size()); });
+  }
+
+  RawFacts Facts() const;
+  cv::Mat Light(RawQuality quality, std::optional<cv::Size> wanted);
+
+ private:
+  void Open(const std::function<int(LibRaw&)>& open);
+  void Require(int result) const;
+  void CheckKind() const;
+  // In pixels of the visible area.
+  cv::Rect CropTo(std::optional<cv::Size> wanted) const;
+
+  const std::string name_;
+  const std::unique_ptr<LibRaw> raw_;
+  int data_errors_ = 0;
+  cv::Rect crop_of_camera_;  // in pixels of the visible area; empty: the file does not say
+};
+
+[[noreturn]] void RefuseDamaged(const std::string& name, const std::string& words) {
+  throw Error("{}: the raw file is cut short or damaged ({}); copy it again from the card", name, words);
+}
+
+void RawDecoder::Require(int result) const {
+  const std::string words = result > 0 ? std::generic_category().message(result) : LibRaw::strerror(result);
+  switch (result) {
+    case LIBRAW_SUCCESS:
+      return;
+    case LIBRAW_UNSUFFICIENT_MEMORY:
+    case LIBRAW_TOO_BIG:
+      throw Error("{}: decoding takes more memory than there is ({}); convert it to 16-bit TIFF elsewhere",
+                  name_, words);
+    default:
+      RefuseDamaged(name_, words);
+  }
+}
+
+void RawDecoder::CheckKind() const {
+  const libraw_image_sizes_t& sizes = raw_->imgdata.sizes;
+  if (sizes.width == 0 || sizes.height == 0) RefuseDamaged(name_, "it has no pixels");
+  if (raw_->is_fuji_rotated() || std::abs(sizes.pixel_aspect - 1) > 1e-3)
+    throw Error(
+        "{}: the pixels of this sensor ({} {}) are not square, and its pictures are resampled; use the "
+        "camera's JPEG",
+        name_, raw_->imgdata.idata.make, raw_->imgdata.idata.model);
+}
+
+// As makers' notes tell it, in pixels of the visible area.
+cv::Rect InsetCrop(const libraw_image_sizes_t& sizes) {
+  const libraw_raw_inset_crop_t& inset = sizes.raw_inset_crop;
+  constexpr unsigned kUnknown = 0xffff;
+  if (inset.cwidth == 0 || inset.cheight == 0 || inset.cleft == kUnknown || inset.ctop == kUnknown) return {};
+  return {inset.cleft - sizes.left_margin, inset.ctop - sizes.top_margin, inset.cwidth, inset.cheight};
+}
+
+void RawDecoder::Open(const std::function<int(LibRaw&)>& open) {
+  const int result = open(*raw_);
+  if (result == LIBRAW_UNSUFFICIENT_MEMORY || result == LIBRAW_TOO_BIG) Require(result);
+  if (result != LIBRAW_SUCCESS)
+    throw Error(
+        "{}: is no raw file of a kind that LibRaw {} reads, or is cut short or damaged at its beginning; "
+        "copy it again "
+        "from the card, or convert it to DNG or to 16-bit TIFF",
+        name_, LibRaw::version());
+  CheckKind();
+  const libraw_image_sizes_t& sizes = raw_->imgdata.sizes;
+  cv::Rect crop = InsetCrop(sizes);
+  if (raw_->imgdata.idata.dng_version) {
+    // LibRaw 0.20 tells a DNG's default crop in one way alone: by opening it with that.
+    const auto cropped = std::make_unique<LibRaw>(0);
+    cropped->imgdata.params.raw_processing_options |= LIBRAW_PROCESSING_USE_DNG_DEFAULT_CROP;
+    const libraw_image_sizes_t& to = cropped->imgdata.sizes;
+    if (open(*cropped) == LIBRAW_SUCCESS)
+      crop = {to.left_margin - sizes.left_margin, to.top_margin - sizes.top_margin, to.width, to.height};
+  }
+  const cv::Rect visible(0, 0, sizes.width, sizes.height);
+  if (crop.area() > 0 && (crop & visible) == crop) crop_of_camera_ = crop;
+}
+
+RawFacts RawDecoder::Facts() const {
+  const libraw_data_t& data = raw_->imgdata;
+  RawFacts facts;
+  facts.visible = {data.sizes.width, data.sizes.height};
+  facts.size = crop_of_camera_.empty() ? facts.visible : crop_of_camera_.size();
+  const auto positive = [](double number) {
+    return number > 0 && std::isfinite(number) ? std::optional(number) : std::nullopt;
+  };
+  facts.exif.exposure_s = positive(data.other.shutter);
+  facts.exif.f_number = positive(data.other.aperture);
+  facts.exif.iso = positive(data.other.iso_speed);
+  facts.exif.focal_mm = positive(data.other.focal_len);
+  facts.exif.focal_35mm = positive(data.lens.FocalLengthIn35mmFormat);
+  facts.exif.orientation = data.sizes.flip == 3 ? 3 : data.sizes.flip == 5 ? 8 : data.sizes.flip == 6 ? 6 : 1;
+  facts.maker = data.idata.make;
+  facts.model = data.idata.model;
+  const float* as_shot = data.color.cam_mul;
+  facts.has_white_balance = as_shot[0] > 0 && as_shot[1] > 0 && as_shot[2] > 0;
+  const float* factors = facts.has_white_balance ? as_shot : data.color.pre_mul;
+  const double green = factors[1] > 0 ? factors[1] : 1;
+  facts.white_balance = {factors[0] / green, 1, factors[2] / green};
+  facts.has_color_matrix =
+      data.idata.colors == 1 || data.color.cam_xyz[0][0] != 0 || data.color.cmatrix[0][0] != 0;
+  return facts;
+}
+
+bool IsCutOf(cv::Size wanted, cv::Size whole) {
+  const auto fits = [](int part, int all) { return part > 0 && part <= all && part >= (1 - kMostCut) * all; };
+  return fits(wanted.width, whole.width) && fits(wanted.height, whole.height);
+}
+
+cv::Rect RawDecoder::CropTo(std::optional<cv::Size> wanted) const {
+  const RawFacts facts = Facts();
+  const cv::Rect visible({}, facts.visible);
+  const cv::Rect usual = crop_of_camera_.empty() ? visible : crop_of_camera_;
+  if (!wanted || *wanted == usual.size()) return usual;
+  if (!CanCropRaw(facts, *wanted))
+    throw Error("{}: the raw picture is {} (of {} that the sensor shows), its camera says {}; {}", name_,
+                SizeText(usual.size()), SizeText(visible.size()), SizeText(*wanted),
+                wanted->width == usual.height && wanted->height == usual.width
+                    ? "the other program turned it by its Exif mark, and ulf does not: pose photographs that "
+                      "were not turned"
+                    : "raw files have the sensor's full size: take the JPEG files of the size that was "
+                      "calibrated, or calibrate "
+                      "at the camera's largest size");
+  const cv::Rect& whole = IsCutOf(*wanted, usual.size()) ? usual : visible;
+  return {whole.x + (whole.width - wanted->width) / 2, whole.y + (whole.height - wanted->height) / 2,
+          wanted->width, wanted->height};
+}
+
+cv::Mat RawDecoder::Light(RawQuality quality, std::optional<cv::Size> wanted) {
+  const cv::Rect crop = CropTo(wanted);
+  Require(raw_->unpack());
+  if (data_errors_ > 0) RefuseDamaged(name_, "its pixels end too early or make no sense");
+  constexpr int kBilinear = 0, kAhd = 3;
+  raw_->imgdata.params.user_qual = quality == RawQuality::kQuick ? kBilinear : kAhd;
+  Require(raw_->dcraw_process());
+  const libraw_data_t& data = raw_->imgdata;
+  if (!data.image || data.sizes.iwidth < crop.br().x || data.sizes.iheight < crop.br().y)
+    RefuseDamaged(name_, "it decodes to another size than it says");
+  const bool is_grey = data.idata.colors == 1;
+  cv::Mat light(crop.size(), CV_16UC3);
+  for (int y = 0; y < crop.height; ++y) {
+    const auto* in = data.image + static_cast<std::size_t>(crop.y + y) * data.sizes.iwidth + crop.x;
+    auto* out = light.ptr<cv::Vec3w>(y);
+    for (int x = 0; x < crop.width; ++x)
+      out[x] = is_grey ? cv::Vec3w::all(in[x][0]) : cv::Vec3w(in[x][2], in[x][1], in[x][0]);
+  }
+  return light;
+}
+
+}  // namespace
+
+bool IsRawFile(const std::filesystem::path& path) {
+  static const std::set<std::string> kEndings = {
+      ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".dng", ".erf", ".fff", ".iiq", ".kdc", ".mef", ".mos",
+      ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f"};
+  return kEndings.contains(Lowercase(path.extension().string()));
+}
+
+bool CanCropRaw(const RawFacts& facts, cv::Size wanted) {
+  return IsCutOf(wanted, facts.size) || IsCutOf(wanted, facts.visible);
+}
+
+RawFacts ReadRawFacts(const std::string& path) {
+  RawDecoder decoder(path);
+  decoder.OpenFile();
+  return decoder.Facts();
+}
+
+cv::Mat ReadRawFile(const std::string& path, std::optional<cv::Size> wanted) {
+  RawDecoder decoder(path);
+  decoder.OpenFile();
+  return decoder.Light(RawQuality::kBest, wanted);
+}
+
+RawFacts RawFactsOf(const std::string& bytes, const std::string& name) {
+  RawDecoder decoder(name);
+  decoder.OpenBytes(bytes);
+  return decoder.Facts();
+}
+
+RawPhotograph DecodeRaw(const std::string& bytes, const std::string& name, RawQuality quality,
+                        std::optional<cv::Size> wanted) {
+  RawDecoder decoder(name);
+  decoder.OpenBytes(bytes);
+  RawFacts facts = decoder.Facts();
+  return {decoder.Light(quality, wanted), std::move(facts)};
+}
+
+}  // namespace ulf

@@ -1,0 +1,227 @@
+// Tests: core/image/raw_file.
+#include "core/image/raw_file.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <random>
+
+#include "core/base/error.h"
+#include "core/image/image.h"
+#include "core/image/image_header.h"
+#include "tests/support/dng_file.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+using ::testing::ThrowsMessage;
+
+constexpr const char* kXtrans =
+    "GBGGRG"
+    "RGRBGB"
+    "GBGGRG"
+    "GRGGBG"
+    "BGBRGR"
+    "GRGGBG";
+
+// A slope in each colour: a pixel of displacement is 0.004 of full scale.
+cv::Vec3d Slopes(int x, int y) { return {0.1 + 0.004 * x, 0.5 - 0.004 * x + 0.002 * y, 0.15 + 0.005 * y}; }
+
+// The largest difference from the truth, of full scale, away from the rim.
+double WorstError(const cv::Mat& light, const cv::Mat& truth) {
+  if (light.size() != truth.size() || light.type() != CV_16UC3) return 1e9;
+  cv::Mat as_float;
+  light.convertTo(as_float, CV_32F, 1 / 65535.0);
+  const cv::Rect inside(4, 4, light.cols - 8, light.rows - 8);
+  return cv::norm(as_float(inside), truth(inside), cv::NORM_INF);
+}
+
+RawPhotograph Decode(const std::string& bytes, std::optional<cv::Size> wanted = std::nullopt,
+                     RawQuality quality = RawQuality::kBest) {
+  return DecodeRaw(bytes, "scene.dng", quality, wanted);
+}
+
+TEST(RawFile, IsTheLightBehindTheMosaic) {
+  struct Case {
+    const char* pattern;
+    int bits, black, white;
+    double
+        tolerance;  // a step of the sensor, amplified by white balance and colour matrix, and the interpolation
+  };
+  for (const Case& each : {Case{"RGGB", 12, 256, 4095, 0.0025}, Case{"BGGR", 12, 0, 4000, 0.0025},
+                           Case{"GRBG", 14, 1024, 15871, 0.0015}, Case{"GBRG", 14, 600, 16383, 0.0015},
+                           Case{"RGGB", 16, 2048, 60000, 0.0015}, Case{"BGGR", 16, 0, 65535, 0.0015}}) {
+    DngCamera camera;
+    camera.pattern = each.pattern;
+    camera.bits = each.bits;
+    camera.black = each.black;
+    camera.white = each.white;
+    const std::string bytes = DngBytes(camera, Slopes);
+    const cv::Mat truth = LightOf(Slopes, *camera.crop);
+    for (const RawQuality quality : {RawQuality::kBest, RawQuality::kQuick}) {
+      const double error = WorstError(Decode(bytes, std::nullopt, quality).light, truth);
+      EXPECT_LT(error, each.tolerance) << each.pattern << ", " << each.bits << " bits, black " << each.black;
+    }
+  }
+}
+
+// LibRaw interpolates this mosaic in tiles, and refuses pictures smaller than one.
+TEST(RawFile, ReadsXtrans) {
+  DngCamera camera;
+  camera.pattern = kXtrans;
+  camera.sensor = {528, 520};
+  camera.visible = {6, 0, 516, 516};
+  camera.crop.reset();
+  const DngLight slopes = [](int x, int y) {
+    return cv::Vec3d(0.1 + 0.0008 * x, 0.6 - 0.0008 * x + 0.0004 * y, 0.15 + 0.001 * y);
+  };
+  const cv::Mat truth = LightOf(slopes, {0, 0, 516, 516});
+  for (const RawQuality quality : {RawQuality::kBest, RawQuality::kQuick})
+    EXPECT_LT(WorstError(Decode(DngBytes(camera, slopes), std::nullopt, quality).light, truth), 0.02);
+}
+
+TEST(RawFile, AnotherCameraAndWhiteBalanceShowTheSameLight) {
+  DngCamera camera;
+  camera.neutral = {0.7, 1, 0.4};
+  camera.matrix = {0.9, -0.3, -0.1, -0.5, 1.4, 0.1, -0.1, 0.25, 0.6};
+  EXPECT_LT(WorstError(Decode(DngBytes(camera, Slopes)).light, LightOf(Slopes, *camera.crop)), 0.0015);
+}
+
+TEST(RawFile, TellsCameraLensAndExposure) {
+  DngCamera camera;
+  camera.orientation = 6;
+  const ScratchFolder folder;
+  const std::string path = (folder / "scene.DNG").string();
+  std::ofstream(path, std::ios::binary) << DngBytes(camera, Slopes);
+  EXPECT_TRUE(IsRawFile(path));
+  EXPECT_TRUE(HasImageEnding(path));
+  const RawFacts facts = ReadRawFacts(path);
+  EXPECT_EQ(facts.size, cv::Size(96, 64));
+  EXPECT_EQ(facts.visible, cv::Size(104, 80));
+  EXPECT_NEAR(facts.exif.exposure_s.value_or(0), 1 / 60.0, 1e-5);
+  EXPECT_NEAR(facts.exif.f_number.value_or(0), 5.6, 1e-3);
+  EXPECT_NEAR(facts.exif.focal_mm.value_or(0), 35, 1e-3);
+  EXPECT_EQ(facts.exif.focal_35mm, 52);
+  EXPECT_EQ(facts.exif.iso, 400);
+  EXPECT_EQ(facts.exif.orientation, 6);
+  EXPECT_EQ(facts.maker, "Acme");
+  EXPECT_THAT(facts.model, HasSubstr("Studio 1"));
+  EXPECT_TRUE(facts.has_color_matrix);
+  ASSERT_TRUE(facts.has_white_balance);
+  EXPECT_NEAR(facts.white_balance[0], 1 / camera.neutral[0], 1e-3);
+  EXPECT_NEAR(facts.white_balance[2], 1 / camera.neutral[2], 1e-3);
+  // As the sensor has it, and by every way into the file.
+  EXPECT_EQ(ReadImageSize(path), cv::Size(96, 64));
+  const cv::Mat light = ReadImageFile(path);
+  EXPECT_LT(WorstError(light, LightOf(Slopes, *camera.crop)), 0.0015);
+  EXPECT_EQ(cv::norm(light, Decode(DngBytes(camera, Slopes)).light, cv::NORM_INF), 0);
+  EXPECT_EQ(TransferOfFile(path), Transfer::kLinear);
+}
+
+TEST(RawFile, IsCroppedAsTheCameraCropsElseAboutItsMiddle) {
+  struct Case {
+    std::optional<cv::Rect> crop;
+    std::optional<cv::Size> wanted;
+    cv::Rect expected;  // of the visible area
+  };
+  const cv::Rect of_camera(4, 8, 96, 64);
+  for (const Case& each : {Case{of_camera, {}, of_camera}, Case{of_camera, cv::Size(96, 64), of_camera},
+                           Case{of_camera, cv::Size(94, 62), {5, 9, 94, 62}},
+                           Case{of_camera, cv::Size(104, 80), {0, 0, 104, 80}}, Case{{}, {}, {0, 0, 104, 80}},
+                           Case{{}, cv::Size(100, 76), {2, 2, 100, 76}}}) {
+    DngCamera camera;
+    camera.crop = each.crop;
+    const double error =
+        WorstError(Decode(DngBytes(camera, Slopes), each.wanted).light, LightOf(Slopes, each.expected));
+    EXPECT_LT(error, 0.0015) << each.expected;
+  }
+}
+
+TEST(RawFile, RefusesASizeThatIsNoCrop) {
+  const std::string bytes = DngBytes({}, Slopes);
+  EXPECT_THAT([&] { Decode(bytes, cv::Size(48, 32)); },
+              ThrowsMessage<Error>(AllOf(StartsWith("scene.dng: "), HasSubstr("96x64"), HasSubstr("104x80"),
+                                         HasSubstr("48x32"), HasSubstr("JPEG"))));
+  EXPECT_THAT([&] { Decode(bytes, cv::Size(64, 96)); }, ThrowsMessage<Error>(HasSubstr("turned")));
+  EXPECT_THROW(Decode(bytes, cv::Size(106, 80)), Error) << "more than the sensor shows";
+}
+
+TEST(RawFile, DoesNotDependOnWhatElseThePictureShows) {
+  const auto with_corner = [](double level) {
+    return
+        [level](int x, int y) { return x < 40 && y < 40 ? cv::Vec3d(0.2, 0.2, 0.2) : cv::Vec3d::all(level); };
+  };
+  for (const double others : {0.02, 0.2, 0.9}) {
+    const cv::Mat light = Decode(DngBytes({}, with_corner(others))).light;
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(light.at<cv::Vec3w>(10, 10)[c] / 65535.0, 0.2, 0.001) << "beside " << others;
+  }
+}
+
+TEST(RawFile, WhatTheSensorCouldNotHoldIsWhite) {
+  const cv::Mat light = Decode(DngBytes({}, [](int, int) { return cv::Vec3d(4, 4, 4); })).light;
+  EXPECT_EQ(light.at<cv::Vec3w>(20, 20), cv::Vec3w::all(65535));
+}
+
+TEST(RawFile, SaysWhatTheFileDoesNotTell) {
+  DngCamera camera;
+  camera.neutral = {0, 0, 0};
+  EXPECT_FALSE(Decode(DngBytes(camera, Slopes)).facts.has_white_balance);
+  camera = {};
+  camera.matrix = {};
+  EXPECT_FALSE(Decode(DngBytes(camera, Slopes)).facts.has_color_matrix);
+}
+
+TEST(RawFile, AFileThatIsCutShortIsAnError) {
+  const std::string whole = DngBytes({}, Slopes);
+  int refused = 0;
+  for (std::size_t length = 0; length < whole.size(); length += length < 1200 ? 7 : 397) {
+    EXPECT_THAT([&] { Decode(whole.substr(0, length)); }, ThrowsMessage<Error>(StartsWith("scene.dng: ")))
+        << length << " of " << whole.size() << " bytes";
+    ++refused;
+  }
+  EXPECT_GT(refused, 200);
+  EXPECT_THROW(Decode(whole.substr(0, whole.size() - 1)), Error) << "a single byte is missing";
+  EXPECT_NO_THROW(Decode(whole));
+  const ScratchFolder folder;
+  const auto path = folder / "cut.nef";
+  std::ofstream(path, std::ios::binary) << whole.substr(0, whole.size() / 2);
+  EXPECT_THAT([&] { ReadImageFile(path.string()); },
+              ThrowsMessage<Error>(AllOf(StartsWith(path.string()), HasSubstr("copy it again"))));
+  EXPECT_THAT([&] { ReadRawFacts((folder / "none.nef").string()); },
+              ThrowsMessage<Error>(HasSubstr("missing")));
+}
+
+TEST(RawFile, AMangledFileIsAnErrorOrAPictureOfTheSizeAskedFor) {
+  const std::string whole = DngBytes({}, Slopes);
+  std::mt19937 random(7);
+  int pictures = 0, errors = 0;
+  for (int i = 0; i < 400; ++i) {
+    std::string mangled = whole;
+    for (int flips = 1 + i % 4; flips > 0; --flips)
+      mangled[random() % 900] = static_cast<char>(random());  // the directories
+    try {
+      EXPECT_EQ(Decode(mangled, cv::Size(96, 64)).light.size(), cv::Size(96, 64));
+      ++pictures;
+    } catch (const Error&) {
+      ++errors;
+    }
+  }
+  EXPECT_GT(pictures, 20);
+  EXPECT_GT(errors, 20);
+}
+
+TEST(RawFile, AnythingElseIsRefusedWithTheWayOut) {
+  EXPECT_THAT([&] { Decode(std::string(100'000, 'x') + "no photograph, whatever its name says"); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("LibRaw"), HasSubstr("convert it to DNG"))));
+  EXPECT_FALSE(IsRawFile("photograph.jpg"));
+  EXPECT_FALSE(IsRawFile("nef"));
+  EXPECT_TRUE(IsRawFile("a/b.CR2"));
+}
+
+}  // namespace
+}  // namespace ulf::test
