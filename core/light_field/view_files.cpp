@@ -42,6 +42,18 @@ std::optional<EncodedImage> CameraFile(const Frame& frame) {
   throw Error("a frame without pixels or a file cannot be kept");
 }
 
+std::string NameOf(const EncodedImage& raw) { return "the photograph's raw file (" + raw.extension + ")"; }
+
+// By its head alone.
+bool IsReadableRaw(const EncodedImage& raw) {
+  try {
+    RawFactsOf(*raw.bytes, NameOf(raw));
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures) {
@@ -58,11 +70,12 @@ ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pict
   files.image_extension = own ? own->extension : kPng;
   if (own) {
     files.image = FileOf(*own);
-  } else if (frame.raw) {  // developed for following alone: the photograph is made from the file
-    const std::string name = "the photograph's raw file (" + frame.raw->extension + ")";
+  } else if (frame.raw && IsReadableRaw(*frame.raw)) {
+    // Its pixels were developed for following alone: the photograph is made from the file.
     if (pictures == MakePictures::kNow)
-      files.image = Png(Srgb8({.pixels = DecodeRaw(*frame.raw->bytes, name, RawQuality::kBest).light,
-                               .transfer = Transfer::kLinear}));
+      files.image =
+          Png(Srgb8({.pixels = DecodeRaw(*frame.raw->bytes, NameOf(*frame.raw), RawQuality::kBest).light,
+                     .transfer = Transfer::kLinear}));
   } else if (pictures == MakePictures::kNow || !files.master_transfer) {
     files.image = Png(Srgb8(frame.image));
   }

@@ -21,7 +21,7 @@
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
-#include "tests/support/u3v_camera.h"
+#include "tests/support/usb/u3v_camera.h"
 
 namespace ulf {
 namespace {

@@ -31,7 +31,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 #include "tests/support/test_paths.h"
-#include "tests/support/u3v_camera.h"
+#include "tests/support/usb/u3v_camera.h"
 
 namespace ulf {
 namespace {

@@ -383,7 +383,7 @@ TEST(TrackCommand, ALensIsWrittenOnlyWhereOneIsSought) {
   for (const std::string& command :
        {std::string("track 'sim:studio?width=160&height=120'"),
         "capture 'sim:studio?width=160&height=120' --headless --no-geometry -o " + dir})
-    EXPECT_THAT(test::RunUlf(command + few).errors, testing::HasSubstr("never: calibration not written"));
+    EXPECT_THAT(test::RunUlf(command + few).errors, testing::HasSubstr("never: no calibration is written"));
   EXPECT_FALSE(std::filesystem::exists(never));
   EXPECT_THAT(test::RunUlf("track sim:studio --frames 5 --intrinsics guess").errors,
               testing::HasSubstr("'guess' is none of fixed, check and refine"));

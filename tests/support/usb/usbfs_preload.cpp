@@ -23,7 +23,7 @@
 #include <cstring>
 #include <mutex>
 
-#include "tests/support/usbfs_wire.h"
+#include "tests/support/usb/usbfs_wire.h"
 
 namespace {
 

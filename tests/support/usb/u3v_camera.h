@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/usb_node.h"
+#include "tests/support/usb/usb_node.h"
 
 namespace ulf::test {
 

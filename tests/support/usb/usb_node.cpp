@@ -1,4 +1,4 @@
-#include "tests/support/usb_node.h"
+#include "tests/support/usb/usb_node.h"
 
 #include <fcntl.h>
 #include <fmt/core.h>
@@ -27,7 +27,7 @@
 #include <thread>
 #include <utility>
 
-#include "tests/support/usbfs_wire.h"
+#include "tests/support/usb/usbfs_wire.h"
 
 namespace ulf::test {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/support/u3v_camera.h"
+#include "tests/support/usb/u3v_camera.h"
 
 #include <fmt/core.h>
 #include <time.h>
