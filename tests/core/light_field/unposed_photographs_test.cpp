@@ -34,6 +34,13 @@ std::vector<std::string> Names(const LightField& light_field) {
   return names;
 }
 
+// The first photograph without a pose, as a view with a number.
+View FirstFound(LightFieldWriter& writer) {
+  View found = UnposedPhotographs(writer.Contents()).at(0).view;
+  found.id = writer.ReserveViewId();
+  return found;
+}
+
 Frame DeepFrame(int seed) {
   Frame frame = NoiseFrame(seed);
   frame.image.pixels.convertTo(frame.image.pixels, CV_16U, 257);
@@ -129,8 +136,7 @@ TEST(Unposed, WithoutItsMasterAPhotographIsAViewOfEightBits) {
   writer.AddView(NoiseFrame(1), ViewNumber(1));
   writer.KeepUnposed(DeepFrame(3));
   fs::remove(dir / "unposed/unposed_000001.master.tif");
-  View found = UnposedPhotographs(writer.Contents()).at(0).view;
-  found.id = writer.ReserveViewId();
+  const View found = FirstFound(writer);
   writer.AddUnposed({found});
   const LightField read = ReadLightField(dir);
   ASSERT_EQ(read.views.size(), 2u);
@@ -193,8 +199,7 @@ TEST(Unposed, OnAFullDiskThePhotographStaysWhereItIs) {
     writer.AddView(NoiseFrame(1), ViewNumber(1));
     writer.KeepUnposed(NoiseFrame(2));
     test::FillDisk(small / "ballast");
-    View found = UnposedPhotographs(writer.Contents()).at(0).view;
-    found.id = writer.ReserveViewId();
+    const View found = FirstFound(writer);
     EXPECT_THROW(writer.AddUnposed({found}), DiskFullError);
     EXPECT_EQ(writer.Contents().views.size(), 1u);
   }

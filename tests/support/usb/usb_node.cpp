@@ -80,30 +80,6 @@ class Surroundings {
   int next_number_ = 3;
 };
 
-bool SendAll(int socket, const void* data, std::size_t bytes) {
-  const char* from = static_cast<const char*>(data);
-  while (bytes > 0) {
-    const ssize_t sent = send(socket, from, bytes, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) return false;
-    from += sent;
-    bytes -= static_cast<std::size_t>(sent);
-  }
-  return true;
-}
-
-bool ReceiveAll(int socket, void* data, std::size_t bytes) {
-  char* to = static_cast<char*>(data);
-  while (bytes > 0) {
-    const ssize_t got = recv(socket, to, bytes, 0);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    to += got;
-    bytes -= static_cast<std::size_t>(got);
-  }
-  return true;
-}
-
 Bytes StringDescriptor(const std::string& text) {
   Bytes bytes{static_cast<std::uint8_t>(2 + 2 * text.size()), USB_DT_STRING};
   for (const char letter : text) {
@@ -270,7 +246,7 @@ struct UsbNode::State {
       }
       if (refusal != 0) {
         const usbfs::Reply reply{.result = -1, .error = refusal};
-        SendAll(control, &reply, sizeof reply);
+        usbfs::SendAll(control, &reply, sizeof reply);
         close(control);
         continue;
       }
@@ -335,16 +311,16 @@ struct UsbNode::State {
   void Serve(File& file) {
     usbfs::Request request;
     Bytes data;
-    while (ReceiveAll(file.control, &request, sizeof request)) {
+    while (usbfs::ReceiveAll(file.control, &request, sizeof request)) {
       data.resize(request.bytes);
-      if (!ReceiveAll(file.control, data.data(), data.size())) break;
+      if (!usbfs::ReceiveAll(file.control, data.data(), data.size())) break;
       std::shared_ptr<const Bytes> kept;
       std::size_t from = 0;
       usbfs::Reply reply;
       Take(file, request, data, reply, kept, from);
       if (reply.error != 0) reply.result = -1;
-      if (!SendAll(file.control, &reply, sizeof reply) ||
-          (reply.bytes > 0 && !SendAll(file.control, kept->data() + from, reply.bytes)))
+      if (!usbfs::SendAll(file.control, &reply, sizeof reply) ||
+          (reply.bytes > 0 && !usbfs::SendAll(file.control, kept->data() + from, reply.bytes)))
         break;
     }
     const std::lock_guard lock(mutex);

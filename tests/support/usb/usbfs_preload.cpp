@@ -47,30 +47,6 @@ int NextClose(int file) {
   return next(file);
 }
 
-bool SendAll(int socket, const void* data, std::size_t bytes) {
-  const char* from = static_cast<const char*>(data);
-  while (bytes > 0) {
-    const ssize_t sent = send(socket, from, bytes, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) return false;
-    from += sent;
-    bytes -= static_cast<std::size_t>(sent);
-  }
-  return true;
-}
-
-bool ReceiveAll(int socket, void* data, std::size_t bytes) {
-  char* to = static_cast<char*>(data);
-  while (bytes > 0) {
-    const ssize_t got = recv(socket, to, bytes, 0);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    to += got;
-    bytes -= static_cast<std::size_t>(got);
-  }
-  return true;
-}
-
 // The file that the node hands out; -1 with errno where it refuses.
 int ReceiveFile(int control) {
   usbfs::Reply reply;
@@ -143,8 +119,8 @@ int Submit(int control, void* argument) {
   const usbfs::Request request{static_cast<std::uint32_t>(USBDEVFS_SUBMITURB),
                                static_cast<std::uint32_t>(sizeof told + data),
                                reinterpret_cast<std::uint64_t>(argument)};
-  return SendAll(control, &request, sizeof request) && SendAll(control, &told, sizeof told) &&
-         SendAll(control, urb->buffer, data);
+  return usbfs::SendAll(control, &request, sizeof request) && usbfs::SendAll(control, &told, sizeof told) &&
+         usbfs::SendAll(control, urb->buffer, data);
 }
 
 int Answer(OpenNode& node, unsigned long number, void* argument) {
@@ -159,10 +135,10 @@ int Answer(OpenNode& node, unsigned long number, void* argument) {
         number == USBDEVFS_CLEAR_HALT || number == USBDEVFS_RESETEP || number == USBDEVFS_GETDRIVER ||
         number == USBDEVFS_DISCONNECT_CLAIM || number == USBDEVFS_SETINTERFACE)
       request.argument = *static_cast<const unsigned*>(argument);
-    sent = SendAll(node.control, &request, sizeof request);
+    sent = usbfs::SendAll(node.control, &request, sizeof request);
   }
   usbfs::Reply reply;
-  if (!sent || !ReceiveAll(node.control, &reply, sizeof reply)) {
+  if (!sent || !usbfs::ReceiveAll(node.control, &reply, sizeof reply)) {
     errno = ENODEV;
     return -1;
   }
@@ -170,7 +146,7 @@ int Answer(OpenNode& node, unsigned long number, void* argument) {
     *static_cast<std::uint32_t*>(argument) = static_cast<std::uint32_t>(reply.urb);
   if (reply.error == 0 && number == USBDEVFS_REAPURBNDELAY) {
     auto* urb = reinterpret_cast<usbdevfs_urb*>(reply.urb);
-    if (!ReceiveAll(node.control, static_cast<char*>(urb->buffer) + reply.into_at, reply.bytes)) {
+    if (!usbfs::ReceiveAll(node.control, static_cast<char*>(urb->buffer) + reply.into_at, reply.bytes)) {
       errno = ENODEV;
       return -1;
     }

@@ -2,6 +2,10 @@
 // file, one Reply for each Request, each followed by so many bytes as it says.
 #pragma once
 
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <cstddef>
 #include <cstdint>
 
 namespace ulf::test::usbfs {
@@ -30,5 +34,30 @@ struct Reply {
   std::int32_t status = 0, actual = 0;   // of it
   std::uint32_t bytes = 0, into_at = 0;  // that follow, for the caller's memory from there
 };
+
+// False where the other side is gone.
+inline bool SendAll(int socket, const void* data, std::size_t bytes) {
+  const char* from = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const ssize_t sent = send(socket, from, bytes, MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) return false;
+    from += sent;
+    bytes -= static_cast<std::size_t>(sent);
+  }
+  return true;
+}
+
+inline bool ReceiveAll(int socket, void* data, std::size_t bytes) {
+  char* to = static_cast<char*>(data);
+  while (bytes > 0) {
+    const ssize_t got = recv(socket, to, bytes, 0);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    to += got;
+    bytes -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
 
 }  // namespace ulf::test::usbfs
