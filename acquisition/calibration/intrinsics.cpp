@@ -217,6 +217,10 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
 
 }  // namespace
 
+bool IsCalibration(std::string_view source) {
+  return source != kFocalLengthGiven && source != kFocalLengthGuessed;
+}
+
 double GuessFocalPx(const Frame& frame) {
   const double wide = frame.image.width(), high = frame.image.height();
   if (frame.encoded)

@@ -25,6 +25,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "acquisition/calibration/calibration_io.h"
@@ -47,6 +48,8 @@ double GuessFocalPx(const Frame& frame);
 inline constexpr const char* kFocalLengthGiven = "focal length given";
 // For a guessed one.
 inline constexpr const char* kFocalLengthGuessed = "focal length guessed";
+// Whether a source says that somebody has measured the lens: neither of the two.
+bool IsCalibration(std::string_view source);
 
 struct ResolvedCalibration {
   CameraModel camera = {};

@@ -271,7 +271,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
   PrintResult(args, summary, report, live.size(), errors);
   SayIfNothingWasMeasured(args, summary);
   WritePictures(args, light_field, summary);
-  WriteFoundLens(lens, prepared.device->Info(), summary.refined_lens, "ulf capture");
+  WriteFoundLens(lens, prepared.device->Info(), summary.refined_lens, summary.calibration, "ulf capture");
   SayIfTheLensIsAGuess(options, summary, prepared.camera);
   if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
     fmt::print(stderr, "the last pose correction reopened part of the cap; fill it with --resume\n");

@@ -117,7 +117,7 @@ std::string ReasonsText(const LightFieldReport& report) {
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
   LightFieldReport report;
   report.views = light_field.views.size();
-  report.taken_back = light_field.taken_back.size();
+  report.taken_back = CountTakenBack(light_field);
   report.capture_s = light_field.capture_s;
   report.units = light_field.units;
   report.reasons = light_field.reasons;

@@ -38,9 +38,12 @@ void RequireUsable(const LensUseArgs& args) {
 }
 
 void WriteFoundLens(const LensUseArgs& args, const acquisition::DeviceInfo& info,
-                    const std::optional<tracking::RefinedLens>& lens, const std::string& command) {
+                    const std::optional<tracking::RefinedLens>& lens,
+                    const std::optional<tracking::CalibrationCheck>& at_end, const std::string& command) {
   const std::string& path = args.calibration_output;
   if (path.empty()) return;
+  if (at_end && at_end->no_lens_fits)
+    return spdlog::warn("{}: no calibration is written: {}", path, at_end->Advice());
   if (!lens)
     return spdlog::warn(
         "{}: no calibration is written, because the images tell of no other lens than the one that was given "

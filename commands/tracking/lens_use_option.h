@@ -21,9 +21,10 @@ void AddLensUseOptions(CLI::App& command, LensUseArgs& args);
 // Throws UsageError where a file is to be written and no lens is sought, and Error where it cannot be written.
 void RequireUsable(const LensUseArgs& args);
 
-// Writes the lens that was found to args.calibration_output, if that is given; says so where none was found.
-// `command`: "ulf track", for the file.
+// Writes the lens that was found to args.calibration_output, if that is given; says so where none was found, and where
+// images contradict it still (`at_end`). `command`: "ulf track", for the file.
 void WriteFoundLens(const LensUseArgs& args, const acquisition::DeviceInfo& info,
-                    const std::optional<tracking::RefinedLens>& lens, const std::string& command);
+                    const std::optional<tracking::RefinedLens>& lens,
+                    const std::optional<tracking::CalibrationCheck>& at_end, const std::string& command);
 
 }  // namespace ulf::commands

@@ -1,5 +1,6 @@
 // `ulf refine`: the poses of a light field made better, and what that does to its coverage.
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
@@ -14,6 +15,8 @@
 #include <opencv2/core/utility.hpp>
 #include <optional>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "commands/commands.h"
 #include "commands/explain.h"
@@ -179,11 +182,21 @@ std::string ToText(const std::string& dir, const LightField& before, const track
     text += "no photograph in unposed/ to look for\n";
   for (std::size_t v = unposed.first; v < before.views.size(); ++v)
     if (result.views[v].registered) found.insert(before.views[v].id);
-  if (!found.empty())
-    text += fmt::format("{} of {} in unposed/ found and recorded: {}\n", found.size(),
-                        Counted(found.size() + unposed.not_found.size(), "photograph"), ViewNumbers(found));
-  for (const Unposed::NotFound& each : unposed.not_found)
-    text += fmt::format("{} stays without a pose: {}\n", each.photograph, each.why);
+  if (!found.empty() || !unposed.not_found.empty())
+    text += fmt::format("{} of {} in unposed/ found and recorded{}\n", found.size(),
+                        Counted(found.size() + unposed.not_found.size(), "photograph"),
+                        found.empty() ? "" : ": " + ViewNumbers(found));
+  std::map<std::string, std::vector<std::string>> by_reason;
+  for (const Unposed::NotFound& each : unposed.not_found) by_reason[each.why].push_back(each.photograph);
+  constexpr std::size_t kNamed = 3;
+  for (const auto& [why, photographs] : by_reason) {
+    const std::size_t named = photographs.size() > kNamed + 1 ? kNamed : photographs.size();
+    text += fmt::format(
+        "{}{} {} without a pose: {}\n",
+        fmt::join(photographs.begin(), photographs.begin() + static_cast<std::ptrdiff_t>(named), ", "),
+        named < photographs.size() ? fmt::format(" and {} more", photographs.size() - named) : "",
+        photographs.size() == 1 ? "stays" : "stay", why);
+  }
   return text;
 }
 
@@ -293,7 +306,9 @@ ModelChoice Explained(const std::vector<tracking::LensTrial>& trials, std::size_
     choice.candidates.push_back(
         {FreedNumbers(trial.fit.free) + " free",
          fmt::format("gain {:.1f}, {:.1f} before it; {}", trial.fit.gain, trial.gain_before,
-                     trial.moved ? "moved" : "moved by less than its uncertainty"),
+                     !trial.plausible ? "no real lens has that focal length with that distortion"
+                     : trial.moved    ? "moved"
+                                      : "moved by less than its uncertainty"),
          trial.kept});
   }
   if (trials.empty()) choice.candidates[0].evidence = "not tried: too few views or points to tell";

@@ -122,16 +122,18 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
       if (args.focal_px > 0) intrinsics.focal_px = args.focal_px;
       if (args.lens.use == tracking::LensUse::kRefine)
         intrinsics.guessed_focal_px = acquisition::GuessFocalPx(*frame);
-      poses = spec.Open(
-          acquisition::ResolveIntrinsics(device, intrinsics, frame->image.width(), frame->image.height()),
-          {.tracker = {.deterministic = args.deterministic,
-                       .seed = args.seed,
-                       .features = args.features,
-                       .max_side_px = args.tracking_side_px,
-                       .wait_for_mapper = !device.IsLive(),
-                       .readout = args.readout,
-                       .lens = args.lens.use},
-           .stop = StopOnSignal::Asked});
+      std::string source;
+      const CameraModel camera = acquisition::ResolveIntrinsics(device, intrinsics, frame->image.width(),
+                                                                frame->image.height(), &source);
+      poses = spec.Open(camera, {.tracker = {.deterministic = args.deterministic,
+                                             .seed = args.seed,
+                                             .features = args.features,
+                                             .max_side_px = args.tracking_side_px,
+                                             .wait_for_mapper = !device.IsLive(),
+                                             .readout = args.readout,
+                                             .lens = args.lens.use,
+                                             .lens_is_guess = !acquisition::IsCalibration(source)},
+                                 .stop = StopOnSignal::Asked});
     }
     if (frame->known_cam_from_world)
       followed.known.push_back({frame->device_time_s, *frame->known_cam_from_world});
@@ -244,7 +246,7 @@ int RunTrack(const TrackArgs& args) {
     if (args.explain) fmt::print("{}", ExplainedText(Explained(run)));
   }
   std::fflush(stdout);
-  WriteFoundLens(args.lens, device->Info(), run.map.refined_lens, "ulf track");
+  WriteFoundLens(args.lens, device->Info(), run.map.refined_lens, run.map.calibration, "ulf track");
   if (!args.plot.empty() && LivePoses(run) == 0)
     spdlog::warn("{}: not drawn, because no frame has a pose", args.plot);
   else if (!args.plot.empty())

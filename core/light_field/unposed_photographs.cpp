@@ -7,6 +7,8 @@
 #include <cctype>
 #include <filesystem>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -26,12 +28,13 @@ bool IsPicture(const fs::path& file) {
 
 bool IsMaster(const fs::path& file) { return file.stem().extension() == ".master"; }
 
-// 000012.png, 000012-2.png: as RemoveView() calls the files of view 12.
-bool WasTakenBack(const LightField& light_field, const fs::path& file) {
+// The view that was taken back and whose file this is: 000012.png, 000012-2.png, as RemoveView() calls those of view 12.
+std::optional<int> TakenBackView(const LightField& light_field, const fs::path& file) {
   const std::string name = file.filename().string();
   const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size() - 1);
-  return digits >= 6 && digits <= 9 && (name[digits] == '.' || name[digits] == '-') &&
-         light_field.taken_back.contains(std::stoi(name.substr(0, digits)));
+  if (digits < 6 || digits > 9 || (name[digits] != '.' && name[digits] != '-')) return std::nullopt;
+  const int id = std::stoi(name.substr(0, digits));
+  return light_field.taken_back.contains(id) ? std::optional(id) : std::nullopt;
 }
 
 bool Is8BitSrgb(const fs::path& file) {
@@ -64,11 +67,13 @@ class ViewBytes {
 };
 
 std::string CameraProblem(const LightField& light_field, View& photograph) {
+  const std::string path = (light_field.root / photograph.image_path).string();
   cv::Size size;
   try {
-    size = ReadImageSize((light_field.root / photograph.image_path).string());
+    size = ReadImageSize(path);
   } catch (const Error& error) {
-    return error.what();
+    const std::string words = error.what();
+    return words.starts_with(path + ": ") ? words.substr(path.size() + 2) : words;
   }
   const auto fits = [&](const CameraModel& camera) {
     return camera.width == size.width && camera.height == size.height;
@@ -89,7 +94,7 @@ std::vector<UnposedPhotograph> UnposedPhotographs(const LightField& light_field)
   std::error_code refused;
   for (const auto& entry : fs::directory_iterator(light_field.root / "unposed", refused))
     if (entry.is_regular_file(refused) && IsPicture(entry.path()) && !IsMaster(entry.path()) &&
-        !WasTakenBack(light_field, entry.path()))
+        !TakenBackView(light_field, entry.path()))
       files.push_back(entry.path());
   std::ranges::sort(files);
   const ViewBytes views(light_field);
@@ -113,6 +118,14 @@ std::vector<UnposedPhotograph> UnposedPhotographs(const LightField& light_field)
       photograph.problem = "views' photographs are 8-bit JPEG or PNG; convert it";
   }
   return photographs;
+}
+
+std::size_t CountTakenBack(const LightField& light_field) {
+  std::set<int> there;
+  std::error_code refused;
+  for (const auto& entry : fs::directory_iterator(light_field.root / "unposed", refused))
+    if (const auto id = TakenBackView(light_field, entry.path())) there.insert(*id);
+  return there.size();
 }
 
 }  // namespace ulf

@@ -14,4 +14,8 @@ namespace ulf {
 // folder, writes nothing.
 std::vector<UnposedPhotograph> UnposedPhotographs(const LightField& light_field);
 
+// Of the views that were taken back, those whose files lie there: one whose photograph has become a view again does not
+// count.
+std::size_t CountTakenBack(const LightField& light_field);
+
 }  // namespace ulf

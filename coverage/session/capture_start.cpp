@@ -328,8 +328,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
                                                           first.image.height()));
   options->calibration_source = resumed && !stills ? resumed->calibration_source : header.calibration_source;
   if (!options->calibration_source.empty())
-    options->calibrated = options->calibration_source != acquisition::kFocalLengthGiven &&
-                          options->calibration_source != acquisition::kFocalLengthGuessed;
+    options->calibrated = acquisition::IsCalibration(options->calibration_source);
   recording.camera = prepared.camera;
   recording.flat_field = header.flat_field;
   if (stills) {
@@ -357,7 +356,8 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
                                                     .max_side_px = args.tracking_side_px,
                                                     .wait_for_mapper = !prepared.device->IsLive(),
                                                     .readout = ReadoutOf(args, resumed),
-                                                    .lens = options->lens},
+                                                    .lens = options->lens,
+                                                    .lens_is_guess = options->calibrated == false},
                                         .subject = options->subject,
                                         .metric = info.bus == "simulated",
                                         .stop = StopOnSignal::Asked});

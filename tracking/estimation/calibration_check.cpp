@@ -24,6 +24,8 @@ CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
 }
 
 std::string CalibrationCheck::Advice() const {
+  if (no_lens_fits)
+    return Text() + ": it is far off, mostly too long; begin again with a shorter one, or calibrate";
   return Text() + (rows_uncompensated ? "; a rolling shutter can look like that, and the reverse: calibrate, "
                                         "then see which of the two is still reported"
                                       : ": calibrate, or run ulf refine --intrinsics");
@@ -31,10 +33,14 @@ std::string CalibrationCheck::Advice() const {
 
 std::string CalibrationCheck::Text() const {
   if (!Wrong()) return {};
-  const std::string focal =
-      fmt::format("a focal length of {:.1f} px (± {:.1f}), {:.1f} % {} than the {:.1f} given",
-                  fitted_focal_px, sigma_px, 100 * std::abs(fitted_focal_px / given_focal_px - 1),
-                  fitted_focal_px > given_focal_px ? "more" : "less", given_focal_px);
+  if (no_lens_fits)
+    return fmt::format("images contradict the focal length of {:.1f} px, and no real lens near it fits them",
+                       given_focal_px);
+  const bool longer = fitted_focal_px > given_focal_px;
+  const std::string focal = fmt::format(
+      "a focal length of {:.1f} px (± {:.1f}) or {}, {:.1f} % {} the {:.1f} given", fitted_focal_px, sigma_px,
+      longer ? "more" : "less", 100 * std::abs(fitted_focal_px / given_focal_px - 1),
+      longer ? "above" : "below", given_focal_px);
   const std::string distortion = fmt::format("a distortion k1 of {:.3f} (± {:.3f}) where {:.3f} is given",
                                              fitted_k1, k1_sigma, given_k1);
   const std::string center = fmt::format(
@@ -59,12 +65,15 @@ nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check) {
           {"fitted_center_px", {check->fitted_center_px.x(), check->fitted_center_px.y()}},
           {"center_sigma_px", check->center_sigma_px},
           {"determined", check->determined},
+          {"no_lens_fits", check->no_lens_fits},
           {"wrong", check->Wrong()}};
 }
 
 std::string RefinedLens::Text() const {
   std::string text =
-      fmt::format("a focal length of {:.1f} px (± {:.1f})", camera.MeanFocalPx(), focal_sigma_px);
+      focal_sigma_px > 0
+          ? fmt::format("a focal length of {:.1f} px (± {:.1f})", camera.MeanFocalPx(), focal_sigma_px)
+          : fmt::format("a focal length of {:.1f} px (as given)", camera.MeanFocalPx());
   if (camera.coefficients[0] != 0)
     text += fmt::format(" and a distortion k1 of {:.3f}", camera.coefficients[0]);
   return text;
@@ -119,7 +128,10 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
   // A focal length that is fitted without the distortion makes up for it.
   if (check.distortion_wrong) check.fitted_focal_px = bent.lens.MeanFocalPx();
   check.given_center_px = check.fitted_center_px = {given.cx, given.cy};
-  if (fits.size() < 3) return check;
+  check.no_lens_fits =
+      bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence && !IsPlausible(bent.lens, given);
+  if (check.no_lens_fits) check.focal_wrong = check.distortion_wrong = false;
+  if (fits.size() < 3 || check.no_lens_fits) return check;
   const LensEstimate& moved = fits[2];
   check.fitted_center_px = {moved.lens.cx, moved.lens.cy};
   check.center_sigma_px = moved.principal_point_sigma_px;

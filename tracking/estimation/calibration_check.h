@@ -41,15 +41,18 @@ struct CalibrationCheck {
   Eigen::Vector2d given_center_px = Eigen::Vector2d::Zero(), fitted_center_px = Eigen::Vector2d::Zero();
   double center_sigma_px = 0;
   bool focal_wrong = false, distortion_wrong = false, center_wrong = false;
-  bool Wrong() const { return focal_wrong || distortion_wrong || center_wrong; }
+  // What would fit the images is no lens (IsPlausible()); then no value is reported.
+  bool no_lens_fits = false;
+  bool Wrong() const { return focal_wrong || distortion_wrong || center_wrong || no_lens_fits; }
   // A rolling shutter was found and not compensated: it stretches images as another focal length does, and
   // the other way round.
   bool rows_uncompensated = false;
 
   // The same for a camera whose images are the given ones, resized.
   CalibrationCheck Of(const CameraModel& resized) const;
-  // "images fit a focal length of 551.2 px (± 1.3), 5.0 % more than the 525.0 given", "images fit a distortion k1 of
-  // -0.280 (± 0.004) where 0.000 is given"; empty unless wrong.
+  // "images fit a focal length of 551.2 px (± 1.3) or more, 5.0 % above the 525.0 given", "images fit a distortion k1 of
+  // -0.280 (± 0.004) where 0.000 is given"; empty unless wrong. "or more", because a map that was made under the given
+  // lens holds the fit back.
   std::string Text() const;
   // Text() and what the user can do about it.
   std::string Advice() const;
@@ -58,7 +61,7 @@ struct CalibrationCheck {
 // The lens that images ask for in place of the given one.
 struct RefinedLens {
   CameraModel camera;
-  double focal_sigma_px = 0;  // one standard deviation
+  double focal_sigma_px = 0;  // one standard deviation; 0: the focal length is the given one
   // "a focal length of 521.4 px (± 0.6) and a distortion k1 of -0.052"
   std::string Text() const;
 };
@@ -70,7 +73,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
                                                  int lens = 0, const CalibrationCheckOptions& options = {});
 
 // {given_focal_px, fitted_focal_px, sigma_px, given_k1, fitted_k1, k1_sigma, given_center_px, fitted_center_px,
-// center_sigma_px, determined, wrong}; null without a check.
+// center_sigma_px, determined, no_lens_fits, wrong}; null without a check.
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check);
 
 class Map;

@@ -130,6 +130,19 @@ bool HasMoved(const LensEstimate& larger, const FreeIntrinsics& smaller, const C
 
 }  // namespace
 
+double DistortionAtCorner(const CameraModel& lens) {
+  const double x = std::max(lens.cx, lens.width - lens.cx) / lens.fx;
+  const double y = std::max(lens.cy, lens.height - lens.cy) / lens.fy;
+  const double squared = x * x + y * y;
+  return lens.coefficients[0] * squared + lens.coefficients[1] * squared * squared;
+}
+
+bool IsPlausible(const CameraModel& fitted, const CameraModel& given) {
+  constexpr double kMostPincushion = 0.03, kLonger = 1.05;  // beyond the given lens's; guessed
+  return fitted.MeanFocalPx() < kLonger * given.MeanFocalPx() ||
+         DistortionAtCorner(fitted) < std::max(0.0, DistortionAtCorner(given)) + kMostPincushion;
+}
+
 BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvidenceOptions& options) {
   std::vector<int> of_lens;
   std::vector<bool> observed(problem.cam_from_world.size());
@@ -210,8 +223,11 @@ std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundlePro
     const LensEstimate& fit = fits.front();
     const double gain_before = best ? best->gain : 0;
     const bool moved = HasMoved(fit, free, best ? best->lens : given, options.moved_sigmas);
-    const LensTrial trial{fit, gain_before, moved, moved && fit.gain > gain_before + options.strong_evidence};
+    const bool strong = moved && fit.gain > gain_before + options.strong_evidence;
+    const bool plausible = IsPlausible(fit.lens, given);
+    const LensTrial trial{fit, gain_before, moved, strong && plausible, plausible};
     if (trials) trials->push_back(trial);
+    if (strong && !plausible) return std::nullopt;
     if (!trial.kept) continue;
     best = fit;
     free = next;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ulf::tracking {
 
 bool LensWatch::Agree(const CalibrationCheck& earlier, const CalibrationCheck& later) const {
+  if (later.no_lens_fits) return earlier.no_lens_fits;
   if (later.focal_wrong && earlier.focal_wrong)
     return std::abs(later.fitted_focal_px - earlier.fitted_focal_px) <
            options_.most_apart * later.given_focal_px;
@@ -25,12 +27,21 @@ void LensWatch::Note(const std::optional<CalibrationCheck>& check, int keyframes
 }
 
 void LensWatch::Restart(int keyframes) {
-  Reset();
+  before_.reset();
   Note(std::nullopt, keyframes);
+}
+
+void LensWatch::NoteSought(int keyframes, double focal_px_before, double focal_px) {
+  const bool settled =
+      keyframes >= options_.sought_keyframes && std::abs(focal_px / focal_px_before - 1) < options_.settled;
+  sought_at_ = settled ? std::numeric_limits<int>::max()
+                       : std::max(options_.sought_keyframes,
+                                  static_cast<int>(std::lround(keyframes * options_.sought_growth)));
 }
 
 void LensWatch::Reset() {
   next_ = options_.first_keyframes;
+  sought_at_ = options_.sought_keyframes;
   before_.reset();
   contradiction_.reset();
 }

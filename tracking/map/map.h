@@ -216,6 +216,7 @@ struct SharedMap {
   std::atomic<int> readouts_measured{0};
   std::optional<ReadoutEstimate> readout ULF_GUARDED_BY(mutex);
   std::optional<CalibrationCheck> wrong_lens ULF_GUARDED_BY(mutex);  // none: the images do not contradict it
+  std::atomic<bool> lens_is_due{false};  // one that is a guess: the map may tell a better one
 };
 
 // Holds the map's lock, and measures how long any thread but the mapper's waited for it.

@@ -314,6 +314,7 @@ void Mapper::Reset() {
   loops_->Reset();
   lens_.Reset();
   owned_.shared.wrong_lens.reset();
+  owned_.shared.lens_is_due = false;
   adjust_all_at_.clear();
   after_loop_ = false;
 }
@@ -420,6 +421,7 @@ void Mapper::CheckLens() {
   const auto check = CheckCalibration(camera_, map_, options);
   if (cut_short_) return;
   lens_.Note(check, keyframes);
+  if (options_.seek_lens && lens_.IsSought(keyframes)) owned_.shared.lens_is_due = true;
   const MapLock lock(owned_.shared);
   owned_.shared.wrong_lens = lens_.contradiction();
 }
@@ -430,8 +432,11 @@ std::optional<RefinedLens> Mapper::RefineLens() {
     const MapLock lock(owned_.shared);
     owned_.shared.wrong_lens.reset();
   }
-  lens_.Restart(map_.LivingKeyframes());
+  owned_.shared.lens_is_due = false;
+  const int keyframes = map_.LivingKeyframes();
+  lens_.Restart(keyframes);
   const auto chosen = ChooseLens(camera_, PartForLens(ProblemOf(map_), 0));
+  lens_.NoteSought(keyframes, camera_.MeanFocalPx(), (chosen ? chosen->lens : camera_).MeanFocalPx());
   if (!chosen) return std::nullopt;
   BundleOptions options = BundleOptionsOf(options_.with_lens);
   options.free = chosen->free;

@@ -74,6 +74,8 @@ struct MapperOptions {
   // The frame after a keyframe is none, unless it comes so much later: then the camera has moved on. Guessed.
   double next_frame_after_s = 0.07;
   bool check_lens = true;  // against the map as it grows (lens_watch.h)
+  bool seek_lens =
+      false;  // the given one is a guess: SharedMap::lens_is_due says when the map may tell another
 
   // A keyframe goes when more than this share of its points are seen by so many others, on the same pyramid
   // level, a finer one, or the next coarser one. The newest ones stay. Measured (the share), guessed.

@@ -11,6 +11,17 @@ namespace ulf::tracking {
 
 std::string Readout::InWords() const {
   const double ms = 1000 * readout_s;
+  if (contradicted) {
+    const double told_ms = 1000 * contradicted->readout_s, sigma_ms = 1000 * contradicted->sigma_s;
+    constexpr double kSigmas = 3, kShortest_ms = 5;  // below: global as far as images tell
+    if (std::abs(told_ms) < std::max(kSigmas * sigma_ms, kShortest_ms))
+      return fmt::format("images fit a global shutter, not a rolling one of {:g} ms: leave --readout-ms out",
+                         ms);
+    return fmt::format(
+        "images fit a rolling shutter of about {0:.0f} ms (+- {1:.1f}), not the {2:g} ms given: leave "
+        "--readout-ms out, or give {0:.0f}",
+        told_ms, sigma_ms, ms);
+  }
   if (!sigma_s) return fmt::format("rolling shutter of {:.1f} ms: compensated", ms);
   const std::string size =
       fmt::format("rolling shutter of about {:.0f} ms (measured, +- {:.1f}): ", ms, 1000 * *sigma_s);
@@ -20,15 +31,19 @@ std::string Readout::InWords() const {
 
 nlohmann::ordered_json ToJson(const std::optional<Readout>& rolling) {
   if (!rolling) return nullptr;
-  return {{"readout_ms", 1000 * rolling->readout_s},
-          {"sigma_ms", rolling->sigma_s ? nlohmann::ordered_json(1000 * *rolling->sigma_s) : nullptr},
-          {"compensated", rolling->compensated}};
+  return {
+      {"readout_ms", 1000 * rolling->readout_s},
+      {"sigma_ms", rolling->sigma_s ? nlohmann::ordered_json(1000 * *rolling->sigma_s) : nullptr},
+      {"compensated", rolling->compensated},
+      {"contradicted_by_ms",
+       rolling->contradicted ? nlohmann::ordered_json(1000 * rolling->contradicted->readout_s) : nullptr}};
 }
 
-ReadoutSearch::ReadoutSearch(RowMotion& rows, Mapper& mapper, bool compensate,
+ReadoutSearch::ReadoutSearch(RowMotion& rows, Mapper& mapper, ReadoutUse use,
                              const ReadoutSearchOptions& options)
-    : rows_(rows), mapper_(mapper), compensate_(compensate), options_(options) {
+    : rows_(rows), mapper_(mapper), use_(use), options_(options) {
   mapper_.MeasureReadout(true);
+  if (use_ == ReadoutUse::kGiven && rows_.rolls()) found_ = Readout{rows_.readout_s()};
 }
 
 void ReadoutSearch::Restart() {
@@ -53,6 +68,8 @@ void ReadoutSearch::Step() {
 }
 
 double ReadoutSearch::Suspected() const {
+  if (use_ == ReadoutUse::kGiven)
+    return found_ && found_->contradicted ? std::abs(found_->contradicted->readout_s - rows_.readout_s()) : 0;
   if (rows_.rolls()) return 0;
   if (!last_) return options_.usual_readout_s;
   const double size_s = std::abs(last_->readout_s);
@@ -67,6 +84,7 @@ void ReadoutSearch::Judge(const ReadoutEstimate& estimate, bool lens_is_doubted)
   const bool enough = estimate.keyframes >= options_.enough_keyframes;
   const bool may_be_the_lens = lens_is_doubted || estimate.keyframes < options_.early_keyframes;
   const double needed = may_be_the_lens ? options_.doubted_sigmas : options_.certain_sigmas;
+  if (use_ == ReadoutUse::kGiven) return JudgeGiven(estimate, needed);
   if (size_s < options_.least_readout_s || size_s < needed * estimate.sigma_s) {
     certain_ = 0;
     const bool none = size_s + options_.certain_sigmas * estimate.sigma_s < options_.least_readout_s;
@@ -78,17 +96,32 @@ void ReadoutSearch::Judge(const ReadoutEstimate& estimate, bool lens_is_doubted)
   }
   if (++certain_ < options_.times_certain) return;
   const bool first_report = !found_;
-  found_ = Readout{estimate.readout_s, estimate.sigma_s, compensate_};
+  const bool compensate = use_ == ReadoutUse::kCompensate;
+  found_ = Readout{estimate.readout_s, estimate.sigma_s, compensate};
   if (first_report) spdlog::info("{}", found_->InWords());
   const double change_s = std::abs(estimate.readout_s - now_s);
-  if (!compensate_ ||
+  if (!compensate ||
       (now_s != 0 && change_s < std::max(estimate.sigma_s, options_.settled_share * std::abs(now_s)))) {
-    if (compensate_) found_->readout_s = now_s;
+    if (compensate) found_->readout_s = now_s;
     if (estimate.sigma_s < options_.settled_share * size_s || enough) End();
     return;
   }
   Apply(estimate.readout_s);
   if (++applied_ == options_.most_changes) End();
+}
+
+void ReadoutSearch::JudgeGiven(const ReadoutEstimate& estimate, double needed_sigmas) {
+  const double given_s = rows_.readout_s(), off_s = std::abs(estimate.readout_s - given_s);
+  const bool wrong =
+      off_s > std::max({options_.least_wrong_s, options_.least_wrong_share * std::abs(estimate.readout_s),
+                        needed_sigmas * estimate.sigma_s});
+  certain_ = wrong ? certain_ + 1 : 0;
+  const bool was_contradicted = found_ && found_->contradicted;
+  found_.reset();
+  if (rows_.rolls()) found_ = Readout{given_s};
+  if (certain_ < options_.times_certain) return;
+  found_ = Readout{given_s, {}, rows_.rolls(), Readout::Contradiction{estimate.readout_s, estimate.sigma_s}};
+  if (!was_contradicted) spdlog::warn("{}", found_->InWords());
 }
 
 void ReadoutSearch::Apply(double readout_s) {

@@ -1,6 +1,7 @@
 // Decides whether the camera has a rolling shutter, from what the mapper measures as the map grows, and
 // reports it. On request it compensates: the mapper gives the keyframes their rows, adjusts the map and
-// measures again until the readout no longer changes.
+// measures again until the readout no longer changes. A readout that was given stays; the search says when images
+// contradict it.
 #pragma once
 
 #include <optional>
@@ -11,14 +12,21 @@
 
 namespace ulf::tracking {
 
+enum class ReadoutUse {
+  kCompensate,  // change `rows`, and have the mapper change the map, when a readout is found
+  kReport,
+  kGiven  // that of `rows`
+};
+
 class ReadoutSearch {
  public:
-  // With `compensate` it changes `rows` and has the mapper change the map when it finds a readout.
-  ReadoutSearch(RowMotion& rows, Mapper& mapper, bool compensate, const ReadoutSearchOptions& options = {});
+  ReadoutSearch(RowMotion& rows, Mapper& mapper, ReadoutUse use, const ReadoutSearchOptions& options = {});
 
   void Step();     // call it between frames
   void Restart();  // under another lens
-  const std::optional<Readout>& found() const { return found_; }
+  const std::optional<Readout>& found() const {
+    return found_;
+  }  // a given one: none while it is 0 and nothing contradicts it
   // The size of the readout that has to be reckoned with because it is not compensated: what was measured, if that is
   // likely, and a usual one before anything was measured.
   double Suspected() const;
@@ -27,12 +35,13 @@ class ReadoutSearch {
 
  private:
   void Judge(const ReadoutEstimate& estimate, bool lens_is_doubted);
+  void JudgeGiven(const ReadoutEstimate& estimate, double needed_sigmas);
   void Apply(double readout_s);
   void End() { mapper_.MeasureReadout(false); }
 
   RowMotion& rows_;
   Mapper& mapper_;
-  bool compensate_;
+  ReadoutUse use_;
   ReadoutSearchOptions options_;
   std::optional<Readout> found_;
   std::optional<ReadoutEstimate> last_;

@@ -47,7 +47,8 @@ void Tracker::Finish() {
   };
   check();
   // A lens that was once replaced is no calibration: the whole map knows it better than the part did.
-  const bool replace = state.refined_lens || (state.calibration && state.calibration->Wrong());
+  const bool replace =
+      state.refined_lens || state.options.lens_is_guess || (state.calibration && state.calibration->Wrong());
   if (state.options.lens != LensUse::kRefine || !replace || !state.RefineLens()) return;
   state.mapper.Rest();
   state.mapper.AdjustAll();
@@ -135,7 +136,7 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
   if (!seeded->mapper.FinishSeeds(state.options.min_seed_points)) return false;
   seeded->state = TrackState::kLost;
   seeded->frames_tracked = state.options.proven_frames;  // a given map is proven
-  if (seeded->readout_search) seeded->readout_search->MapIsGiven();
+  seeded->readout_search.MapIsGiven();
   state_ = std::move(seeded);
   return true;
 }
@@ -161,7 +162,7 @@ std::string Tracker::RestoreMap(const std::filesystem::path& file, std::uint64_t
   auto restored = std::make_unique<State>(state.size.original(), state.options, std::move(map));
   restored->state = TrackState::kLost;
   restored->frames_tracked = state.options.proven_frames;
-  if (restored->readout_search) restored->readout_search->MapIsGiven();
+  restored->readout_search.MapIsGiven();
   state_ = std::move(restored);
   return {};
 }

@@ -122,9 +122,14 @@ struct Readout {
   double readout_s = 0;                // from the first row to the last; negative: from the last
   std::optional<double> sigma_s = {};  // one standard deviation, where the tracker measured it
   bool compensated = true;
+  // One that was given, where the map's images contradict it: what they tell, and one standard deviation of that.
+  struct Contradiction {
+    double readout_s = 0, sigma_s = 0;
+  };
+  std::optional<Contradiction> contradicted = {};
   std::string InWords() const;  // a sentence
 };
-// {readout_ms, sigma_ms, compensated}; null for a global shutter.
+// {readout_ms, sigma_ms, compensated, contradicted_by_ms}; null for a global shutter.
 nlohmann::ordered_json ToJson(const std::optional<Readout>& rolling);
 
 // The model and the evidence of the two views that started a map.

@@ -46,7 +46,7 @@ bool Tracker::State::RefineLens() {
   zoom.Forget();
   if (rows.rolls()) mapper.SetReadout(rows.readout_s());
   // What was measured under the other lens is measured again.
-  if (readout_search) readout_search->Restart();
+  readout_search.Restart();
   map_drift.Clear();
   refined_lens = refined;
   ++lens_revision;
@@ -71,7 +71,9 @@ void Tracker::State::PrepareLens() {
       FollowWith(frame % 2 == 0 ? size.working() : Zoomed(size.working(), zoom.log_ratio()));
     return;
   }
-  if (options.lens == LensUse::kRefine && ContradictsLens() && !RefineLens())
+  if (options.lens != LensUse::kRefine) return;
+  const bool contradicted = ContradictsLens();
+  if ((contradicted || shared.lens_is_due) && !RefineLens() && contradicted)
     spdlog::warn("images contradict the given lens, and no other explains them better yet");
 }
 
@@ -111,9 +113,7 @@ void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track
 double Tracker::State::ZoomByRows() const {
   if (!last.between) return 0;
   constexpr double kStretch = 0.5, kLeft = 0.3;  // of both axes; guessed
-  const double readout_s = rows.rolls()     ? kLeft * std::abs(rows.readout_s())
-                           : readout_search ? readout_search->Suspected()
-                                            : 0;
+  const double readout_s = std::max(kLeft * std::abs(rows.readout_s()), readout_search.Suspected());
   return kStretch * last.between->head<3>().norm() * readout_s;
 }
 

@@ -96,10 +96,13 @@ struct ReadoutSearchOptions {
   // measurement: a phone or a webcam takes 10 to 33 ms. Guessed.
   double suspected_sigmas = 3, usual_readout_s = 0.02;
   double least_readout_s = 0.002;  // a shorter readout moves hardly anything by a tenth of a pixel
-  double settled_share = 0.05;     // of the readout: a smaller change is not applied. Guessed
-  int times_certain = 2;           // measurements in a row before the tracker reports it. Guessed
-  int most_changes = 6;            // applied readouts, then the search ends. Guessed
-  int enough_keyframes = 24;       // after so many the tracker decides that the shutter is global. Guessed
+  // A given readout that is off by less, or by less than this share of what images tell, is not contradicted: a map that
+  // was made under it holds the measured one back. Guessed.
+  double least_wrong_s = 0.005, least_wrong_share = 0.3;
+  double settled_share = 0.05;  // of the readout: a smaller change is not applied. Guessed
+  int times_certain = 2;        // measurements in a row before the tracker reports it. Guessed
+  int most_changes = 6;         // applied readouts, then the search ends. Guessed
+  int enough_keyframes = 24;    // after so many the tracker decides that the shutter is global. Guessed
 };
 
 // What is known of a rolling shutter. Readouts run from the first row to the last; negative: from the last.
@@ -130,6 +133,9 @@ struct TrackerOptions {
   bool wait_for_mapper = false;
   ReadoutArgs readout = {};
   LensUse lens = LensUse::kCheck;
+  // Nobody has calibrated the given lens (a focal length from Exif data, a data sheet, a guess). With LensUse::kRefine it
+  // is then replaced as soon as the map tells a better one, contradicted or not.
+  bool lens_is_guess = false;
 
   // Following: search radii about the predicted pose, again about it, and about the last pose. Guessed.
   double near_px = 12, far_px = 30, last_pose_px = 40;

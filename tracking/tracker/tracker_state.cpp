@@ -56,17 +56,14 @@ std::optional<Twist> Tracker::State::VelocitySince(const Rigid3& last_pose, cons
   return TwistBetween(last_pose, pose, step_s);
 }
 
-std::optional<Readout> Tracker::State::Rolling() const {
-  if (readout_search) return readout_search->found();
-  return rows.rolls() ? std::optional(Readout{rows.readout_s()}) : std::nullopt;
-}
+std::optional<Readout> Tracker::State::Rolling() const { return readout_search.found(); }
 
 std::optional<CalibrationCheck> Tracker::State::InOriginalPixels(
     const std::optional<CalibrationCheck>& working) const {
   if (!working) return std::nullopt;
   CalibrationCheck check = working->Of(size.original());
   const auto rolling = Rolling();
-  check.rows_uncompensated = rolling && !rolling->compensated;
+  check.rows_uncompensated = rolling && (!rolling->compensated || rolling->contradicted);
   return check;
 }
 
@@ -156,10 +153,10 @@ Anchored Tracker::State::AnchorOf(const FramePose& frame_pose) const {
 double Tracker::State::RowsApart(const FramePose& frame_pose, const std::optional<Twist>& between,
                                  double distance) const {
   if (rows.rolls()) return frame_pose.picture_from_cam.OriginInSource().norm();
-  if (!readout_search || !between) return 0;
+  if (!between) return 0;
   constexpr double kShare = 0.6;  // of the way during the readout. Measured on turns about all axes
   const double speed = std::hypot(between->head<3>().norm() * distance, between->tail<3>().norm());
-  return kShare * speed * readout_search->Suspected();
+  return kShare * speed * readout_search.Suspected();
 }
 
 void Tracker::State::Describe(const FramePose& frame_pose, const std::optional<Twist>& between,
@@ -321,7 +318,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   }
   RequireSize(fmt::format("frame {}: its image", frame_in.id), frame_in.image.pixels.size(), size.original());
 
-  if (readout_search) readout_search->Step();
+  readout_search.Step();
   PrepareLens();
   TrackedImage image;
   image.time_s = frame_in.device_time_s;

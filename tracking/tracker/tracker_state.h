@@ -38,7 +38,15 @@ struct LastFrame {
 inline MapperOptions MappingOf(const TrackerOptions& options) {
   MapperOptions mapping = options.mapping;
   mapping.check_lens = options.lens != LensUse::kFixed;
+  mapping.seek_lens = options.lens == LensUse::kRefine && options.lens_is_guess;
   return mapping;
+}
+
+inline ReadoutUse UseOf(const TrackerOptions& options) {
+  if (options.readout.readout_s) return ReadoutUse::kGiven;
+  // Rows that are read one after the other look like another lens.
+  const bool compensate = options.readout.compensate_found || options.lens == LensUse::kRefine;
+  return compensate ? ReadoutUse::kCompensate : ReadoutUse::kReport;
 }
 
 struct Tracker::State {
@@ -54,13 +62,8 @@ struct Tracker::State {
         locator(camera, shared, options_in.features, options_in.locator),
         initializer(camera, options_in.start, options_in.seed),
         turns(camera, options_in.turns, options_in.seed),
-        rows(camera, options_in.readout.readout_s.value_or(0)) {
-    if (!options.readout.readout_s)
-      // Rows that are read one after the other look like another lens.
-      readout_search.emplace(rows, mapper,
-                             options.readout.compensate_found || options.lens == LensUse::kRefine,
-                             options.readout_search);
-  }
+        rows(camera, options_in.readout.readout_s.value_or(0)),
+        readout_search(rows, mapper, UseOf(options_in), options_in.readout_search) {}
 
   WorkingSize size;
   // Of the working size, as every image point in here. With which frames are followed: size.working(), or that with its
@@ -76,7 +79,7 @@ struct Tracker::State {
   ZoomWatch zoom;
   Sharpness sharpness;
   RowMotion rows;
-  std::optional<ReadoutSearch> readout_search;
+  ReadoutSearch readout_search;
   std::optional<std::pair<double, Anchored>> frame_before;  // the one before the last: time and pose
   struct BeforeKeyframe {
     double time_s;

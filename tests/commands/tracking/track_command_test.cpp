@@ -311,9 +311,9 @@ TEST(TrackCommand, AWrongFocalLengthIsSaidWhileTheCameraMoves) {
   const auto run =
       test::RunUlf("track replay:" + scratch.path().string() + "?glob=*.png --deterministic --focal-px 546");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.errors, testing::HasSubstr("less than the 546.0 given"));
-  EXPECT_THAT(run.output, testing::AllOf(testing::HasSubstr("less than the 546.0 given"),
-                                         testing::HasSubstr("calibrate")));
+  EXPECT_THAT(run.errors, testing::HasSubstr("below the 546.0 given"));
+  EXPECT_THAT(run.output,
+              testing::AllOf(testing::HasSubstr("below the 546.0 given"), testing::HasSubstr("calibrate")));
 }
 
 TEST(TrackCommand, WithoutACalibrationTheLensIsFoundFromAGuess) {

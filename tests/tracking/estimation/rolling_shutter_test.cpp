@@ -324,6 +324,26 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
   EXPECT_TRUE(found.rolling->compensated);
 }
 
+TEST(RollingShutter, AGivenReadoutThatImagesContradictIsSaid) {
+  const auto told = [](double taken_s, double given_s) {
+    return Follow(taken_s, {.deterministic = true, .readout = {.readout_s = given_s}}).rolling;
+  };
+  const auto as_global = told(kReadout_s, 0);
+  ASSERT_TRUE(as_global && as_global->contradicted);
+  EXPECT_NEAR(as_global->contradicted->readout_s, kReadout_s, 0.25 * kReadout_s);
+  EXPECT_FALSE(as_global->compensated);
+  EXPECT_NE(as_global->InWords().find("not the 0 ms given"), std::string::npos);
+  const auto turned_over = told(kReadout_s, -kReadout_s);
+  ASSERT_TRUE(turned_over && turned_over->contradicted);
+  EXPECT_GT(turned_over->contradicted->readout_s, 0);
+  const auto as_rolling = told(0, kReadout_s);
+  ASSERT_TRUE(as_rolling && as_rolling->contradicted);
+  EXPECT_NE(as_rolling->InWords().find("a global shutter, not a rolling one of 20 ms"), std::string::npos);
+  const auto right = told(kReadout_s, kReadout_s);
+  ASSERT_TRUE(right);
+  EXPECT_FALSE(right->contradicted);
+}
+
 // Keyframes get their rows while a mapper has the map, too. How far it gets between frames is the machine's
 // business, so that no two runs err alike: of three pairs the middle one counts, so that two that agree are enough. In
 // the pauses it gets to its end.

@@ -60,6 +60,42 @@ TEST(LensWatch, DistortionCountsWhereFocalLengthsDiffer) {
   EXPECT_THAT(watch.contradiction()->Text(), ::testing::HasSubstr("k1 of -0.210"));
 }
 
+TEST(LensWatch, AGuessIsSoughtAgainUntilItSettles) {
+  LensWatch watch;
+  EXPECT_FALSE(watch.IsSought(19));
+  ASSERT_TRUE(watch.IsSought(20));
+  watch.NoteSought(20, 500, 520);
+  EXPECT_FALSE(watch.IsSought(31));
+  ASSERT_TRUE(watch.IsSought(32));
+  watch.NoteSought(32, 520, 521);
+  EXPECT_FALSE(watch.IsSought(1000)) << "it has settled";
+  watch.Reset();
+  EXPECT_TRUE(watch.IsSought(20)) << "another map";
+  watch.NoteSought(9, 500, 500);
+  EXPECT_TRUE(watch.IsSought(20)) << "a young map does not settle it";
+}
+
+TEST(LensWatch, WhatIsNoLensIsSaidWithoutAValue) {
+  CameraModel given = CameraModel::Pinhole(640, 480, 1050), fitted = CameraModel::Pinhole(640, 480, 1650);
+  fitted.distortion = Distortion::kRadialTangential;
+  fitted.coefficients[0] = 1.4;
+  EXPECT_NEAR(tracking::DistortionAtCorner(fitted), 1.4 * 400 * 400 / (1650.0 * 1650), 1e-9);
+  EXPECT_FALSE(tracking::IsPlausible(fitted, given));
+  EXPECT_TRUE(tracking::IsPlausible(CameraModel::Pinhole(640, 480, 1650), given)) << "without distortion";
+  fitted.coefficients[0] = -1.4;
+  EXPECT_TRUE(tracking::IsPlausible(fitted, given)) << "barrels are common";
+  CalibrationCheck check = FocalOff(500);
+  check.no_lens_fits = true;
+  LensWatch watch;
+  watch.Note(check, 8);
+  watch.Note(check, 10);
+  ASSERT_TRUE(watch.contradiction());
+  EXPECT_THAT(watch.contradiction()->Advice(),
+              testing::AllOf(testing::HasSubstr("no real lens near it"), testing::HasSubstr("too long")));
+  watch.Note(FocalOff(540), 13);
+  EXPECT_FALSE(watch.contradiction()) << "that is another contradiction";
+}
+
 // The room's pictures as a lens takes them.
 class LensInTheRoom {
  public:
@@ -173,6 +209,27 @@ TEST(LensWatch, TheTrackerGoesOnWithTheLensThatFits) {
   EXPECT_NEAR(refined.refined->camera.fx, TexturedRoom::Camera().fx, 0.01 * TexturedRoom::Camera().fx);
   EXPECT_GT(fixed.rms, 5 * right.rms);
   EXPECT_LT(refined.rms, 2 * right.rms);
+}
+
+// Too near to the right one to be contradicted, and still replaced: nobody has measured it.
+TEST(LensWatch, AGuessedFocalLengthThatNothingContradictsIsReplaced) {
+  const TexturedRoom room({.seed = 15});
+  CameraModel guess = TexturedRoom::Camera();
+  guess.fx *= 1.012;
+  guess.fy *= 1.012;
+  for (const bool is_guess : {true, false}) {
+    Tracker tracker(
+        guess,
+        {.deterministic = true, .seed = 15, .lens = tracking::LensUse::kRefine, .lens_is_guess = is_guess});
+    for (int i = 0; i < 60; ++i)
+      tracker.Step(room.Take(TexturedRoom::HandAt(3 * i), static_cast<std::uint64_t>(i)));
+    tracker.Finish();
+    const auto refined = tracker.Statistics().refined_lens;
+    ASSERT_EQ(refined.has_value(), is_guess);
+    if (refined) {
+      EXPECT_NEAR(refined->camera.fx, TexturedRoom::Camera().fx, 0.004 * TexturedRoom::Camera().fx);
+    }
+  }
 }
 
 TEST(LensWatch, TheTrackerDoubtsAMissingDistortion) {
