@@ -8,7 +8,7 @@
 #include "core/light_field/light_field_io.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::refusals {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
@@ -91,4 +91,4 @@ TEST(Refusals, AModeThatACalibrationHasNotIsUsage) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::refusals

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace ulf::test {
+namespace ulf::test::fault_matrix {
 namespace {
 
 namespace fs = std::filesystem;
@@ -113,4 +113,4 @@ TEST(FaultMatrix, FindsWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::fault_matrix

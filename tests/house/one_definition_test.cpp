@@ -12,7 +12,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::one_definition {
 namespace {
 namespace fs = std::filesystem;
 using ::testing::Contains;
@@ -77,4 +77,4 @@ TEST(OneDefinition, PrivateTypesAndDeclarationsAreFree) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::one_definition

@@ -20,9 +20,9 @@ using Eigen::Vector3d;
 
 double Radians(double degrees) { return degrees * M_PI / 180; }
 
-class Draw {
+class PairingDraw {
  public:
-  explicit Draw(unsigned seed) : random_(seed) {}
+  explicit PairingDraw(unsigned seed) : random_(seed) {}
   double Uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
@@ -54,8 +54,8 @@ CriterionView Camera(double focal_px, double width_px, double height_px) {
 
 // A sphere somewhere in a world of any unit, and two cameras aimed at it: distances in radii, the angle
 // between them seen from its centre.
-Pairing Aimed(Draw& draw, const CriterionView& camera, double recorded_distance, double candidate_distance,
-              double angle) {
+Pairing Aimed(PairingDraw& draw, const CriterionView& camera, double recorded_distance,
+              double candidate_distance, double angle) {
   Pairing pairing;
   pairing.subject.radius = draw.LogUniform(1e-3, 1e3);
   pairing.subject.center_in_world = pairing.subject.radius * draw.Uniform(0, 20) * draw.Direction();
@@ -187,7 +187,7 @@ Curve CandidateAtTheSphere() {
   curve.error = kError;
   curve.seeds = 20;  // brute force in the sphere takes long
   curve.trial = [](double nearness, unsigned seed) {
-    Draw draw(seed);
+    PairingDraw draw(seed);
     const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
     const double angle = Radians(draw.LogUniform(0.1, 60)), recorded_distance = draw.LogUniform(2, 20);
     return Judge(Aimed(draw, camera, recorded_distance, 1 / nearness, angle), {});
@@ -214,7 +214,7 @@ Curve RecordedAtTheSphere() {
   curve.error = kError;
   curve.seeds = 20;  // brute force in the sphere takes long
   curve.trial = [](double nearness, unsigned seed) {
-    Draw draw(seed);
+    PairingDraw draw(seed);
     const CriterionView camera = Camera(draw.Uniform(400, 800), 640, 480);
     const double angle = Radians(draw.LogUniform(0.1, 60)), candidate_distance = draw.LogUniform(2, 20);
     return Judge(Aimed(draw, camera, 1 / nearness, candidate_distance, angle),
@@ -240,7 +240,7 @@ Curve SmallBaseline() {
   curve.never_breaks = "nearer together is the same place to double precision";
   curve.error = kError;
   curve.trial = [](double decades, unsigned seed) {
-    Draw draw(seed);
+    PairingDraw draw(seed);
     const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
     const double distance = draw.LogUniform(2.2, 30), turn = draw.Uniform(0, 2 * M_PI);
     const double baseline = std::pow(10, -decades);  // of the distance
@@ -267,7 +267,7 @@ Curve OppositeSides() {
   curve.never_breaks = "there is no larger angle";
   curve.error = kError;
   curve.trial = [](double angle_deg, unsigned seed) {
-    Draw draw(seed);
+    PairingDraw draw(seed);
     const CriterionView camera = Camera(draw.Uniform(300, 2000), 4000, 4000);
     const double distance = draw.LogUniform(1.6, 30), ratio = draw.LogUniform(0.5, 2);
     return Judge(Aimed(draw, camera, distance, std::max(1.2, ratio * distance), Radians(angle_deg)), {});
@@ -316,7 +316,7 @@ Curve OffAim() {
       "too low at 15 degrees, 1 at 20, 5 at 25 and 2 at 30, by 17 % at most.";
   curve.error = kError;
   curve.trial = [](double off_deg, unsigned seed) {
-    Draw draw(seed);
+    PairingDraw draw(seed);
     const double distance = draw.LogUniform(3, 20), ratio = draw.LogUniform(0.75, 1.33);
     Pairing pairing =
         Aimed(draw, Camera(395, 640, 480), distance, ratio * distance, Radians(draw.LogUniform(0.1, 40)));

@@ -33,9 +33,9 @@ constexpr double kLeastShown = 1e-16;
 
 std::size_t At(int index) { return static_cast<std::size_t>(index); }
 
-class Draw {
+class SceneDraw {
  public:
-  explicit Draw(unsigned seed) : random_(seed) {}
+  explicit SceneDraw(unsigned seed) : random_(seed) {}
   double Uniform(double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
@@ -124,7 +124,7 @@ double LargestJump(const Weights& weights_at, int steps) {
 struct Pattern {
   std::vector<Vector3d> directions;
   double spacing = 0;  // radians, about
-  std::function<Vector3d(Draw&)> inside;
+  std::function<Vector3d(SceneDraw&)> inside;
 };
 
 Vector3d OnSphere(double azimuth, double elevation) {
@@ -132,7 +132,7 @@ Vector3d OnSphere(double azimuth, double elevation) {
           std::sin(elevation)};
 }
 
-Pattern RingsAboutAPole(Draw& draw) {
+Pattern RingsAboutAPole(SceneDraw& draw) {
   Pattern pattern;
   const int rings = draw.Whole(3, 6), meridians = draw.Whole(10, 20);
   pattern.spacing = draw.Uniform(4, 9) * M_PI / 180;
@@ -141,11 +141,11 @@ Pattern RingsAboutAPole(Draw& draw) {
     for (int i = 0; i < meridians; ++i)
       pattern.directions.push_back(OnSphere(2 * M_PI * i / meridians, M_PI / 2 - ring * pattern.spacing));
   const double reach = 0.85 * rings * pattern.spacing;
-  pattern.inside = [reach](Draw& d) { return d.Within(Vector3d::UnitZ(), reach); };
+  pattern.inside = [reach](SceneDraw& d) { return d.Within(Vector3d::UnitZ(), reach); };
   return pattern;
 }
 
-Pattern PatchOfMeridians(Draw& draw) {
+Pattern PatchOfMeridians(SceneDraw& draw) {
   Pattern pattern;
   const int columns = draw.Whole(2, 5), rows = draw.Whole(2, 4);  // to each side
   pattern.spacing = draw.Uniform(4, 9) * M_PI / 180;
@@ -153,13 +153,13 @@ Pattern PatchOfMeridians(Draw& draw) {
     for (int row = -rows; row <= rows; ++row)
       pattern.directions.push_back(OnSphere(column * pattern.spacing, row * pattern.spacing));
   const double width = 0.9 * columns * pattern.spacing, height = 0.9 * rows * pattern.spacing;
-  pattern.inside = [width, height](Draw& d) {
+  pattern.inside = [width, height](SceneDraw& d) {
     return OnSphere(d.Uniform(-width, width), d.Uniform(-height, height));
   };
   return pattern;
 }
 
-Pattern MeridiansAllAround(Draw& draw) {
+Pattern MeridiansAllAround(SceneDraw& draw) {
   Pattern pattern;
   const int meridians = draw.Whole(8, 20), rings = draw.Whole(5, 11);
   pattern.spacing = M_PI / (rings + 1);
@@ -167,11 +167,11 @@ Pattern MeridiansAllAround(Draw& draw) {
   for (int ring = 1; ring <= rings; ++ring)
     for (int i = 0; i < meridians; ++i)
       pattern.directions.push_back(OnSphere(2 * M_PI * i / meridians, M_PI / 2 - ring * pattern.spacing));
-  pattern.inside = [](Draw& d) { return d.Direction(); };
+  pattern.inside = [](SceneDraw& d) { return d.Direction(); };
   return pattern;
 }
 
-Pattern GridsOnACube(Draw& draw) {
+Pattern GridsOnACube(SceneDraw& draw) {
   Pattern pattern;
   const int side = draw.Whole(3, 6);
   std::set<std::array<int, 3>> places;
@@ -181,17 +181,17 @@ Pattern GridsOnACube(Draw& draw) {
         for (const auto& place : {std::array{x, y, z}, {y, z, x}, {z, x, y}}) places.insert(place);
   for (const auto& [x, y, z] : places) pattern.directions.push_back(Vector3d(x, y, z).normalized());
   pattern.spacing = M_PI / 2 / side;
-  pattern.inside = [](Draw& d) { return d.Direction(); };
+  pattern.inside = [](SceneDraw& d) { return d.Direction(); };
   return pattern;
 }
 
-Pattern PatternOf(unsigned seed, Draw& draw) {
+Pattern PatternOf(unsigned seed, SceneDraw& draw) {
   constexpr std::array kPatterns{RingsAboutAPole, PatchOfMeridians, MeridiansAllAround, GridsOnACube};
   Pattern pattern = kPatterns[seed % kPatterns.size()](draw);
   if (draw.Whole(0, 1) == 0) return pattern;  // exactly along the axes
   const Quaterniond turn = draw.Rotation();
   for (Vector3d& direction : pattern.directions) direction = turn * direction;
-  pattern.inside = [turn, inside = pattern.inside](Draw& d) -> Vector3d { return turn * inside(d); };
+  pattern.inside = [turn, inside = pattern.inside](SceneDraw& d) -> Vector3d { return turn * inside(d); };
   return pattern;
 }
 
@@ -251,7 +251,7 @@ Curve Cocircular() {
   curve.error = "weights' sum off one, or their jump";
   curve.trial = [](double digits, unsigned seed) {
     constexpr double kDistance = 2;
-    Draw draw(seed);
+    SceneDraw draw(seed);
     Pattern pattern = PatternOf(seed, draw);
     // Beyond double precision: not at all.
     const double jitter = digits >= 16 ? 0 : std::pow(10, -digits) * pattern.spacing;
@@ -307,7 +307,7 @@ Curve RepeatedViews() {
     constexpr int kPlaces = 40;
     constexpr double kHalfAngle = 0.7, kTremor = 1e-3, kMostChange = 0.05;
     const std::size_t each = static_cast<std::size_t>(copies);
-    Draw draw(seed);
+    SceneDraw draw(seed);
     const double spacing = std::sqrt(2 * M_PI * (1 - std::cos(kHalfAngle)) / kPlaces);
     const std::vector<Vector3d> places = CapViewpoints(kPlaces, kHalfAngle, 1, 0.05, seed);
     std::vector<Vector3d> viewpoints;
@@ -361,7 +361,7 @@ Curve TwinViews() {
   curve.trial = [](double decades, unsigned seed) {
     constexpr int kViews = 60;
     constexpr double kHalfAngle = 0.6, kDistance = 2, kMostWorse = 1.2;
-    Draw draw(seed);
+    SceneDraw draw(seed);
     const double spacing = std::sqrt(2 * M_PI * (1 - std::cos(kHalfAngle)) / kViews);
     SceneSpec spec{.viewpoints = CapViewpoints(kViews, kHalfAngle, kDistance, 0.03, seed),
                    .width = 80,
@@ -397,7 +397,7 @@ struct Fan {
 };
 
 // A vertex of this valence inside, or as a corner of the rim; around it neighbours of valence 5 to 7.
-Fan FanOf(int valence, bool inside, Draw& draw) {
+Fan FanOf(int valence, bool inside, SceneDraw& draw) {
   Fan fan;
   const double whole = inside ? 2 * M_PI : 1.5 * M_PI;
   const int sectors = inside ? valence : valence - 1;
@@ -536,7 +536,7 @@ Curve Valences() {
   curve.trial = [](double valence_as_drawn, unsigned seed) {
     const int valence = static_cast<int>(valence_as_drawn);
     const bool inside = seed % 2 == 1;
-    Draw draw(seed);
+    SceneDraw draw(seed);
     const Fan fan = FanOf(valence, inside, draw);
     const std::size_t vertices = fan.positions.size();
     const std::vector<Vector3d> outward(vertices, Vector3d::Zero());
@@ -590,7 +590,7 @@ Curve ThroughTheShell() {
   curve.trial = [](double ratio, unsigned seed) {
     constexpr int kViews = 120;
     constexpr double kHalfAngle = 0.8;
-    Draw draw(seed);
+    SceneDraw draw(seed);
     const Subject subject{Vector3d::Zero(), 0.2};
     std::vector<Vector3d> viewpoints = CapViewpoints(kViews, kHalfAngle, 1);
     for (Vector3d& viewpoint : viewpoints) viewpoint *= draw.Uniform(1, ratio);
@@ -648,7 +648,7 @@ Curve PictureThroughTheShell() {
   curve.trial = [](double ratio, unsigned seed) {
     constexpr int kViews = 60;
     constexpr double kHalfAngle = 0.8;
-    Draw draw(seed);
+    SceneDraw draw(seed);
     SceneSpec spec{.viewpoints = CapViewpoints(kViews, kHalfAngle, 1),
                    .width = 32,
                    .height = 32,
@@ -683,7 +683,7 @@ Curve PictureThroughTheShell() {
 // A ball or a box about the origin.
 class Solid {
  public:
-  Solid(unsigned seed, Draw& draw)
+  Solid(unsigned seed, SceneDraw& draw)
       : is_ball_(seed % 2 == 1),
         half_(draw.Uniform(0.45, 0.65), draw.Uniform(0.45, 0.65), draw.Uniform(0.45, 0.65)),
         box_from_world_(draw.Rotation()) {}
@@ -728,7 +728,7 @@ StereoView ViewOfSolid(const Vector3d& direction) {
 // The depth map that a sweep against the neighbours would find: off by a quarter of a pixel of the neighbour
 // that moves the most.
 ViewDepth DepthOf(const Solid& solid, const StereoView& view,
-                  const std::vector<const StereoView*>& neighbours, Draw& draw) {
+                  const std::vector<const StereoView*>& neighbours, SceneDraw& draw) {
   constexpr double kNoisePx = 0.25;
   const InverseDepthRange range = PixelSpacedRange(view, neighbours, kNearest, kFarthest);
   double widest = 0;
@@ -781,7 +781,7 @@ Curve MissingSides() {
   curve.seeds = 4;
   curve.trial = [](double fewer, unsigned seed) {
     constexpr double kRight = 0.05;
-    Draw draw(seed);
+    SceneDraw draw(seed);
     const Solid solid(seed, draw);
     const Subject subject{Vector3d::Zero(), 1};
     const Quaterniond turn = draw.Rotation();

@@ -14,7 +14,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::aravis_automatics {
 namespace {
 
 using ::testing::AllOf;
@@ -173,4 +173,4 @@ TEST_F(AravisAutomatics, AGainInUnitsOfTheCamerasOwnIsHeldInThem) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::aravis_automatics

@@ -16,7 +16,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::aravis_faults {
 namespace {
 
 using ::testing::AllOf;
@@ -243,4 +243,4 @@ TEST(FrameIds, GapsLateArrivalsAndTheWrapAreToldApart) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::aravis_faults

@@ -23,7 +23,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::aravis_settings {
 namespace {
 
 using ::testing::AllOf;
@@ -387,4 +387,4 @@ TEST_F(AravisSettings, FormatsMayChangeFromStreamToStream) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::aravis_settings

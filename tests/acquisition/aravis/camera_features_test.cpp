@@ -20,7 +20,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::camera_features {
 namespace {
 
 using ::testing::AllOf;
@@ -349,4 +349,4 @@ TEST_F(Features, OurOwnDescriptionIsReadWhole) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::camera_features

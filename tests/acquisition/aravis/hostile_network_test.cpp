@@ -12,7 +12,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/gige_packets.h"
 
-namespace ulf::test {
+namespace ulf::test::hostile_network {
 namespace {
 
 using ::testing::HasSubstr;
@@ -192,4 +192,4 @@ TEST_F(HostileNetwork, ACameraThatTellsTheWrongPortIsBelievedByItsAddress) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::hostile_network

@@ -11,7 +11,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::calibration_formats {
 namespace {
 
 using ::testing::AllOf;
@@ -239,4 +239,4 @@ TEST(CalibrationCommand, BindsAFileToACameraAndItsPartOfTheSensor) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::calibration_formats

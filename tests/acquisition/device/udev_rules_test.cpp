@@ -17,7 +17,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf {
+namespace ulf::udev_rules {
 namespace {
 
 namespace fs = std::filesystem;
@@ -236,4 +236,4 @@ TEST(UdevRules, MissingOnesAreSpokenOfByUlfDevices) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::udev_rules

@@ -11,7 +11,7 @@
 #include "coverage/bound/capture_prediction.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::coverage_map {
 namespace {
 
 using Eigen::Vector3d;
@@ -282,4 +282,4 @@ TEST(CoverageMap, AHandThatSweepsCloseRowsNeedsMoreViewsThanTheEstimate) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::coverage_map

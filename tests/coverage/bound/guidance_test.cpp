@@ -12,7 +12,7 @@
 #include "coverage/bound/capture_prediction.h"
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::guidance {
 namespace {
 
 using Eigen::Vector3d;
@@ -369,4 +369,4 @@ TEST(Guide, ExpectsTheTimeThatItThenTakes) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::guidance

@@ -7,7 +7,7 @@
 
 #include "tests/support/floors.h"
 
-namespace ulf::test {
+namespace ulf::test::open_directions {
 namespace {
 
 using Eigen::Vector3d;
@@ -74,4 +74,4 @@ TEST(OpenDirections, WithoutACapTheyGrowWithWhatIsRecorded) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::open_directions

@@ -15,7 +15,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::measured {
 namespace {
 
 using Eigen::Vector3d;
@@ -420,4 +420,4 @@ TEST(ThresholdByErrors, LastsInTheLightField) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::measured

@@ -12,7 +12,7 @@
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::cap_watch {
 namespace {
 
 using ::testing::Contains;
@@ -178,4 +178,4 @@ TEST(CaptureSession, OfAWholeCapEnds) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::cap_watch

@@ -17,7 +17,7 @@
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
-namespace ulf::test {
+namespace ulf::test::holding_up {
 namespace {
 
 namespace fs = std::filesystem;
@@ -304,4 +304,4 @@ TEST(HoldingUp, ADiskThatFailsEndsTheCaptureAndEveryFrameIsCounted) {
 }
 
 }  // namespace
-}  // namespace ulf::test
+}  // namespace ulf::test::holding_up

@@ -19,7 +19,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::blending_field {
 namespace {
 
 using Eigen::Matrix3d;
@@ -444,4 +444,4 @@ TEST(Fields, NamesRoundTripAndUnknownOnesAreListed) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::blending_field

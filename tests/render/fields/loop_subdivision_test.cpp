@@ -14,7 +14,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::loop_subdivision {
 namespace {
 
 using Eigen::Vector3d;
@@ -182,4 +182,4 @@ TEST(LoopSubdivision, LoopsOwnRulesByHand) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::loop_subdivision

@@ -18,7 +18,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::planes_proxy {
 namespace {
 
 using Eigen::Vector3d;
@@ -283,4 +283,4 @@ TEST(PlanesProxyTest, ShowsLayersBetterThanOnePlaneAndAboutAsWellAsTheirMesh) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::planes_proxy

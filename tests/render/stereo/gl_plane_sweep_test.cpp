@@ -9,7 +9,7 @@
 #include "tests/render/stereo/stereo_scenes.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::gl_plane_sweep {
 namespace {
 
 using test::Draw;
@@ -104,4 +104,4 @@ TEST(GlPlaneSweep, FindsTheDepthThatTheProcessorFinds) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::gl_plane_sweep

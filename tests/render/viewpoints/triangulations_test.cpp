@@ -13,7 +13,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
-namespace ulf {
+namespace ulf::triangulations {
 namespace {
 
 using Eigen::Vector2d;
@@ -85,4 +85,4 @@ TEST(SubjectCenter, IsAPointWithoutADirection) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::triangulations

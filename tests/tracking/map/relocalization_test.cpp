@@ -34,6 +34,8 @@ double EvidenceOf(const std::function<int(int)>& found, const LeftOut& left_out 
       const Eigen::Vector2d img((cell % 4 + 0.5) * camera.width / 4.0 + i,
                                 (cell / 4 + 0.5) * camera.height / 3.0);
       Candidate candidate;
+      candidate.mean_direction.setZero();  // no match asks for it
+      candidate.patch_axes.setZero();
       candidate.position = 2 * *camera.RayFromImg(img);
       candidate.find_rate = 0.8;
       located.looked_for.push_back(static_cast<int>(located.candidates.size()));

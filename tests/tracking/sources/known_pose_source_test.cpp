@@ -5,7 +5,7 @@
 #include "tests/tracking/scenes/textured_room.h"
 #include "tracking/sources/pose_source.h"
 
-namespace ulf {
+namespace ulf::known_pose_source {
 namespace {
 
 using test::TexturedRoom;
@@ -62,4 +62,4 @@ TEST(TrackerPoseSource, IsTheTracker) {
 }
 
 }  // namespace
-}  // namespace ulf
+}  // namespace ulf::known_pose_source
