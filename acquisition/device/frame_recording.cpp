@@ -19,6 +19,7 @@
 #include "core/base/output_path.h"
 #include "core/geometry/camera_json.h"
 #include "core/image/jpeg_file.h"
+#include "core/image/raw_file.h"
 #include "core/image/tiff_file.h"
 
 namespace ulf::acquisition {
@@ -71,11 +72,11 @@ struct FrameFile {
   FileContent content;
 };
 
-// None for a photograph that has only a raw file.
+// None for a photograph that has only a raw file: it is developed again.
 std::optional<FrameFile> ImageFile(const Frame& frame) {
   if (frame.encoded && IsJpeg(frame.encoded->extension))
     return FrameFile{frame.encoded->extension, ContentOf(*frame.encoded->bytes)};
-  if (frame.image.empty()) return std::nullopt;
+  if (frame.image.empty() || frame.raw) return std::nullopt;
   return FrameFile{".tif", TiffContent(frame.image.pixels)};
 }
 
@@ -446,7 +447,12 @@ Frame ReadRecordedFrame(const FrameRecording::Entry& entry) {
   };
   Frame frame = entry.frame;
   if (!entry.raw_file.empty()) frame.raw = encoded(entry.raw_file);
-  if (entry.file.empty()) return frame;
+  if (entry.file.empty()) {
+    if (frame.raw && frame.status == FrameStatus::kComplete)
+      frame.image = {DecodeRaw(*frame.raw->bytes, entry.raw_file.string(), RawQuality::kQuick).light,
+                     Transfer::kLinear};
+    return frame;
+  }
   if (IsJpeg(entry.file.extension())) frame.encoded = encoded(entry.file);
   if (frame.status == FrameStatus::kIncomplete) return frame;
   // Decodes a photograph as the camera's driver does.

@@ -424,6 +424,21 @@ GphotoResult GphotoCamera::Delete(const GphotoFile& file) {
   });
 }
 
+GphotoResult GphotoCamera::FilesIn(const std::string& folder, std::vector<std::string>& names) {
+  names.clear();
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    CameraList* raw = nullptr;
+    gp_list_new(&raw);
+    const List list(raw);
+    const int result = gp_camera_folder_list_files(camera, folder.c_str(), list.get(), context);
+    for (int i = 0; result >= 0 && i < gp_list_count(list.get()); ++i) {
+      const char* name = nullptr;
+      if (gp_list_get_name(list.get(), i, &name) >= 0) names.push_back(Text(name));
+    }
+    return result;
+  });
+}
+
 GphotoResult GphotoCamera::Storages(std::vector<GphotoStorage>& storages) {
   storages.clear();
   return state_->Do([&](Camera* camera, GPContext* context) {

@@ -1,7 +1,8 @@
 // Tests: acquisition/gphoto2/gphoto_device, acquisition/gphoto2/gphoto_camera,
 // acquisition/gphoto2/gphoto_features, acquisition/gphoto2/gphoto_options,
 // acquisition/gphoto2/camera_settings, acquisition/gphoto2/photograph_downloads,
-// acquisition/gphoto2/ptpip_descriptors, acquisition/device/photograph_inbox.
+// acquisition/gphoto2/left_photographs, acquisition/gphoto2/ptpip_descriptors,
+// acquisition/device/photograph_inbox.
 //
 // A tethered camera over the stock ptp2 driver, on loopback.
 #include <fcntl.h>
@@ -11,11 +12,14 @@
 #include <fstream>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "acquisition/device/device.h"
 #include "acquisition/gphoto2/camera_settings.h"
+#include "acquisition/gphoto2/left_photographs.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "core/base/error.h"
 #include "tests/acquisition/gphoto2/gphoto_fixture.h"
+#include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/ptp_wire.h"
 
@@ -148,7 +152,7 @@ TEST_F(GphotoTest, AFileThatCannotBeFetchedIsNamedAndCounted) {
       Until(*device, [&] { return Said(*device).find("DSC_0003.JPG could not") != std::string::npos; }));
   camera_->DropLink();
   EXPECT_TRUE(Until(*device, [&] { return device->State() == DeviceState::kLost; }));
-  EXPECT_THAT(Said(*device), HasSubstr("DSC_0003.JPG; copy from the card"));
+  EXPECT_THAT(Said(*device), HasSubstr("DSC_0003.JPG; fetched when the camera is back"));
 }
 
 TEST_F(GphotoTest, AFileThatTheCameraNoLongerHoldsIsGivenUp) {
@@ -426,6 +430,130 @@ TEST_F(GphotoTest, ARawFileComesBesideItsJpegAndAloneIsKeptAllTheSame) {
   EXPECT_EQ(raw->status, FrameStatus::kIncomplete);
   EXPECT_FALSE(raw->encoded);
   EXPECT_EQ(*raw->raw->bytes, raw_bytes);
+  EXPECT_THAT(Said(*device), HasSubstr("is no raw file of a kind that LibRaw"));
+}
+
+TEST_F(GphotoTest, ARawFileAloneIsDevelopedAndSaysHowItWasTaken) {
+  DngCamera sensor;
+  sensor.exposure_s = 1 / 30.0;
+  const std::string bytes = DngBytes(sensor, [](int, int) { return cv::Vec3d(0.1, 0.3, 0.5); });
+  Begin([&](int number) -> std::vector<PtpipFile> { return {{FileName(number, "NEF"), bytes}}; });
+  auto device = Open("?imageformat=NEF (Raw)");
+  device->Start();
+  device->RequestStill();
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(still->status, FrameStatus::kComplete);
+  EXPECT_TRUE(still->requested_s);
+  EXPECT_EQ(*still->raw->bytes, bytes);
+  EXPECT_EQ(still->image.transfer, Transfer::kLinear);
+  ASSERT_EQ(still->image.pixels.size(), cv::Size(96, 64));
+  const cv::Vec3w light = still->image.pixels.at<cv::Vec3w>(20, 20);
+  EXPECT_NEAR(light[0] / 65535.0, 0.5, 0.002);
+  EXPECT_NEAR(light[2] / 65535.0, 0.1, 0.002);
+  EXPECT_NEAR(still->exposure_s, 1 / 30.0, 1e-5) << "by the file, not by the camera's setting";
+  EXPECT_DOUBLE_EQ(still->gain, 4);
+  EXPECT_NEAR(still->focal_mm.value_or(0), 35, 1e-3);
+}
+
+// The next photograph, whether the link holds or not.
+std::optional<Frame> AwaitStillAcrossAGap(Device& device) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (std::chrono::steady_clock::now() < until)
+    if (auto frame = device.Next(milliseconds(100)); frame && frame->kind == FrameKind::kStill) return frame;
+  return std::nullopt;
+}
+
+// What the camera took while nobody could hear of it, each file once, in order, the request's answer as such.
+TEST_F(GphotoTest, PhotographsThatStayedInTheCameraAreFetchedWhenTheLinkIsBack) {
+  for (const bool of_a_request : {false, true}) {
+    PtpipCameraOptions options;
+    options.shutter_lag_s = 0.2;
+    Begin(NumberedPhotograph, options);
+    auto device = OpenDevice(camera_->Uri() + "?liveview_fps=60");
+    device->Start();
+    ASSERT_TRUE(AwaitLive(*device));
+    camera_->PressShutter();
+    ASSERT_TRUE(AwaitStill(*device));
+    if (of_a_request) {
+      ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+      ASSERT_TRUE(Until(*device, [&] { return camera_->ReleasesAsked() >= 1; }));
+    }
+    camera_->Refuse(true);
+    camera_->DropLink();
+    if (!of_a_request) {
+      camera_->PressShutter();
+      camera_->PressShutter();
+    }
+    const int taken = of_a_request ? 2 : 3;
+    ASSERT_TRUE(
+        Until(*device, [&] { return camera_->FilesKept().size() == static_cast<std::size_t>(taken); }));
+    camera_->Refuse(false);
+    for (int number = 2; number <= taken; ++number) {
+      const auto still = AwaitStillAcrossAGap(*device);
+      ASSERT_TRUE(still) << number << "\n" << Said(*device);
+      EXPECT_EQ(*still->encoded->bytes, NumberedPhotograph(number).front().bytes);
+      EXPECT_EQ(still->requested_s.has_value(), of_a_request);
+    }
+    EXPECT_THAT(Said(*device), HasSubstr("stayed in the camera when its link dropped"));
+    EXPECT_THAT(said_, HasSubstr("DSC_0002.JPG"));
+    camera_->PressShutter();
+    const auto next = AwaitStill(*device);
+    ASSERT_TRUE(next);
+    EXPECT_EQ(*next->encoded->bytes, NumberedPhotograph(taken + 1).front().bytes) << "none comes twice";
+    EXPECT_EQ(device->Statistics().reconnects, 1u);
+    device.reset();
+    said_.clear();
+  }
+}
+
+TEST_F(GphotoTest, AFileWhoseDownloadTheLinkBrokeOffIsFetchedWhenItIsBack) {
+  PtpipCameraOptions slow;
+  slow.download_bytes_per_s = 20e3;
+  cv::Mat noise(640, 960, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  std::vector<unsigned char> encoded;
+  cv::imencode(".jpg", noise, encoded, {cv::IMWRITE_JPEG_QUALITY, 5});
+  const std::string bytes(encoded.begin(), encoded.end());
+  ASSERT_GT(bytes.size(), 20'000u) << "a second at least";
+  Begin([&](int number) -> std::vector<PtpipFile> { return {{FileName(number), bytes}}; }, slow);
+  auto device = OpenDevice(camera_->Uri() + "?liveview_fps=5");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->PressShutter();
+  ASSERT_TRUE(Until(*device, [&] { return camera_->Releases() == 1; }));
+  std::this_thread::sleep_for(milliseconds(500));
+  camera_->DropLink();
+  const auto still = AwaitStillAcrossAGap(*device);
+  ASSERT_TRUE(still) << Said(*device);
+  EXPECT_EQ(*still->encoded->bytes, bytes);
+  EXPECT_EQ(device->Statistics().reconnects, 1u);
+  for (const auto& [name, value] : device->Statistics().transport)
+    EXPECT_TRUE(name != "photographs not downloaded" || value == 0) << "it was, in the end";
+}
+
+TEST(LeftPhotographsTest, AreThoseAfterTheLastThatWasAnnounced) {
+  LeftPhotographs photographs;
+  photographs.Announced({"/card", "DSC_0009.JPG"});
+  EXPECT_FALSE(photographs.Take()) << "the link was not lost";
+  photographs.Lost({}, 7, 9);
+  const auto left = photographs.Take();
+  ASSERT_TRUE(left);
+  EXPECT_FALSE(photographs.Take()) << "once";
+  const auto files = photographs.CameSince(*left, {"DSC_0011.JPG", "DSC_0008.JPG", "DSC_0010.NEF",
+                                                   "DSC_0009.JPG", "DSC_0010.JPG", "DSC_0009.NEF"});
+  std::vector<std::string> names;
+  for (const auto& [where, file] : files) {
+    EXPECT_EQ(where.folder, "/card");
+    EXPECT_EQ(file.released_s, StemOf(file.name) == "dsc_0010" ? 7 : 0) << file.name;
+    EXPECT_EQ(file.is_late, file.name == "DSC_0009.NEF");
+    EXPECT_EQ(file.announced_s, 9);
+    names.push_back(where.name);
+  }
+  EXPECT_THAT(names, ElementsAre("DSC_0009.NEF", "DSC_0010.JPG", "DSC_0010.NEF", "DSC_0011.JPG"));
+  photographs.Lost({}, 0, 0);
+  EXPECT_THAT(LeftPhotographs().CameSince({}, {"DSC_0001.JPG"}), ::testing::IsEmpty())
+      << "none was announced: nobody can tell which are new";
 }
 
 // Exif as a camera writes it, before the rest of a JPEG.
