@@ -151,6 +151,8 @@ json FrameToJson(const Frame& frame, const std::string& file, const std::string&
   if (!file.empty()) line["file"] = file;
   if (!raw_file.empty()) line["raw"] = raw_file;
   if (frame.f_number) line["f_number"] = *frame.f_number;
+  if (frame.focal_mm) line["focal_mm"] = *frame.focal_mm;
+  if (!frame.lens.empty()) line["lens"] = frame.lens;
   if (frame.kind == FrameKind::kStill) line["still"] = true;
   if (frame.requested_s) line["requested_s"] = *frame.requested_s;
   if (frame.status == FrameStatus::kIncomplete) line["incomplete"] = true;
@@ -173,6 +175,8 @@ Frame FrameFromJson(const JsonPlace& line) {
   frame.gain = line.Number("gain", 1);
   frame.black_level = line.Number("black_level", 0);
   if (line.Has("f_number")) frame.f_number = line.Number("f_number");
+  if (line.Has("focal_mm")) frame.focal_mm = line.Number("focal_mm");
+  frame.lens = line.Text("lens", "");
   if (line.Has("still")) frame.kind = FrameKind::kStill;
   if (line.Has("requested_s")) frame.requested_s = line.Number("requested_s");
   if (line.Has("incomplete")) frame.status = FrameStatus::kIncomplete;

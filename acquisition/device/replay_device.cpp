@@ -109,6 +109,7 @@ void Develop(const fs::path& file, Frame& frame) {
   frame.gain = exif.iso.value_or(100) / 100;
   frame.f_number = exif.f_number;
   frame.focal_mm = exif.focal_mm;
+  frame.lens = exif.lens;
 }
 
 class FolderSource : public Source {

@@ -128,8 +128,7 @@ std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_form
   if (ComesWithJpeg(image_format)) return "";
   return fmt::format(
       "the image format is '{}': ulf develops each raw file itself, and follows nothing meanwhile; where "
-      "that takes "
-      "too long, set imageformat= to one of {}",
+      "that takes too long, set imageformat= to one of {}",
       image_format, FormatsWithJpeg(camera));
 }
 

@@ -439,6 +439,18 @@ GphotoResult GphotoCamera::FilesIn(const std::string& folder, std::vector<std::s
   });
 }
 
+GphotoResult GphotoCamera::WrittenAt(const GphotoFile& file, std::optional<double>& time_s) {
+  time_s.reset();
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    CameraFileInfo info{};
+    const int result =
+        gp_camera_file_get_info(camera, file.folder.c_str(), file.name.c_str(), &info, context);
+    if (result >= 0 && (info.file.fields & GP_FILE_INFO_MTIME) && info.file.mtime > 0)
+      time_s = static_cast<double>(info.file.mtime);
+    return result;
+  });
+}
+
 GphotoResult GphotoCamera::Storages(std::vector<GphotoStorage>& storages) {
   storages.clear();
   return state_->Do([&](Camera* camera, GPContext* context) {

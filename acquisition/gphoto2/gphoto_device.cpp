@@ -199,10 +199,14 @@ class GphotoDevice : public Device {
     if (released_at_)
       Notice(
           "the requested photograph has not arrived: if it was taken, it is in the camera and fetched when "
-          "that is "
-          "back");
-    if (to_fetch_) std::ranges::move(to_fetch_->waiting, std::back_inserter(files));  // lost again before
-    left_->Lost(std::move(files), released_at_ && !answer_stem_ ? released_host_s_ : 0, EpochSeconds());
+          "that is back");
+    // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that still counts.
+    LeftPhotographs::Left left =
+        std::exchange(to_fetch_, std::nullopt)
+            .value_or(LeftPhotographs::Left{.waiting = {}, .lost_s = EpochSeconds()});
+    std::ranges::move(files, std::back_inserter(left.waiting));
+    if (released_at_ && !answer_stem_) left.released_s = released_host_s_;
+    left_->Lost(std::move(left));
     inbox_->Close();
     state_ = DeviceState::kLost;
   }
@@ -217,8 +221,9 @@ class GphotoDevice : public Device {
   // Queues what the camera kept when its link dropped, and what it took since. A camera that is busy, as after it was
   // switched on, is asked again.
   void FetchLeft() {
-    std::vector<std::string> names;
+    std::vector<GphotoFile> since;
     if (to_fetch_->last) {
+      std::vector<std::string> names;
       const GphotoResult result = camera_->FilesIn(to_fetch_->last->folder, names);
       if (result.Busy() && ++busy_listings_ < kBusyListings) return;
       if (!result.ok() && Gone(result)) return;
@@ -227,11 +232,12 @@ class GphotoDevice : public Device {
             "the camera does not say what it holds ({}): photographs taken while the link was gone are "
             "on its card",
             result.text));
+      since = left_->After(*to_fetch_, std::move(names));
+      if (!LeaveOlder(since)) return;
     } else if (to_fetch_->released_s > 0) {
       Notice(
           "a photograph may have been taken while the link was gone, and none before: ulf cannot tell which "
-          "file of "
-          "the card it is; copy it from there");
+          "file of the card it is; copy it from there");
     }
     std::vector<FileInCamera> files = std::move(to_fetch_->waiting);
     {
@@ -239,15 +245,47 @@ class GphotoDevice : public Device {
       const MutexLock lock(mutex_);
       not_downloaded_ -= static_cast<double>(files.size());
     }
-    std::ranges::move(left_->CameSince(*to_fetch_, std::move(names)), std::back_inserter(files));
+    std::ranges::move(LeftPhotographs::CameSince(*to_fetch_, since), std::back_inserter(files));
     to_fetch_.reset();
     if (!files.empty())
       Notice(fmt::format("{} that stayed in the camera when its link dropped: {}",
                          Counted(files.size(), "file"), NamesOf(files)));
-    for (auto& [where, file] : files) {
-      left_->Announced(where);
-      downloads_.Announced(where, std::move(file), NowS());
+    for (const GphotoFile& file : since)
+      if (!IsInCameraMemory(file.folder, target_is_memory_)) left_->Fetched(file);
+    for (auto& [where, file] : files) downloads_.Announced(where, std::move(file), NowS());
+  }
+
+  // Leaves out what the camera wrote before the last file that it announced, by its own clock, whatever that shows: a
+  // card may hold higher numbers from earlier sessions, and the same. False: the camera is gone.
+  bool LeaveOlder(std::vector<GphotoFile>& files) {
+    constexpr double kOneAfterAnother_s =
+        60;  // the two files of a photograph are written in either order; guessed
+    std::optional<double> last_s;
+    if (files.empty()) return true;
+    if (const GphotoResult result = camera_->WrittenAt(*to_fetch_->last, last_s);
+        !result.ok() && Gone(result))
+      return false;
+    if (!last_s) return true;
+    std::vector<FileInCamera> older;
+    for (const GphotoFile& file : files) {
+      std::optional<double> written_s;
+      if (const GphotoResult result = camera_->WrittenAt(file, written_s); !result.ok() && Gone(result))
+        return false;
+      if (written_s && *written_s < *last_s - kOneAfterAnother_s) older.emplace_back(file, DownloadedFile{});
     }
+    if (older.empty()) return true;
+    std::erase_if(files, [&](const GphotoFile& file) {
+      return std::ranges::any_of(older,
+                                 [&](const FileInCamera& each) { return each.first.name == file.name; });
+    });
+    constexpr std::size_t kMostNames = 5;
+    const std::size_t count = older.size();
+    older.resize(std::min(count, kMostNames));
+    Notice(fmt::format(
+        "{} not fetched, because the camera's clock says that they are from before: {}{}; if that was "
+        "set back meanwhile, copy them from the card",
+        Counted(count, "file"), NamesOf(older), count > kMostNames ? ", ..." : ""));
+    return true;
   }
 
   // Whether the thread is to stop and no photograph is still expected.
@@ -363,6 +401,8 @@ class GphotoDevice : public Device {
   // The first photograph announced after a release counts as its answer, although the photographer may have
   // released it on the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
   void QueueDownload(const GphotoFile& announced) {
+    // An event that the camera had kept. Names in its memory come again for other photographs.
+    if (!IsInCameraMemory(announced.folder, target_is_memory_) && left_->WasFetched(announced)) return;
     left_->Announced(announced);
     DownloadedFile file;
     file.name = announced.name;

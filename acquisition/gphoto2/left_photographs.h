@@ -19,27 +19,35 @@ using FileInCamera = std::pair<GphotoFile, DownloadedFile>;
 
 class LeftPhotographs {
  public:
+  struct Left {
+    std::vector<FileInCamera> waiting;    // announced, not downloaded
+    std::optional<GphotoFile> last = {};  // that was announced; none: none was
+    double released_s =
+        0;  // when the shutter was asked to open for a photograph that was not announced; 0: none was
+    double lost_s = 0;  // host clock
+  };
   // The camera has announced the file.
   void Announced(const GphotoFile& file);
-  // The link is gone. `waiting`: announced, not downloaded. `released_s`: when the shutter was asked to open for a
-  // photograph that has not been announced; 0: none was.
-  void Lost(std::vector<FileInCamera> waiting, double released_s, double now_s);
-
-  struct Left {
-    std::vector<FileInCamera> waiting;
-    std::optional<GphotoFile> last;  // that was announced; none: none was
-    double released_s = 0;
-    double lost_s = 0;
-  };
+  // The link is gone. Where `left` does not say which file was the last, it is the one that was announced last.
+  void Lost(Left left);
   // Once for each loss; none: the link was not lost.
   std::optional<Left> Take();
-  // Of the files that a folder of the camera holds now, those that came after the last one that was announced, by the
-  // numbers in their names. The first photograph among them answers the request that was open.
-  std::vector<FileInCamera> CameSince(const Left& left, std::vector<std::string> names) const;
+  // Of the files that a folder of the camera holds now, the photographs that came after the last one that was announced,
+  // by the numbers in their names, in their order.
+  std::vector<GphotoFile> After(const Left& left, std::vector<std::string> names) const;
+  // What is to be fetched of `files`, which came since. The first photograph among them answers the request that was
+  // open.
+  static std::vector<FileInCamera> CameSince(const Left& left, const std::vector<GphotoFile>& files);
+
+  // A file on a card is fetched although the camera did not announce it.
+  void Fetched(const GphotoFile& file);
+  // Whether the file was fetched so, or announced before the link was lost: a camera may announce it once more.
+  bool WasFetched(const GphotoFile& file) const;
 
  private:
   mutable Mutex mutex_;
-  std::set<std::string> announced_ ULF_GUARDED_BY(mutex_);  // folder and name
+  std::set<std::string> announced_ ULF_GUARDED_BY(mutex_), fetched_
+      ULF_GUARDED_BY(mutex_);  // folder and name
   std::optional<GphotoFile> last_ ULF_GUARDED_BY(mutex_);
   std::optional<Left> left_ ULF_GUARDED_BY(mutex_);
 };

@@ -235,6 +235,8 @@ TEST(FrameRecording, ARawFileAloneIsDevelopedAgain) {
   const std::string raw = DngBytes({}, [](int, int) { return cv::Vec3d(0.2, 0.3, 0.4); });
   Frame photograph = Photograph(1, "", raw);
   photograph.raw->extension = ".dng";
+  photograph.focal_mm = 35;
+  photograph.lens = "Acme 35mm f/2";
   photograph.status = FrameStatus::kComplete;
   photograph.image = {DecodeRaw(raw, "a.dng", RawQuality::kQuick).light, Transfer::kLinear};
   {
@@ -247,6 +249,8 @@ TEST(FrameRecording, ARawFileAloneIsDevelopedAgain) {
   EXPECT_TRUE(recording.entries[0].file.empty());
   const Frame read = ReadRecordedFrame(recording.entries[0]);
   EXPECT_EQ(*read.raw->bytes, raw);
+  EXPECT_EQ(read.focal_mm, 35);
+  EXPECT_EQ(read.lens, "Acme 35mm f/2");
   EXPECT_EQ(read.image.transfer, Transfer::kLinear);
   ASSERT_EQ(read.image.pixels.size(), photograph.image.pixels.size());
   EXPECT_EQ(cv::norm(read.image.pixels, photograph.image.pixels, cv::NORM_INF), 0);
