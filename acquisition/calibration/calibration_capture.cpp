@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/name_order.h"
+#include "core/image/raw_file.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -190,6 +191,7 @@ std::vector<std::string> ImagesIn(const std::vector<std::string>& paths) {
           entry.path().filename().string()[0] != '.')
         inside.push_back(entry.path().string());
     if (inside.empty()) throw Error("{}: the folder contains no images; name another", path);
+    LeaveOutRawTwins(inside);
     std::sort(inside.begin(), inside.end(), NameOrder);
     files.insert(files.end(), inside.begin(), inside.end());
   }

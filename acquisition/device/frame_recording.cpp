@@ -19,6 +19,7 @@
 #include "core/base/output_path.h"
 #include "core/geometry/camera_json.h"
 #include "core/image/jpeg_file.h"
+#include "core/image/raw_file.h"
 #include "core/image/tiff_file.h"
 
 namespace ulf::acquisition {
@@ -71,11 +72,11 @@ struct FrameFile {
   FileContent content;
 };
 
-// None for a photograph that has only a raw file.
+// None for a photograph that has only a raw file: it is developed again.
 std::optional<FrameFile> ImageFile(const Frame& frame) {
   if (frame.encoded && IsJpeg(frame.encoded->extension))
     return FrameFile{frame.encoded->extension, ContentOf(*frame.encoded->bytes)};
-  if (frame.image.empty()) return std::nullopt;
+  if (frame.image.empty() || frame.raw) return std::nullopt;
   return FrameFile{".tif", TiffContent(frame.image.pixels)};
 }
 
@@ -150,6 +151,8 @@ json FrameToJson(const Frame& frame, const std::string& file, const std::string&
   if (!file.empty()) line["file"] = file;
   if (!raw_file.empty()) line["raw"] = raw_file;
   if (frame.f_number) line["f_number"] = *frame.f_number;
+  if (frame.focal_mm) line["focal_mm"] = *frame.focal_mm;
+  if (!frame.lens.empty()) line["lens"] = frame.lens;
   if (frame.kind == FrameKind::kStill) line["still"] = true;
   if (frame.requested_s) line["requested_s"] = *frame.requested_s;
   if (frame.status == FrameStatus::kIncomplete) line["incomplete"] = true;
@@ -172,6 +175,8 @@ Frame FrameFromJson(const JsonPlace& line) {
   frame.gain = line.Number("gain", 1);
   frame.black_level = line.Number("black_level", 0);
   if (line.Has("f_number")) frame.f_number = line.Number("f_number");
+  if (line.Has("focal_mm")) frame.focal_mm = line.Number("focal_mm");
+  frame.lens = line.Text("lens", "");
   if (line.Has("still")) frame.kind = FrameKind::kStill;
   if (line.Has("requested_s")) frame.requested_s = line.Number("requested_s");
   if (line.Has("incomplete")) frame.status = FrameStatus::kIncomplete;
@@ -446,7 +451,12 @@ Frame ReadRecordedFrame(const FrameRecording::Entry& entry) {
   };
   Frame frame = entry.frame;
   if (!entry.raw_file.empty()) frame.raw = encoded(entry.raw_file);
-  if (entry.file.empty()) return frame;
+  if (entry.file.empty()) {
+    if (frame.raw && frame.status == FrameStatus::kComplete)
+      frame.image = {DecodeRaw(*frame.raw->bytes, entry.raw_file.string(), RawQuality::kQuick).light,
+                     Transfer::kLinear};
+    return frame;
+  }
   if (IsJpeg(entry.file.extension())) frame.encoded = encoded(entry.file);
   if (frame.status == FrameStatus::kIncomplete) return frame;
   // Decodes a photograph as the camera's driver does.

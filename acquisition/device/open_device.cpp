@@ -48,11 +48,12 @@ double ExtractPatience(DeviceUri& uri) {
   return patience_s;
 }
 
-std::unique_ptr<Device> OpenDriver(const DeviceUri& uri) {
+// `left`: of tethered cameras, shared by the drivers that open the same camera one after the other.
+std::unique_ptr<Device> OpenDriver(const DeviceUri& uri, const std::shared_ptr<LeftPhotographs>& left) {
   if (uri.scheme == "sim") return OpenSimulatedDevice(uri);
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
-  if (uri.scheme == "gphoto2") return OpenGphotoDevice(uri);
+  if (uri.scheme == "gphoto2") return OpenGphotoDevice(uri, left);
   throw UsageError("'{}': there is no kind of device called '{}'; there are {}", uri.Text(), uri.scheme,
                    kDeviceKinds);
 }
@@ -66,7 +67,7 @@ std::vector<DeviceInfo> ListOf(const std::string& scheme) {
 
 // Opens the same camera at its present address, with its old options. Finds it by its serial number, or as
 // the only camera of its model where it has none.
-std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known) {
+std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known, const std::shared_ptr<LeftPhotographs>& left) {
   DeviceUri uri = DeviceUri::Parse(known.uri);
   std::vector<DeviceInfo> same;
   for (const DeviceInfo& info : ListOf(uri.scheme))
@@ -77,7 +78,7 @@ std::unique_ptr<Device> OpenElsewhere(const DeviceInfo& known) {
     throw Error("{}: {} {}{} is not found; check power and cable", known.uri, known.maker, known.model,
                 known.serial.empty() ? "" : ", serial " + known.serial + ",");
   uri.path = DeviceUri::Parse(same.front().uri).path;
-  return OpenDriver(uri);
+  return OpenDriver(uri, left);
 }
 
 }  // namespace
@@ -86,10 +87,12 @@ std::unique_ptr<Device> OpenDevice(const std::string& text) {
   DeviceUri uri = DeviceUri::Parse(text.empty() ? FirstRealCamera() : text);
   if (uri.scheme == "replay") return OpenReplayDevice(uri);
   const double patience_s = ExtractPatience(uri);
+  const auto left = std::make_shared<LeftPhotographs>();
   return MakeReconnectingDevice(
-      OpenDriver(uri),
-      {.where_it_was = [](const DeviceInfo& known) { return OpenDriver(DeviceUri::Parse(known.uri)); },
-       .elsewhere = OpenElsewhere,
+      OpenDriver(uri, left),
+      {.where_it_was =
+           [left](const DeviceInfo& known) { return OpenDriver(DeviceUri::Parse(known.uri), left); },
+       .elsewhere = [left](const DeviceInfo& known) { return OpenElsewhere(known, left); },
        .patience_s = patience_s});
 }
 

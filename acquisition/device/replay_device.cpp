@@ -14,8 +14,10 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 #include "core/base/name_order.h"
 #include "core/image/image_header.h"
+#include "core/image/raw_file.h"
 #include "core/light_field/light_field_io.h"
 
 namespace ulf::acquisition {
@@ -81,6 +83,7 @@ std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
     else
       ++others;
   }
+  if (!options.glob) LeaveOutRawTwins(files);
   if (files.empty() && options.glob)
     throw Error("{}: none of the {} files in the folder matches '{}'; correct ?glob= or leave it out",
                 options.uri, others, *options.glob);
@@ -93,6 +96,20 @@ std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
     return NameOrder(a.filename().string(), b.filename().string());
   });
   return files;
+}
+
+// With the file itself, which becomes the view's master.
+void Develop(const fs::path& file, Frame& frame) {
+  auto bytes = std::make_shared<const std::string>(ReadWholeFile(file));
+  const RawPhotograph photograph = DecodeRaw(*bytes, file.string(), RawQuality::kQuick);
+  frame.image = {photograph.light, Transfer::kLinear};
+  frame.raw = EncodedImage{Lowercase(file.extension().string()), std::move(bytes)};
+  const ExifFacts& exif = photograph.facts.exif;
+  frame.exposure_s = exif.exposure_s.value_or(0);
+  frame.gain = exif.iso.value_or(100) / 100;
+  frame.f_number = exif.f_number;
+  frame.focal_mm = exif.focal_mm;
+  frame.lens = exif.lens;
 }
 
 class FolderSource : public Source {
@@ -119,11 +136,14 @@ class FolderSource : public Source {
     if (next_ >= files_.size()) return std::nullopt;
     const fs::path& file = files_[next_];
     Frame frame;
-    frame.image.pixels = next_ == 0 ? first_.clone() : ReadImageFile(file.string());
+    if (IsRawFile(file))
+      Develop(file, frame);
+    else
+      frame.image.pixels = next_ == 0 ? first_.clone() : ReadImageFile(file.string());
     const cv::Mat& pixels = frame.image.pixels;
     if (pixels.size() != first_.size() || pixels.type() != first_.type())
       ThrowMixed(file, fmt::format("{}x{}, {} channels", pixels.cols, pixels.rows, pixels.channels()));
-    frame.image.transfer = options_.TransferOf(pixels);
+    if (!frame.raw) frame.image.transfer = options_.TransferOf(pixels);
     frame.id = next_;
     frame.device_time_s = options_.TimeOf(next_);
     if (header_ && header_->kind == "JPEG") frame.encoded = JpegFile(file);

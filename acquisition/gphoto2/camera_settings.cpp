@@ -127,8 +127,8 @@ bool IsAutomatic(const std::string& value) {
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format) {
   if (ComesWithJpeg(image_format)) return "";
   return fmt::format(
-      "the image format is '{}': ulf keeps its photographs in unposed/ but cannot use them, because it does "
-      "not decode raw files; set imageformat= to one of {}",
+      "the image format is '{}': ulf develops each raw file itself, and follows nothing meanwhile; where "
+      "that takes too long, set imageformat= to one of {}",
       image_format, FormatsWithJpeg(camera));
 }
 

@@ -424,6 +424,33 @@ GphotoResult GphotoCamera::Delete(const GphotoFile& file) {
   });
 }
 
+GphotoResult GphotoCamera::FilesIn(const std::string& folder, std::vector<std::string>& names) {
+  names.clear();
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    CameraList* raw = nullptr;
+    gp_list_new(&raw);
+    const List list(raw);
+    const int result = gp_camera_folder_list_files(camera, folder.c_str(), list.get(), context);
+    for (int i = 0; result >= 0 && i < gp_list_count(list.get()); ++i) {
+      const char* name = nullptr;
+      if (gp_list_get_name(list.get(), i, &name) >= 0) names.push_back(Text(name));
+    }
+    return result;
+  });
+}
+
+GphotoResult GphotoCamera::WrittenAt(const GphotoFile& file, std::optional<double>& time_s) {
+  time_s.reset();
+  return state_->Do([&](Camera* camera, GPContext* context) {
+    CameraFileInfo info{};
+    const int result =
+        gp_camera_file_get_info(camera, file.folder.c_str(), file.name.c_str(), &info, context);
+    if (result >= 0 && (info.file.fields & GP_FILE_INFO_MTIME) && info.file.mtime > 0)
+      time_s = static_cast<double>(info.file.mtime);
+    return result;
+  });
+}
+
 GphotoResult GphotoCamera::Storages(std::vector<GphotoStorage>& storages) {
   storages.clear();
   return state_->Do([&](Camera* camera, GPContext* context) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <iterator>
 #include <thread>
 #include <utility>
 
@@ -14,12 +15,14 @@
 #include "acquisition/gphoto2/gphoto_options.h"
 #include "acquisition/gphoto2/photograph_downloads.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
 #include "core/base/quantile.h"
 #include "core/base/signal_stack.h"
 #include "core/image/jpeg_file.h"
+#include "core/image/raw_file.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -33,14 +36,18 @@ using Clock = std::chrono::steady_clock;
 constexpr Clock::duration kLeastWait = milliseconds(1), kMostWait = milliseconds(100);
 constexpr milliseconds kFailurePause(20), kPropertyPause(200);
 
+// A camera that has just been switched on may be busy for seconds: so many questions, each a round of the loop. Guessed.
+constexpr int kBusyListings = 100;
+
 double NowS() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
 milliseconds Milliseconds(double seconds) { return milliseconds(static_cast<int>(1000 * seconds)); }
 
 class GphotoDevice : public Device {
  public:
-  explicit GphotoDevice(const DeviceUri& uri)
-      : options_(GphotoOptions::Of(uri)),
+  GphotoDevice(const DeviceUri& uri, std::shared_ptr<LeftPhotographs> left)
+      : left_(left ? std::move(left) : std::make_shared<LeftPhotographs>()),
+        options_(GphotoOptions::Of(uri)),
         uri_(uri.Text()),
         camera_(std::make_unique<GphotoCamera>(uri_, ResolveGphotoAddress(uri))),
         settings_(*camera_, uri_),
@@ -102,7 +109,10 @@ class GphotoDevice : public Device {
     if (!inbox_) return std::nullopt;
     std::optional<Frame> frame = inbox_->Pop(timeout);
     if (!frame) return std::nullopt;
-    if (frame->encoded) frame->image = {DecodeJpeg(*frame->encoded->bytes), Transfer::kSrgb};
+    if (frame->encoded)
+      frame->image = {DecodeJpeg(*frame->encoded->bytes), Transfer::kSrgb};
+    else if (frame->raw && frame->status == FrameStatus::kComplete)
+      frame->image = {Developed(*frame->raw), Transfer::kLinear};
     frame->status = frame->image.empty() ? FrameStatus::kIncomplete : FrameStatus::kComplete;
     if (frame->kind == FrameKind::kLive) frame->encoded.reset();  // live view is never kept
     const MutexLock lock(mutex_);
@@ -155,7 +165,9 @@ class GphotoDevice : public Device {
         std::chrono::duration<double>(1 / options_.live_view_fps));
     Clock::time_point next_live = Clock::now();
     next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
+    to_fetch_ = left_->Take();
     while (!MayStop() && !lost_) {
+      if (to_fetch_) FetchLeft();
       if (still_wanted_) Release();
       if (has_live_view_ && !stop_ && Clock::now() >= next_live) {
         LiveView();
@@ -178,12 +190,102 @@ class GphotoDevice : public Device {
       const MutexLock lock(mutex_);
       not_downloaded_ += static_cast<double>(downloads_.Count());
     }
-    if (const std::string names = downloads_.GiveUpAll(); !names.empty()) Notice(names);
+    std::vector<FileInCamera> files = downloads_.GiveUpAll();
+    if (!files.empty())
+      Notice(fmt::format(
+          "not downloaded, still in the camera: {}; {}", NamesOf(files),
+          lost_ ? "fetched when the camera is back, else copy from the card" : "copy from the card"));
     if (!lost_) return;
     if (released_at_)
-      Notice("the requested photograph has not arrived: if it was taken, it is in the camera");
+      Notice(
+          "the requested photograph has not arrived: if it was taken, it is in the camera and fetched when "
+          "that is back");
+    // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that still counts.
+    LeftPhotographs::Left left =
+        std::exchange(to_fetch_, std::nullopt)
+            .value_or(LeftPhotographs::Left{.waiting = {}, .lost_s = EpochSeconds()});
+    std::ranges::move(files, std::back_inserter(left.waiting));
+    if (released_at_ && !answer_stem_) left.released_s = released_host_s_;
+    left_->Lost(std::move(left));
     inbox_->Close();
     state_ = DeviceState::kLost;
+  }
+
+  static std::string NamesOf(const std::vector<FileInCamera>& files) {
+    std::string names;
+    for (const auto& [where, file] : files)
+      names += (names.empty() ? "" : ", ") + where.folder + "/" + where.name;
+    return names;
+  }
+
+  // Queues what the camera kept when its link dropped, and what it took since. A camera that is busy, as after it was
+  // switched on, is asked again.
+  void FetchLeft() {
+    std::vector<GphotoFile> since;
+    if (to_fetch_->last) {
+      std::vector<std::string> names;
+      const GphotoResult result = camera_->FilesIn(to_fetch_->last->folder, names);
+      if (result.Busy() && ++busy_listings_ < kBusyListings) return;
+      if (!result.ok() && Gone(result)) return;
+      if (!result.ok())
+        Notice(fmt::format(
+            "the camera does not say what it holds ({}): photographs taken while the link was gone are "
+            "on its card",
+            result.text));
+      since = left_->After(*to_fetch_, std::move(names));
+      if (!LeaveOlder(since)) return;
+    } else if (to_fetch_->released_s > 0) {
+      Notice(
+          "a photograph may have been taken while the link was gone, and none before: ulf cannot tell which "
+          "file of the card it is; copy it from there");
+    }
+    std::vector<FileInCamera> files = std::move(to_fetch_->waiting);
+    {
+      // They were counted when the link dropped.
+      const MutexLock lock(mutex_);
+      not_downloaded_ -= static_cast<double>(files.size());
+    }
+    std::ranges::move(LeftPhotographs::CameSince(*to_fetch_, since), std::back_inserter(files));
+    to_fetch_.reset();
+    if (!files.empty())
+      Notice(fmt::format("{} that stayed in the camera when its link dropped: {}",
+                         Counted(files.size(), "file"), NamesOf(files)));
+    for (const GphotoFile& file : since)
+      if (!IsInCameraMemory(file.folder, target_is_memory_)) left_->Fetched(file);
+    for (auto& [where, file] : files) downloads_.Announced(where, std::move(file), NowS());
+  }
+
+  // Leaves out what the camera wrote before the last file that it announced, by its own clock, whatever that shows: a
+  // card may hold higher numbers from earlier sessions, and the same. False: the camera is gone.
+  bool LeaveOlder(std::vector<GphotoFile>& files) {
+    constexpr double kOneAfterAnother_s =
+        60;  // the two files of a photograph are written in either order; guessed
+    std::optional<double> last_s;
+    if (files.empty()) return true;
+    if (const GphotoResult result = camera_->WrittenAt(*to_fetch_->last, last_s);
+        !result.ok() && Gone(result))
+      return false;
+    if (!last_s) return true;
+    std::vector<FileInCamera> older;
+    for (const GphotoFile& file : files) {
+      std::optional<double> written_s;
+      if (const GphotoResult result = camera_->WrittenAt(file, written_s); !result.ok() && Gone(result))
+        return false;
+      if (written_s && *written_s < *last_s - kOneAfterAnother_s) older.emplace_back(file, DownloadedFile{});
+    }
+    if (older.empty()) return true;
+    std::erase_if(files, [&](const GphotoFile& file) {
+      return std::ranges::any_of(older,
+                                 [&](const FileInCamera& each) { return each.first.name == file.name; });
+    });
+    constexpr std::size_t kMostNames = 5;
+    const std::size_t count = older.size();
+    older.resize(std::min(count, kMostNames));
+    Notice(fmt::format(
+        "{} not fetched, because the camera's clock says that they are from before: {}{}; if that was "
+        "set back meanwhile, copy them from the card",
+        Counted(count, "file"), NamesOf(older), count > kMostNames ? ", ..." : ""));
+    return true;
   }
 
   // Whether the thread is to stop and no photograph is still expected.
@@ -299,6 +401,9 @@ class GphotoDevice : public Device {
   // The first photograph announced after a release counts as its answer, although the photographer may have
   // released it on the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
   void QueueDownload(const GphotoFile& announced) {
+    // An event that the camera had kept. Names in its memory come again for other photographs.
+    if (!IsInCameraMemory(announced.folder, target_is_memory_) && left_->WasFetched(announced)) return;
+    left_->Announced(announced);
     DownloadedFile file;
     file.name = announced.name;
     file.announced_s = EpochSeconds();
@@ -338,7 +443,7 @@ class GphotoDevice : public Device {
     for (DownloadedPhotograph& photograph : all ? pairing_.TakeAll() : pairing_.Take(NowS(), on_its_way)) {
       const std::string name = photograph.First().name;
       const bool is_late = photograph.First().is_late;
-      const ExifFacts exif = ReadExif(photograph.jpeg.bytes);
+      const ExifFacts exif = ExifOf(photograph);
       Frame frame = FrameOf(std::move(photograph), exif, settings_, options_.shutter_lag_s);
       frame.id = ++next_id_;
       frame.host_time_s = EpochSeconds();
@@ -346,19 +451,37 @@ class GphotoDevice : public Device {
         Notice(
             "photographs are marked to be turned when they are shown: other programs turn them, ulf does "
             "not; switch the camera's automatic rotation off");
-      if (is_late)
+      if (is_late) {
         Notice(fmt::format("{} came long after its photograph's other file: ulf keeps it by itself", name));
-      else if (!frame.encoded)
-        Notice(
-            fmt::format("{} came without a JPEG: ulf keeps it, but does not decode raw files; set the image "
-                        "format to one with JPEG (imageformat=)",
-                        name));
+        // The photograph was delivered as its JPEG: the same once more would be no view.
+        if (!frame.encoded) frame.status = FrameStatus::kIncomplete;
+      }
       {
         const MutexLock lock(mutex_);
         if (!is_late) ++photographs_;
       }
       EndRequestReleasedAt(frame.requested_s.value_or(0));
       inbox_->Push(std::move(frame));
+    }
+  }
+
+  static ExifFacts ExifOf(const DownloadedPhotograph& photograph) {
+    if (!photograph.jpeg.bytes.empty()) return ReadExif(photograph.jpeg.bytes);
+    try {
+      return RawFactsOf(photograph.raw.bytes, photograph.raw.name).exif;
+    } catch (const Error&) {
+      return {};  // whoever develops it says why
+    }
+  }
+
+  // Empty where it cannot be developed, with a notice.
+  cv::Mat Developed(const EncodedImage& raw) {
+    try {
+      return DecodeRaw(*raw.bytes, fmt::format("the photograph ({})", raw.extension), RawQuality::kQuick)
+          .light;
+    } catch (const Error& error) {
+      Notice(error.what());
+      return {};
     }
   }
 
@@ -440,6 +563,7 @@ class GphotoDevice : public Device {
     events_.push_back({kind, EpochSeconds(), text});
   }
 
+  const std::shared_ptr<LeftPhotographs> left_;
   const GphotoOptions options_;
   const std::string uri_;
   std::unique_ptr<GphotoCamera> camera_;
@@ -461,6 +585,8 @@ class GphotoDevice : public Device {
   Clock::time_point next_watch_;
   std::uint64_t next_id_ = 0;
   int failures_ = 0;
+  std::optional<LeftPhotographs::Left> to_fetch_;
+  int busy_listings_ = 0;
 
   // Shared.
   std::atomic<bool> stop_{false}, still_wanted_{false}, has_live_view_{true};
@@ -480,6 +606,8 @@ class GphotoDevice : public Device {
 
 }  // namespace
 
-std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri) { return std::make_unique<GphotoDevice>(uri); }
+std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri, std::shared_ptr<LeftPhotographs> left) {
+  return std::make_unique<GphotoDevice>(uri, std::move(left));
+}
 
 }  // namespace ulf::acquisition

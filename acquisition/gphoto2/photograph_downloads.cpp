@@ -84,11 +84,11 @@ bool PhotographDownloads::GivesUp(const GphotoResult& result, double now_s, Wait
   return true;
 }
 
-std::string PhotographDownloads::GiveUpAll() {
-  std::string names;
-  for (const Waiting& waiting : waiting_) names += (names.empty() ? "" : ", ") + PathOf(waiting.where);
+std::vector<std::pair<GphotoFile, DownloadedFile>> PhotographDownloads::GiveUpAll() {
+  std::vector<std::pair<GphotoFile, DownloadedFile>> all;
+  for (Waiting& waiting : waiting_) all.emplace_back(waiting.where, std::move(waiting.file));
   waiting_.clear();
-  return names.empty() ? names : "not downloaded, still in the camera: " + names + "; copy from the card";
+  return all;
 }
 
 }  // namespace ulf::acquisition

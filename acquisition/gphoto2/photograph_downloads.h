@@ -29,8 +29,8 @@ class PhotographDownloads {
 
   std::size_t Count() const { return waiting_.size(); }  // files that wait
   bool Awaits(const std::string& stem) const;            // whether a file of this photograph waits
-  // Gives up all files that wait; a message that names them, empty: none waits.
-  std::string GiveUpAll();
+  // Gives up all files that wait.
+  std::vector<std::pair<GphotoFile, DownloadedFile>> GiveUpAll();
 
  private:
   struct Waiting {

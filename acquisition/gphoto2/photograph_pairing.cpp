@@ -117,6 +117,8 @@ Frame FrameOf(DownloadedPhotograph photograph, const ExifFacts& exif, const Came
   frame.exposure_s = exif.exposure_s.value_or(settings.Number(ShotSetting::kShutter).value_or(0));
   frame.gain = exif.iso.value_or(settings.Number(ShotSetting::kIso).value_or(100)) / 100;
   frame.f_number = exif.f_number ? exif.f_number : settings.Number(ShotSetting::kAperture);
+  frame.focal_mm = exif.focal_mm;
+  frame.lens = exif.lens;
   const auto file = [](DownloadedFile& from, const std::string& extension) {
     return EncodedImage{extension, std::make_shared<const std::string>(std::move(from.bytes))};
   };

@@ -183,7 +183,7 @@ std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& blac
     return cards;
   }
   for (const std::string& file : source.files) {
-    Image card{ReadImageFile(file), Transfer::kSrgb};
+    Image card{ReadImageFile(file), TransferOfFile(file)};
     if (card.pixels.depth() == CV_32F) card.transfer = Transfer::kLinear;
     cards.push_back(std::move(card));
   }

@@ -34,6 +34,7 @@ struct Frame {
   double black_level = 0;  // as a share of full scale
   std::optional<double> f_number;
   std::optional<double> focal_mm;  // of the lens
+  std::string lens = {};           // its model in its maker's words, ASCII; empty: not known
   FrameStatus status = FrameStatus::kComplete;
   FrameKind kind = FrameKind::kLive;
   // Of a photograph: the time on the device's clock at which the program released the shutter; none: it was

@@ -2,6 +2,8 @@
 
 #include <libexif/exif-data.h>
 
+#include <algorithm>
+#include <cctype>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 
@@ -27,6 +29,12 @@ std::optional<double> Number(ExifData* data, ExifIfd directory, ExifTag tag) {
   }
 }
 
+std::string TextOf(ExifData* data, ExifIfd directory, ExifTag tag) {
+  const ExifEntry* entry = exif_content_get_entry(data->ifd[directory], tag);
+  if (!entry || !entry->data || entry->format != EXIF_FORMAT_ASCII) return {};
+  return ExifText({reinterpret_cast<const char*>(entry->data), entry->size});
+}
+
 std::optional<double> Positive(std::optional<double> number) {
   return number && *number > 0 ? number : std::nullopt;
 }
@@ -46,6 +54,17 @@ cv::Mat DecodeJpeg(const std::string& bytes) {
   }
 }
 
+std::string ExifText(std::string_view bytes) {
+  std::string text(bytes.substr(0, bytes.find('\0')));
+  const auto is_plain = [](char c) { return c > ' ' && c <= '~'; };
+  for (char& c : text)
+    if (!is_plain(c)) c = c == ' ' ? ' ' : '?';
+  text.erase(0, std::min(text.find_first_not_of(' '), text.size()));
+  text.erase(text.find_last_not_of(' ') + 1);
+  const auto says_something = [](unsigned char c) { return std::isalnum(c) != 0; };
+  return std::ranges::any_of(text, says_something) ? text : std::string();
+}
+
 ExifFacts ReadExif(const std::string& jpeg) {
   struct Unref {
     void operator()(ExifData* data) const { exif_data_unref(data); }
@@ -61,6 +80,7 @@ ExifFacts ReadExif(const std::string& jpeg) {
   facts.focal_35mm = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM));
   if (const auto orientation = Positive(Number(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION)))
     facts.orientation = static_cast<int>(*orientation);
+  facts.lens = TextOf(data.get(), EXIF_IFD_EXIF, EXIF_TAG_LENS_MODEL);
   return facts;
 }
 

@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace ulf {
 
@@ -14,7 +15,11 @@ struct ExifFacts {
   std::optional<double> focal_mm;    // of the lens itself
   std::optional<double> focal_35mm;  // of a lens with the same field of view on 36 x 24 mm
   int orientation = 1;               // Exif's; 1: not rotated
+  std::string lens = {};             // its model in its maker's words, ASCII; empty: not known
 };
+
+// What a camera writes as text, as one line of ASCII; empty where it holds neither letter nor digit ("----").
+std::string ExifText(std::string_view bytes);
 
 // CV_8UC3 in the sensor's orientation: Exif rotation is ignored, because the intrinsics belong to the sensor.
 // Empty when the file is truncated or no JPEG.

@@ -52,12 +52,14 @@ class RawDecoder {
   }
 
   RawFacts Facts() const;
-  cv::Mat Light(RawQuality quality, std::optional<cv::Size> wanted);
+  cv::Mat Light(RawQuality quality, std::optional<cv::Size> wanted,
+                const std::optional<WhiteBalance>& white_balance);
 
  private:
   void Open(const std::function<int(LibRaw&)>& open);
   void Require(int result) const;
   void CheckKind() const;
+  void Develop(RawQuality quality, const std::optional<WhiteBalance>& white_balance);
   // In pixels of the visible area.
   cv::Rect CropTo(std::optional<cv::Size> wanted) const;
 
@@ -97,7 +99,11 @@ void RawDecoder::CheckKind() const {
 
 // As makers' notes tell it, in pixels of the visible area.
 cv::Rect InsetCrop(const libraw_image_sizes_t& sizes) {
+#if LIBRAW_COMPILE_CHECK_VERSION_NOTLESS(0, 21)
+  const libraw_raw_inset_crop_t& inset = sizes.raw_inset_crops[0];  // a DNG's default crop, too
+#else
   const libraw_raw_inset_crop_t& inset = sizes.raw_inset_crop;
+#endif
   constexpr unsigned kUnknown = 0xffff;
   if (inset.cwidth == 0 || inset.cheight == 0 || inset.cleft == kUnknown || inset.ctop == kUnknown) return {};
   return {inset.cleft - sizes.left_margin, inset.ctop - sizes.top_margin, inset.cwidth, inset.cheight};
@@ -115,6 +121,7 @@ void RawDecoder::Open(const std::function<int(LibRaw&)>& open) {
   CheckKind();
   const libraw_image_sizes_t& sizes = raw_->imgdata.sizes;
   cv::Rect crop = InsetCrop(sizes);
+#if !LIBRAW_COMPILE_CHECK_VERSION_NOTLESS(0, 21)
   if (raw_->imgdata.idata.dng_version) {
     // LibRaw 0.20 tells a DNG's default crop in one way alone: by opening it with that.
     const auto cropped = std::make_unique<LibRaw>(0);
@@ -123,6 +130,7 @@ void RawDecoder::Open(const std::function<int(LibRaw&)>& open) {
     if (open(*cropped) == LIBRAW_SUCCESS)
       crop = {to.left_margin - sizes.left_margin, to.top_margin - sizes.top_margin, to.width, to.height};
   }
+#endif
   const cv::Rect visible(0, 0, sizes.width, sizes.height);
   if (crop.area() > 0 && (crop & visible) == crop) crop_of_camera_ = crop;
 }
@@ -141,6 +149,8 @@ RawFacts RawDecoder::Facts() const {
   facts.exif.focal_mm = positive(data.other.focal_len);
   facts.exif.focal_35mm = positive(data.lens.FocalLengthIn35mmFormat);
   facts.exif.orientation = data.sizes.flip == 3 ? 3 : data.sizes.flip == 5 ? 8 : data.sizes.flip == 6 ? 6 : 1;
+  facts.exif.lens = ExifText(data.lens.Lens);
+  if (facts.exif.lens.empty()) facts.exif.lens = ExifText(data.lens.makernotes.Lens);
   facts.maker = data.idata.make;
   facts.model = data.idata.model;
   const float* as_shot = data.color.cam_mul;
@@ -177,13 +187,31 @@ cv::Rect RawDecoder::CropTo(std::optional<cv::Size> wanted) const {
           wanted->width, wanted->height};
 }
 
-cv::Mat RawDecoder::Light(RawQuality quality, std::optional<cv::Size> wanted) {
+void RawDecoder::Develop(RawQuality quality, const std::optional<WhiteBalance>& white_balance) {
+  // LibRaw takes the colours as they were when the pixels were unpacked. Its own parameter for factors would leave out
+  // the colour matrices of some files, and the patch of white that a few old cameras measured comes before the tag.
+  if (white_balance) {
+    libraw_colordata_t& color = raw_->imgdata.rawdata.color;
+    std::ranges::copy(*white_balance, color.cam_mul);
+    color.cam_mul[3] = 0;  // the second green: as the first
+    for (auto& row : color.white) std::ranges::fill(row, 0);
+  }
+  // Markesteijn's method works in tiles, and LibRaw calls pictures smaller than one damaged.
+  constexpr int kTile = 512;
+  const libraw_data_t& data = raw_->imgdata;
+  const bool is_small_xtrans =
+      data.idata.filters == LIBRAW_XTRANS && std::min(data.sizes.width, data.sizes.height) < kTile;
+  constexpr int kBilinear = 0, kAhd = 3;
+  raw_->imgdata.params.user_qual = quality == RawQuality::kQuick || is_small_xtrans ? kBilinear : kAhd;
+  Require(raw_->dcraw_process());
+}
+
+cv::Mat RawDecoder::Light(RawQuality quality, std::optional<cv::Size> wanted,
+                          const std::optional<WhiteBalance>& white_balance) {
   const cv::Rect crop = CropTo(wanted);
   Require(raw_->unpack());
   if (data_errors_ > 0) RefuseDamaged(name_, "its pixels end too early or make no sense");
-  constexpr int kBilinear = 0, kAhd = 3;
-  raw_->imgdata.params.user_qual = quality == RawQuality::kQuick ? kBilinear : kAhd;
-  Require(raw_->dcraw_process());
+  Develop(quality, white_balance);
   const libraw_data_t& data = raw_->imgdata;
   if (!data.image || data.sizes.iwidth < crop.br().x || data.sizes.iheight < crop.br().y)
     RefuseDamaged(name_, "it decodes to another size than it says");
@@ -211,16 +239,27 @@ bool CanCropRaw(const RawFacts& facts, cv::Size wanted) {
   return IsCutOf(wanted, facts.size) || IsCutOf(wanted, facts.visible);
 }
 
+std::optional<WhiteBalance> LockedWhiteBalance::InPlaceOf(const RawFacts& facts) {
+  const MutexLock lock(mutex_);
+  const WhiteBalance& first =
+      first_.try_emplace({facts.maker, facts.model}, facts.white_balance).first->second;
+  constexpr double kSame = 0.01;  // cameras round their factors
+  for (std::size_t c = 0; c < first.size(); ++c)
+    if (std::abs(facts.white_balance[c] - first[c]) > kSame * first[c]) return first;
+  return std::nullopt;
+}
+
 RawFacts ReadRawFacts(const std::string& path) {
   RawDecoder decoder(path);
   decoder.OpenFile();
   return decoder.Facts();
 }
 
-cv::Mat ReadRawFile(const std::string& path, std::optional<cv::Size> wanted) {
+cv::Mat ReadRawFile(const std::string& path, std::optional<cv::Size> wanted,
+                    const std::optional<WhiteBalance>& white_balance) {
   RawDecoder decoder(path);
   decoder.OpenFile();
-  return decoder.Light(RawQuality::kBest, wanted);
+  return decoder.Light(RawQuality::kBest, wanted, white_balance);
 }
 
 RawFacts RawFactsOf(const std::string& bytes, const std::string& name) {
@@ -230,11 +269,11 @@ RawFacts RawFactsOf(const std::string& bytes, const std::string& name) {
 }
 
 RawPhotograph DecodeRaw(const std::string& bytes, const std::string& name, RawQuality quality,
-                        std::optional<cv::Size> wanted) {
+                        std::optional<cv::Size> wanted, const std::optional<WhiteBalance>& white_balance) {
   RawDecoder decoder(name);
   decoder.OpenBytes(bytes);
   RawFacts facts = decoder.Facts();
-  return {decoder.Light(quality, wanted), std::move(facts)};
+  return {decoder.Light(quality, wanted, white_balance), std::move(facts)};
 }
 
 }  // namespace ulf

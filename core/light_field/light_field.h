@@ -57,7 +57,11 @@ struct View {
   double black_level = 0;
   std::optional<double> f_number;
   std::optional<double> focal_mm;  // of the lens, as the camera told it
-  double tracking_quality = 1;     // 0 to 1
+  std::string lens = {};           // its model in its maker's words; empty: not known
+  // Of a master that is a raw file: the factors of the sensor's red, green and blue by which it is developed (green is
+  // 1), where they are not the file's own: those of the light field's first raw file of this camera.
+  std::optional<std::array<double, 3>> raw_white_balance;
+  double tracking_quality = 1;  // 0 to 1
   // Where a rolling shutter was compensated: the camera's velocity while the rows were read, in the frame of its middle
   // row: rotation (rad/s), then translation (world units/s).
   std::optional<std::array<double, 6>> twist;

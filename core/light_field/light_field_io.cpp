@@ -16,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 #include "core/base/shell_word.h"
+#include "core/image/raw_file.h"
 #include "core/light_field/derived_files.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"
@@ -138,11 +139,27 @@ LightField ReadForeignSet(const fs::path& transforms) {
 void NoteFrame(const Frame& frame, View& view) {
   view.f_number = frame.f_number;
   view.focal_mm = frame.focal_mm;
+  view.lens = frame.lens;
   view.device_time_s = frame.device_time_s;
   view.host_time_s = frame.host_time_s;
   view.exposure_s = frame.exposure_s;
   view.gain = frame.gain;
   view.black_level = frame.black_level;
+}
+
+// By what the first raw file is developed that can still be read.
+void LockAsBefore(const LightField& light_field, LockedWhiteBalance& white_balance) {
+  for (const View& view : light_field.views) {
+    if (!IsRawFile(view.master_path)) continue;
+    try {
+      RawFacts facts = ReadRawFacts((light_field.root / view.master_path).string());
+      facts.white_balance = view.raw_white_balance.value_or(facts.white_balance);
+      white_balance.InPlaceOf(facts);
+      return;
+    } catch (const Error&) {
+      continue;
+    }
+  }
 }
 
 // A capture that ended before its first view left only derived files.
@@ -221,6 +238,7 @@ struct LightFieldWriter::State {
   // Of views that the journal no longer names, by id: files that are still to be moved, and their targets.
   std::map<int, std::map<std::string, fs::path>> to_unposed;
   bool keep_mosaics = false;
+  LockedWhiteBalance white_balance;
   std::set<int> moved_since_points;  // views
 };
 
@@ -293,6 +311,7 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   WarnOnce(point_doubts);
   MoveRemoved(dir, contents);
   state->light_field = std::move(contents.light_field);
+  LockAsBefore(state->light_field, state->white_balance);
   state->light_field.doubts = check.words;
   state->light_field.doubts.insert(state->light_field.doubts.end(), point_doubts.begin(), point_doubts.end());
   // A number in any file name is never used again, even if the journal does not contain it.
@@ -307,7 +326,7 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
 void LightFieldWriter::KeepMosaics(bool keep) { state_->keep_mosaics = keep; }
 
 ViewFiles LightFieldWriter::Files(const Frame& frame, MakePictures pictures) const {
-  return MakeViewFiles(frame, state_->keep_mosaics, pictures);
+  return MakeViewFiles(frame, state_->keep_mosaics, pictures, &state_->white_balance);
 }
 
 View LightFieldWriter::AddView(const Frame& frame, View view) {
@@ -337,6 +356,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     view.master_path = add.files.master ? "masters/" + name + add.files.master->extension : "";
     view.master_transfer = add.files.master_transfer;
     view.master_mosaic = add.files.master_mosaic;
+    if (add.files.raw) view.raw_white_balance = state_->white_balance.InPlaceOf(*add.files.raw);
     NoteFrame(add.frame, view);
   }
   FileBatch batch(FileBatch::Existing::kKeep);
@@ -471,6 +491,7 @@ void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& proble
     batch.Write(state_->light_field.root / view.master_path, files.master->content);
     view.master_transfer = files.master_transfer;
     view.master_mosaic = files.master_mosaic;
+    if (files.raw) view.raw_white_balance = state_->white_balance.InPlaceOf(*files.raw);
   }
   batch.Commit();
   try {

@@ -44,23 +44,24 @@ std::optional<EncodedImage> CameraFile(const Frame& frame) {
 
 std::string NameOf(const EncodedImage& raw) { return "the photograph's raw file (" + raw.extension + ")"; }
 
-// By its head alone.
-bool IsReadableRaw(const EncodedImage& raw) {
+// By its head alone; none: it cannot be read.
+std::optional<RawFacts> FactsOf(const EncodedImage& raw) {
   try {
-    RawFactsOf(*raw.bytes, NameOf(raw));
-    return true;
+    return RawFactsOf(*raw.bytes, NameOf(raw));
   } catch (const Error&) {
-    return false;
+    return std::nullopt;
   }
 }
 
 }  // namespace
 
-ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures) {
+ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures,
+                        LockedWhiteBalance* white_balance) {
   ViewFiles files;
   const std::optional<EncodedImage> own = CameraFile(frame);
   if (frame.raw) {
     files.master = FileOf(*frame.raw);
+    files.raw = FactsOf(*frame.raw);
   } else if (!IsPlain8BitSrgb(frame.image)) {
     const Image master = keep_mosaics ? frame.image : Demosaiced(frame.image);
     files.master = {kTiff, TiffContent(master.pixels)};
@@ -70,11 +71,13 @@ ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pict
   files.image_extension = own ? own->extension : kPng;
   if (own) {
     files.image = FileOf(*own);
-  } else if (frame.raw && IsReadableRaw(*frame.raw)) {
+  } else if (files.raw) {
     // Its pixels were developed for following alone: the photograph is made from the file.
     if (pictures == MakePictures::kNow)
       files.image =
-          Png(Srgb8({.pixels = DecodeRaw(*frame.raw->bytes, NameOf(*frame.raw), RawQuality::kBest).light,
+          Png(Srgb8({.pixels = DecodeRaw(*frame.raw->bytes, NameOf(*frame.raw), RawQuality::kBest, {},
+                                         white_balance ? white_balance->InPlaceOf(*files.raw) : std::nullopt)
+                                   .light,
                      .transfer = Transfer::kLinear}));
   } else if (pictures == MakePictures::kNow || !files.master_transfer) {
     files.image = Png(Srgb8(frame.image));
@@ -91,7 +94,8 @@ bool PictureFollowsFromMaster(const View& view) {
 Image PictureFromMaster(const fs::path& root, const View& view, std::optional<cv::Size> size) {
   const std::string path = (root / view.master_path).string();
   if (IsRawFile(path))
-    return {.pixels = Srgb8({.pixels = ReadRawFile(path, size), .transfer = Transfer::kLinear}),
+    return {.pixels = Srgb8(
+                {.pixels = ReadRawFile(path, size, view.raw_white_balance), .transfer = Transfer::kLinear}),
             .transfer = Transfer::kSrgb};
   const Image master{ReadImageFile(path), *view.master_transfer, view.master_mosaic};
   return {.pixels = Srgb8(master), .transfer = Transfer::kSrgb};

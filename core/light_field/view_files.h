@@ -10,6 +10,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/image/frame.h"
+#include "core/image/raw_file.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -26,6 +27,7 @@ struct ViewFiles {
   std::optional<ViewFile> master;
   std::optional<Transfer> master_transfer;  // none: no master, or a camera's raw file
   Mosaic master_mosaic = Mosaic::kNone;
+  std::optional<RawFacts> raw = {};  // where the master is a raw file that can be read
 };
 
 // kNow: photograph and master; kLater: only the master if the photograph can be made from it, because the
@@ -33,8 +35,10 @@ struct ViewFiles {
 enum class MakePictures { kNow, kLater };
 
 // The master of a mosaic is the mosaic itself with `keep_mosaics`, else demosaicked 16-bit linear colours. A
-// camera's own JPEG is kept byte for byte; where a raw file came without one the photograph is made from it. Throws Error for a frame without pixels and without a file.
-ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures);
+// camera's own JPEG is kept byte for byte; where a raw file came without one the photograph is made from it, by
+// `white_balance` (none: the file's own). Throws Error for a frame without pixels and without a file.
+ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures,
+                        LockedWhiteBalance* white_balance = nullptr);
 
 // Whether the photograph can be made from the master.
 bool PictureFollowsFromMaster(const View& view);

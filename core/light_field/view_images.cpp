@@ -20,9 +20,10 @@ void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path
                 path.string(), image.width(), image.height(), camera.width, camera.height);
 }
 
-// A photograph or a master; a raw file is cropped to the camera's size.
-cv::Mat ReadPixels(const CameraModel& camera, const fs::path& path) {
-  return IsRawFile(path) ? ReadRawFile(path.string(), SizeOf(camera)) : ReadImageFile(path.string());
+// The view's photograph or its master; a raw file is cropped to the camera's size.
+cv::Mat ReadPixels(const CameraModel& camera, const View& view, const fs::path& path) {
+  return IsRawFile(path) ? ReadRawFile(path.string(), SizeOf(camera), view.raw_white_balance)
+                         : ReadImageFile(path.string());
 }
 
 bool HasReadableMaster(const LightField& light_field, const View& view) {
@@ -52,7 +53,7 @@ Image ReadRecordedImage(const LightField& light_field, const View& view) {
   const fs::path path = light_field.root / (from_master ? view.master_path : view.image_path);
   const CameraModel& camera = light_field.CameraOf(view);
   const Image image = from_master ? PictureFromMaster(light_field.root, view, SizeOf(camera))
-                                  : Image{ReadPixels(camera, path), TransferOfFile(path)};
+                                  : Image{ReadPixels(camera, view, path), TransferOfFile(path)};
   RequireSizeOf(camera, image, path);
   return image;
 }
@@ -61,7 +62,7 @@ Image ReadViewMaster(const LightField& light_field, const View& view) {
   if (view.master_path.empty()) return ReadRecordedImage(light_field, view);
   const fs::path path = light_field.root / view.master_path;
   const CameraModel& camera = light_field.CameraOf(view);
-  Image image{ReadPixels(camera, path), view.master_transfer.value_or(TransferOfFile(path)),
+  Image image{ReadPixels(camera, view, path), view.master_transfer.value_or(TransferOfFile(path)),
               view.master_mosaic};
   if (image.mosaic != Mosaic::kNone && image.pixels.channels() != 1)
     throw Error("{}: the journal calls it a {} mosaic, but it has {} channels; restore it", path.string(),

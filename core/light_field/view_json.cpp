@@ -20,6 +20,8 @@ nlohmann::json PhotographToJson(const View& view) {
   if (view.master_mosaic != Mosaic::kNone) keys["master_mosaic"] = Name(view.master_mosaic);
   if (view.f_number) keys["f_number"] = *view.f_number;
   if (view.focal_mm) keys["focal_mm"] = *view.focal_mm;
+  if (!view.lens.empty()) keys["lens"] = view.lens;
+  if (view.raw_white_balance) keys["raw_white_balance"] = *view.raw_white_balance;
   return keys;
 }
 
@@ -69,6 +71,14 @@ void ReadPhotographJson(const JsonPlace& place, View& view) {
   view.black_level = place.Number("black_level", 0);
   if (place.Has("f_number")) view.f_number = place.Number("f_number");
   if (place.Has("focal_mm")) view.focal_mm = place.Number("focal_mm");
+  view.lens = place.Text("lens", "");
+  if (place.Has("raw_white_balance")) {
+    const std::vector<double> factors = place.Numbers("raw_white_balance", 3);
+    if (std::ranges::any_of(factors, [](double factor) { return !(factor > 0); }))
+      throw Error("{}: 'raw_white_balance' must be three positive factors", place.where);
+    view.raw_white_balance.emplace();
+    std::ranges::copy(factors, view.raw_white_balance->begin());
+  }
 }
 
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {

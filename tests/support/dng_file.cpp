@@ -142,6 +142,7 @@ std::string DngBytes(const DngCamera& camera, const DngLight& light) {
   exif.Whole(0x8827, kShort, {whole(camera.iso)});
   exif.Ratios(0x920A, kRational, {camera.focal_mm});
   exif.Whole(0xA405, kShort, {whole(camera.focal_35mm)});
+  if (!camera.lens.empty()) exif.Text(0xA434, camera.lens);
 
   Directory main;
   main.Whole(254, kLong, {0});
@@ -177,7 +178,8 @@ std::string DngBytes(const DngCamera& camera, const DngLight& light) {
     main.Ratios(50721, kSrational, {camera.matrix.begin(), camera.matrix.end()});
     main.Whole(50778, kShort, {21});
   }
-  if (says_neutral) main.Ratios(50728, kRational, {camera.neutral.begin(), camera.neutral.end()});
+  const std::array<double, 3> told = camera.told_neutral.value_or(camera.neutral);
+  if (says_neutral) main.Ratios(50728, kRational, {told.begin(), told.end()});
   main.Whole(50829, kLong,
              {whole(camera.visible.y), whole(camera.visible.x), whole(camera.visible.br().y),
               whole(camera.visible.br().x)});

@@ -290,8 +290,8 @@ void PtpipCamera::AnswerObject(Connection& connection, const Request& request) {
     Put<std::uint32_t>(data, 0);
     Put<std::uint32_t>(data, request.Parameter(0));
     PutText(data, file.name);
-    PutText(data, "20260101T120000");
-    PutText(data, "20260101T120000");
+    PutText(data, file.written);
+    PutText(data, file.written);
     PutText(data, "");
   }
   if (request.operation == kGetObject)
@@ -428,6 +428,20 @@ void PtpipCamera::DropLink() {
 void PtpipCamera::Forget() {
   const std::lock_guard lock(mutex_);
   objects_.clear();
+}
+
+void PtpipCamera::PutOnCard(PtpipFile file) {
+  const std::lock_guard lock(mutex_);
+  objects_[next_object_++] = std::move(file);
+}
+
+void PtpipCamera::AnnounceAgain() {
+  std::vector<std::uint32_t> handles;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [handle, file] : objects_) handles.push_back(handle);
+  }
+  for (const std::uint32_t handle : handles) Event(kObjectAdded, 0xFFFFFFFF, handle);
 }
 
 void PtpipCamera::PressShutter() { Release(0xFFFFFFFF); }

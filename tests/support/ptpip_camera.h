@@ -33,6 +33,7 @@ inline constexpr std::uint16_t kPtpIso = 0x500F;
 struct PtpipFile {
   std::string name;  // "DSC_0001.JPG"; two files of one photograph share the stem
   std::string bytes;
+  std::string written = "20260101T120000";  // by the camera's clock
 };
 
 struct PtpipCameraOptions {
@@ -62,7 +63,9 @@ class PtpipCamera {
   void SetCardFull(bool full) { card_full_ = full; }
   void FailDownloads(int downloads) { failing_downloads_ = downloads; }  // the next ones
   void FailDownloadsOfRaw(bool fail) { raw_fails_ = fail; }
-  void Forget();  // every file: the card is out
+  void Forget();                   // every file: the card is out
+  void PutOnCard(PtpipFile file);  // without a word
+  void AnnounceAgain();            // every file that it holds
   // The next answer to this operation (ptp_wire.h) comes so much too late: a camera that hangs, a network
   // that stalls.
   void Stall(std::uint16_t operation, double seconds) {

@@ -69,8 +69,8 @@ void TakeRaw(const LightField& source, const View& view, const fs::path& dir, Vi
              RawSetDoubts& doubts) {
   const fs::path raw = source.root / view.image_path;
   const RawFacts facts = ReadRawFacts(raw.string());
-  const cv::Mat light = ReadRawFile(raw.string(), SizeOf(source.CameraOf(view)));
-  doubts.Add(view.image_path, facts);
+  taken.raw_white_balance = doubts.Add(view.image_path, facts);
+  const cv::Mat light = ReadRawFile(raw.string(), SizeOf(source.CameraOf(view)), taken.raw_white_balance);
   NoteRawFacts(facts, taken);
   const fs::path jpeg = QuickLookOf(raw, light);
   taken.image_path =
@@ -93,7 +93,7 @@ void TakeRawBeside(const LightField& source, const View& view, const cv::Mat& ph
     double shift_px = 0;
     if (!ShowsTheSame(light, photograph, &shift_px))
       return doubts.AddUnlike(raw.filename().string(), shift_px);
-    doubts.Add(raw.filename().string(), facts);
+    taken.raw_white_balance = doubts.Add(raw.filename().string(), facts);
     NoteRawFacts(facts, taken);
   } catch (const DiskFullError&) {
     throw;

@@ -82,22 +82,16 @@ void NoteRawFacts(const RawFacts& facts, View& view) {
   }
   if (!view.f_number) view.f_number = facts.exif.f_number;
   if (!view.focal_mm) view.focal_mm = facts.exif.focal_mm;
+  if (view.lens.empty()) view.lens = facts.exif.lens;
 }
 
-void RawSetDoubts::Add(const std::string& file, const RawFacts& facts) {
+std::optional<WhiteBalance> RawSetDoubts::Add(const std::string& file, const RawFacts& facts) {
   if (!facts.has_color_matrix) no_matrix_.push_back(file);
   if (!facts.has_white_balance) no_balance_.push_back(file);
-  if (first_.empty()) {
-    first_ = file;
-    first_balance_ = facts.white_balance;
-    return;
-  }
-  constexpr double kSame = 0.01;  // cameras round their factors
-  for (std::size_t c = 0; c < 3; ++c)
-    if (std::abs(facts.white_balance[c] - first_balance_[c]) > kSame * first_balance_[c]) {
-      other_balance_.push_back(file);
-      return;
-    }
+  if (first_.empty()) first_ = file;
+  const std::optional<WhiteBalance> locked = white_balance_.InPlaceOf(facts);
+  if (locked) other_balance_.push_back(file);
+  return locked;
 }
 
 void RawSetDoubts::AddUnlike(const std::string& file, double shift_px) {
@@ -120,7 +114,8 @@ std::vector<std::string> RawSetDoubts::Lines() const {
           largest_shift_px_));
   add(other_balance_,
       "another white balance than " + first_ +
-          ", so colours differ between views; set the camera to one white balance, not to automatic");
+          ": developed with that one, so that colours agree between views; JPEGs keep their own, so set the "
+          "camera to one white balance, not to automatic");
   add(no_balance_, "no white balance: the camera's daylight is used");
   add(no_matrix_, "no colour matrix of this camera is known: the colours are those of its sensor");
   return lines;

@@ -27,7 +27,9 @@ void NoteRawFacts(const RawFacts& facts, View& view);
 // What is worth a warning about the raw files of a set: lines for people.
 class RawSetDoubts {
  public:
-  void Add(const std::string& file, const RawFacts& facts);
+  // Returns the white balance by which the file is to be developed in place of its own: that of the set's first raw
+  // file of this camera; none: its own.
+  std::optional<WhiteBalance> Add(const std::string& file, const RawFacts& facts);
   // The raw file is not used beside its JPEG because they show different things.
   void AddUnlike(const std::string& file, double shift_px);
   void AddUnusable(const std::string& why) { unusable_.push_back(why); }
@@ -35,7 +37,7 @@ class RawSetDoubts {
 
  private:
   std::string first_;
-  std::array<double, 3> first_balance_{};
+  LockedWhiteBalance white_balance_;
   std::vector<std::string> other_balance_, no_balance_, no_matrix_, unlike_, unusable_;
   double largest_shift_px_ = 0;
 };

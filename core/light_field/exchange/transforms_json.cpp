@@ -18,6 +18,7 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
 #include "core/image/image_header.h"
+#include "core/light_field/exchange/raw_beside.h"
 #include "core/light_field/exchange/transforms_camera.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/view_json.h"
@@ -59,6 +60,9 @@ std::string ImagePath(const fs::path& root, const JsonPlace& frame) {
     const std::string inside = PathInside(root, given + ending, frame.where);
     if (fs::is_regular_file(root / inside)) return inside;
   }
+  // The set was made of JPEGs that another program developed; the raw files are there.
+  if (const fs::path raw = RawBeside(root / given); !raw.empty())
+    return PathInside(root, (fs::path(given).parent_path() / raw.filename()).generic_string(), frame.where);
   throw Error("{}: the image '{}' is missing in {}; restore it or take the frame out", frame.where, given,
               root.string());
 }

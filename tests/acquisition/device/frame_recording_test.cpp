@@ -12,6 +12,8 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/jpeg_file.h"
+#include "core/image/raw_file.h"
+#include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/slow_disk.h"
 #include "tests/support/small_disk.h"
@@ -225,6 +227,33 @@ TEST(FrameRecording, PhotographsStayWhatTheyAreToTheByte) {
       EXPECT_EQ(cv::norm(read.image.pixels, was.image.pixels, cv::NORM_INF), 0) << i;
     }
   }
+}
+
+// Its file is kept, not the pixels that were made of it.
+TEST(FrameRecording, ARawFileAloneIsDevelopedAgain) {
+  const ScratchFolder scratch;
+  const std::string raw = DngBytes({}, [](int, int) { return cv::Vec3d(0.2, 0.3, 0.4); });
+  Frame photograph = Photograph(1, "", raw);
+  photograph.raw->extension = ".dng";
+  photograph.focal_mm = 35;
+  photograph.lens = "Acme 35mm f/2";
+  photograph.status = FrameStatus::kComplete;
+  photograph.image = {DecodeRaw(raw, "a.dng", RawQuality::kQuick).light, Transfer::kLinear};
+  {
+    FrameRecorder recorder(scratch / "s", {});
+    EXPECT_TRUE(recorder.TryAdd(photograph));
+    EXPECT_EQ(recorder.Finish().written, 1u);
+  }
+  const FrameRecording recording = ReadFrameRecording(scratch / "s");
+  ASSERT_EQ(recording.entries.size(), 1u);
+  EXPECT_TRUE(recording.entries[0].file.empty());
+  const Frame read = ReadRecordedFrame(recording.entries[0]);
+  EXPECT_EQ(*read.raw->bytes, raw);
+  EXPECT_EQ(read.focal_mm, 35);
+  EXPECT_EQ(read.lens, "Acme 35mm f/2");
+  EXPECT_EQ(read.image.transfer, Transfer::kLinear);
+  ASSERT_EQ(read.image.pixels.size(), photograph.image.pixels.size());
+  EXPECT_EQ(cv::norm(read.image.pixels, photograph.image.pixels, cv::NORM_INF), 0);
 }
 
 // The photographer of a recording is the recorded one.

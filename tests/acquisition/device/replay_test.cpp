@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/name_order.h"
 #include "core/light_field/light_field_io.h"
+#include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -58,6 +59,27 @@ std::string ErrorOf(const std::string& uri) {
   }
   ADD_FAILURE() << uri << ": no error";
   return "";
+}
+
+// Each photograph once, its raw file with it, the exposure from there.
+TEST(Replay, AFolderOfRawFilesIsDeveloped) {
+  const test::ScratchFolder folder;
+  const std::string raw = test::DngBytes({}, [](int, int) { return cv::Vec3d(0.2, 0.3, 0.4); });
+  for (const char* name : {"a1.dng", "a2.DNG"}) WriteFileAtomically(folder / name, raw);
+  const std::vector<Frame> frames = Replay("replay:" + folder.path().string());
+  ASSERT_EQ(frames.size(), 2u);
+  for (const Frame& frame : frames) {
+    EXPECT_EQ(*frame.raw->bytes, raw);
+    EXPECT_EQ(frame.raw->extension, ".dng");
+    EXPECT_EQ(frame.image.transfer, Transfer::kLinear);
+    EXPECT_NEAR(frame.image.pixels.at<cv::Vec3w>(20, 20)[0] / 65535.0, 0.4, 0.002);
+    EXPECT_NEAR(frame.exposure_s, 1 / 60.0, 1e-5);
+    EXPECT_DOUBLE_EQ(frame.gain, 4);
+  }
+  for (const char* name : {"a1.jpg", "a2.jpg"}) cv::imwrite((folder / name).string(), Numbered(3));
+  const std::vector<Frame> beside = Replay("replay:" + folder.path().string());
+  ASSERT_EQ(beside.size(), 2u) << "the JPEGs";
+  EXPECT_TRUE(beside[0].encoded && !beside[0].raw);
 }
 
 TEST(ReplayFolder, GivesImagesInNameOrderAtTheirTimes) {

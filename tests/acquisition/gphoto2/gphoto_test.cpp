@@ -1,21 +1,26 @@
 // Tests: acquisition/gphoto2/gphoto_device, acquisition/gphoto2/gphoto_camera,
 // acquisition/gphoto2/gphoto_features, acquisition/gphoto2/gphoto_options,
 // acquisition/gphoto2/camera_settings, acquisition/gphoto2/photograph_downloads,
-// acquisition/gphoto2/ptpip_descriptors, acquisition/device/photograph_inbox.
+// acquisition/gphoto2/left_photographs, acquisition/gphoto2/ptpip_descriptors,
+// acquisition/device/photograph_inbox.
 //
 // A tethered camera over the stock ptp2 driver, on loopback.
 #include <fcntl.h>
 #include <libexif/exif-data.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "acquisition/device/device.h"
 #include "acquisition/gphoto2/camera_settings.h"
+#include "acquisition/gphoto2/left_photographs.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "core/base/error.h"
 #include "tests/acquisition/gphoto2/gphoto_fixture.h"
+#include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/ptp_wire.h"
 
@@ -148,7 +153,7 @@ TEST_F(GphotoTest, AFileThatCannotBeFetchedIsNamedAndCounted) {
       Until(*device, [&] { return Said(*device).find("DSC_0003.JPG could not") != std::string::npos; }));
   camera_->DropLink();
   EXPECT_TRUE(Until(*device, [&] { return device->State() == DeviceState::kLost; }));
-  EXPECT_THAT(Said(*device), HasSubstr("DSC_0003.JPG; copy from the card"));
+  EXPECT_THAT(Said(*device), HasSubstr("DSC_0003.JPG; fetched when the camera is back"));
 }
 
 TEST_F(GphotoTest, AFileThatTheCameraNoLongerHoldsIsGivenUp) {
@@ -426,6 +431,188 @@ TEST_F(GphotoTest, ARawFileComesBesideItsJpegAndAloneIsKeptAllTheSame) {
   EXPECT_EQ(raw->status, FrameStatus::kIncomplete);
   EXPECT_FALSE(raw->encoded);
   EXPECT_EQ(*raw->raw->bytes, raw_bytes);
+  EXPECT_THAT(Said(*device), HasSubstr("is no raw file of a kind that LibRaw"));
+}
+
+TEST_F(GphotoTest, ARawFileAloneIsDevelopedAndSaysHowItWasTaken) {
+  DngCamera sensor;
+  sensor.exposure_s = 1 / 30.0;
+  const std::string bytes = DngBytes(sensor, [](int, int) { return cv::Vec3d(0.1, 0.3, 0.5); });
+  Begin([&](int number) -> std::vector<PtpipFile> { return {{FileName(number, "NEF"), bytes}}; });
+  auto device = Open("?imageformat=NEF (Raw)");
+  device->Start();
+  device->RequestStill();
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(still->status, FrameStatus::kComplete);
+  EXPECT_TRUE(still->requested_s);
+  EXPECT_EQ(*still->raw->bytes, bytes);
+  EXPECT_EQ(still->image.transfer, Transfer::kLinear);
+  ASSERT_EQ(still->image.pixels.size(), cv::Size(96, 64));
+  const cv::Vec3w light = still->image.pixels.at<cv::Vec3w>(20, 20);
+  EXPECT_NEAR(light[0] / 65535.0, 0.5, 0.002);
+  EXPECT_NEAR(light[2] / 65535.0, 0.1, 0.002);
+  EXPECT_NEAR(still->exposure_s, 1 / 30.0, 1e-5) << "by the file, not by the camera's setting";
+  EXPECT_DOUBLE_EQ(still->gain, 4);
+  EXPECT_NEAR(still->focal_mm.value_or(0), 35, 1e-3);
+  EXPECT_NEAR(still->f_number.value_or(0), 5.6, 1e-3);
+  EXPECT_EQ(still->lens, "Acme 35mm f/2");
+}
+
+// The next photograph, whether the link holds or not.
+std::optional<Frame> AwaitStillAcrossAGap(Device& device) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (std::chrono::steady_clock::now() < until)
+    if (auto frame = device.Next(milliseconds(100)); frame && frame->kind == FrameKind::kStill) return frame;
+  return std::nullopt;
+}
+
+// What the camera took while nobody could hear of it, each file once, in order, the request's answer as such.
+TEST_F(GphotoTest, PhotographsThatStayedInTheCameraAreFetchedWhenTheLinkIsBack) {
+  for (const bool of_a_request : {false, true}) {
+    PtpipCameraOptions options;
+    options.shutter_lag_s = 0.2;
+    Begin(NumberedPhotograph, options);
+    auto device = OpenDevice(camera_->Uri() + "?liveview_fps=60");
+    device->Start();
+    ASSERT_TRUE(AwaitLive(*device));
+    camera_->PressShutter();
+    ASSERT_TRUE(AwaitStill(*device));
+    if (of_a_request) {
+      ASSERT_EQ(device->RequestStill(), StillRequest::kAsked);
+      ASSERT_TRUE(Until(*device, [&] { return camera_->ReleasesAsked() >= 1; }));
+    }
+    camera_->Refuse(true);
+    camera_->DropLink();
+    if (!of_a_request) {
+      camera_->PressShutter();
+      camera_->PressShutter();
+    }
+    const int taken = of_a_request ? 2 : 3;
+    ASSERT_TRUE(
+        Until(*device, [&] { return camera_->FilesKept().size() == static_cast<std::size_t>(taken); }));
+    camera_->Refuse(false);
+    for (int number = 2; number <= taken; ++number) {
+      const auto still = AwaitStillAcrossAGap(*device);
+      ASSERT_TRUE(still) << number << "\n" << Said(*device);
+      EXPECT_EQ(*still->encoded->bytes, NumberedPhotograph(number).front().bytes);
+      EXPECT_EQ(still->requested_s.has_value(), of_a_request);
+    }
+    EXPECT_THAT(Said(*device), HasSubstr("stayed in the camera when its link dropped"));
+    EXPECT_THAT(said_, HasSubstr("DSC_0002.JPG"));
+    camera_->AnnounceAgain();  // events that it kept for whoever asks
+    camera_->PressShutter();
+    const auto next = AwaitStill(*device);
+    ASSERT_TRUE(next);
+    EXPECT_EQ(*next->encoded->bytes, NumberedPhotograph(taken + 1).front().bytes) << "none comes twice";
+    EXPECT_EQ(device->Statistics().reconnects, 1u);
+    device.reset();
+    said_.clear();
+  }
+}
+
+TEST_F(GphotoTest, AFileWhoseDownloadTheLinkBrokeOffIsFetchedWhenItIsBack) {
+  PtpipCameraOptions slow;
+  slow.download_bytes_per_s = 20e3;
+  cv::Mat noise(640, 960, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  std::vector<unsigned char> encoded;
+  cv::imencode(".jpg", noise, encoded, {cv::IMWRITE_JPEG_QUALITY, 5});
+  const std::string bytes(encoded.begin(), encoded.end());
+  ASSERT_GT(bytes.size(), 20'000u) << "a second at least";
+  Begin([&](int number) -> std::vector<PtpipFile> { return {{FileName(number), bytes}}; }, slow);
+  auto device = OpenDevice(camera_->Uri() + "?liveview_fps=5");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->PressShutter();
+  ASSERT_TRUE(Until(*device, [&] { return camera_->Releases() == 1; }));
+  for (int drops = 1; drops <= 2; ++drops) {  // the second while it is being fetched
+    std::this_thread::sleep_for(milliseconds(500));
+    camera_->DropLink();
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (device->Statistics().reconnects < static_cast<std::uint64_t>(drops) &&
+           std::chrono::steady_clock::now() < until) {
+      const auto frame = device->Next(milliseconds(50));
+      ASSERT_FALSE(frame && frame->kind == FrameKind::kStill) << "half a file";
+    }
+  }
+  const auto still = AwaitStillAcrossAGap(*device);
+  ASSERT_TRUE(still) << Said(*device);
+  EXPECT_EQ(*still->encoded->bytes, bytes);
+  EXPECT_EQ(still->status, FrameStatus::kComplete);
+  EXPECT_EQ(device->Statistics().reconnects, 2u);
+  for (const auto& [name, value] : device->Statistics().transport)
+    EXPECT_TRUE(name != "photographs not downloaded" || value == 0) << "it was, in the end";
+}
+
+// A card with photographs of earlier sessions, among them higher numbers and the other file of the last name, and a
+// camera whose clock is a quarter of a century slow.
+TEST_F(GphotoTest, PhotographsFromBeforeTheSessionStayOnTheCard) {
+  const auto photograph = [](int number) -> std::vector<PtpipFile> {
+    DngCamera sensor;
+    sensor.exposure_s = 1.0 / (10 * number);
+    const std::string written = fmt::format("19990501T1200{:02}", 10 * number);
+    return {{FileName(number, "NEF"), DngBytes(sensor, [](int, int) { return cv::Vec3d(0.1, 0.3, 0.5); }),
+             written}};
+  };
+  Begin(photograph);
+  const std::string old = NumberedJpeg(99, 960, 640);
+  for (const char* name : {"DSC_0000.JPG", "DSC_0001.JPG", "DSC_0500.JPG", "DSC_0501.NEF"})
+    camera_->PutOnCard({name, old, "19980501T120000"});
+  auto device = OpenDevice(camera_->Uri() + "?liveview_fps=30&imageformat=NEF (Raw)");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  camera_->PressShutter();
+  ASSERT_TRUE(AwaitStill(*device));
+  camera_->Refuse(true);
+  camera_->DropLink();
+  const double dropped_s =
+      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  for (int i = 0; i < 3; ++i) camera_->PressShutter();
+  ASSERT_TRUE(Until(*device, [&] { return camera_->FilesKept().size() == 8; }));
+  camera_->PutOnCard({"DSC_0003.MOV", "a film", "19990501T120035"});
+  camera_->Refuse(false);
+  for (int number = 2; number <= 4; ++number) {
+    const auto still = AwaitStillAcrossAGap(*device);
+    ASSERT_TRUE(still) << number << "\n" << Said(*device);
+    EXPECT_EQ(*still->raw->bytes, photograph(number).front().bytes) << "in their order";
+    EXPECT_NEAR(still->exposure_s, 1.0 / (10 * number), 1e-5);
+    EXPECT_NEAR(still->device_time_s, dropped_s, 5) << "the host's time, not the camera's";
+    EXPECT_FALSE(still->requested_s);
+  }
+  EXPECT_THAT(Said(*device), HasSubstr("3 files not fetched"));
+  EXPECT_THAT(said_, HasSubstr("DSC_0500.JPG"));
+  camera_->PressShutter();
+  const auto next = AwaitStill(*device);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(*next->raw->bytes, photograph(5).front().bytes) << "and nothing between";
+}
+
+TEST(LeftPhotographsTest, AreThoseAfterTheLastThatWasAnnounced) {
+  LeftPhotographs photographs;
+  photographs.Announced({"/card", "DSC_0009.JPG"});
+  EXPECT_FALSE(photographs.Take()) << "the link was not lost";
+  photographs.Lost({.waiting = {}, .released_s = 7, .lost_s = 9});
+  const auto left = photographs.Take();
+  ASSERT_TRUE(left);
+  EXPECT_FALSE(photographs.Take()) << "once";
+  const auto files = LeftPhotographs::CameSince(
+      *left, photographs.After(*left, {"DSC_0011.JPG", "DSC_0008.JPG", "DSC_0010.NEF", "DSC_0009.JPG",
+                                       "DSC_0010.JPG", "DSC_0009.NEF", "DSC_0010.MOV"}));
+  std::vector<std::string> names;
+  for (const auto& [where, file] : files) {
+    EXPECT_EQ(where.folder, "/card");
+    EXPECT_EQ(file.released_s, StemOf(file.name) == "dsc_0010" ? 7 : 0) << file.name;
+    EXPECT_EQ(file.is_late, file.name == "DSC_0009.NEF");
+    EXPECT_EQ(file.announced_s, 9);
+    names.push_back(where.name);
+  }
+  EXPECT_THAT(names, ElementsAre("DSC_0009.NEF", "DSC_0010.JPG", "DSC_0010.NEF", "DSC_0011.JPG"));
+  photographs.Announced({"/card", "DSC_0012.JPG"});
+  photographs.Lost(*left);
+  EXPECT_EQ(photographs.Take()->last->name, "DSC_0009.JPG") << "lost again before they were fetched";
+  EXPECT_THAT(LeftPhotographs().After({}, {"DSC_0001.JPG"}), ::testing::IsEmpty())
+      << "none was announced: nobody can tell which are new";
 }
 
 // Exif as a camera writes it, before the rest of a JPEG.
@@ -451,6 +638,15 @@ std::string WithExif(const std::string& jpeg) {
   put(EXIF_TAG_EXPOSURE_TIME, EXIF_FORMAT_RATIONAL, 1, 60);
   put(EXIF_TAG_FNUMBER, EXIF_FORMAT_RATIONAL, 71, 10);
   put(EXIF_TAG_ISO_SPEED_RATINGS, EXIF_FORMAT_SHORT, 640, 1);
+  const std::string lens = "Acme 50mm f/1.8";
+  ExifEntry* text = exif_entry_new();
+  exif_content_add_entry(data->ifd[EXIF_IFD_EXIF], text);
+  text->tag = EXIF_TAG_LENS_MODEL;
+  text->format = EXIF_FORMAT_ASCII;
+  text->components = text->size = static_cast<unsigned>(lens.size() + 1);
+  text->data = static_cast<unsigned char*>(calloc(1, lens.size() + 1));
+  std::ranges::copy(lens, text->data);
+  exif_entry_unref(text);
   unsigned char* bytes = nullptr;
   unsigned size = 0;
   exif_data_save_data(data, &bytes, &size);
@@ -473,6 +669,7 @@ TEST_F(GphotoTest, WhatThePhotographItselfSaysGoesBeforeTheSettings) {
   device->RequestStill();
   const auto still = AwaitStill(*device);
   ASSERT_TRUE(still);
+  EXPECT_EQ(still->lens, "Acme 50mm f/1.8");
   EXPECT_EQ(still->status, FrameStatus::kComplete);
   EXPECT_NEAR(still->exposure_s, 1.0 / 60, 1e-9);
   EXPECT_NEAR(still->gain, 6.4, 1e-9);

@@ -91,6 +91,57 @@ TEST(RawFile, AnotherCameraAndWhiteBalanceShowTheSameLight) {
   EXPECT_LT(WorstError(Decode(DngBytes(camera, Slopes)).light, LightOf(Slopes, *camera.crop)), 0.0015);
 }
 
+// LibRaw's better method for this mosaic refuses it.
+TEST(RawFile, ReadsXtransThatIsSmallerThanATile) {
+  DngCamera camera;
+  camera.pattern = kXtrans;
+  camera.visible = {6, 0, 96, 72};
+  camera.crop.reset();
+  for (const RawQuality quality : {RawQuality::kBest, RawQuality::kQuick})
+    EXPECT_LT(WorstError(Decode(DngBytes(camera, Slopes), std::nullopt, quality).light,
+                         LightOf(Slopes, {0, 0, 96, 72})),
+              0.02);
+}
+
+// A camera whose automatic white balance changes its mind between two photographs of one thing in one light.
+TEST(RawFile, ALockedWhiteBalanceMakesTheColoursOfPhotographsAgree) {
+  DngCamera camera, other = camera;
+  other.told_neutral = {0.6, 1, 0.5};
+  const std::string bytes = DngBytes(camera, Slopes), other_bytes = DngBytes(other, Slopes);
+  for (const RawQuality quality : {RawQuality::kBest, RawQuality::kQuick}) {
+    LockedWhiteBalance locked;
+    const RawPhotograph first = DecodeRaw(bytes, "a.dng", quality);
+    EXPECT_FALSE(locked.InPlaceOf(first.facts)) << "its own";
+    const RawPhotograph as_shot = DecodeRaw(other_bytes, "b.dng", quality);
+    EXPECT_GT(cv::norm(as_shot.light, first.light, cv::NORM_INF), 5000) << "the file's own is used";
+    EXPECT_NEAR(as_shot.facts.white_balance[0], 1 / 0.6, 1e-3);
+    const auto in_place = locked.InPlaceOf(as_shot.facts);
+    ASSERT_TRUE(in_place);
+    EXPECT_EQ(*in_place, first.facts.white_balance);
+    const cv::Mat light = DecodeRaw(other_bytes, "b.dng", quality, std::nullopt, in_place).light;
+    EXPECT_LE(cv::norm(light, first.light, cv::NORM_INF), 1);
+    EXPECT_LT(WorstError(light, LightOf(Slopes, *camera.crop)), 0.0015);
+    EXPECT_FALSE(locked.InPlaceOf(first.facts));
+  }
+  LockedWhiteBalance locked;
+  RawFacts facts;
+  facts.model = "one";
+  locked.InPlaceOf(facts);
+  facts.white_balance = {2, 1, 1.5};
+  EXPECT_TRUE(locked.InPlaceOf(facts));
+  facts.model = "another";
+  EXPECT_FALSE(locked.InPlaceOf(facts)) << "factors are those of a sensor";
+}
+
+TEST(RawFile, ALensIsTextThatCanBeWrittenDown) {
+  EXPECT_EQ(ExifText(std::string_view(" AF-S 50mm f/1.8G\0junk", 22)), "AF-S 50mm f/1.8G");
+  EXPECT_EQ(ExifText("---- "), "");
+  EXPECT_EQ(ExifText("Objektiv \xC3\xA4 \x01"), "Objektiv ?? ?");
+  DngCamera camera;
+  camera.lens = "";
+  EXPECT_EQ(Decode(DngBytes(camera, Slopes)).facts.exif.lens, "");
+}
+
 TEST(RawFile, TellsCameraLensAndExposure) {
   DngCamera camera;
   camera.orientation = 6;
@@ -106,6 +157,7 @@ TEST(RawFile, TellsCameraLensAndExposure) {
   EXPECT_NEAR(facts.exif.f_number.value_or(0), 5.6, 1e-3);
   EXPECT_NEAR(facts.exif.focal_mm.value_or(0), 35, 1e-3);
   EXPECT_EQ(facts.exif.focal_35mm, 52);
+  EXPECT_EQ(facts.exif.lens, "Acme 35mm f/2");
   EXPECT_EQ(facts.exif.iso, 400);
   EXPECT_EQ(facts.exif.orientation, 6);
   EXPECT_EQ(facts.maker, "Acme");

@@ -15,6 +15,7 @@
 #include "core/light_field/exchange/posed_set.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/light_field_io.h"
+#include "core/light_field/view_json.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/test_paths.h"
 
@@ -111,6 +112,7 @@ TEST_F(RawSetTest, RawFilesAloneBecomeMastersWithPhotographsMadeOfThem) {
     EXPECT_DOUBLE_EQ(view.gain, 4);
     EXPECT_NEAR(view.f_number.value_or(0), 5.6, 1e-3);
     EXPECT_NEAR(view.focal_mm.value_or(0), 35, 1e-3);
+    EXPECT_EQ(view.lens, "Acme 35mm f/2");
     EXPECT_TRUE(HasMoreThanEightBits(light_field, view));
     for (const Image& image : {ReadViewMaster(light_field, view), ReadViewLight(light_field, view)}) {
       EXPECT_EQ(image.transfer, Transfer::kLinear);
@@ -207,6 +209,102 @@ TEST_F(RawSetTest, ARawFileThatIsCutShortIsNamedAndLeavesNothingBehind) {
   EXPECT_EQ(light_field.views[1].master_path, "");
 }
 
+TEST_F(RawSetTest, ARawFileThatLibRawDoesNotReadIsNamedWithTheWayOut) {
+  Put("a.dng", StudioDng());
+  Put("b.nef", std::string(100'000, 'x'));
+  PutTransforms({"a.dng", "b.nef"});
+  EXPECT_THAT([&] { Taken(); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("b.nef"), HasSubstr("LibRaw"), HasSubstr("to DNG"))));
+  EXPECT_FALSE(fs::exists(folder_ / "lf"));
+  for (const char* name : {"a.jpg", "b.jpg"}) Put(name, CameraJpeg(*StudioCamera().crop));
+  PutTransforms({"a.jpg", "b.jpg"});
+  const LightField light_field = Taken();
+  EXPECT_NE(light_field.views[0].master_path, "");
+  EXPECT_EQ(light_field.views[1].master_path, "") << "its JPEG is used alone";
+}
+
+TEST_F(RawSetTest, AFolderMayHoldRawFilesWithTheirJpegAloneAndJpegsAlone) {
+  const std::string jpeg = CameraJpeg(*StudioCamera().crop);
+  for (const char* name : {"a.dng", "b.dng", "d.DNG"}) Put(name, StudioDng());
+  for (const char* name : {"b.jpg", "c.jpg"}) Put(name, jpeg);
+  PutTransforms({"a.jpg", "b.jpg", "c.jpg", "d.jpg"});  // as named by a program that made JPEGs of all
+  const LightField light_field = Taken();
+  ASSERT_EQ(light_field.views.size(), 4u);
+  const auto endings = [&](std::size_t view) {
+    return fs::path(light_field.views[view].image_path).extension().string() +
+           fs::path(light_field.views[view].master_path).extension().string();
+  };
+  EXPECT_EQ(endings(0), ".png.dng");
+  EXPECT_EQ(endings(1), ".jpg.dng");
+  EXPECT_EQ(endings(2), ".jpg");
+  EXPECT_EQ(endings(3), ".png.dng");
+  EXPECT_GT(light_field.views[3].exposure_s, 0);
+}
+
+// An automatic white balance, in a set and in a capture that is resumed.
+TEST_F(RawSetTest, AllRawFilesAreDevelopedByTheWhiteBalanceOfTheFirst) {
+  DngCamera other = StudioCamera();
+  other.told_neutral = {0.6, 1, 0.5};
+  const std::string other_dng = DngBytes(other, Waves);
+  Put("a.dng", StudioDng());
+  Put("b.dng", other_dng);
+  PutTransforms({"a.dng", "b.dng"});
+  const LightField taken = Taken();
+  auto frame = [&](const std::string& bytes) {
+    Frame still;
+    still.kind = FrameKind::kStill;
+    still.raw = EncodedImage{".dng", std::make_shared<const std::string>(bytes)};
+    still.image = {DecodeRaw(bytes, "a.dng", RawQuality::kQuick).light, Transfer::kLinear};
+    return still;
+  };
+  CaptureHeader header;
+  header.camera = taken.cameras[0];
+  {
+    auto writer = LightFieldWriter::Create(folder_ / "captured", header);
+    writer.AddView(frame(StudioDng()), {});
+    writer.AddView(frame(other_dng), {});
+    writer.Close(1);
+  }
+  {
+    auto writer = LightFieldWriter::Resume(folder_ / "captured");
+    const Frame third = frame(other_dng);
+    const LightFieldWriter::NewView later{third, {}, writer.Files(third, MakePictures::kLater)};
+    for (const View& view : writer.AddViews({&later, 1})) WritePictureFromMaster(folder_ / "captured", view);
+    writer.Close(1);
+  }
+  const LightField captured = ReadLightField(folder_ / "captured");
+  ASSERT_EQ(captured.views.size(), 3u);
+  for (const LightField* light_field : {&taken, &captured}) {
+    const cv::Mat first = ReadRecordedImage(*light_field, light_field->views[0]).pixels;
+    EXPECT_FALSE(light_field->views[0].raw_white_balance);
+    for (const View& view : light_field->views) {
+      EXPECT_EQ(view.raw_white_balance.has_value(), &view != &light_field->views[0]) << view.id;
+      EXPECT_LT(WorstError(ReadViewLight(*light_field, view), *StudioCamera().crop), kTolerance) << view.id;
+      EXPECT_LE(cv::norm(ReadRecordedImage(*light_field, view).pixels, first, cv::NORM_INF), 1) << view.id;
+    }
+    EXPECT_EQ(ReadWholeFile(light_field->root / light_field->views[1].master_path), other_dng)
+        << "as it came";
+    const PictureCheck check = CheckPictures(*light_field);
+    EXPECT_TRUE(check.others.empty() && check.damaged.empty() && check.damaged_masters.empty());
+  }
+}
+
+TEST(RawWhiteBalance, FactorsThatNoSensorHasAreRefused) {
+  View view, read;
+  view.raw_white_balance = {2, 1, 1.5};
+  view.lens = "Acme 35mm f/2";
+  nlohmann::json keys = PhotographToJson(view);
+  ReadPhotographJson({keys, "a line"}, read);
+  EXPECT_EQ(read.raw_white_balance, view.raw_white_balance);
+  EXPECT_EQ(read.lens, view.lens);
+  keys["raw_white_balance"] = {2, 1, 0};
+  EXPECT_THAT(
+      [&] {
+        ReadPhotographJson({keys, "a line"}, read);
+      },
+      ThrowsMessage<Error>(AllOf(HasSubstr("a line"), HasSubstr("raw_white_balance"))));
+}
+
 TEST_F(RawSetTest, APictureOfAnotherSizeIsRefused) {
   Put("a.dng", StudioDng());
   PutTransforms({"a.dng"}, {150, 104});
@@ -243,6 +341,7 @@ TEST_F(RawSetTest, ARecordedRawFileIsTheMasterOfAPhotographMadeOfIt) {
   frame.kind = FrameKind::kStill;
   frame.raw = EncodedImage{".dng", std::make_shared<const std::string>(StudioDng())};
   frame.focal_mm = 35;
+  frame.lens = "Acme 35mm f/2";
   frame.image = {DecodeRaw(StudioDng(), "a.dng", RawQuality::kQuick).light, Transfer::kLinear};
   writer.AddView(frame, {});
   const ViewFiles later = writer.Files(frame, MakePictures::kLater);
@@ -255,6 +354,7 @@ TEST_F(RawSetTest, ARecordedRawFileIsTheMasterOfAPhotographMadeOfIt) {
   for (const View& view : light_field.views) {
     EXPECT_THAT(view.master_path, HasSubstr(".dng"));
     EXPECT_EQ(view.focal_mm, 35);
+    EXPECT_EQ(view.lens, "Acme 35mm f/2");
     EXPECT_FALSE(view.master_transfer) << "a raw file says itself what its numbers are";
     EXPECT_LT(WorstError(ReadViewLight(light_field, view), *StudioCamera().crop), kTolerance);
   }

@@ -22,6 +22,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/light_field/folder_repair.h"
+#include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
@@ -212,6 +213,41 @@ TEST(ViewSpool, WhatWasTakenIsWrittenWhenThereIsRoomAgain) {
   EXPECT_EQ(spool.Unwritten(), 0u);
   EXPECT_EQ(done.Contents().views.size(), 12u);
   EXPECT_EQ(FilesIn(scratch / "lf/images"), 12u);
+}
+
+// As a card full of photographs may come at once when a camera's link is back.
+TEST(ViewSpool, RawFilesWaitForRoomInTheirOrder) {
+  const ScratchFolder scratch;
+  if (const auto problem = MountSmallDisk(scratch.path(), 32 << 20)) GTEST_SKIP() << *problem;
+  DngCamera sensor;
+  const auto raw = [&](int i) {
+    sensor.iso = 100 * (i + 1);
+    return DngBytes(sensor, [](int, int) { return cv::Vec3d(0.2, 0.3, 0.4); });
+  };
+  ViewSpool spool(LightFieldWriter::Create(scratch / "lf", Header({96, 64})), 64, true);
+  FillDisk(scratch / "ballast");
+  constexpr int kCount = 5;
+  for (int i = 0; i < kCount; ++i) {
+    Frame still = FrameNumber(i, false, {96, 64});
+    still.kind = FrameKind::kStill;
+    still.raw = EncodedImage{".dng", std::make_shared<const std::string>(raw(i))};
+    still.image = {DecodeRaw(*still.raw->bytes, "a.dng", RawQuality::kQuick).light, Transfer::kLinear};
+    spool.AddView(still, {});
+  }
+  std::this_thread::sleep_for(300ms);
+  EXPECT_TRUE(spool.Pause());
+  for (const char* folder : {"images", "masters"})
+    EXPECT_TRUE(!fs::exists(scratch / "lf" / folder) || FilesIn(scratch / "lf" / folder) == 0)
+        << "nothing half";
+  fs::remove(scratch / "ballast");
+  const LightFieldWriter done = spool.Finish();
+  EXPECT_FALSE(spool.Failure());
+  ASSERT_EQ(done.Contents().views.size(), static_cast<std::size_t>(kCount));
+  for (int i = 0; i < kCount; ++i) {
+    const View& view = done.Contents().views[static_cast<std::size_t>(i)];
+    EXPECT_EQ(ReadWholeFile(scratch / "lf" / view.master_path), raw(i));
+    EXPECT_TRUE(fs::exists(scratch / "lf" / view.image_path));
+  }
 }
 
 // What views show of points stands in the files that closing writes.
