@@ -43,7 +43,7 @@ if(CCACHE)
     CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${CCACHE})
 endif()
 
-# Some 150 programs are linked, most of them tests: with mold a tenth of a second each, with the usual linker two.
+# Some 120 programs are linked, most of them tests: with mold a tenth of a second each, with the usual linker two.
 find_program(MOLD mold)
 if(MOLD)
   add_link_options(-fuse-ld=mold)

@@ -12,6 +12,7 @@
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
+#include "core/light_field/unposed_photographs.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/error_meter.h"
 #include "coverage/measured/threshold_by_errors.h"

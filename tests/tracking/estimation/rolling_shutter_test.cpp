@@ -318,6 +318,7 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
   EXPECT_LT(told.error_m, 2.5 * global.error_m);
   EXPECT_LT(2.5 * told.error_m, plain.error_m);
   EXPECT_FALSE(told.rolling->sigma_s);
+  EXPECT_FALSE(told.rolling->contradicted);
   const Outcome found = Follow(kReadout_s, {.deterministic = true});
   EXPECT_LT(found.error_m, 0.6 * plain.error_m);
   ASSERT_TRUE(found.rolling);
@@ -333,15 +334,9 @@ TEST(RollingShutter, AGivenReadoutThatImagesContradictIsSaid) {
   EXPECT_NEAR(as_global->contradicted->readout_s, kReadout_s, 0.25 * kReadout_s);
   EXPECT_FALSE(as_global->compensated);
   EXPECT_NE(as_global->InWords().find("not the 0 ms given"), std::string::npos);
-  const auto turned_over = told(kReadout_s, -kReadout_s);
-  ASSERT_TRUE(turned_over && turned_over->contradicted);
-  EXPECT_GT(turned_over->contradicted->readout_s, 0);
   const auto as_rolling = told(0, kReadout_s);
   ASSERT_TRUE(as_rolling && as_rolling->contradicted);
   EXPECT_NE(as_rolling->InWords().find("a global shutter, not a rolling one of 20 ms"), std::string::npos);
-  const auto right = told(kReadout_s, kReadout_s);
-  ASSERT_TRUE(right);
-  EXPECT_FALSE(right->contradicted);
 }
 
 // Keyframes get their rows while a mapper has the map, too. How far it gets between frames is the machine's

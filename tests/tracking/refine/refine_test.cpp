@@ -198,7 +198,7 @@ TEST(CalibrationCheck, AFocalLengthThatIsFivePercentOffIsSaid) {
     ASSERT_EQ(told.checks.size(), 1u);
     EXPECT_TRUE(told.checks[0].Wrong()) << factor;
     EXPECT_NEAR(told.checks[0].fitted_focal_px, truth_px, 0.01 * truth_px);
-    EXPECT_THAT(told.checks[0].Text(), HasSubstr(factor > 1 ? "less than" : "more than"));
+    EXPECT_THAT(told.checks[0].Text(), HasSubstr(factor > 1 ? "or less" : "or more"));
     EXPECT_EQ(told.lenses, views->input.lenses) << "changed without being asked";
     ASSERT_EQ(told.lens_fits.size(), 1u);
     // The focal length is what was wrong, and what is freed; the principal point was right.
