@@ -26,9 +26,10 @@ CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
 std::string CalibrationCheck::Advice() const {
   if (no_lens_fits)
     return Text() + ": it is far off, mostly too long; begin again with a shorter one, or calibrate";
-  return Text() + (rows_uncompensated ? "; a rolling shutter can look like that, and the reverse: calibrate, "
-                                        "then see which of the two is still reported"
-                                      : ": calibrate, or run ulf refine --intrinsics");
+  return Text() + (rows_uncompensated
+                       ? "; a rolling shutter can look like that, and the reverse: calibrate, "
+                         "then see which of the two is still reported"
+                       : ": calibrate, give --intrinsics refine, or run ulf refine --intrinsics afterwards");
 }
 
 std::string CalibrationCheck::Text() const {
