@@ -370,6 +370,11 @@ PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) 
   }
   PoseCheck check;
   check.error_px = Median(std::move(medians_px));
+  const auto cannot_tell = [&](int view, std::string why) {
+    UntoldView& one = check.untold.emplace_back();
+    one.view = view;
+    one.why = std::move(why);
+  };
   for (int view = 0; view < static_cast<int>(scene.views.size()); ++view) {
     const RefineView& own = scene.view(view);
     if (const auto found = verdicts.contradicted().find(view); found != verdicts.contradicted().end()) {
@@ -377,18 +382,17 @@ PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) 
       check.contradicted.back().error_px *=
           static_cast<double>(input.lenses[At(own.lens)].width) / scene.LensOf(own).width;
     } else if (!own.registered) {
-      check.untold.push_back({view, own.why});
+      cannot_tell(view, own.why);
     } else if (verdicts.AgreesOnNoPose(view)) {
-      check.untold.push_back({view, "what its neighbours show of it agrees on no pose"});
+      cannot_tell(view, "what its neighbours show of it agrees on no pose");
     } else if (set.neighbours[At(view)].empty()) {
-      check.untold.push_back(
-          {view,
-           "shares too little with the pictures of its neighbours: without texture, blurred, or "
-           "of something else"});
+      cannot_tell(view,
+                  "shares too little with the pictures of its neighbours: without texture, blurred, or "
+                  "of something else");
     } else if (verdicts.Standing(view).empty() && (!said[At(view)].empty() || !fits_one[At(view)])) {
-      check.untold.push_back({view, said[At(view)].empty()
-                                        ? "its neighbours do not agree with each other about what it shows"
-                                        : "its neighbours are contradicted themselves"});
+      const bool disagree = said[At(view)].empty();
+      cannot_tell(view, disagree ? "its neighbours do not agree with each other about what it shows"
+                                 : "its neighbours are contradicted themselves");
     } else {
       ++check.agree;
     }
