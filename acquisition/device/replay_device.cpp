@@ -123,6 +123,10 @@ class FolderSource : public Source {
       if (header != header_) ThrowMixed(file, header ? header->Text() : "another kind of file");
     }
     first_ = ReadImageFile(files_.front().string());
+    if (!options.fps && files_.size() > 1)
+      spdlog::info(
+          "{}: images of a folder have no times; they are taken for {:g} a second, ?fps= says otherwise",
+          options_.uri, kDefaultFps);
   }
 
   std::string Describe() const override {

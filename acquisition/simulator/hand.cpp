@@ -15,6 +15,7 @@ constexpr double kRoundingS = 0.35;       // corners of the path are rounded ove
 constexpr double kGlanceS = 1.5;          // duration of a look away
 constexpr double kPauseRampS = 0.3;       // the hand stops and starts over this time
 constexpr double kDistanceChange = 0.05;  // at most, as a share of HandOptions::distance_m
+constexpr double kDollyPeriodS = 12;      // once nearer, once farther, and back
 constexpr double kPlannedS = 3 * 3600;    // afterwards the hand rests
 constexpr double kAwayShare = 0.1;        // of a glance: above it the hand counts as looking away
 enum WaveStream {
@@ -189,7 +190,8 @@ Rigid3 Hand::CamFromWorld(double time_s) const {
   const Vector3d direction =
       std::cos(angles.y()) * (std::cos(angles.x()) * forward_ + std::sin(angles.x()) * side_) +
       std::sin(angles.y()) * up_;
-  const double distance = options_.distance_m * (1 + waves_[kDistance].At(time_s));
+  const double dolly = std::pow(options_.dolly, -std::sin(2 * M_PI * time_s / kDollyPeriodS));
+  const double distance = options_.distance_m * dolly * (1 + waves_[kDistance].At(time_s));
   const Vector3d sway(waves_[kPositionX].At(time_s), waves_[kPositionY].At(time_s),
                       waves_[kPositionZ].At(time_s));
   const Vector3d center = options_.subject_in_world + distance * direction + sway;

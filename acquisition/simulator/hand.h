@@ -6,7 +6,7 @@
 // because the first direction of a capture is known only after it has begun. Later passes have rows shifted
 // by half a spacing, then a quarter, and so on, so that they fill the gaps of earlier passes. The hand
 // trembles and drifts, varies its distance, and sometimes looks away for about a second, during which its
-// position stays the same.
+// position stays the same. With a dolly it goes nearer and farther as it sweeps, again and again.
 //
 // World frame metres, time in seconds from the start. Cap angles are longitude and latitude about the first
 // direction, with the scene's up straightened to be perpendicular to it.
@@ -33,6 +33,7 @@ struct HandOptions {
   double row_spacing = Radians(2.2);
   double margin = Radians(3);
   double speed = Radians(13);  // of azimuth, per second, along a row
+  double dolly = 1;  // the distance changes between 1 / dolly and dolly times distance_m, slowly
   bool looks_away = true;
   std::uint64_t seed = 7;
 };

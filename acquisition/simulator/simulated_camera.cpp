@@ -46,6 +46,7 @@ HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
           .cap_elevation = options.cap_elevation,
           .row_spacing = options.row_spacing,
           .speed = options.speed,
+          .dolly = options.dolly,
           .looks_away = options.looks_away,
           .seed = options.seed};
 }
@@ -59,8 +60,8 @@ const SimulationOptions& Validated(const SimulationOptions& options) {
 
 SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   uri.AllowOnly({"seed", "fps", "width", "height", "format", "exposure_us", "readout_ms", "gain_db", "noise",
-                 "cap", "row_deg", "speed_deg_s", "look_away", "duration_s", "sways_from_s", "sways_s",
-                 "fault"});
+                 "cap", "row_deg", "speed_deg_s", "dolly", "look_away", "duration_s", "sways_from_s",
+                 "sways_s", "fault"});
   SimulationOptions options;
   const auto read = [&](const char* key, double scale, double& value) {
     if (const auto number = uri.Number(key)) value = scale * *number;
@@ -84,6 +85,7 @@ SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   read("readout_ms", 1e-3, options.readout_s);
   read("gain_db", 1, options.gain_db);
   read("duration_s", 1, options.duration_s);
+  read("dolly", 1, options.dolly);
   read("sways_from_s", 1, options.sways_from_s);
   read("sways_s", 1, options.sways_s);
   if (const auto degrees = uri.Number("row_deg")) options.row_spacing = Radians(*degrees);
@@ -108,6 +110,7 @@ void SimulationOptions::Validate() const {
   RequireRange("cap's height in degrees", Degrees(cap_elevation), 1, 50);
   RequireRange("row spacing in degrees", Degrees(row_spacing), 0.1, 20);
   RequireRange("speed in degrees per second", Degrees(speed), 0.1, 90);
+  RequireRange("dolly (how many times nearer and farther it goes)", dolly, 1, 4);
   RequireRange("start of the swaying in seconds", sways_from_s, 0, 1e6);
   RequireRange("time of swaying in seconds", sways_s, 0, 1e6);
   if (!(duration_s > 0))

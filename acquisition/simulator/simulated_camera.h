@@ -36,6 +36,7 @@ struct SimulationOptions {
   double cap_azimuth = Radians(60), cap_elevation = Radians(40);
   double row_spacing = Radians(2.2);
   double speed = Radians(13);  // of azimuth, per second
+  double dolly = 1;            // nearest to farthest distance: 1 / dolly to dolly of the scene's own
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
   double sways_from_s = 6, sways_s = 8;  // when what can move in the scene begins to, and for how long
@@ -43,7 +44,7 @@ struct SimulationOptions {
 
   // Parses a URI such as
   //   sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0
-  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&look_away=1&duration_s=20&sways_from_s=6&sways_s=8
+  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&dolly=1&look_away=1&duration_s=20&sways_from_s=6&sways_s=8
   // Throws UsageError that names an unknown option or a value out of range.
   static SimulationOptions FromUri(const DeviceUri& uri);
   void Validate() const;  // throws UsageError

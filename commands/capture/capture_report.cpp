@@ -160,11 +160,17 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
 
 std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t tracked) {
   if (summary.frames == 0) return "nothing was recorded: no complete frame came";
-  if (tracked == 0)
-    return fmt::format(
-        "nothing was recorded: the camera's position was found in none of {}; move it slowly sideways, so "
-        "that near and far things shift against each other",
+  if (tracked == 0) {
+    std::string text = fmt::format(
+        "nothing was recorded: the camera's position was found in none of {}; move it slowly "
+        "sideways, so that near and far things shift against each other",
         Counted(summary.frames, "frame"));
+    const auto commonest = std::max_element(summary.start_obstacles.begin(), summary.start_obstacles.end(),
+                                            [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (commonest != summary.start_obstacles.end())
+      text += fmt::format(" (in {} of them: {})", commonest->second, tracking::Advice(commonest->first));
+    return text;
+  }
   const auto commonest = std::max_element(summary.reasons.begin(), summary.reasons.end());
   const auto reason = static_cast<coverage::Reason>(commonest - summary.reasons.begin());
   return fmt::format("nothing was recorded: for {} of {} the reason was '{}': {}", *commonest,

@@ -312,6 +312,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   if (track.cam_from_world) last_turn_ = track.cam_from_world->rotation;
   if (track.state == tracking::TrackState::kInitializing)
     last_turn_.reset();  // in the world of a map that is gone
+  if (track.start) ++summary_.start_obstacles[track.start->obstacle];
   gaps_.Tracking(track.state == tracking::TrackState::kTracking, now_s);
   FollowLens(track);
   if (!options_.without_subject) subject_.FindFirst(track);

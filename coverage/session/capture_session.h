@@ -109,8 +109,9 @@ struct CaptureSummary {
   std::uint64_t recorded = 0;    // views of this session that are in the light field
   std::uint64_t taken_back = 0;  // views that were removed on request
   std::uint64_t kept_apart = 0;  // frames in unposed/ (CaptureOptions::keep_apart)
-  StillCounts stills;            // of a device that takes photographs
-  std::array<std::uint64_t, kReasons.size()> reasons{};  // by Reason
+  std::map<tracking::StartObstacle, std::uint64_t> start_obstacles;  // frames that each kept a map from
+  StillCounts stills;                                                // of a device that takes photographs
+  std::array<std::uint64_t, kReasons.size()> reasons{};              // by Reason
   double ms_track_median = 0;
   double ms_decide_median = 0;
   StoppedBecause stopped_because = StoppedBecause::kEnded;

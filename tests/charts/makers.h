@@ -33,6 +33,7 @@ Chart TrackingSideChart(const ChartEffort& effort);
 Chart TrackingStepsChart(const ChartEffort& effort);
 Chart LensChart(const ChartEffort& effort);
 Chart MapSizeChart(const ChartEffort& effort);
+Chart LevelsChart(const ChartEffort& effort);
 Chart PredictedErrorChart(const ChartEffort& effort);
 Chart WrongChoiceChart(const ChartEffort& effort);
 Chart CoverChart(const ChartEffort& effort);

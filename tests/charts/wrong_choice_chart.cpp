@@ -176,7 +176,7 @@ void PriceMaps(const std::vector<unsigned>& seeds, int frames, Prices& prices) {
       {kTooSimple, "keyframes gone at 60 % seen", [](MapperOptions& o) { o.superfluous_share = 0.6; }, true},
       {kTooRich, "no keyframe ever gone", [](MapperOptions& o) { o.superfluous_share = 1.01; }, true}};
   for (const unsigned seed : seeds) {
-    std::vector<TrackedCase> cases{{"simulator", {.deterministic = true, .seed = seed}, frames}};
+    std::vector<TrackedCase> cases{{kStudio, {.deterministic = true, .seed = seed}, frames}};
     for (const Kind& kind : kinds) {
       cases.push_back(cases.front());
       kind.change(cases.back().options.mapping);

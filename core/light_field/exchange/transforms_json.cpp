@@ -15,6 +15,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
+#include "core/base/lowercase.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
 #include "core/image/image_header.h"
@@ -153,6 +154,12 @@ class Document {
     try {
       return json::parse(stream, keep);
     } catch (const json::exception& error) {
+      if (Lowercase(file_.extension().string()) != ".json")
+        throw Error(
+            "{}: is no light field: give its folder, or a transforms.json; other programs' poses and "
+            "photographs "
+            "are read by 'ulf import'",
+            file_.string());
       throw Error("{}: not valid JSON (NaN and Infinity are not JSON numbers): {}", file_.string(),
                   error.what());
     }

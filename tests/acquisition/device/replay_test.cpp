@@ -1,11 +1,14 @@
 // Tests: acquisition/device/replay_device, acquisition/device/paced_device, core/image/image_header,
 // core/base/name_order.
 #include <gmock/gmock.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <sstream>
 #include <thread>
 
 #include "acquisition/calibration/intrinsics.h"
@@ -105,9 +108,18 @@ TEST(ReplayFolder, ThirtyFramesASecondUnlessSaid) {
   test::ScratchFolder scratch;
   for (const int number : {0, 1, 2})
     cv::imwrite((scratch / fmt::format("{}.png", number)).string(), Numbered(number));
+  std::ostringstream said;
+  const auto logger = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("said", std::make_shared<spdlog::sinks::ostream_sink_mt>(said)));
   const auto frames = Replay("replay:" + scratch.path().string());
+  const std::string of_the_default = said.str();
+  Replay("replay:" + scratch.path().string() + "?fps=10");
+  spdlog::set_default_logger(logger);
   EXPECT_DOUBLE_EQ(frames.at(0).device_time_s, 0);
   EXPECT_DOUBLE_EQ(frames.at(2).device_time_s, 2.0 / 30);
+  EXPECT_THAT(of_the_default, HasSubstr("30 a second"));
+  EXPECT_EQ(said.str(), of_the_default) << "a rate that was given is not said";
 }
 
 TEST(ReplayFolder, NamesTheJpegFileBehindAFrame) {

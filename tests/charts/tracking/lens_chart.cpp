@@ -1,4 +1,6 @@
 // Tracking: a focal length that is given wrong, or guessed, against where the right one would have ended.
+#include <algorithm>
+
 #include "tests/charts/makers.h"
 #include "tests/charts/tracking/tracking_runs.h"
 #include "tests/support/floors.h"
@@ -8,16 +10,24 @@ namespace ulf::test {
 Chart LensChart(const ChartEffort& effort) {
   const std::vector<double> factors =
       effort.Of(std::vector{0.85, 1.0}, {0.65, 0.75, 0.85, 0.95, 0.98, 1.0, 1.02, 1.05, 1.15, 1.3, 1.5});
-  const std::vector<std::pair<LensUse, const char*>> uses{{LensUse::kCheck, "as it is given"},
-                                                          {LensUse::kRefine, "--intrinsics refine"}};
+  struct Use {
+    const char* name;
+    LensUse lens;
+    bool is_guess;
+  };
+  const std::vector<Use> uses{{"as it is given", LensUse::kCheck, false},
+                              {"a calibration, --intrinsics refine", LensUse::kRefine, false},
+                              {"a guess, --intrinsics refine", LensUse::kRefine, true}};
   std::vector<TrackedCase> cases;
-  for (const std::string recording : {"simulator", "handheld_kitchen", "scan_synthetic"}) {
+  for (const std::string recording : {kStudio, "handheld_kitchen", "scan_synthetic"}) {
     if (!HasRecording(recording)) continue;
-    for (const auto& [use, name] : uses)
+    for (const Use& use : uses)
       for (const double factor : factors)
         for (const unsigned seed :
-             recording == "simulator" ? effort.Of(std::vector{81u}, {81, 82, 83}) : std::vector{1u}) {
-          TrackedCase one{recording, {.deterministic = true, .seed = seed, .lens = use}, effort.Of(60, 400)};
+             IsSimulated(recording) ? effort.Of(std::vector{81u}, {81, 82, 83}) : std::vector{1u}) {
+          TrackedCase one{recording, {.deterministic = true, .seed = seed}, effort.Of(60, 400)};
+          one.options.lens = use.lens;
+          one.options.lens_is_guess = use.is_guess;
           one.focal_factor = factor;
           cases.push_back(one);
         }
@@ -36,20 +46,27 @@ Chart LensChart(const ChartEffort& effort) {
       "the run and alignment. Infinite: not shown.";
   for (std::size_t i = 0; i < cases.size();) {
     const TrackedCase& one = cases[i];
-    if (chart.panels.empty() || chart.panels.back().title != one.recording)
-      chart.panels.push_back({one.recording,
+    const std::string name = NameOf(one.recording);
+    if (chart.panels.empty() || chart.panels.back().title != name)
+      chart.panels.push_back({name,
                               {"focal length given / right", true},
                               {"centres, after the run, RMS [mm]", true},
                               {},
                               false});
     std::vector<double> errors;
     for (; i < cases.size() && cases[i].recording == one.recording &&
-           cases[i].options.lens == one.options.lens && cases[i].focal_factor == one.focal_factor;
+           cases[i].options.lens == one.options.lens &&
+           cases[i].options.lens_is_guess == one.options.lens_is_guess &&
+           cases[i].focal_factor == one.focal_factor;
          ++i)
       errors.push_back(runs[i].after_mm);
-    chart.panels.back().points.push_back(
-        {one.options.lens == LensUse::kCheck ? uses[0].second : uses[1].second, "",
-         Spread::Exactly(one.focal_factor), Spread::Of(errors)});
+    chart.panels.back().points.push_back({std::find_if(uses.begin(), uses.end(),
+                                                       [&](const Use& use) {
+                                                         return use.lens == one.options.lens &&
+                                                                use.is_guess == one.options.lens_is_guess;
+                                                       })
+                                              ->name,
+                                          "", Spread::Exactly(one.focal_factor), Spread::Of(errors)});
   }
   return chart;
 }

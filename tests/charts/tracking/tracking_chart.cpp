@@ -74,7 +74,7 @@ std::vector<Threshold> Thresholds() {
 constexpr int kRuns = 3;
 TrackedCase CaseOf(const Variation& variation, const std::string& recording, int run, int frames) {
   TrackedCase one{recording, variation.options, frames};
-  if (recording == "simulator")
+  if (IsSimulated(recording))
     one.options.seed = 51 + static_cast<unsigned>(run);
   else
     one.options.features += run == 0 ? 0 : run == 1 ? -10 : 10;
@@ -101,6 +101,8 @@ std::vector<ChartPanel> TrackVariations(const std::vector<Variation>& variations
     for (int i = 0; i < each; ++i, ++run) {
       cost.push_back(run->cpu_over_orb);
       error.push_back(run->live_mm);
+      fmt::print("   {} share {:.3f} live {:.3f} after {:.3f}\n", recording, run->tracked_share, run->live_mm,
+                 run->after_mm);
     }
     panels.back().points.push_back(
         {variation.series, variation.name, Spread::Of(cost), Spread::Of(error), variation.IsUsual()});
@@ -118,11 +120,33 @@ Chart TrackingChart(const ChartEffort& effort) {
       "features. handheld_kitchen: all of it, the default changed in one respect at a time, with 10 features "
       "more and fewer (it was tuned on, the simulator's seeds were not). CPU of the tracking thread, mapping "
       "apart, over cv::ORB with 1,000 features in the same run. Bars: lowest to highest.";
-  chart.panels = TrackVariations(Grid(effort), "simulator", effort.Of(60, 150), effort);
+  chart.panels = TrackVariations(Grid(effort), kStudio, effort.Of(60, 150), effort);
   if (const std::string kitchen = "handheld_kitchen"; HasRecording(kitchen))
     for (const ChartPanel& panel :
          TrackVariations(OneAtATime(kitchen, effort), kitchen, effort.Of(120, 100000), effort))
       chart.panels.push_back(panel);
+  return chart;
+}
+
+Chart LevelsChart(const ChartEffort& effort) {
+  Chart chart;
+  chart.title = "Pyramid levels, where the camera goes nearer and farther and where it does not";
+  chart.about = "";
+  for (const std::string recording :
+       {"sim:studio?dolly=2&row_deg=4", "sim:gloss?dolly=2&row_deg=4", "sim:plant?dolly=2.5&row_deg=4",
+        "sim:bust?dolly=3&row_deg=4", kStudio, "handheld_kitchen", "scan_synthetic"}) {
+    if (!HasRecording(recording)) continue;
+    std::vector<Variation> variations;
+    for (const int levels : effort.Of(std::vector{8, 2}, {8, 6, 5, 4, 3, 2, 1})) {
+      variations.push_back({recording, "", std::to_string(levels), kUsual});
+      variations.back().options.corners.levels = levels;
+    }
+    const int frames = IsSimulated(recording) ? 400 : 100000;
+    for (const ChartPanel& panel : TrackVariations(variations, recording, effort.Of(60, frames), effort)) {
+      chart.panels.push_back(panel);
+for (const auto& p : panel.points) fmt::print("{} {} cost {:.3f} error {:.3f}\n", recording, p.name, p.cost.median, p.error.median);
+    }
+  }
   return chart;
 }
 

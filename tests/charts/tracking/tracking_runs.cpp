@@ -22,7 +22,6 @@
 namespace ulf::test {
 namespace {
 
-constexpr char kSimulator[] = "simulator";
 constexpr int kOrbEvery = 10;  // frames
 
 // A recording in memory, with its camera and its true poses.
@@ -42,10 +41,9 @@ std::vector<Frame> FirstFrames(Device& device, int count) {
 
 Recording ReadRecording(const std::string& name, unsigned seed, int frames, int width) {
   Recording recording;
-  if (name == kSimulator) {
+  if (IsSimulated(name)) {
     const int height = width * 3 / 4;
-    const auto device =
-        OpenDevice(fmt::format("sim:studio?row_deg=4&seed={}&width={}&height={}", seed, width, height));
+    const auto device = OpenDevice(fmt::format("{}&seed={}&width={}&height={}", name, seed, width, height));
     recording.camera = ResolveIntrinsics(*device, {}, width, height);
     recording.frames = FirstFrames(*device, frames);
     for (const Frame& frame : recording.frames)
@@ -144,13 +142,17 @@ TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
 }  // namespace
 
 bool HasRecording(const std::string& recording) {
-  return recording == kSimulator || TestData(recording).has_value();
+  return IsSimulated(recording) || TestData(recording).has_value();
 }
+
+bool IsSimulated(const std::string& recording) { return recording.starts_with("sim:"); }
+
+std::string NameOf(const std::string& recording) { return recording == kStudio ? "simulator" : recording; }
 
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases) {
   using Key = std::tuple<std::string, unsigned, int, int>;
   const auto key_of = [](const TrackedCase& one) {
-    const bool drawn = one.recording == kSimulator;
+    const bool drawn = IsSimulated(one.recording);
     return Key{one.recording, drawn ? one.options.seed : 0, one.frames, drawn ? one.width : 0};
   };
   std::map<Key, Recording> recordings;

@@ -25,8 +25,11 @@ struct PictureChange {
   double noise = 0;
 };
 
-// `recording`: "simulator" (the studio, `frames` at 15 a second, its scene and hand by the options' seed) or
-// the name of a folder of the test data, its first `frames`.
+// The studio's rows lie far enough apart that a short run sees all of it.
+inline constexpr char kStudio[] = "sim:studio?row_deg=4";
+
+// `recording`: a simulated camera (`frames` at 15 a second, its scene and hand by the options' seed) or the
+// name of a folder of the test data, its first `frames`.
 struct TrackedCase {
   std::string recording;
   TrackerOptions options;
@@ -42,5 +45,8 @@ std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases);
 
 // Whether the recording is to be had.
 bool HasRecording(const std::string& recording);
+bool IsSimulated(const std::string& recording);
+// How charts call it.
+std::string NameOf(const std::string& recording);
 
 }  // namespace ulf::test

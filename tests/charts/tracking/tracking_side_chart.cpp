@@ -27,7 +27,7 @@ std::vector<Pictures> Kinds(const ChartEffort& effort) {
     }
   };
   const auto add_drawn = [&](const char* series, double blur_px, double noise) {
-    TrackedCase tracked{"simulator", {.deterministic = true}, effort.Of(30, 100)};
+    TrackedCase tracked{kStudio, {.deterministic = true}, effort.Of(30, 100)};
     tracked.width = 1920;
     tracked.change.blur_px = blur_px;
     tracked.change.noise = noise;

@@ -8,13 +8,13 @@ namespace ulf::test {
 Chart TrackingStepsChart(const ChartEffort& effort) {
   const std::vector<int> steps = effort.Of(std::vector{1, 10}, {1, 2, 5, 10, 15, 20});
   std::vector<TrackedCase> cases;
-  for (const std::string recording : {"simulator", "handheld_kitchen", "scan_synthetic"}) {
+  for (const std::string recording : {kStudio, "handheld_kitchen", "scan_synthetic"}) {
     if (!HasRecording(recording)) continue;
-    const int frames = recording == "simulator" ? 300 : 100000;
+    const int frames = IsSimulated(recording) ? 300 : 100000;
     for (const int every : steps)
       for (const int first : effort.Of(std::vector{0}, {0, every / 3, 2 * every / 3})) {
         TrackedCase one{recording, {.deterministic = true}, effort.Of(60, frames)};
-        one.options.seed = recording == "simulator" ? 71 : 1;
+        one.options.seed = IsSimulated(recording) ? 71 : 1;
         one.every = every;
         one.first = first;
         cases.push_back(one);
@@ -43,9 +43,9 @@ Chart TrackingStepsChart(const ChartEffort& effort) {
       afters.push_back(runs[i].after_mm);
     }
     const Spread step = Spread::Exactly(one.every);
-    share.points.push_back({one.recording, "", step, Spread::Of(shares)});
-    live.points.push_back({one.recording, "", step, Spread::Of(lives)});
-    after.points.push_back({one.recording, "", step, Spread::Of(afters)});
+    share.points.push_back({NameOf(one.recording), "", step, Spread::Of(shares)});
+    live.points.push_back({NameOf(one.recording), "", step, Spread::Of(lives)});
+    after.points.push_back({NameOf(one.recording), "", step, Spread::Of(afters)});
   }
   chart.panels = {share, live, after};
   return chart;

@@ -126,6 +126,9 @@ TEST(CaptureReport, NothingRecordedNamesTheCommonestReasonAndTheWayOut) {
   EXPECT_THAT(NothingRecorded({}, 0), HasSubstr("no complete frame came"));
   EXPECT_THAT(NothingRecorded(With(Reason::kTracking, 30), 0),
               AllOf(HasSubstr("in none of 30 frames"), HasSubstr("sideways")));
+  CaptureSummary turning = With(Reason::kTracking, 30);
+  turning.start_obstacles = {{StartObstacle::kFirstView, 1}, {StartObstacle::kRotationOnly, 29}};
+  EXPECT_THAT(NothingRecorded(turning, 0), HasSubstr("(in 29 of them: the camera only turns"));
   for (const auto& [reason, words] : {std::pair{Reason::kBlur, "expose shorter"},
                                       {Reason::kExposure, "ulf features"},
                                       {Reason::kOutsideRectangle, "--subject-size"},

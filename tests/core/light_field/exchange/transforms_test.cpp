@@ -113,6 +113,11 @@ TEST_F(BadTransforms, CutInTheMiddle) {
   std::ofstream(scratch_ / "lf/transforms.json") << text.substr(0, text.size() / 2);
   EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); }, ThrowsMessage<Error>(HasSubstr("not valid JSON")));
 }
+TEST_F(BadTransforms, AnotherKindOfFile) {
+  std::ofstream(scratch_ / "poses.txt") << "0.0 1 2 3 0 0 0 1\n";
+  EXPECT_THAT([&] { ReadLightField(scratch_ / "poses.txt"); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("is no light field"), HasSubstr("ulf import"))));
+}
 TEST_F(BadTransforms, PathLeavesTheFolder) {
   cv::imwrite((scratch_ / "outside.png").string(), NoiseFrame(0).image.pixels);
   document_["frames"][0]["file_path"] = "../outside.png";

@@ -245,6 +245,29 @@ TEST(PosedPhotographs, ATrackedWalkPastTheStudioIsCaptured) {
   EXPECT_EQ(Counted(summary).count("outside_rectangle"), 0u);
 }
 
+// A hand that stands before the studio and turns to and fro.
+class TurningHand : public HandMotion {
+ public:
+  Rigid3 CamFromWorld(double time_s) const override {
+    const Vector3d at(0, -1.1, 0.35);
+    return LookAt(at, at + Vector3d(0.3 * std::sin(time_s), 1, -0.25), Vector3d::UnitZ());
+  }
+};
+
+TEST(PosedPhotographs, ACameraThatOnlyTurnsIsCountedAsSuch) {
+  const ScratchFolder scratch;
+  const auto device = OpenSimulatedDevice(DeviceUri::Parse("sim:studio?width=256&height=192&duration_s=4"),
+                                          std::make_shared<TurningHand>());
+  device->Start();
+  const CameraModel camera = *device->Camera();
+  const auto poses = MakeTrackerSource(camera, {.deterministic = true, .wait_for_mapper = true});
+  const CaptureSummary summary =
+      RunCapture(*device, camera, *poses, NewWriter(scratch / "lf", camera), WithoutSubject());
+  EXPECT_EQ(summary.recorded, 0u);
+  ASSERT_TRUE(summary.start_obstacles.contains(StartObstacle::kRotationOnly));
+  EXPECT_GT(summary.start_obstacles.at(StartObstacle::kRotationOnly), summary.frames / 2);
+}
+
 // The camera is carried to another side of a room, without seeing the way, and walks on to where it began. Until then
 // nobody knows how the two sides lie to each other: what is recorded before and after is in one world.
 TEST(PosedPhotographs, NothingIsRecordedWhileTheCameraIsApart) {
