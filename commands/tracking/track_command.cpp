@@ -26,6 +26,7 @@
 #include "core/base/error.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
+#include "core/base/quantile.h"
 #include "core/base/stop_signal.h"
 #include "core/base/thread_clock.h"
 #include "core/geometry/trajectory.h"
@@ -105,6 +106,15 @@ void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tra
   spdlog::warn("{}", lens->Advice());
 }
 
+// 0 where there is no pose, or the source follows no points.
+double SeenDistance(const tracking::PoseSource& poses, const tracking::Track& track) {
+  if (!track.cam_from_world) return 0;
+  std::vector<double> distances;
+  for (const tracking::VisiblePoint& point : poses.VisiblePoints())
+    distances.push_back((*track.cam_from_world * point.position_in_world).norm());
+  return distances.empty() ? 0 : Median(std::move(distances));
+}
+
 // Tracks until the device ends, enough frames have come or the operator stops.
 void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device,
                   std::unique_ptr<tracking::PoseSource>& poses, Followed& followed) {
@@ -143,6 +153,8 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
     sample.track = poses->Step(*frame);
     sample.wall_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    if (!args.truth.empty() || frame->known_cam_from_world)
+      sample.seen_distance = SeenDistance(*poses, sample.track);
     if (args.benchmark && run.frames.size() % kOrbEvery == 0 && !frame->image.empty())
       run.orb_cpu_ms.push_back(TimeOrb(orb, *frame, poses->Statistics().size));
     NoteLens(sample, *poses, args.lens.use, run);

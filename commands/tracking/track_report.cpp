@@ -131,6 +131,24 @@ GivenPoses OfLastMap(const TrackRun& run, PoseOfWhat what) {
   return last ? PosesByMap(run, what)[*last] : GivenPoses();
 }
 
+WrongPoses CountWrong(const TrackRun& run, const TrajectoryError& live) {
+  constexpr double kWrongShare = 0.03, kWrongTurnDeg = 2, kSaidQuality = 0.5;
+  WrongPoses counts;
+  auto frame = run.frames.begin();
+  for (const TrajectoryError::AtTime& error : live.errors) {
+    frame = std::find_if(frame, run.frames.end(),
+                         [&](const TrackedFrame& one) { return one.time_s == error.time_s; });
+    if (frame == run.frames.end()) break;
+    if (frame->seen_distance <= 0) continue;
+    ++counts.compared;
+    if (error.distance <= kWrongShare * live.scale * frame->seen_distance && error.turn_deg <= kWrongTurnDeg)
+      continue;
+    ++counts.wrong;
+    counts.unsaid += frame->track.quality >= kSaidQuality;
+  }
+  return counts;
+}
+
 bool IsReduced(const tracking::TrackedSize& size) {
   return size.width != size.original_width || size.height != size.original_height;
 }
@@ -215,6 +233,11 @@ std::string ToText(const TrackErrors& errors) {
       fmt::format("error against {} ({}, its unit taken as metres; scaled by {:.4g}):\n", errors.truth_name,
                   Counted(errors.live->matched, "pose"), errors.final->scale);
   text += ErrorLine("live", *errors.live) + ErrorLine("after", *errors.final);
+  if (errors.wrong.compared > 0)
+    text += fmt::format(
+        "  wrong live, by 3 % of the distance or 2 degrees: {} of {}; {} of them with a quality of 0.5 or "
+        "more\n",
+        errors.wrong.wrong, Counted(errors.wrong.compared, "pose"), errors.wrong.unsaid);
   if (errors.middle_row_live && errors.middle_row_final)
     text += "  these are poses of the pictures; the camera's own when the middle row was read:\n" +
             ErrorLine("live", *errors.middle_row_live) + ErrorLine("after", *errors.middle_row_final);
@@ -259,6 +282,7 @@ TrackErrors CompareWithTruth(const TrackRun& run, std::vector<TimedPose> truth, 
   const GivenPoses poses = OfLastMap(run);
   errors.earlier_maps = LivePoses(run) - static_cast<int>(poses.live.size());
   errors.live = error(poses.live);
+  if (errors.live) errors.wrong = CountWrong(run, *errors.live);
   errors.final = error(poses.final);
   if (std::none_of(run.frames.begin(), run.frames.end(),
                    [](const TrackedFrame& frame) { return frame.track.middle_row_from_picture; }))
@@ -323,6 +347,8 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
     AddError(report["middle_row"], "live", errors->middle_row_live);
     AddError(report["middle_row"], "final", errors->middle_row_final);
   }
+  report["wrong_live"] = {
+      {"compared", errors->wrong.compared}, {"wrong", errors->wrong.wrong}, {"unsaid", errors->wrong.unsaid}};
   report["rpe_step_s"] = kRelativeErrorStep_s;
   report["scale"] = errors->final ? Json(errors->final->scale) : Json(nullptr);
   report["compared"] = errors->live ? errors->live->matched : 0;

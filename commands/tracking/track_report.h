@@ -21,6 +21,7 @@ struct TrackedFrame {
   double time_s = 0;
   tracking::Track track;
   double wall_ms = 0;
+  double seen_distance = 0;  // of the map points that were found, median, world units; 0: unknown
   // The pose after the last adjustment and the map in whose world it lies; a frame that was followed apart from the rest
   // has one without a live pose.
   std::optional<Rigid3> final_cam_from_world = {};
@@ -49,12 +50,19 @@ std::vector<GivenPoses> ByMap(const TrackRun& run);
 // The poses of the last map that gave live poses; empty where none did.
 GivenPoses OfLastMap(const TrackRun& run);
 
+// Live poses that are off by 3 % of the distance of what was seen or by 2 degrees, after one alignment of the run: wrong.
+// Unsaid: with a quality of one half or more.
+struct WrongPoses {
+  int compared = 0, wrong = 0, unsaid = 0;
+};
+
 // A run against the truth.
 struct TrackErrors {
   std::string truth_name;
   std::vector<TimedPose> truth;
   int earlier_maps = 0;  // poses of discarded maps, which are not compared
   std::optional<TrajectoryError> live = {}, final = {};
+  WrongPoses wrong = {};
   std::optional<TrajectoryError> middle_row_live = {}, middle_row_final = {};
 };
 inline constexpr double kRelativeErrorStep_s = 1;

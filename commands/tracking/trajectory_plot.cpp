@@ -202,11 +202,11 @@ std::string ErrorsOverTime(const TrackErrors& errors, double start_s) {
   std::string script;
   const auto data = [&](const char* name, const TrajectoryError& error) {
     std::vector<double> times_s;
-    for (const auto& [time_s, distance] : error.errors) times_s.push_back(time_s);
+    for (const auto& [time_s, distance, turn_deg] : error.errors) times_s.push_back(time_s);
     const double gap_s = GapSeconds(times_s);
     script += fmt::format("${} << EOD\n", name);
     double before_s = times_s.front();
-    for (const auto& [time_s, distance] : error.errors) {
+    for (const auto& [time_s, distance, turn_deg] : error.errors) {
       if (time_s - before_s > gap_s) script += "\n";
       before_s = time_s;
       fmt::format_to(std::back_inserter(script), "{:.4f} {:.6g}\n", time_s - start_s,

@@ -103,9 +103,9 @@ std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> es
   std::vector<double> distances, angles;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     distances.push_back((*similarity * source[i] - target[i]).norm());
-    error.errors.push_back({pairs[i].time_s, distances.back()});
     const Matrix3d world_from_cam = similarity->rotation * pairs[i].estimated.RotationMatrix().transpose();
     angles.push_back(RotationAngle(Eigen::Quaterniond(pairs[i].truth.RotationMatrix() * world_from_cam)));
+    error.errors.push_back({pairs[i].time_s, distances.back(), Degrees(angles.back())});
   }
   error.ate_rmse = RootMeanSquare(distances);
   error.ate_median = Median(distances);

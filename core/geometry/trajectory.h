@@ -41,6 +41,7 @@ struct TrajectoryError {
   struct AtTime {
     double time_s = 0;
     double distance = 0;  // of the centres
+    double turn_deg = 0;  // between the two, after the alignment's rotation
   };
   std::vector<AtTime> errors;  // of each pose that has a counterpart
 };

@@ -122,9 +122,9 @@ class FeatureSet {
 };
 
 struct FeatureOptions {
-  // The finest levels of the pyramid that corners are detected on, 1 to kPyramidLevels. Fewer lose things
-  // whose distance changes, more cost time. Measured: docs/charts/tracking.png.
-  int levels = kPyramidLevels;
+  // The finest levels of the pyramid that corners are detected on, 1 to kPyramidLevels. Fewer are lost in noise,
+  // blur and large steps, more cost time and exactness. Measured: docs/charts/tracking_levels.png.
+  int levels = 5;
   // FAST's threshold in grey levels: where each level starts, and the range in which it adapts to the scene.
   // Below, noise gives corners; above, dim textures give none. Guessed.
   int fast_start = 15, fast_lowest = 6, fast_highest = 40;

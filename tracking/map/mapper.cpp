@@ -22,10 +22,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-BundleOptions BundleOptionsOf(const AdjustmentEffort& effort) {
-  return {.robust_iterations = effort.robust_iterations, .iterations = effort.iterations};
-}
-
 }  // namespace
 
 Mapper::Mapper(const CameraModel& camera, Map map, bool synchronous, const MapperOptions& options,
@@ -222,7 +218,7 @@ int Mapper::StartFromTwoViews(const TwoViewStart& start, double scale, const cv:
                   {first, match.first, a.img, DetectedSigmaPx(a.level)});
     }
   }
-  Adjust({first, second}, {}, BundleOptionsOf(options_.two_views));
+  Adjust({first, second}, {}, BundleOptionsFor(options_.two_views));
   // The adjustment has changed depths: scale the median to one again.
   const double again = 1 / map_.MedianDepth(first);
   {
@@ -265,7 +261,7 @@ void Mapper::AddSeed(NewKeyframe keyframe) {
 }
 
 bool Mapper::FinishSeeds(int min_points) {
-  Adjust({}, map_.living(), BundleOptionsOf(options_.seeded));
+  Adjust({}, map_.living(), BundleOptionsFor(options_.seeded));
   if (map_.LivingPoints() < min_points) return false;
   // Derive the points' find rates from the views. Without them every point would have a rate of one half, and
   // the tracker would refuse the first frame, which shows fewer.
@@ -385,7 +381,7 @@ void Mapper::AdjustLocal(int newest, bool poses_too) {
     held.insert(held.end(), local.begin(), local.end());
     local.clear();
   }
-  Adjust(local, held, BundleOptionsOf(options_.local));
+  Adjust(local, held, BundleOptionsFor(options_.local));
 }
 
 // The part that the camera is in.
@@ -404,7 +400,7 @@ bool Mapper::IsDue() {
 void Mapper::AdjustInBackground() {
   const bool moved = after_loop_;
   if (map_.living().empty()) return;
-  AdjustWhole(PartInWork(), BundleOptionsOf(moved ? options_.moved : options_.growing));
+  AdjustWhole(PartInWork(), BundleOptionsFor(moved ? options_.moved : options_.growing));
   if (cut_short_) return;
   if (moved) {
     after_loop_ = false;
@@ -438,7 +434,7 @@ std::optional<RefinedLens> Mapper::RefineLens() {
   const auto chosen = ChooseLens(camera_, PartForLens(ProblemOf(map_), 0));
   lens_.NoteSought(keyframes, camera_.MeanFocalPx(), (chosen ? chosen->lens : camera_).MeanFocalPx());
   if (!chosen) return std::nullopt;
-  BundleOptions options = BundleOptionsOf(options_.with_lens);
+  BundleOptions options = BundleOptionsFor(options_.with_lens);
   options.free = chosen->free;
   CameraModel lens = camera_;
   if (!AdjustMapAndLens(lens, owned_, options, options_.given_world).usable) return std::nullopt;
@@ -450,9 +446,15 @@ std::optional<RefinedLens> Mapper::RefineLens() {
   return RefinedLens{lens, chosen->focal_sigma_px};
 }
 
+BundleOptions Mapper::BundleOptionsFor(const AdjustmentEffort& effort) const {
+  return {.robust_iterations = effort.robust_iterations,
+          .iterations = effort.iterations,
+          .dense_cameras = options_.dense_cameras};
+}
+
 void Mapper::AdjustAll() {
   cut_short_ = false;
-  BundleOptions last = BundleOptionsOf(options_.moved);
+  BundleOptions last = BundleOptionsFor(options_.moved);
   last.cauchy_scales = options_.final_cauchy_scales;
   for (const int part : map_.Parts()) AdjustWhole(part, last);
 }

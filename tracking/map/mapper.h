@@ -120,6 +120,7 @@ class Mapper {
   int PartInWork() const;
   bool IsDue();
   void AdjustInBackground();
+  BundleOptions BundleOptionsFor(const AdjustmentEffort& effort) const;
   void AdjustWhole(int part, const BundleOptions& options);
   void CheckLens();
   void Adjust(const std::vector<int>& free, const std::vector<int>& held, const BundleOptions& options);

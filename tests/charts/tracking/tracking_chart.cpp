@@ -101,8 +101,6 @@ std::vector<ChartPanel> TrackVariations(const std::vector<Variation>& variations
     for (int i = 0; i < each; ++i, ++run) {
       cost.push_back(run->cpu_over_orb);
       error.push_back(run->live_mm);
-      fmt::print("   {} share {:.3f} live {:.3f} after {:.3f}\n", recording, run->tracked_share, run->live_mm,
-                 run->after_mm);
     }
     panels.back().points.push_back(
         {variation.series, variation.name, Spread::Of(cost), Spread::Of(error), variation.IsUsual()});
@@ -125,28 +123,6 @@ Chart TrackingChart(const ChartEffort& effort) {
     for (const ChartPanel& panel :
          TrackVariations(OneAtATime(kitchen, effort), kitchen, effort.Of(120, 100000), effort))
       chart.panels.push_back(panel);
-  return chart;
-}
-
-Chart LevelsChart(const ChartEffort& effort) {
-  Chart chart;
-  chart.title = "Pyramid levels, where the camera goes nearer and farther and where it does not";
-  chart.about = "";
-  for (const std::string recording :
-       {"sim:studio?dolly=2&row_deg=4", "sim:gloss?dolly=2&row_deg=4", "sim:plant?dolly=2.5&row_deg=4",
-        "sim:bust?dolly=3&row_deg=4", kStudio, "handheld_kitchen", "scan_synthetic"}) {
-    if (!HasRecording(recording)) continue;
-    std::vector<Variation> variations;
-    for (const int levels : effort.Of(std::vector{8, 2}, {8, 6, 5, 4, 3, 2, 1})) {
-      variations.push_back({recording, "", std::to_string(levels), kUsual});
-      variations.back().options.corners.levels = levels;
-    }
-    const int frames = IsSimulated(recording) ? 400 : 100000;
-    for (const ChartPanel& panel : TrackVariations(variations, recording, effort.Of(60, frames), effort)) {
-      chart.panels.push_back(panel);
-for (const auto& p : panel.points) fmt::print("{} {} cost {:.3f} error {:.3f}\n", recording, p.name, p.cost.median, p.error.median);
-    }
-  }
   return chart;
 }
 

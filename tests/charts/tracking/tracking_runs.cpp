@@ -109,22 +109,32 @@ TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
   given.fy *= one.focal_factor;
   Tracker tracker(given, one.options);
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
-  std::vector<TimedPose> live, after;
   std::vector<std::pair<double, Track>> tracks;
   std::vector<double> cpu_s, orb_s;
   std::size_t seen = 0;
+  double all_s = 0, tracked_s = 0;
   for (auto i = static_cast<std::size_t>(one.first); i < recording.frames.size();
        i += static_cast<std::size_t>(one.every), ++seen) {
     const Frame frame = Changed(recording.frames[i], change, i + 1);
     if (seen % kOrbEvery == 0) orb_s.push_back(OrbSeconds(orb, frame.image.pixels));
+    const double before_s = ThreadCpuSeconds();
     const Track track = tracker.Step(frame);
+    all_s += ThreadCpuSeconds() - before_s;
+    tracked_s += track.cpu_s;
     if (!track.cam_from_world) continue;
     cpu_s.push_back(track.cpu_s);
-    live.push_back({frame.device_time_s, *track.cam_from_world});
     tracks.emplace_back(frame.device_time_s, track);
   }
+  const double before_s = ThreadCpuSeconds();
   tracker.Finish();
-  for (const auto& [time_s, track] : tracks) after.push_back({time_s, *tracker.PoseNow(track)});
+  all_s += ThreadCpuSeconds() - before_s;
+  // Poses of a map that was given up, or that is apart, lie in another world.
+  std::vector<TimedPose> live, after;
+  for (const auto& [time_s, track] : tracks) {
+    if (track.map_id == tracks.back().second.map_id) live.push_back({time_s, *track.cam_from_world});
+    if (tracker.MapNow(track) == tracker.MapNow(tracks.back().second))
+      after.push_back({time_s, *tracker.PoseNow(track)});
+  }
   const auto error_mm = [&](const std::vector<TimedPose>& poses) {
     const auto error = CompareTrajectories(poses, recording.truth, 1.0 / 60);
     return error ? 1000 * error->ate_rmse : std::numeric_limits<double>::infinity();
@@ -132,7 +142,8 @@ TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
   const TrackerStatistics map = tracker.Statistics();
   return {1000 * Median(cpu_s),
           Median(cpu_s) / Median(orb_s),
-          static_cast<double>(live.size()) / static_cast<double>(seen),
+          (all_s - tracked_s) / static_cast<double>(seen) / Median(orb_s),
+          static_cast<double>(tracks.size()) / static_cast<double>(seen),
           error_mm(live),
           error_mm(after),
           map.keyframes,
@@ -144,6 +155,8 @@ TrackedRun TrackRun(const Recording& recording, const TrackedCase& one) {
 bool HasRecording(const std::string& recording) {
   return IsSimulated(recording) || TestData(recording).has_value();
 }
+
+int StartOf(int run, int every) { return 12 * run % every; }
 
 bool IsSimulated(const std::string& recording) { return recording.starts_with("sim:"); }
 

@@ -12,6 +12,7 @@ namespace ulf::test {
 struct TrackedRun {
   double cpu_ms = 0;                 // of a frame, median; mapping apart
   double cpu_over_orb = 0;           // in units of cv::ORB with 1,000 features on frames of the same run
+  double mapping_over_orb = 0;       // of all else, the map's adjustments among it, by the number of frames
   double tracked_share = 0;          // of all frames
   double live_mm = 0, after_mm = 0;  // centres, RMS after alignment; infinite where too few were tracked
   int keyframes = 0, points = 0;
@@ -42,6 +43,10 @@ struct TrackedCase {
 };
 // On as many threads as there are processors, in order. A recording is read once for all of its runs.
 std::vector<TrackedRun> TrackRuns(const std::vector<TrackedCase>& cases);
+
+// Where a run of every Nth frame begins, so that it meets the kitchen's reference, which has a pose in every twelfth
+// frame; another place for each of some runs.
+int StartOf(int run, int every);
 
 // Whether the recording is to be had.
 bool HasRecording(const std::string& recording);

@@ -19,6 +19,7 @@
 #include "commands/tracking/track_report.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/light_field_io.h"
 #include "core/plot/gnuplot.h"
@@ -133,6 +134,73 @@ TEST(TrackReport, PosesStandWithTheirWorld) {
   EXPECT_EQ(json["apart"], 3);
   EXPECT_EQ(json["apart_joined"], 2);
   EXPECT_EQ(json["parts"], 2);
+}
+
+// Sixty poses on an arc; what is seen is 2 m away. Some are off, and some of these say so.
+TEST(TrackReport, WrongPosesAreCountedAndWhetherTheySaySo) {
+  TrackRun run;
+  std::vector<TimedPose> truth;
+  for (int k = 0; k < 60; ++k) {
+    const double angle = 0.02 * k;
+    const Eigen::Vector3d at(2 * std::sin(angle), 0.1 * std::sin(3 * angle), -2 * std::cos(angle));
+    const Rigid3 pose = LookAt(at, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY());
+    truth.push_back({0.1 * k, pose});
+    TrackedFrame frame;
+    frame.time_s = 0.1 * k;
+    frame.seen_distance = k == 50 ? 0 : 2;
+    frame.track.state = TrackState::kTracking;
+    frame.track.quality = k == 20 || k == 30 ? 0.3 : 0.8;
+    frame.track.cam_from_world = frame.final_cam_from_world = pose;
+    if (k == 10 || k == 20 || k == 50) frame.track.cam_from_world->translation.x() += 0.1;
+    if (k == 30 || k == 40)
+      frame.track.cam_from_world =
+          Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(Radians(3), Eigen::Vector3d::UnitZ())), {}} * pose;
+    run.frames.push_back(frame);
+  }
+  const TrackErrors errors = CompareWithTruth(run, truth, "the truth");
+  EXPECT_EQ(errors.wrong.compared, 59) << "of one nobody knows how far away things were";
+  EXPECT_EQ(errors.wrong.wrong, 4);
+  EXPECT_EQ(errors.wrong.unsaid, 2);
+  EXPECT_THAT(ToText(run, &errors), testing::HasSubstr("4 of 59 poses; 2 of them with a quality"));
+  EXPECT_EQ(ToJson(run, &errors)["wrong_live"]["unsaid"], 2);
+}
+
+// One in a hundred on each, with a lens that is right; nothing was tuned on the simulator's seeds.
+TEST(TrackCommand, FewPosesAreWrongWithoutSayingSo) {
+  std::vector<std::string> runs;
+  for (const char* scene : {"studio", "gloss", "glass", "plant", "bust", "branch", "room"})
+    runs.push_back(fmt::format("track 'sim:{}?seed=131&dolly=1.5' --frames 200", scene));
+  if (const auto kitchen = test::TestData("handheld_kitchen"))
+    runs.push_back(
+        fmt::format("track 'replay:{0}?glob=*.color.jpg' --calibration {0}/intrinsics.txt --truth "
+                    "{0}/colmap_reference.txt",
+                    kitchen->string()));
+  if (const auto scan = test::TestData("scan_synthetic"))
+    runs.push_back(fmt::format(
+        "track replay:{0} --calibration {0}/intrinsics.txt --truth {0}/groundtruth.txt", scan->string()));
+  for (const std::string& run : runs) {
+    const auto report = nlohmann::json::parse(test::RunUlf(run + " --deterministic --json").output);
+    const auto& counts = report["wrong_live"];
+    EXPECT_GT(counts["compared"], 40) << run;
+    EXPECT_LE(counts["unsaid"].get<double>(), 0.01 * counts["compared"].get<double>()) << run;
+  }
+}
+
+// Frames of files wait for the mapper: it makes a keyframe of every frame that is to be one.
+TEST(TrackCommand, FilesDoNotOutrunTheMapper) {
+  const test::ScratchFolder scratch;
+  const test::TexturedRoom room({});
+  const CameraModel camera = test::TexturedRoom::Camera().ScaledTo(320, 240);
+  for (int k = 0; k < 90; ++k)
+    cv::imwrite(
+        (scratch / fmt::format("{:03}.png", k)).string(),
+        room.Take(test::TexturedRoom::WalkingAt(3 * k), static_cast<std::uint64_t>(k), camera).image.pixels);
+  const auto run =
+      test::RunUlf(fmt::format("track replay:{} --focal-px {} --json", scratch.path().string(), camera.fx));
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto report = nlohmann::json::parse(run.output);
+  EXPECT_GT(report["keyframes"], 8);
+  EXPECT_EQ(report["keyframes_left_out"], 0);
 }
 
 TEST(TrackCommand, RunsAnySourceOfPoses) {
