@@ -83,6 +83,16 @@ std::vector<Pair> PairByTime(std::span<const TimedPose> estimated, std::span<con
   return pairs;
 }
 
+// The mean of what each pair says of how the two worlds are turned to each other.
+Eigen::Quaterniond TruthFromEstimated(const std::vector<Pair>& pairs) {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  for (const Pair& pair : pairs) {
+    const Eigen::Vector4d one = (pair.truth.rotation.conjugate() * pair.estimated.rotation).coeffs();
+    sum += one.dot(sum) < 0 ? Eigen::Vector4d(-one) : one;
+  }
+  return Eigen::Quaterniond(sum).normalized();
+}
+
 }  // namespace
 
 std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> estimated,
@@ -101,11 +111,14 @@ std::optional<TrajectoryError> CompareTrajectories(std::span<const TimedPose> es
   error.scale = similarity->scale;
   error.truth_from_estimated = *similarity;
   std::vector<double> distances, angles;
+  const Eigen::Quaterniond world_turn = TruthFromEstimated(pairs);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     distances.push_back((*similarity * source[i] - target[i]).norm());
     const Matrix3d world_from_cam = similarity->rotation * pairs[i].estimated.RotationMatrix().transpose();
     angles.push_back(RotationAngle(Eigen::Quaterniond(pairs[i].truth.RotationMatrix() * world_from_cam)));
-    error.errors.push_back({pairs[i].time_s, distances.back(), Degrees(angles.back())});
+    error.errors.push_back({pairs[i].time_s, distances.back(),
+                            Degrees(RotationAngle(pairs[i].truth.rotation * world_turn *
+                                                  pairs[i].estimated.rotation.conjugate()))});
   }
   error.ate_rmse = RootMeanSquare(distances);
   error.ate_median = Median(distances);

@@ -62,6 +62,9 @@ struct BundleProblem {
 // The solver of the reduced system (points eliminated).
 enum class BundleSolver { kBySize, kDense, kSparse, kIterative };
 
+// BundleSolver::kBySize solves up to so many free cameras dense. Measured: docs/charts/bundle_adjustment.png.
+inline constexpr int kDenseCameras = 120;
+
 struct BundleOptions {
   int robust_iterations = 5;  // before outliers are dropped
   int iterations = 10;        // after
@@ -78,8 +81,7 @@ struct BundleOptions {
   const std::atomic<bool>* stop = nullptr;  // when set, ends early and keeps what was reached
   FreeIntrinsics free = {};                 // of every lens
   BundleSolver solver = BundleSolver::kBySize;
-  int dense_cameras =
-      120;  // kBySize solves up to so many free cameras dense. Measured: docs/charts/bundle_adjustment.png
+  int dense_cameras = kDenseCameras;
   double function_tolerance = 1e-5;        // relative change of the cost that ends a solution
   std::function<void(int)> progress = {};  // called after every iteration with their number
 };

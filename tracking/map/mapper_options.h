@@ -114,7 +114,7 @@ struct MapperOptions {
 
   // Adjustment of a new keyframe's neighbourhood: keyframes that move, keyframes that hold them. Guessed.
   int local_keyframes = 14, held_keyframes = 20;
-  int dense_cameras = BundleOptions{}.dense_cameras;
+  int dense_cameras = kDenseCameras;
   AdjustmentEffort local{4, 6};
   // The whole map is adjusted when it has grown by this factor since it last was. Guessed.
   double adjust_all_growth = 1.1;

@@ -9,7 +9,7 @@ namespace ulf::test {
 
 Chart LensChart(const ChartEffort& effort) {
   const std::vector<double> factors =
-      effort.Of(std::vector{0.85, 1.0}, {0.65, 0.75, 0.85, 0.95, 0.98, 1.0, 1.02, 1.05, 1.15, 1.3, 1.5});
+      effort.Of(std::vector{0.85, 1.0}, {0.5, 0.65, 0.75, 0.85, 0.95, 1.0, 1.05, 1.15, 1.3, 1.5});
   struct Use {
     const char* name;
     LensUse lens;
@@ -25,7 +25,7 @@ Chart LensChart(const ChartEffort& effort) {
       for (const double factor : factors)
         for (const unsigned seed :
              IsSimulated(recording) ? effort.Of(std::vector{81u}, {81, 82, 83}) : std::vector{1u}) {
-          TrackedCase one{recording, {.deterministic = true, .seed = seed}, effort.Of(60, 400)};
+          TrackedCase one{recording, {.deterministic = true, .seed = seed}, effort.Of(60, 300)};
           one.options.lens = use.lens;
           one.options.lens_is_guess = use.is_guess;
           one.focal_factor = factor;
@@ -37,7 +37,7 @@ Chart LensChart(const ChartEffort& effort) {
   Chart chart;
   chart.title = "A wrong focal length: what is left of the error once the tracker has found the lens";
   chart.about =
-      "The first 400 frames of recordings (simulator: studio, row_deg=4, seeds 81 to 83, 15 a second), "
+      "The first 300 frames of recordings (simulator: studio, row_deg=4, seeds 81 to 83, 15 a second), "
       "tracked with the "
       "right focal length times a factor, and with no other knowledge of the lens. Without any calibration "
       "the guess is "

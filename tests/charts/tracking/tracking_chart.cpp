@@ -1,4 +1,4 @@
-// Tracking: features, pyramid levels and size of the map against the error of the poses.
+// Tracking: features, keyframes and size of the map against the error of the poses.
 #include <map>
 
 #include "tests/charts/makers.h"
@@ -12,30 +12,27 @@ namespace {
 
 const TrackerOptions kUsual{.deterministic = true};
 
-// A choice of features, pyramid levels and how far a keyframe is from the next; every one against every other
+// A choice of features and how far a keyframe is from the next; every one against every other
 // where that is affordable, else one at a time.
 struct Variation {
   std::string panel, series, name;
   TrackerOptions options;
   bool IsUsual() const {
-    return options.features == kUsual.features && options.corners.levels == kUsual.corners.levels &&
+    return options.features == kUsual.features &&
            options.mapping.keyframe_moved == kUsual.mapping.keyframe_moved;
   }
 };
 
 std::vector<Variation> Grid(const ChartEffort& effort) {
   std::vector<Variation> grid;
-  for (const int levels : effort.Of(std::vector{8}, {8, 4, 2}))
-    for (const double moved : effort.Of(std::vector{0.03}, {0.015, 0.03, 0.08}))
-      for (const int features : effort.Of(std::vector{500, 850}, {300, 500, 850, 1250})) {
-        Variation variation{fmt::format("simulator, {} levels", levels),
-                            fmt::format("a keyframe each {:g} % of the depth", 100 * moved),
-                            std::to_string(features), kUsual};
-        variation.options.features = features;
-        variation.options.corners.levels = levels;
-        variation.options.mapping.keyframe_moved = moved;
-        grid.push_back(variation);
-      }
+  for (const double moved : effort.Of(std::vector{0.03}, {0.015, 0.03, 0.08}))
+    for (const int features : effort.Of(std::vector{500, 850}, {300, 500, 850, 1250})) {
+      Variation variation{"simulator", fmt::format("a keyframe each {:g} % of the depth", 100 * moved),
+                          std::to_string(features), kUsual};
+      variation.options.features = features;
+      variation.options.mapping.keyframe_moved = moved;
+      grid.push_back(variation);
+    }
   return grid;
 }
 
@@ -47,9 +44,6 @@ std::vector<Variation> OneAtATime(const std::string& recording, const ChartEffor
   };
   for (const int features : effort.Of(std::vector{500, 850}, {300, 500, 850, 1250}))
     add("features", std::to_string(features), [&](TrackerOptions& options) { options.features = features; });
-  for (const int levels : effort.Of(std::vector<int>{}, {4, 2}))
-    add("pyramid levels", fmt::format("{} levels", levels),
-        [&](TrackerOptions& options) { options.corners.levels = levels; });
   for (const double moved : effort.Of(std::vector<double>{}, {0.015, 0.08}))
     add("keyframes", fmt::format("each {:g} %", 100 * moved),
         [&](TrackerOptions& options) { options.mapping.keyframe_moved = moved; });
@@ -112,7 +106,7 @@ std::vector<ChartPanel> TrackVariations(const std::vector<Variation>& variations
 
 Chart TrackingChart(const ChartEffort& effort) {
   Chart chart;
-  chart.title = "Tracking: features, pyramid levels and keyframes against the error of live poses";
+  chart.title = "Tracking: features and keyframes against the error of live poses";
   chart.about =
       "Simulator: studio, row_deg=4, seeds 51 to 53, 150 frames, every choice with every other; names are "
       "features. handheld_kitchen: all of it, the default changed in one respect at a time, with 10 features "

@@ -31,9 +31,7 @@ std::vector<Situation> Situations(const ChartEffort& effort) {
   const char* const soft = "soft and noisy";
   const auto blurred = [](TrackedCase& one) { one.change.blur_px = 2; };
   const auto noisy = [](TrackedCase& one) { one.change.noise = 15; };
-  add(soft, "studio, blurred by 2 px", kStudio, 200, blurred);
   add(soft, "kitchen, blurred by 2 px", "handheld_kitchen", 100000, blurred);
-  add(soft, "studio, noise of 15 levels", kStudio, 200, noisy);
   add(soft, "kitchen, noise of 15 levels", "handheld_kitchen", 100000, noisy);
   const char* const alike = "always about as far away";
   add(alike, "studio", kStudio, 200, as_it_is);
@@ -41,7 +39,6 @@ std::vector<Situation> Situations(const ChartEffort& effort) {
   add(alike, "scan_synthetic", "scan_synthetic", 100000, as_it_is);
   const char* const near_and_far = "nearer and farther";
   add(near_and_far, "studio, 0.5 to 2 times as far", "sim:studio?dolly=2&row_deg=4", 360, as_it_is);
-  add(near_and_far, "plant, 0.4 to 2.5 times", "sim:plant?dolly=2.5&row_deg=4", 360, as_it_is);
   add(near_and_far, "bust, 0.33 to 3 times", "sim:bust?dolly=3&row_deg=4", 360, as_it_is);
   return situations;
 }
@@ -60,7 +57,7 @@ void MakeRun(TrackedCase& one, int run) {
 }  // namespace
 
 Chart TrackingLevelsChart(const ChartEffort& effort) {
-  const std::vector<int> levels = effort.Of(std::vector{8, 3}, {8, 6, 5, 4, 3, 2});
+  const std::vector<int> levels = effort.Of(std::vector{8, 3}, {8, 5, 4, 3, 2});
   const int each = effort.Of(1, kRuns);
   const std::vector<Situation> situations = Situations(effort);
   Chart chart;

@@ -252,57 +252,74 @@ TEST(PointAfterTest, DerivativesMatchDifferences) {
               1e-5);
 }
 
-// A hand that turns on the spot before a camera like a phone's. While the shutter is not known, which takes some
-// seconds, poses are wrong; they must not look right.
+struct TurnOutcome {
+  std::size_t given = 0;
+  int wrong = 0,
+      unsaid = 0;     // off by 3 % of the distance or 2 degrees; of these, with a quality of one half or more
+  double late_m = 0;  // centres, RMS after the first 140 frames
+};
+
+// A hand that turns on the spot, with some sway, in a room whose walls are 3 m away, before a shutter that rolls for
+// 26 ms.
+TurnOutcome FollowTurns(unsigned room_seed, const CameraModel& camera, const TrackerOptions& options,
+                        int frames) {
+  const test::TexturedRoom room({.furniture = test::Furniture::kRound, .seed = room_seed});
+  Tracker tracker(camera, options);
+  constexpr double kDistance_m = 3;
+  std::vector<Track> tracks;
+  std::vector<TimedPose> given, truth, late;
+  for (int k = 0; k < frames; ++k) {
+    const Track track =
+        tracker.Step(room.TakeRolling(test::TexturedRoom::TurningAndSwayingAt, k, 0.026, camera));
+    const double time_s = k / 30.0;
+    truth.push_back({time_s, test::TexturedRoom::TurningAndSwayingAt(k)});
+    if (!track.cam_from_world) continue;
+    tracks.push_back(track);
+    given.push_back({time_s, track.middle_row_from_picture.value_or(Rigid3{}) * *track.cam_from_world});
+    if (k >= 140) late.push_back(given.back());
+  }
+  const auto error = CompareTrajectories(given, truth, 0.001),
+             error_late = CompareTrajectories(late, truth, 0.001);
+  if (!error || !error_late) return {};
+  TurnOutcome outcome{.given = given.size(), .late_m = error_late->ate_rmse};
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const bool wrong = error->errors[i].distance > 0.03 * kDistance_m || error->errors[i].turn_deg > 2;
+    outcome.wrong += wrong;
+    outcome.unsaid += wrong && tracks[i].quality >= 0.5;
+  }
+  std::printf("room %u: %zu poses, %d wrong, %d unsaid, late %.1f mm\n", room_seed, outcome.given,
+              outcome.wrong, outcome.unsaid, 1000 * outcome.late_m);
+  return outcome;
+}
+
+// While the shutter is not known, which takes some seconds, poses are wrong; they must not look right.
 TEST(RollingShutter, OnAFastTurnWrongPosesSayThatTheyAre) {
   const CameraModel camera = test::TexturedRoom::Camera().ScaledTo(320, 240);
-  const test::TexturedRoom room({.furniture = test::Furniture::kRound, .seed = 3});
-  double late_m[2] = {};
-  for (const bool compensated : {false, true}) {
-    Tracker tracker(camera,
-                    {.deterministic = true, .features = 600, .readout = {.compensate_found = compensated}});
-    std::vector<Track> tracks;
-    std::vector<Rigid3> truth;
-    for (int k = 0; k < 240; ++k) {
-      tracks.push_back(
-          tracker.Step(room.TakeRolling(test::TexturedRoom::TurningAndSwayingAt, k, 0.026, camera)));
-      truth.push_back(test::TexturedRoom::TurningAndSwayingAt(k));
-    }
-    std::vector<TimedPose> given, all, late;
-    for (std::size_t k = 0; k < tracks.size(); ++k) {
-      if (!tracks[k].cam_from_world) continue;
-      const double time_s = static_cast<double>(k) / 30;
-      all.push_back({time_s, truth[k]});
-      given.push_back(
-          {time_s, tracks[k].middle_row_from_picture.value_or(Rigid3{}) * *tracks[k].cam_from_world});
-      if (k >= 140) late.push_back(given.back());
-    }
-    ASSERT_GT(given.size(), 150u);
-    ASSERT_GT(late.size(), 60u);
-    late_m[compensated] = CompareTrajectories(late, all, 0.001, 1)->ate_rmse;
-    std::vector<Eigen::Vector3d> estimated, true_centers;
-    for (std::size_t i = 0; i < given.size(); ++i) {
-      estimated.push_back(given[i].cam_from_world.OriginInSource());
-      true_centers.push_back(all[i].cam_from_world.OriginInSource());
-    }
-    const auto aligned = AlignPoints(estimated, true_centers);
-    ASSERT_TRUE(aligned);
-    constexpr double kDistance_m = 3;
-    int wrong = 0, unsaid = 0;
-    std::size_t i = 0;
-    for (const Track& track : tracks) {
-      if (!track.cam_from_world) continue;
-      const bool is_wrong = (*aligned * estimated[i] - true_centers[i]).norm() > 0.03 * kDistance_m;
-      wrong += is_wrong;
-      unsaid += is_wrong && track.quality > 0.5;
-      ++i;
-    }
-    std::printf("compensated %d: %zu poses, %d wrong, %d unsaid, late %.1f mm\n", int{compensated},
-                given.size(), wrong, unsaid, 1000 * late_m[compensated]);
-    EXPECT_LE(unsaid, (compensated ? 0.03 : 0.1) * static_cast<double>(given.size()));
-    EXPECT_EQ(wrong > 0.5 * static_cast<double>(given.size()), !compensated);
+  const auto follow = [&](bool compensated) {
+    return FollowTurns(3, camera,
+                       {.deterministic = true, .features = 600, .readout = {.compensate_found = compensated}},
+                       240);
+  };
+  const TurnOutcome plain = follow(false), compensated = follow(true);
+  for (const TurnOutcome* outcome : {&plain, &compensated}) ASSERT_GT(outcome->given, 150u);
+  EXPECT_GT(plain.wrong, 0.25 * static_cast<double>(plain.given)) << "else the test asks nothing";
+  EXPECT_LE(plain.unsaid, 0.1 * static_cast<double>(plain.given));
+  EXPECT_LE(compensated.wrong, 0.25 * static_cast<double>(compensated.given));
+  EXPECT_LE(compensated.unsaid, 0.02 * static_cast<double>(compensated.given));
+  EXPECT_LT(compensated.late_m, 0.5 * plain.late_m);
+}
+
+TEST(RollingShutter, OnManyFastTurnsFewWrongPosesLookRight) {
+  std::size_t given = 0;
+  int unsaid = 0;
+  for (const unsigned seed : {11u, 12u, 13u, 14u, 15u, 16u}) {
+    const TurnOutcome outcome = FollowTurns(seed, test::TexturedRoom::Camera(), {.deterministic = true}, 300);
+    ASSERT_GT(outcome.given, 200u) << "room " << seed;
+    given += outcome.given;
+    unsaid += outcome.unsaid;
   }
-  EXPECT_LT(late_m[1], 0.5 * late_m[0]);
+  std::printf("%d of %zu wrong and unsaid\n", unsaid, given);
+  EXPECT_LE(unsaid, 0.02 * static_cast<double>(given));
 }
 
 TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
@@ -316,11 +333,11 @@ TEST(RollingShutter, IsFoundOutAndSaidAndCompensatedItErrsAsAGlobalOne) {
 
   const Outcome told = Follow(kReadout_s, {.deterministic = true, .readout = {.readout_s = kReadout_s}});
   EXPECT_LT(told.error_m, 2.5 * global.error_m);
-  EXPECT_LT(2.5 * told.error_m, plain.error_m);
+  EXPECT_LT(2 * told.error_m, plain.error_m);
   EXPECT_FALSE(told.rolling->sigma_s);
   EXPECT_FALSE(told.rolling->contradicted);
   const Outcome found = Follow(kReadout_s, {.deterministic = true});
-  EXPECT_LT(found.error_m, 0.6 * plain.error_m);
+  EXPECT_LT(found.error_m, 0.8 * plain.error_m);
   ASSERT_TRUE(found.rolling);
   EXPECT_TRUE(found.rolling->compensated);
 }

@@ -22,8 +22,8 @@ cv::Mat RoomImage(const Rigid3& pose, std::uint64_t id, double noise = 2) {
   return (noise > 0 ? noisy : quiet).Take(pose, id).image.pixels;
 }
 
-FeatureSet Extract(const cv::Mat& image, int count = 1000) {
-  FeatureExtractor extractor(TexturedRoom::Camera());
+FeatureSet Extract(const cv::Mat& image, int count = 1000, const FeatureOptions& options = {}) {
+  FeatureExtractor extractor(TexturedRoom::Camera(), options);
   return extractor.Extract(BuildPyramid(image), count);
 }
 
@@ -62,7 +62,8 @@ TEST(Features, CoarseLevelsAreNotBiased) {
   const cv::Mat image = RoomImage(TexturedRoom::HandAt(0), 0, 0);
   cv::Mat mirrored;
   cv::flip(image, mirrored, 1);
-  const FeatureSet features = Extract(image), flipped = Extract(mirrored);
+  const FeatureOptions all{.levels = kPyramidLevels};
+  const FeatureSet features = Extract(image, 1000, all), flipped = Extract(mirrored, 1000, all);
   // A corner at x is at 640 - x in the mirrored picture. A half-pixel mistake on a level shows as a shift of
   // its size.
   std::array<std::vector<double>, kPyramidLevels> offsets;
