@@ -1,4 +1,4 @@
-// Tests: core/light_field/light_check, core/light_field/light_at_points.
+// Tests: core/light_field/light_check, core/light_field/light_at_points, core/image/color_profile.
 #include "core/light_field/light_check.h"
 
 #include <gmock/gmock.h>
@@ -103,6 +103,42 @@ TEST(LightCheck, CountsWhatIsClipped) {
   EXPECT_EQ(check.pixels, 12u * 320 * 240);
   EXPECT_GT(check.most_clipped_share, static_cast<double>(clipped) / (12 * 320 * 240));
   EXPECT_NE(check.most_clipped_view, 0);
+}
+
+// A lamp and filters that are known, and the profile that undoes them, kept by the light field: its light is the scene's.
+TEST(ColorProfile, OfALightFieldMakesItsLightThatOfTheScene) {
+  const std::string sensor = "&lamp_k=3200&crosstalk=0.2&format=bayerrg12&noise=0&exposure_us=1500";
+  const acquisition::SensorColors colors{.lamp_k = 3200, .crosstalk = 0.2};
+  const Eigen::Vector3d balance = colors.WhiteBalance();
+  const Eigen::Matrix3d matrix = colors.SrgbFromBalanced();
+  ColorProfile profile{.white_balance = {balance[0], balance[1], balance[2]}};
+  for (int i = 0; i < 9; ++i) profile.matrix[static_cast<std::size_t>(i)] = matrix(i / 3, i % 3);
+  const test::SessionOptions few{.views = 3, .seconds = 4, .points = 0};
+  const auto error = [&](const std::optional<ColorProfile>& known) {
+    test::ScratchFolder scratch;
+    test::SessionOptions options = few;
+    options.color_profile = known;
+    test::WriteSimulatedSession(scratch / "lf", Uri("studio", 3, sensor), options);
+    const LightField light_field = ReadLightField(scratch / "lf");  // from the journal
+    EXPECT_EQ(light_field.color_profiles.contains(0), known.has_value());
+    const acquisition::SimulatedCamera truth_camera(acquisition::SimulationOptions::FromUri(
+        DeviceUri::Parse(Uri("studio", 3, "&noise=0&exposure_us=1500"))));
+    const double white = (colors.CameraFromSrgb() * Eigen::Vector3d::Ones())[1];
+    double worst = 0;
+    for (const View& view : light_field.views) {
+      const cv::Mat light = LinearFloat(ReadViewLight(light_field, view));
+      const cv::Mat truth = truth_camera.CleanLinear(view.cam_from_world) * white;
+      cv::Mat a, b, difference;  // motion blur and the mosaic's edges are not the colours'
+      cv::resize(light, a, {16, 12}, 0, 0, cv::INTER_AREA);
+      cv::resize(truth, b, {16, 12}, 0, 0, cv::INTER_AREA);
+      cv::absdiff(a, b, difference);
+      for (const double mean : {cv::mean(difference)[0], cv::mean(difference)[1], cv::mean(difference)[2]})
+        worst = std::max(worst, mean / cv::mean(b)[1]);
+    }
+    return worst;
+  };
+  EXPECT_LT(error(profile), 0.02);
+  EXPECT_GT(error(std::nullopt), 0.15);
 }
 
 TEST(LampDrift, SaysByHowMuch) {

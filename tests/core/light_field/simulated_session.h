@@ -17,6 +17,7 @@ struct SessionOptions {
   double seconds = 60;  // between the first and the last
   int points = 400;
   double off_px = 0.3;  // standard deviation of where views show a point
+  std::optional<ColorProfile> color_profile = {};
 };
 
 // `uri`: of `sim:`.
@@ -25,6 +26,7 @@ inline LightField WriteSimulatedSession(const std::filesystem::path& dir, const 
   const acquisition::SimulatedCamera camera(acquisition::SimulationOptions::FromUri(DeviceUri::Parse(uri)));
   CaptureHeader header;
   header.camera = camera.camera();
+  header.color_profile = options.color_profile;
   LightField light_field;
   {
     auto writer = LightFieldWriter::Create(dir, header);
