@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Parameters =
+using ProfileParameters =
     Eigen::Matrix<double, 7, 1>;  // the matrix beside its diagonal, by rows; log of the exposure
 
 struct Patch {
@@ -30,7 +30,7 @@ struct Solution {
   Vector3d Srgb(const Vector3d& camera) const { return exposure * (matrix * balance.cwiseProduct(camera)); }
 };
 
-Matrix3d MatrixOf(const Parameters& p) {
+Matrix3d MatrixOf(const ProfileParameters& p) {
   Matrix3d matrix;
   matrix << 1 - p[0] - p[1], p[0], p[1], p[2], 1 - p[2] - p[3], p[3], p[4], p[5], 1 - p[4] - p[5];
   return matrix;
@@ -62,17 +62,17 @@ Solution Balanced(const std::vector<Patch>& patches) {
 }
 
 // Levenberg and Marquardt, with derivatives by differences; Huber's weights.
-Solution Solve(const std::vector<Patch>& patches) {
+Solution SolveProfile(const std::vector<Patch>& patches) {
   Solution solution = Balanced(patches);
   constexpr double kHuber = 3;  // units of CIEDE2000. Guessed.
   const double start = std::log(solution.exposure);
-  const auto solution_of = [&](const Parameters& p) {
+  const auto solution_of = [&](const ProfileParameters& p) {
     Solution out = solution;
     out.matrix = MatrixOf(p);
     out.exposure = std::exp(start + p[6]);
     return out;
   };
-  const auto residuals = [&](const Parameters& p) {
+  const auto residuals = [&](const ProfileParameters& p) {
     const Solution at = solution_of(p);
     Eigen::VectorXd out(3 * static_cast<Eigen::Index>(patches.size()));
     for (std::size_t i = 0; i < patches.size(); ++i)
@@ -89,26 +89,26 @@ Solution Solve(const std::vector<Patch>& patches) {
     }
     return cost;
   };
-  Parameters p = Parameters::Zero();
+  ProfileParameters p = ProfileParameters::Zero();
   Eigen::VectorXd r = residuals(p), weights;
   double cost = cost_and_weights(r, weights), damping = 1e-3;
   for (int step = 0; step < 100; ++step) {
     Eigen::MatrixXd jacobian(r.size(), p.size());
     for (Eigen::Index k = 0; k < p.size(); ++k) {
       constexpr double kStep = 1e-5;
-      Parameters up = p, down = p;
+      ProfileParameters up = p, down = p;
       up[k] += kStep;
       down[k] -= kStep;
       jacobian.col(k) = (residuals(up) - residuals(down)) / (2 * kStep);
     }
     const Eigen::Matrix<double, 7, 7> normal = jacobian.transpose() * weights.asDiagonal() * jacobian;
-    const Parameters gradient = jacobian.transpose() * weights.cwiseProduct(r);
+    const ProfileParameters gradient = jacobian.transpose() * weights.cwiseProduct(r);
     bool better = false;
     while (!better && damping < 1e9) {
       Eigen::Matrix<double, 7, 7> damped = normal;
       damped.diagonal() *= 1 + damping;
       damped.diagonal().array() += 1e-9;
-      const Parameters next = p - damped.ldlt().solve(gradient);
+      const ProfileParameters next = p - damped.ldlt().solve(gradient);
       Eigen::VectorXd next_weights;
       const Eigen::VectorXd next_r = residuals(next);
       const double next_cost = cost_and_weights(next_r, next_weights);
@@ -189,13 +189,13 @@ ColorFit FitColorProfile(const std::vector<MeasuredChart>& charts) {
                                                             : "light the chart evenly, without reflections");
     return fit;
   }
-  const Solution solution = Solve(patches);
+  const Solution solution = SolveProfile(patches);
   std::array<Solution, kChartColumns> without;
   for (int column = 0; column < kChartColumns; ++column) {
     std::vector<Patch> others;
     std::ranges::copy_if(patches, std::back_inserter(others),
                          [&](const Patch& patch) { return patch.index % kChartColumns != column; });
-    without[static_cast<std::size_t>(column)] = Solve(others);
+    without[static_cast<std::size_t>(column)] = SolveProfile(others);
   }
   for (const Patch& patch : patches)
     fit.patches.push_back(

@@ -153,6 +153,30 @@ struct Cut {
   double difference = 0, standard_error = 0;
 };
 
+// The squares and the products of neighbours of what a line through each part leaves.
+struct Left {
+  double squares = 0, products = 0;
+};
+void LeaveOfLine(const std::vector<double>& values, std::size_t from, std::size_t to, Left& left) {
+  const auto count = static_cast<double>(to - from);
+  double mean = 0, slope = 0, spread = 0;
+  for (std::size_t i = from; i < to; ++i) mean += values[i] / count;
+  const double middle = 0.5 * (count - 1);
+  for (std::size_t i = from; i < to; ++i) {
+    const double at = static_cast<double>(i - from) - middle;
+    slope += at * (values[i] - mean);
+    spread += at * at;
+  }
+  slope /= spread;
+  double last = 0;
+  for (std::size_t i = from; i < to; ++i) {
+    const double off = values[i] - mean - slope * (static_cast<double>(i - from) - middle);
+    left.squares += off * off;
+    left.products += last * off;
+    last = off;
+  }
+}
+
 // Where the values, in order of time, fall best into two parts of one value each.
 Cut BestCut(const std::vector<double>& values, int least_part) {
   const auto part = static_cast<std::size_t>(least_part);
@@ -165,22 +189,24 @@ Cut BestCut(const std::vector<double>& values, int least_part) {
   };
   for (std::size_t at = part; at + part <= values.size(); ++at) {
     const double before = mean(0, at), after = mean(at, values.size());
-    double squares = 0, products = 0, last = 0;
+    double squares = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double off = values[i] - (i < at ? before : after);
       squares += off * off;
-      products += last * off;
-      last = off;
     }
     if (squares >= least) continue;
     least = squares;
-    const auto count = static_cast<double>(values.size());
-    // Neighbours in time look from nearly the same place, and err alike: there are fewer independent values than views.
-    const double alike = std::clamp(squares > 0 ? products / squares : 0, 0.0, 0.9);
-    const double variance = squares / (count - 2) * (1 + alike) / (1 - alike);
-    best = {at, after - before,
-            std::sqrt(variance * (1 / static_cast<double>(at) + 1 / (count - static_cast<double>(at))))};
+    best = {at, after - before, 0};
   }
+  // A lamp that goes on drifting is no noise: that is what lines in the two parts leave. Neighbours in time look from nearly
+  // the same place, and err alike: there are fewer independent values than views.
+  Left left;
+  LeaveOfLine(values, 0, best.at, left);
+  LeaveOfLine(values, best.at, values.size(), left);
+  const auto count = static_cast<double>(values.size()), first = static_cast<double>(best.at);
+  const double alike = std::clamp(left.squares > 0 ? left.products / left.squares : 0, 0.0, 0.9);
+  const double variance = left.squares / (count - 4) * (1 + alike) / (1 - alike);
+  best.standard_error = std::sqrt(variance * (1 / first + 1 / (count - first)));
   return best;
 }
 

@@ -24,9 +24,9 @@ struct LightCheckOptions {
   std::size_t least_shared = 12;  // points for a pair to count. Guessed.
   int least_views = 10;           // in a connected set, or nothing is said of the lamp. Guessed.
   int least_part = 5;             // views on either side of a cut. Guessed.
-  // Reported from this difference (of the logarithm) and so many standard errors on. The first is settled on simulated
-  // sessions without drift, where a scan's gloss makes up to half of it (docs/rendering.md, Light that changes).
-  double least_difference = 0.05, standard_errors = 5;
+  // Reported from this difference (of the logarithm) and so many standard errors on. Guessed; simulated sessions without
+  // drift come to 0.003 (docs/rendering.md, Light that changes), what people see of recorded ones is not known.
+  double least_difference = 0.03, standard_errors = 5;
   std::function<void(double share)> progress = nullptr;
 };
 

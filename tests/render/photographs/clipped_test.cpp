@@ -23,8 +23,7 @@ using Eigen::Vector3d;
 constexpr double kShortS = 0.004;
 
 // Masters of the plane of 16 bits, `exposure_s` of each view; 0.004 s shows light 1 as full scale.
-void WriteExposures(const std::filesystem::path& dir, const std::function<double(std::size_t)>& exposure_s,
-                    bool told = true) {
+void WriteExposures(const std::filesystem::path& dir, const std::function<double(std::size_t)>& exposure_s) {
   CaptureHeader header;
   header.camera = CameraModel::Pinhole(96, 72, 80);
   auto writer = LightFieldWriter::Create(dir, header);
@@ -32,8 +31,8 @@ void WriteExposures(const std::filesystem::path& dir, const std::function<double
   for (std::size_t i = 0; i < viewpoints.size(); ++i) {
     View view;
     view.cam_from_world = LookAt(viewpoints[i], Vector3d::Zero(), Vector3d::UnitY());
-    if (told) view.exposure_s = exposure_s(i);
     Frame frame;
+    frame.exposure_s = exposure_s(i);
     frame.image.transfer = Transfer::kLinear;
     test::LightOfPlane(header.camera, view.cam_from_world)
         .convertTo(frame.image.pixels, CV_16U, exposure_s(i) / kShortS * 65535);
