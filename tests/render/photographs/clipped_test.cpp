@@ -88,7 +88,7 @@ TEST(Clipped, LongExposuresGiveWayWhereShortOnesShowThePlace) {
       const Compared with = CompareToTruth(light_field, kind, field, true, 0.25f,
                                            &of_both[kind == RendererKind::kGl ? 0 : 1]),
                      without = CompareToTruth(light_field, kind, field, false, 0.25f);
-      EXPECT_GT(without.bright, 0.08) << FieldName(field);  // or the light does not clip
+      EXPECT_GT(without.bright, 0.06) << FieldName(field);  // or the light does not clip
       EXPECT_LT(with.bright, 0.35 * without.bright) << FieldName(field);
       EXPECT_LT(with.dark, 1.2 * without.dark + 0.002) << FieldName(field);
       EXPECT_EQ(with.undrawn, 0) << FieldName(field);
@@ -111,15 +111,20 @@ TEST(Clipped, WhatClipsInAllViewsStaysClipped) {
       EXPECT_EQ(CompareToTruth(light_field, kind, field, true, 0.25f, &picture).undrawn, 0);
       const cv::Mat truth = test::LightOfPlane(
           CameraModel::Pinhole(96, 72, 90), LookAt({0.11, 0.07, 2.0}, Vector3d::Zero(), Vector3d::UnitY()));
+      // At the rim of an area that clips, the view that shows the other side of an edge wins.
+      cv::Mat darkest_around;
+      cv::erode(truth, darkest_around, cv::Mat::ones(5, 5, CV_8UC1));
       long clipped = 0;
       for (int y = 0; y < truth.rows; ++y)
         for (int x = 0; x < truth.cols; ++x)
-          for (int c = 0; c < 3; ++c)
-            if (truth.at<cv::Vec3f>(y, x)[c] > 0.5f) {
-              EXPECT_GT(picture.linear.at<cv::Vec3f>(y, x)[c], 0.7f)
-                  << x << " " << y << ", " << FieldName(field);
-              ++clipped;
-            }
+          for (int c = 0; c < 3; ++c) {
+            const float light = picture.linear.at<cv::Vec3f>(y, x)[c];
+            EXPECT_GT(light, truth.at<cv::Vec3f>(y, x)[c] > 0.5f ? 0.4f : -1.0f)
+                << x << " " << y << ", " << FieldName(field);
+            if (!(darkest_around.at<cv::Vec3f>(y, x)[c] > 0.5f)) continue;
+            EXPECT_GT(light, 0.95f) << x << " " << y << ", " << FieldName(field);
+            ++clipped;
+          }
       EXPECT_GT(clipped, 300);
     }
 }
