@@ -363,6 +363,7 @@ ColorProfile ProfileOf(const CalibrateArgs& args, const std::vector<ColorPicture
     // The matrix is the camera's, whatever the lamp.
     ColorProfile profile = kept.value_or(ColorProfile{});
     profile.white_balance = card.white_balance;
+    profile.delta_e.reset();  // was measured under another lamp
     profile.source = kept ? kept->source + ", white balance of a grey card" : "grey card";
     return profile;
   }

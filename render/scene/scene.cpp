@@ -38,13 +38,11 @@ void ReportExposures(const LightField& light_field, const ExposureScales& scales
                  light_field.root.string(), Counted(scales.estimated.size(), "view"));
   if (!scales.unmatched.empty())
     spdlog::warn(
-        "{}: nothing says how {} exposed (the first is {}), and too few points are shared with others: shown "
-        "as if of the "
-        "median exposure; if it looks too bright or too dark, measure points with ulf refine, or give "
+        "{}: nothing says how {} (the first is {}) had been exposed, and too few points are shared with "
+        "others: shown as "
+        "if of the median exposure; if too bright or too dark, measure points with ulf refine, or give "
         "--light fit",
-        light_field.root.string(),
-        scales.unmatched.size() == 1 ? "1 view was" : fmt::format("{} views were", scales.unmatched.size()),
-        scales.unmatched.front());
+        light_field.root.string(), Counted(scales.unmatched.size(), "view"), scales.unmatched.front());
 }
 
 // kAuto: where 8 bits would lose light, because a master or a photograph holds more, a flat field is divided

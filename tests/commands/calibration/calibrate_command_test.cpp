@@ -1,4 +1,4 @@
-// Tests: commands/calibration/calibrate_command, commands/calibration/calibration_report,
+// Tests: commands/calibration/calibrate_command, commands/calibration/calibration_report, commands/calibration/color_report,
 // acquisition/calibration/calibration_capture, acquisition/calibration/calibration_guide.
 //
 // `ulf calibrate` from outside, and live collection from devices with their faults.
@@ -293,6 +293,7 @@ TEST(CalibrateCommand, FindsColoursFromAChartAndAGreyCard) {
   const auto regreyed = ReadCalibrationFile(file).modes.at("live").color_profile;
   ASSERT_TRUE(regreyed);
   EXPECT_EQ(regreyed->matrix, written.color_profile->matrix);
+  EXPECT_FALSE(regreyed->delta_e);
   EXPECT_GT(regreyed->white_balance[2], 1.1 * written.color_profile->white_balance[2]);
   EXPECT_THAT(test::RunUlf("calibration " + file).output, HasSubstr("white balance of a grey card"));
 
