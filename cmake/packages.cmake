@@ -2,7 +2,7 @@
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio video calib3d features2d flann aruco)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs videoio video calib3d features2d flann aruco mcc)
 find_package(JPEG REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(opengv REQUIRED)

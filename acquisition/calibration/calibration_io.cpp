@@ -61,6 +61,7 @@ nlohmann::json ModeToJson(const ModeCalibration& mode) {
   if (mode.sigma) json["sigma"] = *mode.sigma;
   if (mode.rms_px) json["rms_px"] = *mode.rms_px;
   if (mode.flat_field) json["flat_field"] = FlatFieldToJson(*mode.flat_field);
+  if (mode.color_profile) json["color_profile"] = ColorProfileToJson(*mode.color_profile);
   return json;
 }
 
@@ -74,6 +75,8 @@ ModeCalibration ModeFromJson(const JsonPlace& place) {
   }
   if (place.Has("rms_px")) mode.rms_px = place.Number("rms_px");
   if (place.Has("flat_field")) mode.flat_field = FlatFieldFromJson(place.Raw("flat_field"), place.where);
+  if (place.Has("color_profile"))
+    mode.color_profile = ColorProfileFromJson(place.Raw("color_profile"), place.where);
   return mode;
 }
 
@@ -141,9 +144,11 @@ void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& 
     if (!same) file = {};
   }
   ModeCalibration entry = calibration;
-  if (const auto old = file.modes.find(mode);
-      !entry.flat_field && old != file.modes.end() && old->second.window == calibration.window)
-    entry.flat_field = old->second.flat_field;
+  if (const auto old = file.modes.find(mode); old != file.modes.end()) {
+    if (!entry.flat_field && old->second.window == calibration.window)
+      entry.flat_field = old->second.flat_field;
+    if (!entry.color_profile) entry.color_profile = old->second.color_profile;
+  }
   file.identity = identity;
   file.source = source;
   file.modes[mode] = entry;

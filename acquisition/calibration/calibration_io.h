@@ -8,7 +8,7 @@
 //                                  "width": ..., "height": ..., "binning_x": ..., "binning_y": ...},
 //                       "sigma": [standard deviations of fx fy cx cy and the coefficients],
 //                       "rms_px": ...,
-//                       "flat_field": {...}}}}
+//                       "flat_field": {...}, "color_profile": {...}}}}
 //
 // Everything except the modes' intrinsics may be missing. ReadCalibrationFile() also reads files of Kalibr,
 // ROS, OpenCV and COLMAP (calibration_formats.h), and text files with one line `fx fy cx cy k1 k2 p1 p2 width
@@ -24,6 +24,7 @@
 
 #include "acquisition/device/device.h"
 #include "core/geometry/camera_model.h"
+#include "core/image/color_profile.h"
 #include "core/image/flat_field.h"
 
 namespace ulf::acquisition {
@@ -42,6 +43,7 @@ struct ModeCalibration {
   std::optional<std::array<double, 9>> sigma = {};  // of fx fy cx cy and the coefficients
   std::optional<double> rms_px = {};
   std::optional<FlatField> flat_field = {};
+  std::optional<ColorProfile> color_profile = {};
 };
 
 struct CalibrationFile {
@@ -57,8 +59,8 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationFi
 // One mode of a file. Throws Error that lists the modes of the file.
 ModeCalibration ModeOf(const CalibrationFile& file, const std::string& mode, const std::string& where);
 
-// Writes one mode. Other modes that the file contains for the same camera are kept; so is this mode's flat
-// field when the new calibration has none and is for the same window.
+// Writes one mode. Other modes that the file contains for the same camera are kept; so are, where the new calibration has
+// none, this mode's colour profile, and its flat field if it is for the same window.
 void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& identity,
                        const std::string& source, const std::string& mode,
                        const ModeCalibration& calibration);

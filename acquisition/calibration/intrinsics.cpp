@@ -99,8 +99,10 @@ SensorWindow AssumedWindow(const CameraModel& camera, const SensorWindow& used, 
 // A mode's calibration for the device's window, else for the frames' size.
 ResolvedCalibration Fit(const ModeCalibration& calibration, const std::optional<SensorWindow>& window,
                         int width, int height, const std::string& owner) {
-  ResolvedCalibration resolved{
-      .camera = calibration.camera, .flat_field = calibration.flat_field, .source = owner};
+  ResolvedCalibration resolved{.camera = calibration.camera,
+                               .flat_field = calibration.flat_field,
+                               .color_profile = calibration.color_profile,
+                               .source = owner};
   const bool any_size = width == 0;
   if (window) {
     const SensorWindow from = calibration.window
@@ -145,6 +147,8 @@ std::optional<ResolvedCalibration> OwnCalibration(const Device& device, int widt
   if (const auto flat_field = device.KnownFlatField(still ? FrameKind::kStill : FrameKind::kLive))
     own.flat_field =
         own.camera == *camera ? *flat_field : flat_field->ForSize(own.camera.width, own.camera.height);
+  if (const auto profile = device.KnownColorProfile(still ? FrameKind::kStill : FrameKind::kLive))
+    own.color_profile = *profile;
   return own;
 }
 
@@ -195,6 +199,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
           *args.focal_px, width, height);
     return {.camera = CameraModel::Pinhole(width, height, *args.focal_px),
             .flat_field = {},
+            .color_profile = {},
             .source = kFocalLengthGiven,
             .warnings = {}};
   }
@@ -202,6 +207,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
     return {
         .camera = CameraModel::Pinhole(width, height, *args.guessed_focal_px),
         .flat_field = {},
+        .color_profile = {},
         .source = kFocalLengthGuessed,
         .warnings = {fmt::format("{}: the camera's intrinsics are not known; a focal length of {:.0f} px is "
                                  "guessed until the images show which it is",

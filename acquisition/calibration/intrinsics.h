@@ -54,6 +54,7 @@ bool IsCalibration(std::string_view source);
 struct ResolvedCalibration {
   CameraModel camera = {};
   std::optional<FlatField> flat_field = {};
+  std::optional<ColorProfile> color_profile = {};
   std::string source = {};  // for the record: "file F", "stored for serial S", "the device", ...
   std::vector<std::string> warnings = {};  // for the user
 };

@@ -28,7 +28,8 @@
 #include "core/image/frame.h"
 
 namespace ulf {
-struct FlatField;  // core/image/flat_field.h
+struct FlatField;     // core/image/flat_field.h
+struct ColorProfile;  // core/image/color_profile.h
 }  // namespace ulf
 
 namespace ulf::acquisition {
@@ -106,6 +107,8 @@ class Device {
   virtual std::optional<CameraModel> StillCamera() const { return std::nullopt; }
   // The flat field that a recording contains; null: none.
   virtual std::shared_ptr<const FlatField> KnownFlatField(FrameKind /*kind*/) const { return nullptr; }
+  // The same of its colour profile.
+  virtual std::shared_ptr<const ColorProfile> KnownColorProfile(FrameKind /*kind*/) const { return nullptr; }
   // True when frames arrive whether or not Next() is called; false for a replay, whose frames wait.
   virtual bool IsLive() const = 0;
   // The part of the sensor that the image shows. None: unknown; callers then assume the whole sensor.

@@ -88,18 +88,22 @@ std::size_t BytesOf(const Frame& frame) {
 constexpr int kRecordingVersion = 2;  // version 1 has no photographs' files, sensor and flat field
 
 void AddCalibration(json& header, const std::string& prefix, const std::optional<CameraModel>& camera,
-                    const std::optional<FlatField>& flat_field) {
+                    const std::optional<FlatField>& flat_field, const std::optional<ColorProfile>& profile) {
   if (camera) header[prefix + "camera"] = CameraToJson(*camera);
   if (flat_field) header[prefix + "flat_field"] = FlatFieldToJson(*flat_field);
+  if (profile) header[prefix + "color_profile"] = ColorProfileToJson(*profile);
 }
 
 void ReadCalibration(const JsonPlace& line, const std::string& prefix, std::optional<CameraModel>& camera,
-                     std::optional<FlatField>& flat_field) {
-  const std::string camera_key = prefix + "camera", flat_field_key = prefix + "flat_field";
+                     std::optional<FlatField>& flat_field, std::optional<ColorProfile>& profile) {
+  const std::string camera_key = prefix + "camera", flat_field_key = prefix + "flat_field",
+                    profile_key = prefix + "color_profile";
   if (line.Has(camera_key.c_str()))
     camera = CameraFromJson({line.Raw(camera_key.c_str()), line.where + ", " + camera_key});
   if (line.Has(flat_field_key.c_str()))
     flat_field = FlatFieldFromJson(line.Raw(flat_field_key.c_str()), line.where + ", " + flat_field_key);
+  if (line.Has(profile_key.c_str()))
+    profile = ColorProfileFromJson(line.Raw(profile_key.c_str()), line.where);
 }
 
 json RecordingHeaderToJson(const RecordingHeader& header) {
@@ -114,8 +118,8 @@ json RecordingHeaderToJson(const RecordingHeader& header) {
                  {"bus", device.bus}}},
                {"takes_stills", header.takes_stills}};
   if (header.window) line["sensor"] = WindowToJson(*header.window);
-  AddCalibration(line, "", header.camera, header.flat_field);
-  AddCalibration(line, "still_", header.still_camera, header.still_flat_field);
+  AddCalibration(line, "", header.camera, header.flat_field, header.color_profile);
+  AddCalibration(line, "still_", header.still_camera, header.still_flat_field, header.still_color_profile);
   return line;
 }
 
@@ -133,8 +137,8 @@ RecordingHeader RecordingHeaderFromJson(const JsonPlace& line) {
                    .problem = ""};
   if (line.Has("sensor")) header.window = WindowFromJson({line.Raw("sensor"), line.where + ", sensor"});
   header.takes_stills = line.Has("takes_stills") && line.Raw("takes_stills") == true;
-  ReadCalibration(line, "", header.camera, header.flat_field);
-  ReadCalibration(line, "still_", header.still_camera, header.still_flat_field);
+  ReadCalibration(line, "", header.camera, header.flat_field, header.color_profile);
+  ReadCalibration(line, "still_", header.still_camera, header.still_flat_field, header.still_color_profile);
   return header;
 }
 
@@ -326,16 +330,16 @@ void RequireNewRecording(const fs::path& dir) {
 }
 
 RecordingHeader RecordingHeader::Of(const Device& device) {
-  const auto copy_of = [](const std::shared_ptr<const FlatField>& known) {
-    return known ? std::optional(*known) : std::nullopt;
-  };
+  const auto copy_of = [](const auto& known) { return known ? std::optional(*known) : std::nullopt; };
   return {.device = device.Info(),
           .window = device.Window(),
           .takes_stills = device.TakesStills(),
           .camera = device.Camera(),
           .still_camera = device.StillCamera(),
           .flat_field = copy_of(device.KnownFlatField(FrameKind::kLive)),
-          .still_flat_field = copy_of(device.KnownFlatField(FrameKind::kStill))};
+          .still_flat_field = copy_of(device.KnownFlatField(FrameKind::kStill)),
+          .color_profile = copy_of(device.KnownColorProfile(FrameKind::kLive)),
+          .still_color_profile = copy_of(device.KnownColorProfile(FrameKind::kStill))};
 }
 
 FrameRecorder::FrameRecorder(const fs::path& dir, const RecordingHeader& header,

@@ -1,8 +1,8 @@
 // Records every frame of a session, so that the session can be run again (`replay:`). `ulf record` and `ulf
 // capture --keep-frames` write recordings.
 //
-//   DIR/frames.jsonl         {"event": "header", version, device, sensor, camera, flat_field, takes_stills,
-//                             still_camera, still_flat_field}
+//   DIR/frames.jsonl         {"event": "header", version, device, sensor, camera, flat_field, color_profile, takes_stills,
+//                             still_camera, still_flat_field, still_color_profile}
 //                            then one line per frame, in the order of arrival:
 //                            {"event": "frame", id, file, times, exposure, gain, ...}
 //                            of a photograph also still, requested_s, raw, and incomplete where its file
@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
+#include "core/image/color_profile.h"
 #include "core/image/flat_field.h"
 
 namespace ulf::acquisition {
@@ -38,6 +39,7 @@ struct RecordingHeader {
   bool takes_stills = false;
   std::optional<CameraModel> camera = {}, still_camera = {};
   std::optional<FlatField> flat_field = {}, still_flat_field = {};
+  std::optional<ColorProfile> color_profile = {}, still_color_profile = {};
 
   // From what the device itself knows.
   static RecordingHeader Of(const Device& device);

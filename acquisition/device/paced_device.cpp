@@ -29,6 +29,9 @@ class PacedDevice : public Device {
   std::shared_ptr<const FlatField> KnownFlatField(FrameKind kind) const override {
     return recording_->KnownFlatField(kind);
   }
+  std::shared_ptr<const ColorProfile> KnownColorProfile(FrameKind kind) const override {
+    return recording_->KnownColorProfile(kind);
+  }
   std::optional<SensorWindow> Window() const override { return recording_->Window(); }
   bool TakesStills() const override { return recording_->TakesStills(); }
   StillRequest RequestStill() override {

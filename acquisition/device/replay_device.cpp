@@ -293,6 +293,8 @@ class LightFieldSource : public Source {
     header.camera = light_field_.CameraOf(light_field_.views.front());
     const auto flat_field = light_field_.flat_fields.find(light_field_.views.front().camera);
     if (flat_field != light_field_.flat_fields.end()) header.flat_field = flat_field->second;
+    const auto profile = light_field_.color_profiles.find(light_field_.views.front().camera);
+    if (profile != light_field_.color_profiles.end()) header.color_profile = profile->second;
     return header;
   }
   void Rewind() override { next_ = 0; }
@@ -398,6 +400,10 @@ class ReplayDevice : public Device {
   std::optional<CameraModel> StillCamera() const override { return header_.still_camera; }
   std::shared_ptr<const FlatField> KnownFlatField(FrameKind kind) const override {
     return kind == FrameKind::kStill ? still_flat_field_ : flat_field_;
+  }
+  std::shared_ptr<const ColorProfile> KnownColorProfile(FrameKind kind) const override {
+    const auto& known = kind == FrameKind::kStill ? header_.still_color_profile : header_.color_profile;
+    return known ? std::make_shared<const ColorProfile>(*known) : nullptr;
   }
   std::optional<SensorWindow> Window() const override { return header_.window; }
   bool IsLive() const override { return false; }

@@ -51,6 +51,17 @@ HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
           .seed = options.seed};
 }
 
+// `colors`: of R G B; the radiance has B, G, R and a fourth channel.
+cv::Mat InColors(const cv::Mat& radiance, const Eigen::Matrix3d& colors) {
+  cv::Matx44f bgr = cv::Matx44f::eye();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      bgr(row, column) = static_cast<float>(colors(2 - row, 2 - column));
+  cv::Mat out;
+  cv::transform(radiance, out, bgr);
+  return out;
+}
+
 const SimulationOptions& Validated(const SimulationOptions& options) {
   options.Validate();
   return options;
@@ -59,9 +70,10 @@ const SimulationOptions& Validated(const SimulationOptions& options) {
 }  // namespace
 
 SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
-  uri.AllowOnly({"seed", "fps", "width", "height", "format", "exposure_us", "readout_ms", "gain_db", "noise",
-                 "cap", "row_deg", "speed_deg_s", "dolly", "look_away", "duration_s", "sways_from_s",
-                 "sways_s", "fault"});
+  uri.AllowOnly({"seed",         "fps",         "width",   "height",    "format",
+                 "exposure_us",  "readout_ms",  "gain_db", "noise",     "cap",
+                 "row_deg",      "speed_deg_s", "dolly",   "look_away", "duration_s",
+                 "sways_from_s", "sways_s",     "lamp_k",  "crosstalk", "fault"});
   SimulationOptions options;
   const auto read = [&](const char* key, double scale, double& value) {
     if (const auto number = uri.Number(key)) value = scale * *number;
@@ -93,6 +105,7 @@ SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   ReadCap(uri, options);
   options.noise = is_on("noise", options.noise);
   options.looks_away = is_on("look_away", options.looks_away);
+  options.colors = SensorColors::FromUri(uri);
   for (const auto& [key, text] : uri.options)
     if (key == "fault") options.faults.Add(text);
   options.Validate();
@@ -181,10 +194,14 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
                              radiance, SwayAngle(at_s));
     }
   }
+  const Eigen::Matrix3d camera_from_scene =
+      options_.colors.CameraFromSrgb() *
+      Eigen::Vector3d(shot.light[0], shot.light[1], shot.light[2]).asDiagonal();
+  if (camera_from_scene != Eigen::Matrix3d::Identity()) radiance = InColors(radiance, camera_from_scene);
   Frame frame;
-  frame.image = Expose(
-      radiance, {.noise = options_.noise},
-      {shot.exposure_s * shot.light, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
+  frame.image =
+      Expose(radiance, {.noise = options_.noise},
+             {shot.exposure_s, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
   frame.id = shot.id;
   frame.device_time_s = shot.open_s + 0.5 * (shot.exposure_s + options_.readout_s);
   frame.exposure_s = shot.exposure_s;

@@ -9,6 +9,7 @@
 // those of the middle row, in the middle of its exposure.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "acquisition/simulator/hand.h"
 #include "acquisition/simulator/scene/ray_caster.h"
 #include "acquisition/simulator/sensor.h"
+#include "acquisition/simulator/sensor_colors.h"
 #include "acquisition/simulator/simulated_faults.h"
 #include "core/geometry/angles.h"
 #include "core/image/frame.h"
@@ -40,7 +42,8 @@ struct SimulationOptions {
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
   double sways_from_s = 6, sways_s = 8;  // when what can move in the scene begins to, and for how long
-  SimulatedFaults faults;                // `fault=drift=0.5`, may be repeated (simulated_faults.h)
+  SensorColors colors;     // lamp_k=6504&crosstalk=0: what the sensor makes of the scene's colours
+  SimulatedFaults faults;  // `fault=drift=0.5`, may be repeated (simulated_faults.h)
 
   // Parses a URI such as
   //   sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0
@@ -59,8 +62,8 @@ struct Shot {
   double exposure_s = 0.005;
   double gain = 1;  // linear
   SensorFormat format = SensorFormat::kRgb8;
-  std::uint64_t id = 0;  // also the seed of the noise
-  double light = 1;      // factor on the light that reaches the sensor (fault `drift`)
+  std::uint64_t id = 0;                  // also the seed of the noise
+  std::array<double, 3> light{1, 1, 1};  // factors on the lamp's R G B (faults `drift` and `bluer`)
 };
 
 class SimulatedCamera {

@@ -12,6 +12,7 @@
 #include "acquisition/simulator/scene/scene.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
+#include "acquisition/simulator/simulated_chart.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
@@ -170,10 +171,12 @@ class SimulatedDevice : public Device {
 
 std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri, std::shared_ptr<const HandMotion> hand) {
   if (uri.path == "board" || uri.path == "card") return OpenSimulatedBoard(uri);
+  if (uri.path == "chart" || uri.path == "grey") return OpenSimulatedChart(uri);
   const std::vector<std::string> scenes = Scene::Names();
   if (std::find(scenes.begin(), scenes.end(), uri.path) == scenes.end())
-    throw UsageError("'{}': there is no scene '{}'; there are {}, and for calibration board and card",
-                     uri.Text(), uri.path, fmt::join(scenes, ", "));
+    throw UsageError(
+        "'{}': there is no scene '{}'; there are {}, and for calibration board, card, chart and grey",
+        uri.Text(), uri.path, fmt::join(scenes, ", "));
   return std::make_unique<SimulatedDevice>(uri, std::move(hand));
 }
 

@@ -62,6 +62,7 @@ const std::vector<std::pair<std::string, Setter>>& Setters() {
       {"freeze", [](Faults& f, S n, S t) { f.freezes.push_back(SpanFrom(n, t)); }},
       {"disconnect", [](Faults& f, S n, S t) { f.disconnects.push_back(SpanFrom(n, t)); }},
       {"drift", [](Faults& f, S n, S t) { f.drift_stops_per_minute = NumberFrom(n, t, -60, 60); }},
+      {"bluer", [](Faults& f, S n, S t) { f.bluer_stops_per_minute = NumberFrom(n, t, -60, 60); }},
   };
   return setters;
 }
@@ -82,7 +83,11 @@ bool SimulatedFaults::NeedRelay() const {
          !disconnects.empty();
 }
 
-double SimulatedFaults::Light(double t_s) const { return std::exp2(drift_stops_per_minute * t_s / 60); }
+std::array<double, 3> SimulatedFaults::Light(double t_s) const {
+  const double all = std::exp2(drift_stops_per_minute * t_s / 60),
+               blue = std::exp2(bluer_stops_per_minute * t_s / 60);
+  return {all / blue, all, all * blue};
+}
 
 std::vector<std::string> SimulatedFaultNames() {
   std::vector<std::string> names;

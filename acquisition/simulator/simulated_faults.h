@@ -9,11 +9,13 @@
 //   freeze=5:2         no frames from second 5 on, for 2 s; the camera still answers
 //   disconnect=5:2     the camera is disconnected from second 5 on, for 2 s
 //   drift=0.5          the light on the sensor grows by so many stops per minute, without being reported
+//   bluer=0.5          the lamp's blue grows, and its red falls, by so many stops per minute
 //
 // Seconds count from the first frame.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -33,7 +35,7 @@ struct SimulatedFaults {
   bool resends = true;
   double incomplete = 0;
   std::vector<FaultSpan> freezes, disconnects;
-  double drift_stops_per_minute = 0;
+  double drift_stops_per_minute = 0, bluer_stops_per_minute = 0;
 
   // Throws UsageError that names an unknown fault or a value out of range.
   void Add(const std::string& text);
@@ -42,8 +44,9 @@ struct SimulatedFaults {
 
   bool Frozen(double t_s) const { return AnyHolds(freezes, t_s); }
   bool Disconnected(double t_s) const { return AnyHolds(disconnects, t_s); }
-  // The factor on the light at a time.
-  double Light(double t_s) const;
+  bool LampDrifts() const { return drift_stops_per_minute != 0 || bluer_stops_per_minute != 0; }
+  // The factors on the light's R G B at a time.
+  std::array<double, 3> Light(double t_s) const;
 
  private:
   static bool AnyHolds(const std::vector<FaultSpan>& spans, double t_s) {

@@ -1,5 +1,8 @@
-// `ulf calibrate`: estimates intrinsics from a board, or the flat field from a card.
+// `ulf calibrate`: estimates intrinsics from a board, the flat field from a card, or colours from a chart or a grey card.
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -9,6 +12,7 @@
 #include "acquisition/calibration/calibration_picture.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "commands/calibration/calibration_report.h"
+#include "commands/calibration/color_report.h"
 #include "commands/commands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
@@ -18,7 +22,9 @@
 #include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/sensor_window.h"
+#include "core/image/clipped.h"
 #include "core/image/image.h"
+#include "core/image/raw_file.h"
 
 namespace ulf::commands {
 namespace {
@@ -35,7 +41,7 @@ struct CalibrateArgs {
   std::string serial;
   int views = 14;
   int frames = 10;
-  bool flat = false, json = false, explain = false;
+  bool flat = false, colour = false, grey = false, json = false, explain = false;
 };
 
 // Where frames come from: one device, or files.
@@ -149,7 +155,8 @@ int RunBoardCalibration(const CalibrateArgs& args) {
                                     .window = source.window,
                                     .sigma = result.sigma,
                                     .rms_px = result.rms_px,
-                                    .flat_field = {}});
+                                    .flat_field = {},
+                                    .color_profile = {}});
   if (args.json) {
     Json json = ReportJson(result);
     json["file"] = result.ok() ? output : "";
@@ -266,12 +273,164 @@ int RunFlatField(const CalibrateArgs& args) {
   return kOk;
 }
 
+// ---- Colours ----
+
+// A picture of a chart or card, as a light field's readers would see it.
+struct ColorPicture {
+  Image image;
+  double black_level = 0;
+  cv::Mat clipped;
+  std::optional<WhiteBalance> developed_by;  // of a raw file
+};
+
+// Raw files are developed by the first one's white balance.
+class ColorPictures {
+ public:
+  void AddRaw(const std::string& bytes, const std::string& name) {
+    if (!developed_by_) developed_by_ = RawFactsOf(bytes, name).white_balance;
+    ColorPicture picture{.image = {}, .black_level = 0, .clipped = {}, .developed_by = developed_by_};
+    picture.image = {
+        DecodeRaw(bytes, name, RawQuality::kBest, std::nullopt, developed_by_, &picture.clipped).light,
+        Transfer::kLinear};
+    pictures_.push_back(std::move(picture));
+  }
+  void Add(const Image& image, double black_level) {
+    pictures_.push_back({image, black_level, ClippedPixels(image), std::nullopt});
+  }
+  std::vector<ColorPicture> Take() { return std::move(pictures_); }
+
+ private:
+  std::optional<WhiteBalance> developed_by_;
+  std::vector<ColorPicture> pictures_;
+};
+
+std::vector<ColorPicture> PicturesOf(const CalibrateArgs& args, Source& source) {
+  ColorPictures pictures;
+  if (source.device) {
+    Progress progress(args.grey ? "looking at the card" : "looking at the chart", args.json);
+    for (const Frame& frame :
+         acquisition::CollectFrames(*source.device, args.frames, CaptureOptions(args, progress))) {
+      if (frame.raw)
+        pictures.AddRaw(*frame.raw->bytes, source.name);
+      else
+        pictures.Add(frame.image, frame.black_level);
+    }
+    return pictures.Take();
+  }
+  for (const std::string& file : source.files) {
+    if (IsRawFile(file)) {
+      pictures.AddRaw(ReadWholeFile(file), file);
+      continue;
+    }
+    Image image{ReadImageFile(file), TransferOfFile(file)};
+    if (image.pixels.depth() == CV_32F) image.transfer = Transfer::kLinear;
+    pictures.Add(image, 0);
+  }
+  return pictures.Take();
+}
+
+void WarnOfEncodedColours(const std::vector<ColorPicture>& pictures) {
+  if (std::ranges::any_of(pictures, [](const ColorPicture& picture) {
+        return picture.image.transfer == Transfer::kSrgb && picture.image.pixels.channels() == 3;
+      }))
+    spdlog::warn(
+        "the camera encodes these pictures for displays, with its own white balance, contrast and "
+        "saturation: the profile "
+        "holds as long as all of these stay as they are; lock them (ulf features), or take raw pictures");
+}
+
+// The profile of these pictures; throws Error where there is none. `kept`: the profile that the camera had.
+ColorProfile ProfileOf(const CalibrateArgs& args, const std::vector<ColorPicture>& pictures,
+                       const std::string& output, const std::optional<ColorProfile>& kept) {
+  const auto report = [&](const Json& json, const std::string& text, const char* name) {
+    if (!args.report.empty()) {
+      WriteFileAtomically(fs::path(args.report) / fmt::format("{}.txt", name), text);
+      WriteFileAtomically(fs::path(args.report) / fmt::format("{}.json", name), json.dump(2) + "\n");
+    }
+    if (args.json)
+      fmt::print("{}\n", json.dump(2));
+    else
+      fmt::print("{}", text);
+  };
+  if (args.grey) {
+    const ColorPicture& picture = pictures.front();
+    const acquisition::GreyCard card =
+        acquisition::BalanceOfGreyCard(picture.image, picture.black_level, picture.clipped);
+    Json json = GreyCardJson(card);
+    json["file"] = card.ok() ? output : "";
+    report(json, card.ok() ? GreyCardText(card) : "", "grey_card");
+    if (!card.ok()) throw Error("no white balance: {}", card.refusal);
+    // The matrix is the camera's, whatever the lamp.
+    ColorProfile profile = kept.value_or(ColorProfile{});
+    profile.white_balance = card.white_balance;
+    profile.delta_e.reset();  // was measured under another lamp
+    profile.source = kept ? kept->source + ", white balance of a grey card" : "grey card";
+    return profile;
+  }
+  std::vector<acquisition::MeasuredChart> charts;
+  for (const ColorPicture& picture : pictures)
+    if (const auto chart = acquisition::FindColorChart(picture.image, picture.black_level, picture.clipped))
+      charts.push_back(*chart);
+  const acquisition::ColorFit fit = acquisition::FitColorProfile(charts);
+  Json json = ColorFitJson(fit, charts.size(), pictures.size());
+  json["file"] = fit.ok() ? output : "";
+  report(json, fit.ok() ? ColorFitText(fit, charts.size(), pictures.size()) : "", "colours");
+  if (!fit.ok()) throw Error("no colour profile: {}", fit.refusal);
+  ColorProfile profile = fit.profile;
+  profile.source = fmt::format("chart of 24 patches, {} of them used", fit.patches.size());
+  return profile;
+}
+
+int RunColorProfile(const CalibrateArgs& args) {
+  if (args.colour && args.grey) throw UsageError("--colour and --grey: one at a time");
+  Source source = OpenSource(args);
+  const std::string output = OutputOf(args, source);
+  RequireReportFolder(args);
+  if (!fs::exists(output))
+    throw Error("{}: colours are stored with a camera's intrinsics: calibrate it with a board first",
+                args.output.empty() && source.identity.serial.empty() ? "-o FILE is missing" : output);
+  acquisition::CalibrationFile file = acquisition::ReadCalibrationFile(output);
+  acquisition::ModeCalibration mode = acquisition::ModeOf(file, args.mode, output);
+  RequireAsCalibrated(source, file, mode, {}, output);
+  const StopOnSignal stop_on_signal;
+  std::vector<ColorPicture> pictures = PicturesOf(args, source);
+  if (pictures.empty()) throw Error("{}: gave no picture; check the camera (ulf devices)", source.name);
+  const bool is_raw = pictures.front().developed_by.has_value();
+  if (std::ranges::any_of(pictures,
+                          [&](const ColorPicture& p) { return p.developed_by.has_value() != is_raw; }))
+    throw UsageError("{}: raw files and others together; a profile is of one kind", source.name);
+  if (std::ranges::any_of(pictures, [](const ColorPicture& p) {
+        return p.image.pixels.channels() == 1 && p.image.mosaic == Mosaic::kNone;
+      }))
+    throw Error(
+        "{}: the pictures are grey; choose a colour pixel format (ulf features, or ?format= in the URI)",
+        source.name);
+  WarnOfEncodedColours(pictures);
+  if (mode.flat_field) {
+    std::vector<Image> images;
+    for (const ColorPicture& picture : pictures) images.push_back(picture.image);
+    RequireAsCalibrated(source, file, mode, images, output);
+    for (ColorPicture& picture : pictures)
+      picture.image = mode.flat_field->Corrected(picture.image, picture.black_level);
+  }
+  const auto& kept = mode.color_profile;
+  ColorProfile profile = ProfileOf(
+      args, pictures, output, kept && kept->raw_white_balance.has_value() == is_raw ? kept : std::nullopt);
+  profile.raw_white_balance = pictures.front().developed_by;
+  mode.color_profile = profile;
+  file.modes[args.mode] = mode;
+  acquisition::WriteCalibrationFile(output, file);
+  if (!args.json) fmt::print("\n{}: colours written, mode {}\n", output, args.mode);
+  return kOk;
+}
+
 }  // namespace
 
 void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<CalibrateArgs>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate", "Find a camera's intrinsics from a printed board, or its flat field from a card");
+  CLI::App* command = app.add_subcommand("calibrate",
+                                         "Find a camera's intrinsics from a printed board, its flat field "
+                                         "from a card, or its colours from a chart");
   command->add_option("SOURCE", args->sources, "Device URI, folder of images, or image files")->required();
   command->add_option("--board", args->board, "Board, as its text is printed on the sheet (ulf board)")
       ->capture_default_str();
@@ -290,7 +449,12 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   command->add_flag("--explain", args->explain, "Print all lens models that were tried");
   command->add_flag("--flat", args->flat, "Estimate the flat field from frames of a plain, evenly lit card");
-  command->add_option("--frames", args->frames, "Number of frames to average with --flat")
+  command->add_flag("--colour,--color", args->colour,
+                    "Find white balance and colour matrix from a chart of 24 patches");
+  command->add_flag("--grey,--gray", args->grey,
+                    "Find the white balance from a grey card that fills the middle of the picture");
+  command
+      ->add_option("--frames", args->frames, "Number of frames to average with --flat, --colour and --grey")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_flag("--json", args->json, "Print one JSON object");
@@ -298,7 +462,10 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
       "Example: ulf calibrate sim:board -o camera.json --report report\n"
       "Then:    ulf capture aravis:192.168.1.20 --calibration camera.json -o light_field");
   command->callback([args, &chosen] {
-    chosen = [args] { return args->flat ? RunFlatField(*args) : RunBoardCalibration(*args); };
+    chosen = [args] {
+      if (args->colour || args->grey) return RunColorProfile(*args);
+      return args->flat ? RunFlatField(*args) : RunBoardCalibration(*args);
+    };
   });
 }
 

@@ -145,6 +145,11 @@ void Print(const acquisition::CalibrationFile& file) {
     if (mode.window) fmt::print("  sensor         {}\n", Describe(*mode.window));
     if (mode.rms_px) fmt::print("  error          {:.3f} px RMS\n", *mode.rms_px);
     if (mode.flat_field) fmt::print("  flat field     yes\n");
+    if (mode.color_profile)
+      fmt::print("  colours        {}{}\n", mode.color_profile->source,
+                 mode.color_profile->delta_e
+                     ? fmt::format(", CIEDE2000 {:.2f} on patches left out", *mode.color_profile->delta_e)
+                     : "");
   }
 }
 

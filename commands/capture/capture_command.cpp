@@ -26,6 +26,8 @@
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"
 #include "core/image/image.h"
+#include "core/image/raw_file.h"
+#include "core/light_field/light_check.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/coverage_drawing.h"
 #include "coverage/operator/run_with_display.h"
@@ -142,6 +144,14 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
   const std::string way = coverage::WayInWords(now);
   return fmt::format("{}, {} recorded{}; {}{}", Counted(now.frames, "frame"), now.view_ids.size(), covered,
                      what, way.empty() ? "" : "; next: " + way);
+}
+
+// Of the views that were recorded, also in earlier sessions. Reading raw files takes too long for the end of a capture.
+void WarnIfTheLampChanged(const LightField& light_field) {
+  if (std::ranges::any_of(light_field.views, [](const View& view) { return IsRawFile(view.master_path); }))
+    return;
+  const LightCheck check = CheckLight(light_field, {.most_views = 60});
+  if (const std::string advice = LampAdvice(check); !advice.empty()) spdlog::warn("{}", advice);
 }
 
 void ReportUnwrittenFrames(const coverage::CaptureSummary& summary) {
@@ -269,6 +279,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
   std::optional<PoseErrors> errors;
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
   PrintResult(args, summary, report, live.size(), errors);
+  WarnIfTheLampChanged(light_field);
   SayIfNothingWasMeasured(args, summary);
   WritePictures(args, light_field, summary);
   WriteFoundLens(lens, prepared.device->Info(), summary.refined_lens, summary.calibration, "ulf capture");

@@ -21,7 +21,7 @@ struct InfoArgs {
   std::string cap;
   std::string subject;
   std::optional<double> threshold_px;
-  bool check_poses = false;
+  bool check_poses = false, check_light = false;
   bool json = false;
 };
 
@@ -35,6 +35,13 @@ PoseReport CheckPoses(const LightField& light_field, bool silent) {
   return report;
 }
 
+LightCheck CheckLightOf(const LightField& light_field, bool silent) {
+  Progress progress("light", silent);
+  LightCheckOptions options;
+  options.progress = [&](double share) { progress.Show(share, "photographs"); };
+  return CheckLight(light_field, options);
+}
+
 int RunInfo(const InfoArgs& args) {
   ReportOptions options{.threshold_px = args.threshold_px};
   if (!args.cap.empty()) options.cap = coverage::Cap::ParseDegrees(args.cap);
@@ -43,12 +50,16 @@ int RunInfo(const InfoArgs& args) {
   const LightFieldReport report = Describe(light_field, options);
   std::optional<PoseReport> poses;
   if (args.check_poses) poses = CheckPoses(light_field, args.json);
+  std::optional<LightCheck> light;
+  if (args.check_light) light = CheckLightOf(light_field, args.json);
   if (args.json) {
     nlohmann::json json = ToJson(report);
     if (poses) json["poses"] = ToJson(*poses, light_field);
+    if (light) json["light"] = ToJson(*light);
     fmt::print("{}\n", json.dump());
   } else {
-    fmt::print("{}{}", ToText(report), poses ? ToText(*poses, light_field) : "");
+    fmt::print("{}{}{}", ToText(report), poses ? ToText(*poses, light_field) : "",
+               light ? ToText(*light) : "");
   }
   return kOk;
 }
@@ -70,6 +81,10 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Subject: x,y,z,radius in world units (default: the light field's)");
   command->add_flag("--check-poses", args->check_poses,
                     "Also compare the pictures: list views whose poses their neighbours contradict");
+  command->add_flag(
+      "--check-light", args->check_light,
+      "Also read the photographs: how much is clipped, and whether the lamp changed between earlier and "
+      "later views");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf info my_light_field --cap 60x40");
   command->callback([args, &chosen] { chosen = [args] { return RunInfo(*args); }; });

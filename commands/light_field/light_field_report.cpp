@@ -342,4 +342,52 @@ std::string ToText(const LightFieldReport& report) {
   return text + ReasonsText(report);
 }
 
+std::string LampAdvice(const LightCheck& check) {
+  if (check.drifts.empty()) return "";
+  std::string words;
+  for (const LampDrift& drift : check.drifts)
+    words +=
+        fmt::format("{}{} (+- {:.1f})", words.empty() ? "" : "; ", drift.Words(), 100 * drift.standard_error);
+  return words +
+         ": the lamp or the daylight changed, or the camera's automatics did, and pictures between these "
+         "views change "
+         "with them; let lamps warm up for a quarter of an hour, shut daylight out, lock exposure and white "
+         "balance "
+         "(ulf features), or even the views out with --light fit";
+}
+
+std::string ToText(const LightCheck& check) {
+  std::string text = fmt::format(
+      "clipped        {:.2f} % of the pixels of {}",
+      check.pixels > 0 ? 100.0 * static_cast<double>(check.clipped_px) / static_cast<double>(check.pixels)
+                       : 0,
+      Counted(check.views, "view"));
+  if (check.most_clipped_view != 0)
+    text += fmt::format(", {:.1f} % of view {}", 100 * check.most_clipped_share, check.most_clipped_view);
+  text += "\nlight          ";
+  if (!check.not_compared.empty()) return text + "not compared: " + check.not_compared + "\n";
+  if (check.drifts.empty())
+    return text + fmt::format("the same from the first to the last of {} that were compared\n",
+                              Counted(check.compared, "view"));
+  return text + LampAdvice(check) + "\n";
+}
+
+nlohmann::json ToJson(const LightCheck& check) {
+  nlohmann::json json{{"views", check.views},
+                      {"pixels", check.pixels},
+                      {"clipped", check.clipped_px},
+                      {"compared", check.compared},
+                      {"not_compared", check.not_compared},
+                      {"drifts", nlohmann::json::array()}};
+  if (check.most_clipped_view != 0)
+    json["most_clipped"] = {{"view", check.most_clipped_view}, {"share", check.most_clipped_share}};
+  for (const LampDrift& drift : check.drifts)
+    json["drifts"].push_back({{"words", drift.Words()},
+                              {"log_difference", drift.difference},
+                              {"standard_error", drift.standard_error},
+                              {"from", {drift.from_first, drift.from_last}},
+                              {"to", {drift.to_first, drift.to_last}}});
+  return json;
+}
+
 }  // namespace ulf::commands

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/light_field/light_check.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
 #include "tracking/refine/pose_check.h"
@@ -64,6 +65,12 @@ struct PoseReport {
 };
 std::string ToText(const PoseReport& report, const LightField& light_field);
 nlohmann::json ToJson(const PoseReport& report, const LightField& light_field);
+
+// What was found of clipped pixels and of the lamp (ulf info --check-light).
+std::string ToText(const LightCheck& check);
+nlohmann::json ToJson(const LightCheck& check);
+// What a lamp that changed means and what to do; empty where none did.
+std::string LampAdvice(const LightCheck& check);
 
 std::string ToText(const MeasuredErrors& measured);
 nlohmann::json ToJson(const MeasuredErrors& measured);

@@ -219,8 +219,21 @@ struct RenderReport {
   }
 };
 
+std::string ClippedWords(const render::PhotographStore::Counts& counts) {
+  return fmt::format(
+      "clipped {:.2f} % of the pixels of {} read{}",
+      100.0 * static_cast<double>(counts.clipped_px) / static_cast<double>(counts.pixels),
+      Counted(counts.photographs, "photograph"),
+      counts.masked_px == 0
+          ? ""
+          : fmt::format(
+                "; {:.0f} % of these, in longer exposures, have no weight where others show the place",
+                100.0 * static_cast<double>(counts.masked_px) / static_cast<double>(counts.clipped_px)));
+}
+
 void Print(const RenderArgs& args, const render::Renderer& renderer, const RenderReport& report,
            const std::vector<ModelChoice>& explained) {
+  const auto photographs = renderer.scene().store->counts();
   if (report.blank > 0)
     spdlog::warn(
         "pictures that show nothing: {} of {}; no view sees what the camera looks at there: is the path in "
@@ -243,7 +256,12 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
                                 {"renderer", renderer.Name()},
                                 {"ms_per_frame", report.MsPerFrame()},
                                 {"filled_share", report.Share(report.filled)},
-                                {"empty_share", report.Share(report.empty)}};
+                                {"empty_share", report.Share(report.empty)},
+                                {"photographs",
+                                 {{"read", photographs.photographs},
+                                  {"pixels", photographs.pixels},
+                                  {"clipped", photographs.clipped_px},
+                                  {"clipped_without_weight", photographs.masked_px}}}};
     if (args.explain) AddExplained(json, explained);
     fmt::print("{}\n", json.dump(1));
     return;
@@ -258,6 +276,7 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
              args.out, kept, Counted(report.rendered, "picture"), render::FieldName(renderer.field().kind),
              report.MsPerFrame(), renderer.Name(), 100 * report.Share(report.filled),
              100 * report.Share(report.empty));
+  if (photographs.clipped_px > 0) fmt::print("{}\n", ClippedWords(photographs));
 }
 
 render::PictureEncoding EncodingOf(const RenderArgs& args) {
@@ -325,7 +344,7 @@ ChosenRenderer RendererOf(const RenderArgs& args, const render::PictureEncoding&
 
 int RunRender(const RenderArgs& args) {
   const render::FrameRange range = render::ParseFrames(args.frames);
-  const render::PictureEncoding encoding = EncodingOf(args);
+  render::PictureEncoding encoding = EncodingOf(args);
   CheckApertureOptions(args.aperture, args.dir);
   const auto plain = SceneOf(args, encoding);
   const bool single = render::IsSinglePicture(args.out);
@@ -337,6 +356,7 @@ int RunRender(const RenderArgs& args) {
   if (range.end.value_or(all) > all)
     spdlog::warn("--frames {}: the path ends after {}", args.frames, Counted(all, "picture"));
   const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
+  encoding.knows_colors = plain->knows_colors;
   const auto [renderer, explained] = RendererOf(args, encoding, plain);
   Zoom(args, *renderer, path);
   if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());

@@ -11,6 +11,7 @@
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
 
 #include <algorithm>
 #include <cstring>
@@ -91,11 +92,13 @@ cv::Mat HalfFromFloat(const cv::Mat& pixels) {
   return half.reshape(pixels.channels());
 }
 
-std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression) {
+std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression,
+                     const std::map<std::string, std::string>& attributes) {
   const cv::Size size = channels.front().pixels.size();
   Imf::Header header(size.width, size.height);
   header.compression() = compression == ExrCompression::kPiz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
   Imf::addChromaticities(header, Imf::Chromaticities());  // the default ones are Rec. 709's
+  for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
   Imf::FrameBuffer buffer;
   for (const ExrChannel& channel : channels) {
     const Imf::PixelType type = channel.pixels.depth() == CV_16F ? Imf::HALF : Imf::FLOAT;
@@ -116,15 +119,33 @@ std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression com
   return stream.Take();
 }
 
+namespace {
+
+[[noreturn]] void RefuseExr(const std::string& path, const char* why) {
+  throw Error(
+      "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
+      "repair DIR)",
+      path, why);
+}
+
+}  // namespace
+
 cv::Mat ReadExr(const std::string& path) {
   try {
     Imf::InputFile file(path.c_str());
     return ReadColours(file, path);
   } catch (const Iex::BaseExc& error) {
-    throw Error(
-        "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
-        "repair DIR)",
-        path, error.what());
+    RefuseExr(path, error.what());
+  }
+}
+
+std::string ExrAttribute(const std::string& path, const std::string& name) {
+  try {
+    const Imf::InputFile file(path.c_str());
+    const auto* text = file.header().findTypedAttribute<Imf::StringAttribute>(name);
+    return text ? text->value() : "";
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
   }
 }
 

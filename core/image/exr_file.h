@@ -2,6 +2,7 @@
 // "layer.channel" in layers (OpenEXR's "Technical Introduction", layers and channel names).
 #pragma once
 
+#include <map>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -16,8 +17,16 @@ struct ExrChannel {
   int channel = 0;  // of `pixels`
 };
 
-// The file's bytes; all channels have one size and Rec. 709 primaries. Throws Error.
-std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression);
+// The name of linear light with Rec. 709 primaries and white D65 in the attribute colorInteropID (Academy Software
+// Foundation, "Color Interop Forum: texture asset color spaces").
+inline constexpr const char* kExrLinearRec709 = "lin_rec709_scene";
+
+// The file's bytes; all channels have one size and Rec. 709 primaries. `attributes`: texts for the header by name. Throws
+// Error.
+std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression,
+                     const std::map<std::string, std::string>& attributes = {});
+// Such a text; empty where there is none of this name. Throws Error as ReadExr() does.
+std::string ExrAttribute(const std::string& path, const std::string& name);
 
 // The display window as CV_32FC3 (B, G, R) from the channels R, G and B, or from Y. Infinities and NaN stay
 // as they are. Throws Error naming the file when it is truncated, is no EXR or has no such channels.

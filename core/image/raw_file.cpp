@@ -13,6 +13,8 @@
 
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/image/clipped.h"
+#include "core/image/image.h"
 
 namespace ulf {
 namespace {
@@ -54,6 +56,8 @@ class RawDecoder {
   RawFacts Facts() const;
   cv::Mat Light(RawQuality quality, std::optional<cv::Size> wanted,
                 const std::optional<WhiteBalance>& white_balance);
+  // After Light(), of the same crop.
+  cv::Mat Clipped(std::optional<cv::Size> wanted) const;
 
  private:
   void Open(const std::function<int(LibRaw&)>& open);
@@ -226,6 +230,45 @@ cv::Mat RawDecoder::Light(RawQuality quality, std::optional<cv::Size> wanted,
   return light;
 }
 
+cv::Mat RawDecoder::Clipped(std::optional<cv::Size> wanted) const {
+  const cv::Rect crop = CropTo(wanted);
+  const libraw_data_t& data = raw_->imgdata;
+  cv::Mat clipped = cv::Mat::zeros(crop.size(), CV_8UC1);
+  const std::uint16_t* mosaic = data.rawdata.raw_image;
+  if (!mosaic ||
+      data.idata.filters == 0) {  // every pixel has all colours: what is full stands in the light itself
+    for (int y = 0; y < crop.height; ++y)
+      for (int x = 0; x < crop.width; ++x) {
+        const auto* in = data.image[static_cast<std::size_t>(crop.y + y) * data.sizes.iwidth + crop.x + x];
+        const int most = data.idata.colors == 1 ? in[0] : std::max({in[0], in[1], in[2]});
+        clipped.at<std::uint8_t>(y, x) = most >= kClippedFrom * FullScale(CV_16U) ? 255 : 0;
+      }
+    return cv::countNonZero(clipped) > 0 ? clipped : cv::Mat();
+  }
+  // LibRaw has left the factors by which it multiplied, the least of them 1, and full scale above black.
+  const libraw_colordata_t& used = data.color;
+  const libraw_colordata_t& recorded = data.rawdata.color;
+  const auto black_at = [&](int row, int column, int color) {
+    const unsigned rows = recorded.cblack[4], columns = recorded.cblack[5];
+    unsigned black = recorded.black + recorded.cblack[color];
+    if (rows > 0 && columns > 0)
+      black += recorded.cblack[6 + static_cast<unsigned>(row) % rows * columns +
+                               static_cast<unsigned>(column) % columns];
+    return static_cast<double>(black);
+  };
+  const std::size_t pitch = data.sizes.raw_pitch / sizeof(std::uint16_t);
+  for (int y = 0; y < crop.height; ++y)
+    for (int x = 0; x < crop.width; ++x) {
+      const int row = crop.y + y, column = crop.x + x, color = raw_->COLOR(row, column);
+      const double number = mosaic[static_cast<std::size_t>(row + data.sizes.top_margin) * pitch +
+                                   static_cast<std::size_t>(column + data.sizes.left_margin)];
+      const double factor = color == 3 && !(used.pre_mul[3] > 0) ? used.pre_mul[1] : used.pre_mul[color];
+      if ((number - black_at(row, column, color)) * factor >= kClippedFrom * used.maximum)
+        clipped.at<std::uint8_t>(y, x) = 255;
+    }
+  return ClippedAfterDemosaicing(clipped);
+}
+
 }  // namespace
 
 bool IsRawFile(const std::filesystem::path& path) {
@@ -256,10 +299,12 @@ RawFacts ReadRawFacts(const std::string& path) {
 }
 
 cv::Mat ReadRawFile(const std::string& path, std::optional<cv::Size> wanted,
-                    const std::optional<WhiteBalance>& white_balance) {
+                    const std::optional<WhiteBalance>& white_balance, cv::Mat* clipped) {
   RawDecoder decoder(path);
   decoder.OpenFile();
-  return decoder.Light(RawQuality::kBest, wanted, white_balance);
+  cv::Mat light = decoder.Light(RawQuality::kBest, wanted, white_balance);
+  if (clipped) *clipped = decoder.Clipped(wanted);
+  return light;
 }
 
 RawFacts RawFactsOf(const std::string& bytes, const std::string& name) {
@@ -269,11 +314,14 @@ RawFacts RawFactsOf(const std::string& bytes, const std::string& name) {
 }
 
 RawPhotograph DecodeRaw(const std::string& bytes, const std::string& name, RawQuality quality,
-                        std::optional<cv::Size> wanted, const std::optional<WhiteBalance>& white_balance) {
+                        std::optional<cv::Size> wanted, const std::optional<WhiteBalance>& white_balance,
+                        cv::Mat* clipped) {
   RawDecoder decoder(name);
   decoder.OpenBytes(bytes);
-  RawFacts facts = decoder.Facts();
-  return {decoder.Light(quality, wanted, white_balance), std::move(facts)};
+  RawPhotograph photograph{.light = {}, .facts = decoder.Facts()};
+  photograph.light = decoder.Light(quality, wanted, white_balance);
+  if (clipped) *clipped = decoder.Clipped(wanted);
+  return photograph;
 }
 
 }  // namespace ulf

@@ -81,9 +81,11 @@ bool CanCropRaw(const RawFacts& facts, cv::Size wanted);
 RawFacts ReadRawFacts(const std::string& path);
 
 // CV_16UC3, B, G, R. `wanted`: the size to crop to; none: RawFacts::size. Throws Error where that cannot be.
-// `white_balance`: none: RawFacts::white_balance.
+// `white_balance`: none: RawFacts::white_balance. `clipped`: becomes what ClippedPixels() (clipped.h) means, found in the
+// mosaic: 255 where the sensor, times its white balance, goes beyond full scale. The colour matrix hides that.
 cv::Mat ReadRawFile(const std::string& path, std::optional<cv::Size> wanted = std::nullopt,
-                    const std::optional<WhiteBalance>& white_balance = std::nullopt);
+                    const std::optional<WhiteBalance>& white_balance = std::nullopt,
+                    cv::Mat* clipped = nullptr);
 
 struct RawPhotograph {
   cv::Mat light;  // as ReadRawFile() returns it
@@ -93,6 +95,7 @@ struct RawPhotograph {
 RawFacts RawFactsOf(const std::string& bytes, const std::string& name);
 RawPhotograph DecodeRaw(const std::string& bytes, const std::string& name, RawQuality quality,
                         std::optional<cv::Size> wanted = std::nullopt,
-                        const std::optional<WhiteBalance>& white_balance = std::nullopt);
+                        const std::optional<WhiteBalance>& white_balance = std::nullopt,
+                        cv::Mat* clipped = nullptr);
 
 }  // namespace ulf

@@ -56,6 +56,9 @@ void ApplyHeader(const JsonPlace& event, LightField& light_field) {
     if (camera.contains("flat_field"))
       light_field.flat_fields[static_cast<int>(light_field.cameras.size())] =
           FlatFieldFromJson(camera["flat_field"], event.where);
+    if (camera.contains("color_profile"))
+      light_field.color_profiles[static_cast<int>(light_field.cameras.size())] =
+          ColorProfileFromJson(camera["color_profile"], event.where);
     light_field.cameras.push_back(CameraFromJson({camera, event.where}));
   }
   ReadCaptureJson(event, light_field);
@@ -371,6 +374,9 @@ void Journal::Header(const LightField& light_field) {
     if (const auto flat = light_field.flat_fields.find(static_cast<int>(i));
         flat != light_field.flat_fields.end())
       camera["flat_field"] = FlatFieldToJson(flat->second);
+    if (const auto profile = light_field.color_profiles.find(static_cast<int>(i));
+        profile != light_field.color_profiles.end())
+      camera["color_profile"] = ColorProfileToJson(profile->second);
     event["cameras"].push_back(camera);
   }
   Append(event.dump());

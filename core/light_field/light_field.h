@@ -15,6 +15,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/geometry/sensor_window.h"
+#include "core/image/color_profile.h"
 #include "core/image/flat_field.h"
 #include "core/image/image.h"
 
@@ -132,7 +133,8 @@ struct LightField {
   // By index into cameras, where one was measured: the photographs are as the camera made them, ReadViewImage
   // divides by it.
   std::map<int, FlatField> flat_fields;
-  std::vector<View> views;  // in order of id
+  std::map<int, ColorProfile> color_profiles;  // the same: ReadViewImage applies it
+  std::vector<View> views;                     // in order of id
   // What the journal says of photographs that were kept without a pose. Their files may be gone since, and others may lie
   // beside them (unposed_photographs.h).
   std::vector<UnposedPhotograph> unposed;

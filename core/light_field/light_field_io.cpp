@@ -273,6 +273,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   LightField& light_field = state->light_field;
   light_field.cameras = {header.camera};
   if (header.flat_field) light_field.flat_fields[0] = *header.flat_field;
+  if (header.color_profile) light_field.color_profiles[0] = *header.color_profile;
   light_field.device_uri = header.device_uri;
   light_field.device_serial = header.device_serial;
   light_field.device_maker = header.device_maker;

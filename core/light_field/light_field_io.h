@@ -39,8 +39,11 @@ LightField ReadLightField(const std::filesystem::path& dir);
 
 // The view's photograph as stored, checked against its camera's size. Throws Error when missing or truncated.
 Image ReadRecordedImage(const LightField& light_field, const View& view);
-// The same, for rendering: divided by its camera's flat field if there is one (linear float, three channels).
-Image ReadViewImage(const LightField& light_field, const View& view);
+// The same, for rendering: divided by its camera's flat field and in linear sRGB by its colour profile, if there is one
+// (then linear float, three channels).
+// `clipped`: becomes the pixels of which only a lower bound of the light is known (core/image/clipped.h): CV_8UC1 of the
+// image's size, 255 there; empty where there is none.
+Image ReadViewImage(const LightField& light_field, const View& view, cv::Mat* clipped = nullptr);
 
 // Whether a mask, or the alpha of a PNG, excludes parts of the photograph.
 bool HasMask(const LightField& light_field, const View& view);
@@ -55,9 +58,9 @@ Image ReadViewMaster(const LightField& light_field, const View& view);
 
 // Whether the view has more than 8 bits: a master that ulf reads, or a photograph in EXR or of 16 bits.
 bool HasMoreThanEightBits(const LightField& light_field, const View& view);
-// The view's image of most bits, for rendering: its master if ulf reads it, else its photograph; divided by
-// its camera's flat field as in ReadViewImage.
-Image ReadViewLight(const LightField& light_field, const View& view);
+// The view's image of most bits, for rendering: its master if ulf reads it, else its photograph; with flat field, colour
+// profile and `clipped` as in ReadViewImage. A raw file that has a profile is developed by that profile's white balance.
+Image ReadViewLight(const LightField& light_field, const View& view, cv::Mat* clipped = nullptr);
 
 // The values in the journal's header.
 struct CaptureHeader {
@@ -67,6 +70,7 @@ struct CaptureHeader {
   std::optional<SensorWindow> window;
   std::string calibration_source;
   std::optional<FlatField> flat_field;
+  std::optional<ColorProfile> color_profile;
   std::string units = "arbitrary";
   std::optional<double> threshold_px;
   int coverage_width_px = 640;

@@ -314,11 +314,12 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   if (found.header)
     plan.found.push_back(fmt::format(
         "{}; {}", WithoutRepairHint(found.problem),
-        found.settings ? "a flat field that the header had cannot be put back"
-                       : "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back "
-                         "(device, threshold, where the calibration is from, flat field); without the "
-                         "journal's other lines, nor can subject, up, goal and times (ulf render and ulf "
-                         "info take --subject, a resumed capture takes --quality)"));
+        found.settings
+            ? "a flat field or a colour profile that the header had cannot be put back"
+            : "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back "
+              "(device, threshold, where the calibration is from, flat field, colour profile); without the "
+              "journal's other lines, nor can subject, up, goal and times (ulf render and ulf "
+              "info take --subject, a resumed capture takes --quality)"));
   plan.header_from = found.header_from;
   for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
   plan.header = found.header;

@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"
+#include "core/image/clipped.h"
 #include "core/image/image_header.h"
 #include "core/image/raw_file.h"
 #include "core/light_field/light_field_io.h"
@@ -20,12 +21,6 @@ void RequireSizeOf(const CameraModel& camera, const Image& image, const fs::path
                 path.string(), image.width(), image.height(), camera.width, camera.height);
 }
 
-// The view's photograph or its master; a raw file is cropped to the camera's size.
-cv::Mat ReadPixels(const CameraModel& camera, const View& view, const fs::path& path) {
-  return IsRawFile(path) ? ReadRawFile(path.string(), SizeOf(camera), view.raw_white_balance)
-                         : ReadImageFile(path.string());
-}
-
 bool HasReadableMaster(const LightField& light_field, const View& view) {
   const fs::path master = view.master_path;
   const std::string ending = master.extension().string();
@@ -35,10 +30,29 @@ bool HasReadableMaster(const LightField& light_field, const View& view) {
          fs::is_regular_file(light_field.root / master);
 }
 
-Image FlatFieldDivided(const LightField& light_field, const View& view, const Image& image) {
-  const auto flat_field = light_field.flat_fields.find(view.camera);
-  if (flat_field == light_field.flat_fields.end()) return image;
-  return flat_field->second.Corrected(image, view.black_level);
+// Null where the camera has none that holds for pictures of this kind.
+const ColorProfile* ProfileFor(const LightField& light_field, const View& view, bool is_raw) {
+  const auto found = light_field.color_profiles.find(view.camera);
+  return found != light_field.color_profiles.end() && found->second.raw_white_balance.has_value() == is_raw
+             ? &found->second
+             : nullptr;
+}
+
+// What the camera gave, and what is to be known of it.
+struct Recorded {
+  Image image;
+  cv::Mat clipped;
+  bool is_raw = false;
+};
+
+Image Corrected(const LightField& light_field, const View& view, const Recorded& recorded) {
+  Image image = recorded.image;
+  if (const auto flat_field = light_field.flat_fields.find(view.camera);
+      flat_field != light_field.flat_fields.end())
+    image = flat_field->second.Corrected(image, view.black_level);
+  if (const ColorProfile* profile = ProfileFor(light_field, view, recorded.is_raw))
+    image = profile->Applied(image, view.black_level, recorded.clipped);
+  return image;
 }
 
 bool HasAlpha(const fs::path& image) {
@@ -48,27 +62,58 @@ bool HasAlpha(const fs::path& image) {
 
 }  // namespace
 
-Image ReadRecordedImage(const LightField& light_field, const View& view) {
+// The view's photograph or its master at `path`; a raw file is cropped to the camera's size.
+static Recorded ReadPixels(const LightField& light_field, const View& view, const fs::path& path,
+                           bool finds_clipped) {
+  const CameraModel& camera = light_field.CameraOf(view);
+  Recorded recorded{.image = {}, .clipped = {}, .is_raw = IsRawFile(path)};
+  if (recorded.is_raw) {
+    const ColorProfile* profile = ProfileFor(light_field, view, true);
+    recorded.image = {ReadRawFile(path.string(), SizeOf(camera),
+                                  profile ? profile->raw_white_balance : view.raw_white_balance,
+                                  finds_clipped ? &recorded.clipped : nullptr),
+                      TransferOfFile(path)};
+  } else {
+    recorded.image = {ReadImageFile(path.string()), TransferOfFile(path)};
+  }
+  return recorded;
+}
+
+static Recorded ReadRecorded(const LightField& light_field, const View& view, bool finds_clipped) {
   const bool from_master = PictureFollowsFromMaster(view) && !fs::exists(light_field.root / view.image_path);
   const fs::path path = light_field.root / (from_master ? view.master_path : view.image_path);
   const CameraModel& camera = light_field.CameraOf(view);
-  const Image image = from_master ? PictureFromMaster(light_field.root, view, SizeOf(camera))
-                                  : Image{ReadPixels(camera, view, path), TransferOfFile(path)};
-  RequireSizeOf(camera, image, path);
-  return image;
+  Recorded recorded;
+  if (from_master)
+    recorded.image = PictureFromMaster(light_field.root, view, SizeOf(camera));
+  else
+    recorded = ReadPixels(light_field, view, path, finds_clipped);
+  RequireSizeOf(camera, recorded.image, path);
+  if (finds_clipped && !recorded.is_raw) recorded.clipped = ClippedPixels(recorded.image);
+  return recorded;
 }
 
-Image ReadViewMaster(const LightField& light_field, const View& view) {
-  if (view.master_path.empty()) return ReadRecordedImage(light_field, view);
+Image ReadRecordedImage(const LightField& light_field, const View& view) {
+  return ReadRecorded(light_field, view, false).image;
+}
+
+static Recorded ReadMaster(const LightField& light_field, const View& view, bool finds_clipped) {
+  if (view.master_path.empty()) return ReadRecorded(light_field, view, finds_clipped);
   const fs::path path = light_field.root / view.master_path;
-  const CameraModel& camera = light_field.CameraOf(view);
-  Image image{ReadPixels(camera, view, path), view.master_transfer.value_or(TransferOfFile(path)),
-              view.master_mosaic};
+  Recorded recorded = ReadPixels(light_field, view, path, finds_clipped);
+  Image& image = recorded.image;
+  image.transfer = view.master_transfer.value_or(image.transfer);
+  image.mosaic = view.master_mosaic;
   if (image.mosaic != Mosaic::kNone && image.pixels.channels() != 1)
     throw Error("{}: the journal calls it a {} mosaic, but it has {} channels; restore it", path.string(),
                 Name(image.mosaic), image.pixels.channels());
-  RequireSizeOf(camera, image, path);
-  return image;
+  RequireSizeOf(light_field.CameraOf(view), image, path);
+  if (finds_clipped && !recorded.is_raw) recorded.clipped = ClippedPixels(image);
+  return recorded;
+}
+
+Image ReadViewMaster(const LightField& light_field, const View& view) {
+  return ReadMaster(light_field, view, false).image;
 }
 
 bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
@@ -79,19 +124,21 @@ bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
 }
 
 // The photograph stands in for a damaged master, as for a missing one.
-static Image ReadMasterOrImage(const LightField& light_field, const View& view) {
-  if (!HasReadableMaster(light_field, view)) return ReadRecordedImage(light_field, view);
+static Recorded ReadMasterOrImage(const LightField& light_field, const View& view) {
+  if (!HasReadableMaster(light_field, view)) return ReadRecorded(light_field, view, true);
   try {
-    return ReadViewMaster(light_field, view);
+    return ReadMaster(light_field, view, true);
   } catch (const Error& error) {
     if (!fs::exists(light_field.root / view.image_path)) throw;
     spdlog::warn("{}; its photograph of 8 bits is used", error.what());
-    return ReadRecordedImage(light_field, view);
+    return ReadRecorded(light_field, view, true);
   }
 }
 
-Image ReadViewLight(const LightField& light_field, const View& view) {
-  return FlatFieldDivided(light_field, view, ReadMasterOrImage(light_field, view));
+Image ReadViewLight(const LightField& light_field, const View& view, cv::Mat* clipped) {
+  const Recorded recorded = ReadMasterOrImage(light_field, view);
+  if (clipped) *clipped = recorded.clipped;
+  return Corrected(light_field, view, recorded);
 }
 
 bool HasMask(const LightField& light_field, const View& view) {
@@ -119,8 +166,10 @@ cv::Mat ReadViewMask(const LightField& light_field, const View& view) {
   return mask;
 }
 
-Image ReadViewImage(const LightField& light_field, const View& view) {
-  return FlatFieldDivided(light_field, view, ReadRecordedImage(light_field, view));
+Image ReadViewImage(const LightField& light_field, const View& view, cv::Mat* clipped) {
+  const Recorded recorded = ReadRecorded(light_field, view, true);
+  if (clipped) *clipped = recorded.clipped;
+  return Corrected(light_field, view, recorded);
 }
 
 }  // namespace ulf

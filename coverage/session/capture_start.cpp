@@ -178,9 +178,11 @@ CameraModel CameraOfResumed(const LightField& light_field, const Frame& frame) {
   return camera;
 }
 
-std::optional<FlatField> FlatFieldOfResumed(const LightField& light_field) {
-  const auto found = light_field.flat_fields.find(0);
-  return found == light_field.flat_fields.end() ? std::nullopt : std::optional(found->second);
+// Of the light field's only camera: its flat field, or its colour profile.
+template <typename Value>
+std::optional<Value> OfResumed(const std::map<int, Value>& by_camera) {
+  const auto found = by_camera.find(0);
+  return found == by_camera.end() ? std::nullopt : std::optional(found->second);
 }
 
 void ResumeOptions(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
@@ -306,6 +308,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
     header.calibration_source = calibration.source;
     header.flat_field = calibration.flat_field;
+    header.color_profile = calibration.color_profile;
     return calibration.camera;
   };
   if (stills && args.lens == tracking::LensUse::kRefine)
@@ -319,7 +322,8 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
       acquisition::RecordingHeader::Of(*prepared.device);
   if (resumed) {
     RequireSameCamera(args.dir, *resumed, prepared.device->Info());
-    header.flat_field = FlatFieldOfResumed(*resumed);
+    header.flat_field = OfResumed(resumed->flat_fields);
+    header.color_profile = OfResumed(resumed->color_profiles);
   }
   if (resumed && !stills)
     prepared.camera = CameraOfResumed(*resumed, first);
@@ -331,11 +335,13 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     options->calibrated = acquisition::IsCalibration(options->calibration_source);
   recording.camera = prepared.camera;
   recording.flat_field = header.flat_field;
+  recording.color_profile = header.color_profile;
   if (stills) {
     options->still_camera =
         resumed ? resumed->cameras.at(0) : use(ResolveStillCamera(*prepared.device, args.intrinsics));
     recording.still_camera = options->still_camera;
-    recording.still_flat_field = resumed ? FlatFieldOfResumed(*resumed) : header.flat_field;
+    recording.still_flat_field = resumed ? OfResumed(resumed->flat_fields) : header.flat_field;
+    recording.still_color_profile = resumed ? OfResumed(resumed->color_profiles) : header.color_profile;
   }
   const acquisition::DeviceInfo info = prepared.device->Info();
   if (args.no_subject && stills)

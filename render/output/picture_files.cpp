@@ -39,7 +39,7 @@ cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
   return encoded;
 }
 
-std::string ExrOf(const Rendering& picture, ExrCompression compression) {
+std::string ExrOf(const Rendering& picture, const PictureEncoding& encoding) {
   const cv::Mat color = HalfFromFloat(picture.linear);
   cv::Mat alpha;
   picture.drawn.convertTo(alpha, CV_32F, 1.0 / 255);
@@ -51,7 +51,12 @@ std::string ExrOf(const Rendering& picture, ExrCompression compression) {
   if (!picture.depth.empty()) channels.push_back({"Z", picture.depth});
   for (const ViewWeights& view : picture.weights)
     channels.push_back({fmt::format("weight.{:06}.Y", view.view_id), view.weight});
-  return ExrBytes(channels, compression);
+  std::map<std::string, std::string> attributes;
+  if (encoding.knows_colors)
+    attributes["colorInteropID"] = kExrLinearRec709;
+  else
+    attributes["comments"] = "linear light in the sensor's own colours: the camera had no colour profile";
+  return ExrBytes(channels, encoding.exr_compression, attributes);
 }
 
 const char* EndingOf(PictureFormat format) { return format == PictureFormat::kExr ? ".exr" : ".png"; }
@@ -133,7 +138,7 @@ std::string PictureBytes(const Rendering& picture, const PictureEncoding& encodi
     case PictureFormat::kPng16:
       return PngBytes(DisplaySrgb16(LightFor(picture, encoding), encoding.exposure_stops));
     case PictureFormat::kExr:
-      return ExrOf(picture, encoding.exr_compression);
+      return ExrOf(picture, encoding);
     default:
       return PngBytes(DisplaySrgb8(LightFor(picture, encoding), encoding.exposure_stops));
   }

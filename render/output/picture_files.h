@@ -29,6 +29,7 @@ struct PictureEncoding {
   double exposure_stops = 0;       // makes PNG and video brighter; EXR keeps the light
   bool closes_narrow_gaps = true;  // of PNG (render/output/narrow_gaps.h)
   ExrCompression exr_compression = ExrCompression::kZip;
+  bool knows_colors = true;  // RenderScene::knows_colors: whether an EXR may name its colour space
 };
 
 // The format by the name of a file or folder and by `format` ("", "png", "png16" or "exr"). Throws UsageError

@@ -46,7 +46,7 @@ ViewPyramid MakePyramid(const cv::Mat& srgb8) {
   });
 }
 
-ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size) {
+ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size, const cv::Mat& clipped) {
   cv::Mat level(linear.size(), CV_32FC4);
   for (int y = 0; y < linear.rows; ++y)
     for (int x = 0; x < linear.cols; ++x) {
@@ -55,7 +55,16 @@ ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size) {
       level.at<cv::Vec4f>(y, x) = finite ? cv::Vec4f(light[0], light[1], light[2], 1) : cv::Vec4f(0, 0, 0, 0);
     }
   if (!size.empty() && size != level.size()) cv::resize(level.clone(), level, size, 0, 0, cv::INTER_AREA);
-  return Halvings(std::move(level), HalfFromFloat);
+  if (clipped.empty()) return Halvings(std::move(level), HalfFromFloat);
+  cv::Mat share(clipped.size(), CV_32FC1, cv::Scalar(1));
+  share.setTo(kShareOfClipped, clipped);
+  return Halvings(std::move(level), [&share](const cv::Mat& light) {
+    if (share.size() != light.size()) cv::resize(share.clone(), share, light.size(), 0, 0, cv::INTER_AREA);
+    cv::Mat shares, weighted;
+    cv::merge(std::vector<cv::Mat>(4, share), shares);
+    cv::multiply(light, shares, weighted);
+    return HalfFromFloat(weighted);
+  });
 }
 
 int Photograph::LevelCount() const {

@@ -6,7 +6,8 @@
 //
 //   CV_8UC3   8-bit sRGB, B G R
 //   CV_16FC4  half floats in linear light, B G R and the share of the pixel that has light at all. B G R are
-//             multiplied by the share. Pixels of the photograph that are not finite have no light.
+//             multiplied by the share. Pixels of the photograph that are not finite have no light, and clipped ones
+//             may have a small share (MakeLinearPyramid).
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,12 @@ namespace ulf::render {
 using ViewPyramid = std::vector<cv::Mat>;
 ViewPyramid MakePyramid(const cv::Mat& srgb8);
 // CV_16FC4 levels of a CV_32FC3 image in linear light, which is resized to `size` first where that is given.
-ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {});
+// `clipped`: pixels (not 0) whose share is only kShareOfClipped; empty: none. A pixel of a coarser level keeps the mean of
+// all light in it, clipped or not, and has the mean of the shares: what clips does not vanish from small pictures.
+ViewPyramid MakeLinearPyramid(const cv::Mat& linear, cv::Size size = {}, const cv::Mat& clipped = {});
+// So little that any view with light at a place outweighs those that are clipped there, and enough to show the place
+// where all of them are. Guessed.
+inline constexpr float kShareOfClipped = 1.0f / 256;
 
 class Photograph {
  public:

@@ -91,13 +91,15 @@ struct PhotographStore::State {
   std::map<Key, Held> held ULF_GUARDED_BY(mutex);
   std::list<Key> by_use ULF_GUARDED_BY(mutex);  // most recently used first
   bool keeps_files ULF_GUARDED_BY(mutex) = false;
-  std::uint64_t gap_px ULF_GUARDED_BY(mutex) = 0;
-  std::map<std::size_t, std::uint64_t> gaps ULF_GUARDED_BY(mutex);  // pixels of each photograph with some
+  std::map<std::size_t, PixelCounts> counted ULF_GUARDED_BY(mutex);  // of each photograph that was read
   Counts counts ULF_GUARDED_BY(mutex);
 
   State(const LightField& the_light_field, const PhotographStoreOptions& the_options);
   ~State();
   cv::Mat Level(const Photograph& photograph, std::size_t index, int level);
+  bool MasksClipped(std::size_t index) const {
+    return options.linear && index < options.masks_clipped.size() && options.masks_clipped[index];
+  }
 
  private:
   const View& ViewAt(std::size_t index) const { return light_field.views[index]; }
@@ -127,14 +129,22 @@ PhotographStore::State::State(const LightField& the_light_field, const Photograp
   light_field.points.clear();
   for (const auto& [camera, flat_field] : light_field.flat_fields)
     made_from += fmt::format("{}:{} ", camera, FlatFieldToJson(flat_field).dump());
+  for (const auto& [camera, profile] : light_field.color_profiles)
+    made_from += fmt::format("{}:{} ", camera, ColorProfileToJson(profile).dump());
   keeps_files = options.size_limit_px == 0 && fs::exists(light_field.root / "journal.jsonl");
   if (keeps_files) RemoveOldTemporaries(light_field.root / kPyramidFolder);
 }
 
 PhotographStore::State::~State() {
+  std::uint64_t gap_px = 0;
+  std::size_t with_gaps = 0;
+  for (const auto& [index, of_photograph] : counted) {
+    gap_px += of_photograph.gaps;
+    with_gaps += of_photograph.gaps > 0;
+  }
   if (gap_px > 0)
     spdlog::warn("{} of {} are infinite or not a number and get no weight", Counted(gap_px, "pixel"),
-                 Counted(gaps.size(), "photograph"));
+                 Counted(with_gaps, "photograph"));
 }
 
 fs::path PhotographStore::State::FileOf(std::size_t index) const {
@@ -151,7 +161,7 @@ std::uint64_t PhotographStore::State::FileKey(std::size_t index) const {
                   view.master_path.empty() ? 0 : FileStamp(root / view.master_path), view.black_level) +
       (view.mask_path.empty() ? ""
                               : fmt::format("{} {:x} ", view.mask_path, FileStamp(root / view.mask_path))) +
-      made_from);
+      (MasksClipped(index) ? "clipped " : "") + made_from);
 }
 
 cv::Mat PhotographStore::State::FindHeld(const Key& key) {
@@ -207,7 +217,7 @@ cv::Mat PhotographStore::State::FromFile(const Photograph& photograph, std::size
     return {};
   }
   ++counts.levels_read;
-  if (found->gap_px > 0 && gaps.emplace(index, found->gap_px).second) gap_px += found->gap_px;
+  counted.emplace(index, found->counts);
   return found->pixels;
 }
 
@@ -216,33 +226,36 @@ ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::si
   // Computed before reading, so that the next time shows a change that happens meanwhile.
   const std::uint64_t key = FileKey(index);
   ViewPyramid pyramid;
-  std::uint64_t not_finite = 0;
+  PixelCounts found;
+  cv::Mat clipped;
   if (options.linear) {
-    cv::Mat light = LinearFloat(ReadViewLight(light_field, view));
-    not_finite = NotFinite(light);
+    cv::Mat light = LinearFloat(ReadViewLight(light_field, view, &clipped));
+    found.gaps = NotFinite(light);
     if (const cv::Mat mask = ReadViewMask(light_field, view); !mask.empty())
       light.setTo(cv::Scalar::all(std::numeric_limits<double>::quiet_NaN()), mask == 0);
-    pyramid = MakeLinearPyramid(light, photograph.size());
+    pyramid = MakeLinearPyramid(light, photograph.size(), MasksClipped(index) ? clipped : cv::Mat());
   } else {
-    pyramid = MakePyramid(ResizedInLight(Srgb8(ReadViewImage(light_field, view)), photograph.size()));
+    pyramid =
+        MakePyramid(ResizedInLight(Srgb8(ReadViewImage(light_field, view, &clipped)), photograph.size()));
   }
+  if (!clipped.empty()) found.clipped = static_cast<std::uint64_t>(cv::countNonZero(clipped));
   for (cv::Mat& level : pyramid)
     if (!level.isContinuous()) level = level.clone();
   {
     const MutexLock lock(mutex);
     ++counts.decoded;
-    if (not_finite > 0 && gaps.emplace(index, not_finite).second) gap_px += not_finite;
+    counted.emplace(index, found);
   }
   Keep(index, pyramid, key);
   return pyramid;
 }
 
 void PhotographStore::State::Keep(std::size_t index, const ViewPyramid& pyramid, std::uint64_t key) {
-  std::uint64_t not_finite = 0;
+  PixelCounts found;
   {
     const MutexLock lock(mutex);
     if (!keeps_files) return;
-    if (const auto found = gaps.find(index); found != gaps.end()) not_finite = found->second;
+    found = counted.at(index);
   }
   const fs::path folder = light_field.root / kPyramidFolder;
   try {
@@ -250,7 +263,7 @@ void PhotographStore::State::Keep(std::size_t index, const ViewPyramid& pyramid,
     if (FreeBytes(folder) < options.least_free_bytes)
       return KeepNoFiles(fmt::format("{}: less than {} GB of disk space are free", folder.string(),
                                      options.least_free_bytes >> 30));
-    WritePyramidFile(FileOf(index), key, pyramid, not_finite);
+    WritePyramidFile(FileOf(index), key, pyramid, found);
     const MutexLock lock(mutex);
     ++counts.files_written;
   } catch (const Error& error) {
@@ -279,7 +292,16 @@ std::shared_ptr<const Photograph> PhotographStore::Of(std::size_t index) const {
 
 PhotographStore::Counts PhotographStore::counts() const {
   const MutexLock lock(state_->mutex);
-  return state_->counts;
+  Counts counts = state_->counts;
+  for (const auto& [index, found] : state_->counted) {
+    const CameraModel& camera = state_->light_field.CameraOf(state_->light_field.views[index]);
+    counts.pixels += static_cast<std::uint64_t>(camera.width) * static_cast<std::uint64_t>(camera.height);
+    counts.clipped_px += found.clipped;
+    if (state_->MasksClipped(index)) counts.masked_px += found.clipped;
+    ++counts.photographs;
+    counts.clipped_photographs += found.clipped > 0;
+  }
+  return counts;
 }
 
 }  // namespace ulf::render

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "core/light_field/light_field.h"
 #include "render/photographs/photograph.h"
@@ -23,6 +24,9 @@ struct PhotographStoreOptions {
   bool linear = false;    // Photograph::linear()
   int size_limit_px = 0;  // of the longer side: photographs are reduced to it; 0: they keep their size
   double memory_limit_mb = 2048;  // for levels held; levels that callers still use come on top
+  // Of each view, by index: whether its clipped pixels have hardly any weight (kShareOfClipped), because others show more
+  // before they clip; needs `linear`. Empty: of no view.
+  std::vector<bool> masks_clipped = {};
   // Pyramid files are written while the disk has more free space than this. Guessed.
   std::uint64_t least_free_bytes = std::uint64_t{1} << 30;
 };
@@ -42,6 +46,9 @@ class PhotographStore {
     std::size_t files_written = 0;  // pyramid files
     std::size_t files_refused = 0;  // pyramid files that existed and were outdated or damaged
     std::size_t held_bytes = 0, most_held_bytes = 0;
+    // Of the photographs that were read, in their size on disk.
+    std::uint64_t pixels = 0, clipped_px = 0, masked_px = 0;  // all; clipped ones; of these, without weight
+    std::size_t photographs = 0, clipped_photographs = 0;     // all; those with clipped pixels
   };
   Counts counts() const;
 

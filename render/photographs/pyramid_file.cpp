@@ -17,12 +17,13 @@
 namespace ulf::render {
 namespace {
 
-constexpr std::array<char, 8> kMagic{'u', 'l', 'f', 'p', 'y', 'r', '0', '1'};
+constexpr std::array<char, 8> kMagic{'u', 'l', 'f', 'p', 'y', 'r', '0', '2'};
 
 // The file begins with this, a checksum for each level, and a checksum of everything before it.
 struct Head {
   std::array<char, 8> magic = kMagic;
-  std::uint64_t key = 0, gap_px = 0;
+  std::uint64_t key = 0;
+  PixelCounts counts = {};
   std::int32_t width = 0, height = 0, type = 0, levels = 0;
 };
 
@@ -76,10 +77,10 @@ std::size_t HeadBytes(int levels) { return sizeof(Head) + (static_cast<std::size
 }  // namespace
 
 void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, const ViewPyramid& pyramid,
-                      std::uint64_t gap_px) {
+                      const PixelCounts& counts) {
   static std::atomic<unsigned> next{1};
   const Head head{.key = key,
-                  .gap_px = gap_px,
+                  .counts = counts,
                   .width = pyramid.front().cols,
                   .height = pyramid.front().rows,
                   .type = pyramid.front().type(),
@@ -129,7 +130,7 @@ std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, st
   if (!ReadAt(file.number(), offset, reinterpret_cast<char*>(pixels.data), photograph.LevelBytes(level)) ||
       FastChecksumOf(BytesOf(pixels)) != checksum_at(level))
     return std::nullopt;
-  return StoredLevel{pixels, head.gap_px};
+  return StoredLevel{pixels, head.counts};
 }
 
 }  // namespace ulf::render

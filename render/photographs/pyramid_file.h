@@ -16,13 +16,20 @@
 namespace ulf::render {
 
 // Writes under a temporary name (kTemporaryEnding) and renames: two programs may write the same file.
-// `gap_px`: the number of pixels of the photograph that are not finite. Throws DiskFullError or Error.
+// What was counted in a photograph when it was decoded.
+struct PixelCounts {
+  std::uint64_t gaps = 0;     // not finite
+  std::uint64_t clipped = 0;  // core/image/clipped.h
+  bool operator==(const PixelCounts&) const = default;
+};
+
+// Throws DiskFullError or Error.
 void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, const ViewPyramid& pyramid,
-                      std::uint64_t gap_px = 0);
+                      const PixelCounts& counts = {});
 
 struct StoredLevel {
   cv::Mat pixels;
-  std::uint64_t gap_px = 0;
+  PixelCounts counts = {};
 };
 // A level of the photograph's size and form; none where the file is missing, has another key, or is damaged.
 std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, std::uint64_t key,

@@ -7,37 +7,42 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/quantile.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
+#include "render/scene/exposure_scales.h"
 
 namespace ulf::render {
 namespace {
 
-// For each view the factor that brings its light to that of the median view: exposure time times gain over
-// f-number squared. Where no view has an exposure time, the gain alone counts: a capture estimates it from
-// neighbouring photographs (coverage/session/record/exposure). All 1 where only some views have an
-// exposure time.
-std::vector<float> ExposureScales(const LightField& light_field) {
-  std::vector<double> exposures;
-  const bool has_times =
-      std::ranges::any_of(light_field.views, [](const View& view) { return view.exposure_s > 0; });
-  for (const View& view : light_field.views) {
-    const double aperture = view.f_number ? 1 / (*view.f_number * *view.f_number) : 1.0;
-    exposures.push_back(has_times ? view.exposure_s * view.gain * aperture : view.gain);
-  }
-  std::vector<float> scales(exposures.size(), 1.0f);
-  if (exposures.empty() || *std::ranges::min_element(exposures) <= 0) return scales;
-  const double median = Median(exposures);
-  for (std::size_t i = 0; i < scales.size(); ++i) scales[i] = static_cast<float>(median / exposures[i]);
-  return scales;
+// Whether each view's clipped pixels are worth less than what others show there: those that were exposed for less light
+// know more of it. Of views of one exposure none is: a place that clips in one of them and not in another looks different
+// from there, and the highlight belongs to the picture.
+std::vector<bool> ClipsLower(const std::vector<float>& scales, float least_ratio) {
+  const float most = scales.empty() ? 1 : *std::ranges::max_element(scales);
+  std::vector<bool> lower;
+  for (const float scale : scales) lower.push_back(most > least_ratio * scale);
+  return lower;
 }
 
-bool KnowsExposures(const LightField& light_field) {
-  return std::ranges::any_of(light_field.views, [](const View& view) {
-    return view.exposure_s > 0 || view.gain != 1 || view.f_number.has_value();
+bool KnowsColors(const LightField& light_field) {
+  return std::ranges::none_of(light_field.views, [&](const View& view) {
+    return view.master_transfer == Transfer::kLinear && !light_field.color_profiles.contains(view.camera);
   });
+}
+
+void ReportExposures(const LightField& light_field, const ExposureScales& scales) {
+  if (!scales.estimated.empty())
+    spdlog::info("{}: {} of unknown exposure matched by the points shared with others",
+                 light_field.root.string(), Counted(scales.estimated.size(), "view"));
+  if (!scales.unmatched.empty())
+    spdlog::warn(
+        "{}: nothing says how {} (the first is {}) had been exposed, and too few points are shared with "
+        "others: shown as "
+        "if of the median exposure; if too bright or too dark, measure points with ulf refine, or give "
+        "--light fit",
+        light_field.root.string(), Counted(scales.unmatched.size(), "view"), scales.unmatched.front());
 }
 
 // kAuto: where 8 bits would lose light, because a master or a photograph holds more, a flat field is divided
@@ -48,7 +53,7 @@ bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales
   if (options.form != PhotographForm::kAuto) return options.form == PhotographForm::kLinear;
   const auto [least, most] = std::ranges::minmax_element(scales);
   return *most > options.most_exposure_ratio * *least || !light_field.flat_fields.empty() ||
-         std::ranges::any_of(light_field.views, [&](const View& view) {
+         !light_field.color_profiles.empty() || std::ranges::any_of(light_field.views, [&](const View& view) {
            return HasMoreThanEightBits(light_field, view) || HasMask(light_field, view);
          });
 }
@@ -132,13 +137,20 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
   scene->subject = SubjectOf(light_field, options.subject);
   scene->in_metres = light_field.units == "metres";
   scene->knows_exposures = KnowsExposures(light_field);
+  scene->knows_colors = KnowsColors(light_field);
   WarnWhenAllLookAway(light_field, scene->subject);
   scene->up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
-  const std::vector<float> scales = ExposureScales(light_field);
+  const ExposureScales exposures = ScalesOf(light_field);
+  ReportExposures(light_field, exposures);
+  const std::vector<float>& scales = exposures.scales;
   scene->store = std::make_shared<PhotographStore>(
-      light_field, PhotographStoreOptions{.linear = ReadsLinear(light_field, scales, options),
-                                          .size_limit_px = options.size_limit_px,
-                                          .memory_limit_mb = options.memory_limit_mb});
+      light_field,
+      PhotographStoreOptions{.linear = ReadsLinear(light_field, scales, options),
+                             .size_limit_px = options.size_limit_px,
+                             .memory_limit_mb = options.memory_limit_mb,
+                             .masks_clipped = options.masks_clipped
+                                                  ? ClipsLower(scales, options.most_exposure_ratio)
+                                                  : std::vector<bool>()});
   for (std::size_t i = 0; i < light_field.views.size(); ++i) {
     if (std::ranges::count(options.leave_out, static_cast<int>(i)) > 0) continue;
     const View& view = light_field.views[i];
@@ -176,6 +188,7 @@ std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::
   rest->up_in_world = scene.up_in_world;
   rest->store = scene.store;
   rest->knows_exposures = scene.knows_exposures;
+  rest->knows_colors = scene.knows_colors;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     if (std::ranges::count(left_out, static_cast<int>(i)) == 0) rest->views.push_back(scene.views[i]);
   rest->proxy = scene.proxy;

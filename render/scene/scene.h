@@ -72,6 +72,9 @@ struct RenderScene {
   bool in_metres = false;  // whether world units are metres
   // Whether the light field says how long or how sensitively the photographs were exposed.
   bool knows_exposures = false;
+  // Whether its light is linear sRGB: by a colour profile, a raw file's own matrix, or because the camera encoded its
+  // pictures so. Else (linear masters without a profile) colours are the sensor's own.
+  bool knows_colors = true;
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // reads the photographs; null: they are in memory
 
@@ -93,16 +96,18 @@ struct SceneOptions {
   std::vector<int> leave_out = {};                  // indices of views that the scene does not get
   PhotographForm form = PhotographForm::kAuto;
   bool mesh_in_plane = false;  // ViewpointMeshOptions::in_plane
-  // kAuto reads linear light where the longest exposure is more than this many times the shortest: shadows of
-  // 8 bits would be brightened. Guessed: one stop.
-  float most_exposure_ratio = 2;
+  // Where the longest exposure is more than this many times the shortest, kAuto reads linear light, since shadows of 8
+  // bits would be brightened; and clipped pixels of exposures that are so much longer than the shortest have hardly any
+  // weight. Guessed: a third of a stop.
+  float most_exposure_ratio = 1.26f;
+  bool masks_clipped = true;  // false: clipped pixels are light like others, for comparison
 };
 
 // The given subject, else the light field's, else the point where the optical axes meet. Throws UsageError
 // that asks for --subject where there is none.
 Subject SubjectOf(const LightField& light_field, const std::optional<Subject>& given = std::nullopt);
 
-// Reads no photograph yet. The proxy is the plane through the subject that faces the virtual camera. Throws
+// Reads no photograph yet, but those that tell a view's unknown exposure (exposure_scales.h). The proxy is the plane through the subject that faces the virtual camera. Throws
 // Error for an empty light field.
 std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, const SceneOptions& options);
 

@@ -46,7 +46,9 @@ constexpr Maker kMakers[] = {{"coverage_bound", BoundChart},
                              {"wrong_choice", WrongChoiceChart},
                              {"measured_error", MeasuredErrorChart},
                              {"cover", CoverChart},
-                             {"packets", PacketsChart}};
+                             {"packets", PacketsChart},
+                             {"clipped", ClippedChart},
+                             {"colour", ColourChart}};
 
 struct Arguments {
   fs::path folder;

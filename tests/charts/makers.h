@@ -40,5 +40,7 @@ Chart WrongChoiceChart(const ChartEffort& effort);
 Chart CoverChart(const ChartEffort& effort);
 Chart MeasuredErrorChart(const ChartEffort& effort);
 Chart PacketsChart(const ChartEffort& effort);
+Chart ClippedChart(const ChartEffort& effort);
+Chart ColourChart(const ChartEffort& effort);
 
 }  // namespace ulf::test

@@ -190,7 +190,7 @@ void SimulatedGigeCamera::State::Serve() {
     throw UsageError("{:g} pulses a second on Line0: must be 0.1 to 200", options.line_hz);
   if (options.loop < 0 || options.loop > 10000)
     throw UsageError("a loop of {} pictures: must be at most 10000", options.loop);
-  if (options.loop > 0 && options.simulation.faults.drift_stops_per_minute != 0)
+  if (options.loop > 0 && options.simulation.faults.LampDrifts())
     throw UsageError(
         "fault drift does not work with a loop, whose pictures are rendered once; leave one of the two out");
   const std::string address = AddAddresses();

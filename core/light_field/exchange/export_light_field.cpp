@@ -197,6 +197,7 @@ LightField AsExported(const LightField& light_field, bool undistort, std::vector
   if (undistort) cameras = UndistortAll(light_field);
   for (std::size_t i = 0; i < cameras.size(); ++i) exported.cameras[i] = cameras[i].to;
   exported.flat_fields.clear();
+  exported.color_profiles.clear();
   const bool masks =
       std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
   std::set<std::string> taken;

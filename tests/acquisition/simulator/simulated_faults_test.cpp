@@ -51,7 +51,7 @@ TEST(SimulatedFaults, AreReadFromWords) {
   EXPECT_FALSE(faults.Frozen(7));
   EXPECT_TRUE(faults.Frozen(9.5));
   EXPECT_TRUE(faults.Disconnected(22.9));
-  EXPECT_DOUBLE_EQ(faults.Light(120), 0.5);
+  EXPECT_DOUBLE_EQ(faults.Light(120)[1], 0.5);
   for (const char* wrong : {"", "lost", "lost=", "lost=2", "lost=-1", "lost=nan", "late=80", "freeze=a:1",
                             "freeze=1:", "resend=2", "gone=1", "=1"})
     EXPECT_THROW(SimulatedFaults().Add(wrong), UsageError) << wrong;

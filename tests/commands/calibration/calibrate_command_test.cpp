@@ -1,4 +1,4 @@
-// Tests: commands/calibration/calibrate_command, commands/calibration/calibration_report,
+// Tests: commands/calibration/calibrate_command, commands/calibration/calibration_report, commands/calibration/color_report,
 // acquisition/calibration/calibration_capture, acquisition/calibration/calibration_guide.
 //
 // `ulf calibrate` from outside, and live collection from devices with their faults.
@@ -6,16 +6,21 @@
 
 #include <deque>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/calibration/calibration_capture.h"
 #include "acquisition/calibration/calibration_io.h"
+#include "acquisition/simulator/sensor_colors.h"
 #include "acquisition/simulator/simulated_board.h"
+#include "acquisition/simulator/simulated_chart.h"
 #include "commands/calibration/calibration_report.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/sensor_window.h"
+#include "core/image/exr_file.h"
+#include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -257,6 +262,81 @@ TEST(CalibrateCommand, RefusalsSayWhy) {
   EXPECT_EQ(test::RunUlf("calibrate /no/such/folder -o " + file).exit_code, 1);
   EXPECT_EQ(test::RunUlf("calibrate --flat " + scratch.path().string() + " -o " + file).exit_code, 1)
       << "no intrinsics yet";
+}
+
+TEST(CalibrateCommand, FindsColoursFromAChartAndAGreyCard) {
+  test::ScratchFolder scratch;
+  const std::string file = (scratch / "camera.json").string();
+  const std::string chart = "calibrate --colour 'sim:chart?seed=3&lamp_k=3200&crosstalk=0.2'";
+  EXPECT_THAT(test::RunUlf(chart + " -o " + file).errors, HasSubstr("with a board first"));
+  const CameraModel camera = SimulatedLens("barrel", 640, 480);
+  WriteCalibration(file, camera, "sim-bench-3", "test");
+  const auto run = test::RunUlf(chart + " --json -o " + file + " --report " + (scratch / "report").string());
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto json = nlohmann::json::parse(run.output);
+  EXPECT_GT(json["delta_e"]["as_recorded"]["mean"].get<double>(), 10);
+  EXPECT_GT(json["delta_e"]["balanced"]["mean"].get<double>(), 2);
+  EXPECT_LT(json["delta_e"]["held_out"]["mean"].get<double>(), 1.5);
+  EXPECT_TRUE(std::filesystem::exists(scratch / "report/colours.json"));
+  const ModeCalibration written = ReadCalibrationFile(file).modes.at("live");
+  EXPECT_EQ(written.camera, camera);
+  ASSERT_TRUE(written.color_profile);
+  const Eigen::Vector3d balance = SensorColors{.lamp_k = 3200, .crosstalk = 0.2}.WhiteBalance();
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(written.color_profile->white_balance[static_cast<std::size_t>(c)] / balance[c], 1, 0.02);
+  EXPECT_FALSE(written.color_profile->raw_white_balance);
+
+  // Another lamp: the balance changes, the matrix is the camera's.
+  const auto grey = test::RunUlf("calibrate --grey 'sim:grey?seed=3&lamp_k=2600&crosstalk=0.2' -o " + file);
+  ASSERT_EQ(grey.exit_code, 0) << grey.errors;
+  EXPECT_THAT(grey.output, HasSubstr("white balance"));
+  const auto regreyed = ReadCalibrationFile(file).modes.at("live").color_profile;
+  ASSERT_TRUE(regreyed);
+  EXPECT_EQ(regreyed->matrix, written.color_profile->matrix);
+  EXPECT_FALSE(regreyed->delta_e);
+  EXPECT_GT(regreyed->white_balance[2], 1.1 * written.color_profile->white_balance[2]);
+  EXPECT_THAT(test::RunUlf("calibration " + file).output, HasSubstr("white balance of a grey card"));
+
+  // A new calibration of the lens keeps the colours.
+  WriteCalibration(file, camera, "sim-bench-3", "again");
+  EXPECT_TRUE(ReadCalibrationFile(file).modes.at("live").color_profile);
+  EXPECT_EQ(test::RunUlf("calibrate --colour 'sim:chart?seed=4' -o " + file).exit_code, 1)
+      << "another serial";
+  const auto none = test::RunUlf("calibrate --colour 'sim:grey?seed=3' -o " + file);
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.errors, HasSubstr("no chart of 24 patches"));
+  EXPECT_EQ(test::RunUlf(chart + " --grey -o " + file).exit_code, 2);
+}
+
+// From photographs: of raw files, what remains after their own matrix, and the balance by which they were developed.
+TEST(CalibrateCommand, FindsColoursFromPhotographs) {
+  test::ScratchFolder scratch;
+  const std::string file = (scratch / "camera.json").string();
+  WriteCalibration(file, SimulatedLens("barrel", 640, 480), "S", "test", "still");
+  const Image image = RenderChart({.colors = {.lamp_k = 4000, .crosstalk = 0.1}}, 0);
+  cv::Mat wide, bgr = LinearFloat(image);
+  bgr.convertTo(wide, CV_32F);
+  WriteFileAtomically(scratch / "chart.exr",
+                      ExrBytes({{"R", wide, 2}, {"G", wide, 1}, {"B", wide, 0}}, ExrCompression::kZip));
+  const auto run = test::RunUlf("calibrate --colour " + (scratch / "chart.exr").string() +
+                                " --mode still --serial S -o " + file);
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, HasSubstr("on patches left out"));
+  EXPECT_TRUE(ReadCalibrationFile(file).modes.at("still").color_profile);
+  test::DngCamera camera;
+  camera.sensor = {656, 488};
+  camera.visible = {8, 4, 640, 480};
+  camera.crop.reset();
+  std::ofstream(scratch / "chart.dng", std::ios::binary) << test::DngBytes(camera, [&](int x, int y) {
+    const cv::Vec3f& at = bgr.at<cv::Vec3f>(y, x);
+    return cv::Vec3d(at[2], at[1], at[0]);
+  });
+  const auto raw = test::RunUlf("calibrate --colour " + (scratch / "chart.dng").string() +
+                                " --mode still --serial S -o " + file);
+  ASSERT_EQ(raw.exit_code, 0) << raw.errors;
+  const auto profile = ReadCalibrationFile(file).modes.at("still").color_profile;
+  ASSERT_TRUE(profile && profile->raw_white_balance);
+  EXPECT_NEAR((*profile->raw_white_balance)[0], 1 / camera.neutral[0], 0.01);
 }
 
 }  // namespace

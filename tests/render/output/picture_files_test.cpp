@@ -65,6 +65,21 @@ cv::Mat Channel(const fs::path& file, const std::string& name) {
   return pixels;
 }
 
+TEST(Exr, NamesItsColourSpaceWhereTheColoursAreKnown) {
+  test::ScratchFolder scratch;
+  Rendering picture;
+  picture.linear = cv::Mat(4, 6, CV_32FC3, cv::Scalar::all(0.5));
+  picture.confidence = cv::Mat::ones(4, 6, CV_32FC1);
+  picture.drawn = cv::Mat(4, 6, CV_8UC1, cv::Scalar(255));
+  for (const bool knows_colors : {true, false}) {
+    const fs::path file = scratch / "x.exr";
+    std::ofstream(file, std::ios::binary)
+        << PictureBytes(picture, {.format = PictureFormat::kExr, .knows_colors = knows_colors});
+    EXPECT_EQ(ExrAttribute(file.string(), "colorInteropID"), knows_colors ? "lin_rec709_scene" : "");
+    EXPECT_EQ(ExrAttribute(file.string(), "comments").empty(), knows_colors);
+  }
+}
+
 TEST(Exr, ChannelsLayersAndValuesByItsOwnLibrary) {
   test::ScratchFolder scratch;
   const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(4, 3, 0.2, 2.0)});

@@ -1,0 +1,38 @@
+// `sim:chart` and `sim:grey`: simulated colour calibration with known ground truth.
+//
+//   sim:chart  a chart of 24 patches with the published colours (acquisition/calibration/color_chart.h) on black, before a
+//              plain wall, held in a hand that is not quite still
+//   sim:grey   a grey card that fills most of the picture
+//
+// The image is sampled by area, then goes through the sensor's colours (sensor_colors.h) and the sensor itself (sensor.h).
+// Everything is a pure function of the options and the frame number.
+#pragma once
+
+#include <memory>
+
+#include "acquisition/device/device.h"
+#include "acquisition/simulator/sensor.h"
+#include "acquisition/simulator/sensor_colors.h"
+
+namespace ulf::acquisition {
+
+struct ChartSceneOptions {
+  bool card = false;  // a grey card in place of the chart
+  int width = 640, height = 480;
+  std::uint64_t seed = 7;
+  SensorFormat format = SensorFormat::kRgb8;
+  SensorColors colors = {};
+  double white = 0.75;   // the white patch in the brightest channel, of full scale; above 1 it clips
+  double gradient = 0;   // of the lighting, from the left edge of the picture to the right, as a share
+  double turn_deg = 5;   // of the chart in the picture, clockwise
+  double tilt_deg = 10;  // of the chart away from the camera
+  bool noise = true;
+};
+
+Image RenderChart(const ChartSceneOptions& options, std::uint64_t frame);
+
+// `sim:chart?width=640&height=480&seed=7&format=rgb8&lamp_k=6504&crosstalk=0&white=0.75&gradient=0&turn_deg=5&tilt_deg=10
+// &noise=1&frames=100`, and the same of `sim:grey`. Throws UsageError.
+std::unique_ptr<Device> OpenSimulatedChart(const DeviceUri& uri);
+
+}  // namespace ulf::acquisition

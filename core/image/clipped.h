@@ -1,0 +1,25 @@
+// Pixels at which a sensor was full, or the numbers of a file were: of the light there only a lower bound is known.
+//
+// What comes after the sensor hides it: a demosaicing mixes full pixels with others, white balance, colour matrix and
+// flat field move full scale. Therefore these pixels are looked for in what the camera gave, and kept beside the light
+// that is made of it.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "core/image/image.h"
+
+namespace ulf {
+
+// From this share of full scale on a number counts as full, as encoded: lossy files have full areas a level lower here
+// and there.
+inline constexpr double kClippedFrom = 254.0 / 255;
+
+// CV_8UC1, 255 where any channel is full. In a mosaic also around such pixels, as far as Demosaiced() takes them in.
+// Empty where no pixel is full, and for float pixels, which have no full scale.
+cv::Mat ClippedPixels(const Image& image);
+
+// Around the pixels of a mosaic that are marked, as far as demosaicing takes them in. Empty where none is.
+cv::Mat ClippedAfterDemosaicing(const cv::Mat& clipped);
+
+}  // namespace ulf
