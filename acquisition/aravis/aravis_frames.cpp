@@ -49,9 +49,7 @@ Frame AravisFrames::Read(ArvBuffer* buffer) {
   frame.exposure_s = configured_.exposure_s;
   frame.gain = configured_.gain;
   frame.black_level = configured_.black_level;
-  const ArvBufferStatus status = arv_buffer_get_status(buffer);
-  const bool whole = status == ARV_BUFFER_STATUS_SUCCESS || OnlyChunksAreMissing(buffer, status);
-  if (whole && FillComplete(buffer, frame)) {
+  if (arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS && FillComplete(buffer, frame)) {
     frame.status = FrameStatus::kComplete;
     if (chunks_) ReadChunks(buffer, frame);
   } else {
@@ -59,15 +57,6 @@ Frame AravisFrames::Read(ArvBuffer* buffer) {
     FillIncomplete(buffer, frame);
   }
   return frame;
-}
-
-// A camera that promises chunk data and sends none: on USB its frames are shorter than agreed, and their pixels are all
-// there.
-bool AravisFrames::OnlyChunksAreMissing(ArvBuffer* buffer, ArvBufferStatus status) const {
-  if (!chunks_ || status != ARV_BUFFER_STATUS_SIZE_MISMATCH) return false;
-  std::size_t received = 0;
-  arv_buffer_get_data(buffer, &received);
-  return received == ImageBytes(configured_.format, configured_.width, configured_.height);
 }
 
 bool AravisFrames::FillComplete(ArvBuffer* buffer, Frame& frame) {
@@ -140,8 +129,7 @@ void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
        {std::pair("FrameID", "ChunkFrameID"), std::pair("FrameId", "ChunkFrameId"),
         std::pair("Framecounter", "ChunkFramecounter")})
     if (has(chunk))
-      if (const gint64 id = whole(feature); id >= 0)
-        frame.id = static_cast<std::uint64_t>(id);
+      if (const gint64 id = whole(feature); id >= 0) frame.id = static_cast<std::uint64_t>(id);
   if (has("Timestamp"))
     if (const gint64 ticks = whole("ChunkTimestamp"); ticks > 0)
       frame.device_time_s = tick_s_ * static_cast<double>(ticks);

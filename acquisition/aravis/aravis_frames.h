@@ -33,7 +33,6 @@ class AravisFrames {
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 
  private:
-  bool OnlyChunksAreMissing(ArvBuffer* buffer, ArvBufferStatus status) const;
   bool FillComplete(ArvBuffer* buffer, Frame& frame);
   void FillIncomplete(ArvBuffer* buffer, Frame& frame);
   void ReadChunks(ArvBuffer* buffer, Frame& frame);

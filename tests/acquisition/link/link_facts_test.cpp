@@ -10,9 +10,10 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // A camera of 2.6 MB a frame at gigabit Ethernet.
-struct Setup {
+struct GigabitLink {
   DeviceInfo camera{.uri = "aravis:192.0.2.7",
                     .maker = {},
                     .model = {},
@@ -50,14 +51,14 @@ struct Setup {
 };
 
 TEST(LinkFacts, AGoodLinkHasNothingToMend) {
-  Setup setup;
+  GigabitLink setup;
   EXPECT_EQ(setup.Wrong().name, "");
   EXPECT_NEAR(*setup.Facts().most_fps, MostGigeFps(125e6, 2.6e6, 8000), 1e-9);
   EXPECT_EQ(setup.Facts().facts.front().value, "eth0 to 192.0.2.7: 1000 Mbit/s, MTU 9000");
 }
 
 TEST(LinkFacts, ARateBeyondTheLinkIsNamedWithTheHighestThatIsSafe) {
-  Setup setup;
+  GigabitLink setup;
   setup.fps = 60;
   const LinkFact rate = setup.Wrong();
   EXPECT_EQ(rate.name, "rate");
@@ -69,7 +70,7 @@ TEST(LinkFacts, ARateBeyondTheLinkIsNamedWithTheHighestThatIsSafe) {
 }
 
 TEST(LinkFacts, JumboFramesAreTheRemedyWhereTheyAreEnough) {
-  Setup setup;
+  GigabitLink setup;
   setup.path.network->mtu = 1500;
   setup.packet_size = 1500;
   // Between what small and large packets leave of the wire.
@@ -80,7 +81,7 @@ TEST(LinkFacts, JumboFramesAreTheRemedyWhereTheyAreEnough) {
 }
 
 TEST(LinkFacts, PacketsThatTheInterfaceDoesNotPassAreNamed) {
-  Setup setup;
+  GigabitLink setup;
   setup.path.network->mtu = 1500;
   const LinkFact packets = setup.Wrong();
   EXPECT_EQ(packets.name, "packets");
@@ -88,7 +89,7 @@ TEST(LinkFacts, PacketsThatTheInterfaceDoesNotPassAreNamed) {
 }
 
 TEST(LinkFacts, AReceiveBufferBelowAFrameIsNamedWithTheSystemsSetting) {
-  Setup setup;
+  GigabitLink setup;
   setup.buffer = 3e6;
   EXPECT_EQ(setup.Wrong().name, "") << "a frame fits";
   setup.buffer = 212992;
@@ -100,7 +101,7 @@ TEST(LinkFacts, AReceiveBufferBelowAFrameIsNamedWithTheSystemsSetting) {
 }
 
 TEST(LinkFacts, ACameraThatLimitsItselfIsNamedWithTheLimitThatIsEnough) {
-  Setup setup;
+  GigabitLink setup;
   setup.limit = 30e6;
   const LinkFact limit = setup.Wrong();
   EXPECT_EQ(limit.name, "camera's limit");
@@ -111,7 +112,7 @@ TEST(LinkFacts, ACameraThatLimitsItselfIsNamedWithTheLimitThatIsEnough) {
 }
 
 TEST(LinkFacts, AUsb2PortIsNamedWhereItIsTooSlow) {
-  Setup setup;
+  GigabitLink setup;
   setup.camera.bus = "USB3Vision";
   setup.camera.address.clear();
   setup.path = {
@@ -131,7 +132,7 @@ TEST(LinkFacts, AUsb2PortIsNamedWhereItIsTooSlow) {
 }
 
 TEST(LinkFacts, LostFramesNameTheCheckThatFindsTheRemedy) {
-  Setup setup;
+  GigabitLink setup;
   EXPECT_FALSE(LostSoFar(setup.camera, setup.counted)) << "before the first frame";
   setup.counted.delivered = 400;
   setup.counted.incomplete = 1;
