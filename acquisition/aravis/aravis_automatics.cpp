@@ -4,6 +4,8 @@
 #include <array>
 #include <optional>
 
+#include "acquisition/aravis/aravis_description.h"
+
 namespace ulf::acquisition {
 namespace {
 
@@ -39,21 +41,22 @@ bool IsOnUnasked(const AravisSession& session, const AravisOptions& options, con
 // The first of these features that the camera has and that is a number, with its value.
 struct Held {
   const char* option;
-  const char* feature;
+  std::string feature;
   double value;
   bool is_whole;
 };
 std::optional<Held> FirstNumber(const AravisSession& session,
-                                std::initializer_list<std::pair<const char*, const char*>> candidates) {
-  for (const auto& [option, feature] : candidates) {
-    ArvGcNode* node = arv_device_get_feature(session.Device(), feature);
+                                std::initializer_list<std::pair<const char*, std::string>> candidates) {
+  for (const auto& [option, name] : candidates) {
+    const char* feature = name.c_str();
+    ArvGcNode* node = name.empty() ? nullptr : arv_device_get_feature(session.Device(), feature);
     const bool is_whole = node && ARV_IS_GC_INTEGER(node) && !ARV_IS_GC_FLOAT(node);
     if (!node || (!is_whole && !ARV_IS_GC_FLOAT(node))) continue;
     GError* error = nullptr;
     const double value = is_whole
                              ? static_cast<double>(arv_camera_get_integer(session.Camera(), feature, &error))
                              : arv_camera_get_float(session.Camera(), feature, &error);
-    if (!error) return Held{option, feature, value, is_whole};
+    if (!error) return Held{option, name, value, is_whole};
     g_clear_error(&error);
   }
   return std::nullopt;
@@ -61,38 +64,35 @@ std::optional<Held> FirstNumber(const AravisSession& session,
 
 std::optional<Held> ControlledValue(const AravisSession& session, const Automatic& automatic) {
   const std::string_view feature = automatic.feature;
-  if (feature == "ExposureAuto")
-    return FirstNumber(session, {{"exposure_us", "ExposureTime"}, {"exposure_us", "ExposureTimeAbs"}});
+  const FeatureNames names = FindFeatureNames(FeaturesOf(session.Camera()));
+  if (feature == "ExposureAuto") return FirstNumber(session, {{"exposure_us", names.exposure}});
   if (feature == "BlackLevelAuto")
     return FirstNumber(session, {{"black_level", "BlackLevel"}, {"black_level", "BlackLevelRaw"}});
   if (feature != "GainAuto") return std::nullopt;
-  auto gain = FirstNumber(session, {{"gain_db", "Gain"}, {"gain_db", "GainAbs"}, {"gain_raw", "GainRaw"}});
-  if (gain && gain->is_whole) gain->option = "gain_raw";
-  return gain;
+  return FirstNumber(session, {{"gain_db", names.gain_db}, {"gain_raw", names.gain_raw}});
 }
 
 void WriteBack(const AravisSession& session, const Held& held) {
   Try([&](GError** e) {
     if (held.is_whole)
-      arv_camera_set_integer(session.Camera(), held.feature, static_cast<gint64>(held.value), e);
+      arv_camera_set_integer(session.Camera(), held.feature.c_str(), static_cast<gint64>(held.value), e);
     else
-      arv_camera_set_float(session.Camera(), held.feature, held.value, e);
+      arv_camera_set_float(session.Camera(), held.feature.c_str(), held.value, e);
   });
 }
 
 struct ColourRatios {
-  const char* feature = nullptr;
+  std::string feature, selector;
   double red = 0, blue = 0;
 };
 std::optional<ColourRatios> ReadRatios(const AravisSession& session) {
-  ColourRatios ratios;
-  for (const char* feature : {"BalanceRatio", "BalanceRatioAbs"})
-    if (!ratios.feature && arv_device_get_feature(session.Device(), feature)) ratios.feature = feature;
-  if (!ratios.feature) return std::nullopt;
+  const FeatureNames names = FindFeatureNames(FeaturesOf(session.Camera()));
+  ColourRatios ratios{.feature = names.balance_ratio, .selector = names.balance_selector};
+  if (ratios.feature.empty()) return std::nullopt;
   for (const auto& [colour, value] : {std::pair("Red", &ratios.red), std::pair("Blue", &ratios.blue)}) {
     GError* error = nullptr;
-    arv_camera_set_string(session.Camera(), "BalanceRatioSelector", colour, &error);
-    if (!error) *value = arv_camera_get_float(session.Camera(), ratios.feature, &error);
+    arv_camera_set_string(session.Camera(), ratios.selector.c_str(), colour, &error);
+    if (!error) *value = arv_camera_get_float(session.Camera(), ratios.feature.c_str(), &error);
     if (!error) continue;
     g_clear_error(&error);
     return std::nullopt;
@@ -103,9 +103,9 @@ std::optional<ColourRatios> ReadRatios(const AravisSession& session) {
 void WriteBack(const AravisSession& session, const ColourRatios& ratios) {
   for (const auto& [colour, value] : {std::pair("Red", ratios.red), std::pair("Blue", ratios.blue)}) {
     Try([&, c = colour](GError** e) {
-      arv_camera_set_string(session.Camera(), "BalanceRatioSelector", c, e);
+      arv_camera_set_string(session.Camera(), ratios.selector.c_str(), c, e);
     });
-    Try([&, v = value](GError** e) { arv_camera_set_float(session.Camera(), ratios.feature, v, e); });
+    Try([&, v = value](GError** e) { arv_camera_set_float(session.Camera(), ratios.feature.c_str(), v, e); });
   }
 }
 

@@ -9,16 +9,13 @@
 #include <vector>
 
 #include "acquisition/aravis/aravis_automatics.h"
+#include "acquisition/aravis/aravis_description.h"
+#include "acquisition/aravis/aravis_link.h"
 #include "acquisition/aravis/aravis_region.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 
 namespace ulf::acquisition {
 namespace {
-
-// Bytes of a packet between programs on this computer. With its headers it fits in 8 KiB, the block that the
-// kernel allocates; a larger packet takes 16 KiB of the receive buffer. Measured: at 9000 bytes one stream in
-// ten began with a loss (docs/architecture.md).
-constexpr int kLocalPacketSize = 7800;
 
 class Configurator {
  public:
@@ -31,6 +28,7 @@ class Configurator {
     // A killed program may have left the acquisition running.
     Try([&](GError** e) { arv_camera_stop_acquisition(camera_, e); });
     LoadUserSet(options.user_set);
+    names_ = FindFeatureNames(FeaturesOf(camera_));
     if (Has("AcquisitionMode"))
       Must(who_, "continuous acquisition",
            [&](GError** e) { arv_camera_set_acquisition_mode(camera_, ARV_ACQUISITION_MODE_CONTINUOUS, e); });
@@ -46,12 +44,13 @@ class Configurator {
     WriteFrameRate(options.fps);
     WriteTrigger(options);  // after the frame rate, because setting that switches the trigger off
     WriteChunks(options.chunks);
-    if (!session_.GigeAddress().empty()) WritePackets(session_.GigeAddress(), options);
+    WriteAravisLink(session_, who_, options, configured_);
     ReadBack(options);
     return configured_;
   }
 
   void ReadLightInto(AravisConfigured& configured) {
+    names_ = FindFeatureNames(FeaturesOf(camera_));
     configured_.format = configured.format;  // ReadBlackLevel() needs it
     ReadLight();
     // Changes nothing else, because other threads read the rest.
@@ -100,10 +99,13 @@ class Configurator {
 
   void WriteTrigger(const AravisOptions& options) {
     if (!options.Triggered()) return;
-    if (!Has("TriggerSource"))
-      throw UsageError("{}: the camera cannot be triggered; leave trigger out", who_);
-    const std::string source = options.SoftwareTriggered() ? "Software" : options.trigger;
-    RequireChoice("trigger", "TriggerSource", source);
+    if (!names_.CanTrigger()) throw UsageError("{}: the camera cannot be triggered; leave trigger out", who_);
+    if (options.SoftwareTriggered() && names_.software_source.empty())
+      throw UsageError(
+          "{}: the camera has no software trigger; give one of its lines ({}), or leave trigger out", who_,
+          fmt::join(Choices(names_.trigger_source.c_str()), ", "));
+    const std::string source = options.SoftwareTriggered() ? names_.software_source : options.trigger;
+    RequireChoice("trigger", names_.trigger_source.c_str(), source);
     Must(who_, "trigger " + source, [&](GError** e) { arv_camera_set_trigger(camera_, source.c_str(), e); });
   }
 
@@ -162,48 +164,52 @@ class Configurator {
     }
   }
 
-  void WriteExposure(std::optional<double> exposure_us) {
-    if (!exposure_us) return;
-    if (!Can(arv_camera_is_exposure_time_available))
-      throw UsageError("{}: the camera's exposure cannot be set; leave exposure_us out", who_);
-    if (Can(arv_camera_is_exposure_auto_available))
-      Must(who_, "auto exposure off",
-           [&](GError** e) { arv_camera_set_exposure_time_auto(camera_, ARV_AUTO_OFF, e); });
-    CheckRange("exposure_us", *exposure_us, "exposure", arv_camera_get_exposure_time_bounds);
-    Must(who_, "exposure", [&](GError** e) { arv_camera_set_exposure_time(camera_, *exposure_us, e); });
+  bool IsWhole(const std::string& feature) {
+    return KindOf(arv_device_get_feature(session_.Device(), feature.c_str())) == NodeKind::kInteger;
+  }
+  // A number, which some cameras have whole and others not.
+  void WriteNumber(const char* option, const std::string& feature, double value) {
+    const char* name = feature.c_str();
+    if (!IsWhole(feature)) {
+      CheckFloatRange(option, value, name, name);
+      Must(who_, feature, [&](GError** e) { arv_camera_set_float(camera_, name, value, e); });
+      return;
+    }
+    gint64 low = 0, high = 0;
+    Must(who_, feature, [&](GError** e) { arv_camera_get_integer_bounds(camera_, name, &low, &high, e); });
+    CheckRange(option, value, static_cast<double>(low), static_cast<double>(high));
+    Must(who_, feature, [&](GError** e) { arv_camera_set_integer(camera_, name, std::llround(value), e); });
+  }
+  double ReadNumber(const std::string& feature) {
+    if (feature.empty()) return 0;
+    const char* name = feature.c_str();
+    return IsWhole(feature)
+               ? static_cast<double>(
+                     Maybe([&](GError** e) { return arv_camera_get_integer(camera_, name, e); }, gint64{0}))
+               : Maybe([&](GError** e) { return arv_camera_get_float(camera_, name, e); }, 0.0);
   }
 
-  // A float feature is in decibels (SFNC). Older cameras have an integer in units of their own.
-  bool HasDecibels() {
-    return (Has("Gain") && ARV_IS_GC_FLOAT(arv_device_get_feature(session_.Device(), "Gain"))) ||
-           Has("GainAbs");
-  }
-  const char* RawGain() {
-    if (Has("GainRaw")) return "GainRaw";
-    if (Has("Gain") && ARV_IS_GC_INTEGER(arv_device_get_feature(session_.Device(), "Gain"))) return "Gain";
-    return nullptr;
+  void WriteExposure(std::optional<double> exposure_us) {
+    if (!exposure_us) return;
+    if (names_.exposure.empty())
+      throw UsageError("{}: the camera's exposure cannot be set; leave exposure_us out", who_);
+    if (!names_.exposure_auto.empty()) SetText(names_.exposure_auto.c_str(), "Off");
+    WriteNumber("exposure_us", names_.exposure, *exposure_us);
   }
 
   void WriteGain(const AravisOptions& options) {
     if (!options.gain_db && !options.gain_raw) return;
-    if (Can(arv_camera_is_gain_auto_available))
-      Must(who_, "auto gain off", [&](GError** e) { arv_camera_set_gain_auto(camera_, ARV_AUTO_OFF, e); });
-    const char* raw = RawGain();
+    if (!names_.gain_auto.empty()) SetText(names_.gain_auto.c_str(), "Off");
     if (options.gain_raw) {
-      if (!raw) throw UsageError("{}: the camera has no raw gain; give gain_db", who_);
-      gint64 low = 0, high = 0;
-      Must(who_, "gain", [&](GError** e) { arv_camera_get_integer_bounds(camera_, raw, &low, &high, e); });
-      CheckRange("gain_raw", *options.gain_raw, static_cast<double>(low), static_cast<double>(high));
-      Must(who_, "gain", [&](GError** e) { arv_camera_set_integer(camera_, raw, *options.gain_raw, e); });
-      return;
+      if (names_.gain_raw.empty()) throw UsageError("{}: the camera has no raw gain; give gain_db", who_);
+      return WriteNumber("gain_raw", names_.gain_raw, *options.gain_raw);
     }
-    if (!HasDecibels())
+    if (names_.gain_db.empty())
       throw UsageError("{}: the camera has no gain in dB{}", who_,
-                       raw ? "; it has units of its own: give gain_raw ('ulf features' shows its range)"
-                           : "; leave gain_db out");
-    const char* name = DecibelName();
-    CheckFloatRange("gain_db", *options.gain_db, "gain", name);
-    Must(who_, "gain", [&](GError** e) { arv_camera_set_float(camera_, name, *options.gain_db, e); });
+                       names_.gain_raw.empty()
+                           ? "; leave gain_db out"
+                           : "; it has units of its own: give gain_raw ('ulf features' shows its range)");
+    WriteNumber("gain_db", names_.gain_db, *options.gain_db);
   }
 
   void WriteBlackLevel(std::optional<double> black_level) {
@@ -220,22 +226,18 @@ class Configurator {
   void WriteWhiteBalance(const std::optional<AravisWhiteBalance>& balance) {
     if (!balance) return;
     if (balance->by_camera) {
-      if (!Has("BalanceWhiteAuto"))
+      if (names_.white_balance_auto.empty())
         throw UsageError("{}: the camera has no automatic white balance; give white_balance=RED,BLUE", who_);
-      RequireChoice("white_balance", "BalanceWhiteAuto", "Once");
+      RequireChoice("white_balance", names_.white_balance_auto.c_str(), "Once");
       return;
     }
-    const char* ratio = Has("BalanceRatio")      ? "BalanceRatio"
-                        : Has("BalanceRatioAbs") ? "BalanceRatioAbs"
-                                                 : nullptr;
-    if (!ratio || !Has("BalanceRatioSelector"))
+    if (names_.balance_ratio.empty())
       throw UsageError("{}: the camera has no ratios for red and blue; leave white_balance out", who_);
-    if (Has("BalanceWhiteAuto")) SetText("BalanceWhiteAuto", "Off");
+    if (!names_.white_balance_auto.empty()) SetText(names_.white_balance_auto.c_str(), "Off");
     for (const auto& [colour, value] : {std::pair("Red", balance->red), std::pair("Blue", balance->blue)}) {
-      RequireChoice("white_balance", "BalanceRatioSelector", colour);
-      SetText("BalanceRatioSelector", colour);
-      CheckFloatRange("white_balance", value, ratio, ratio);
-      Must(who_, ratio, [&, value = value](GError** e) { arv_camera_set_float(camera_, ratio, value, e); });
+      RequireChoice("white_balance", names_.balance_selector.c_str(), colour);
+      SetText(names_.balance_selector.c_str(), colour);
+      WriteNumber("white_balance", names_.balance_ratio, value);
     }
   }
 
@@ -248,8 +250,8 @@ class Configurator {
     Must(who_, "chunk data", [&](GError** e) { arv_camera_set_chunk_mode(camera_, wanted, e); });
     if (!wanted) return;
     for (const std::string& offered : Choices("ChunkSelector"))
-      for (const char* useful :
-           {"ExposureTime", "Gain", "BlackLevel", "FrameID", "FrameId", "Framecounter", "Timestamp"})
+      for (const char* useful : {"ExposureTime", "Gain", "BlackLevel", "FrameID", "FrameId", "Framecounter",
+                                 "Timestamp"})
         if (offered == useful &&
             Maybe([&](GError** e) { return arv_camera_set_chunk_state(camera_, useful, TRUE, e), true; },
                   false))
@@ -264,62 +266,6 @@ class Configurator {
       throw UsageError("{}: the camera's frame rate cannot be set; leave fps out", who_);
     CheckRange("fps", *fps, "frame rate", arv_camera_get_frame_rate_bounds);
     Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, *fps, e); });
-  }
-
-  // Finds the largest packets that arrive, by test packets, which not every camera sends. Where none arrives,
-  // the library keeps the size without an error. Starting from a size that every network passes, a larger
-  // size therefore means that test packets arrived.
-  bool NegotiatePacketSize() {
-    constexpr gint64 kSafePacketSize = 576;  // every IPv4 network passes it
-    gint64 low = 0, high = 0;
-    Try([&](GError** e) { arv_camera_get_integer_bounds(camera_, "GevSCPSPacketSize", &low, &high, e); });
-    const auto read = [&] {
-      return Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera_, e); }, guint{0});
-    };
-    const auto write = [&](gint64 size) {
-      Try([&](GError** e) { arv_camera_gv_set_packet_size(camera_, static_cast<gint>(size), e); });
-    };
-    const guint own = read();
-    write(std::max(kSafePacketSize, low));
-    const guint smallest = read();
-    Try([&](GError** e) { arv_camera_gv_auto_packet_size(camera_, e); });
-    const bool found = read() > smallest;
-    if (!found) write(own);
-    arv_camera_gv_set_packet_size_adjustment(camera_, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
-    return found;
-  }
-
-  void WritePackets(const std::string& address, const AravisOptions& options) {
-    // Packet sockets bypass the guard (stream_guard.h), and receive nothing on some hosts.
-    arv_camera_gv_set_stream_options(camera_, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-    std::optional<int> packet_size = options.packet_size;
-    if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
-    if (packet_size) {
-      arv_camera_gv_set_packet_size_adjustment(camera_, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
-      Must(who_, "packet size", [&](GError** e) { arv_camera_gv_set_packet_size(camera_, *packet_size, e); });
-    } else {
-      configured_.packet_size_negotiated = NegotiatePacketSize();
-    }
-    configured_.packet_size = static_cast<int>(
-        Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera_, e); }, guint{0}));
-    if (!packet_size && !configured_.packet_size_negotiated)
-      configured_.notes.push_back(
-          fmt::format("sent no test packet that arrived: its packets keep their size of {} bytes; if frames "
-                      "are lost, give packet_size=1400",
-                      configured_.packet_size));
-    if (packet_size && configured_.packet_size != *packet_size)
-      configured_.notes.push_back(
-          fmt::format("changed packet_size={} to {}", *packet_size, configured_.packet_size));
-    // The register is optional.
-    const gint64 delay_ns = options.packet_delay_ns.value_or(0);
-    const bool taken =
-        Maybe([&](GError** e) { return arv_camera_gv_set_packet_delay(camera_, delay_ns, e), true; }, false);
-    configured_.packet_delay_ns =
-        Maybe([&](GError** e) { return arv_camera_gv_get_packet_delay(camera_, e); }, gint64{0});
-    if (options.packet_delay_ns &&
-        (!taken || std::abs(configured_.packet_delay_ns - delay_ns) > delay_ns / 10))
-      configured_.notes.push_back(
-          fmt::format("changed packet_delay_ns={} to {}", delay_ns, configured_.packet_delay_ns));
   }
 
   void ReadWindow() {
@@ -367,13 +313,7 @@ class Configurator {
     configured_.black_level = value / (percent ? 100 : std::pow(2.0, configured_.format.bits) - 1);
   }
 
-  double ReadExposureSeconds() {
-    return 1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(camera_, e); }, 0.0);
-  }
-  const char* DecibelName() { return Has("Gain") ? "Gain" : "GainAbs"; }
-  double ReadFloat(const char* feature) {
-    return Maybe([&](GError** e) { return arv_camera_get_float(camera_, feature, e); }, 0.0);
-  }
+  double ReadExposureSeconds() { return 1e-6 * ReadNumber(names_.exposure); }
 
   // Exposure and gain of every frame; 0 and 1 (unknown) while an automatic controls them.
   void ReadLight() {
@@ -386,7 +326,8 @@ class Configurator {
     const bool auto_gain =
         Can(arv_camera_is_gain_auto_available) &&
         Maybe([&](GError** e) { return arv_camera_get_gain_auto(camera_, e); }, ARV_AUTO_OFF) != ARV_AUTO_OFF;
-    configured_.gain = HasDecibels() && !auto_gain ? std::pow(10.0, ReadFloat(DecibelName()) / 20.0) : 1;
+    configured_.gain =
+        !names_.gain_db.empty() && !auto_gain ? std::pow(10.0, ReadNumber(names_.gain_db) / 20.0) : 1;
   }
 
   // Notes a setting that the camera changed by more than its own step, and by more than this share. Guessed:
@@ -402,11 +343,11 @@ class Configurator {
   }
 
   void CompareWhiteBalance(const AravisWhiteBalance& asked) {
-    const char* ratio = Has("BalanceRatio") ? "BalanceRatio" : "BalanceRatioAbs";
+    const std::string& ratio = names_.balance_ratio;
     for (const auto& [colour, name, value] : {std::tuple("Red", "white_balance (red)", asked.red),
                                               std::tuple("Blue", "white_balance (blue)", asked.blue)}) {
-      SetText("BalanceRatioSelector", colour);
-      Compare(name, value, ReadFloat(ratio), ratio);
+      SetText(names_.balance_selector.c_str(), colour);
+      Compare(name, value, ReadNumber(ratio), ratio.c_str());
     }
   }
 
@@ -430,13 +371,11 @@ class Configurator {
     const double fps = Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0);
     configured_.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
     if (options.fps) Compare("fps", *options.fps, fps, nullptr);
-    if (options.exposure_us) Compare("exposure_us", *options.exposure_us, 1e6 * exposure_s, "ExposureTime");
-    if (options.gain_db) Compare("gain_db", *options.gain_db, ReadFloat(DecibelName()), DecibelName());
-    if (options.gain_raw)
-      Compare("gain_raw", *options.gain_raw,
-              static_cast<double>(Maybe(
-                  [&](GError** e) { return arv_camera_get_integer(camera_, RawGain(), e); }, gint64{0})),
-              nullptr);
+    if (options.exposure_us)
+      Compare("exposure_us", *options.exposure_us, 1e6 * exposure_s, names_.exposure.c_str());
+    if (options.gain_db)
+      Compare("gain_db", *options.gain_db, ReadNumber(names_.gain_db), names_.gain_db.c_str());
+    if (options.gain_raw) Compare("gain_raw", *options.gain_raw, ReadNumber(names_.gain_raw), nullptr);
     if (options.black_level)
       Compare("black_level", *options.black_level,
               Maybe([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0), "BlackLevel");
@@ -454,6 +393,7 @@ class Configurator {
   const AravisSession& session_;
   ArvCamera* camera_;
   std::string who_;
+  FeatureNames names_;
   AravisImageLimits limits_;
   AravisConfigured configured_;
 };

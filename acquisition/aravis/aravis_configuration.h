@@ -2,6 +2,7 @@
 // back what the camera accepted.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct AravisConfigured {
   int packet_size = 0;
   bool packet_size_negotiated = false;  // found with test packets; else asked for, or the camera's own
   std::int64_t packet_delay_ns = 0;
+  // Bytes a second that the camera limits itself to; none: it does not.
+  std::optional<double> throughput_limit;
   std::vector<std::string> chunks;  // switched on
   std::vector<std::string> notes;   // settings that the camera changed, for messages
 };

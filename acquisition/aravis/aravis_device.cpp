@@ -10,6 +10,7 @@
 
 #include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/aravis_clock.h"
 #include "acquisition/aravis/aravis_configuration.h"
 #include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_frames.h"
@@ -55,6 +56,7 @@ class AravisDevice : public Device {
       if (const auto place = UsbCameraPlaceOf(info_.maker, info_.serial))
         if (const std::string slow = SlowUsbText(*place, configured_.payload_bytes); !slow.empty())
           Say(DeviceEventKind::kNotice, "the camera is " + slow);
+    clock_of_camera_.emplace(*session_, uri_, options_, configured_.notes);
     for (const std::string& note : configured_.notes)
       Say(DeviceEventKind::kNotice, fmt::format("the camera {}", note));
   }
@@ -123,6 +125,7 @@ class AravisDevice : public Device {
   }
   void RememberTransport() {
     auto transport = stream_->Transport();
+    clock_of_camera_->AppendTo(transport);
     const MutexLock lock(mutex_);
     transport.emplace_back("frames with wrong packet ids", static_cast<double>(wrong_packet_ids_));
     transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
@@ -139,6 +142,7 @@ class AravisDevice : public Device {
   std::string gige_address_;  // empty: another bus
   std::unique_ptr<AravisSession> session_;
   AravisConfigured configured_;
+  std::optional<AravisClock> clock_of_camera_;
   std::unique_ptr<AravisStream> stream_;
   std::unique_ptr<AravisFrames> frames_;
   std::unique_ptr<FrameQueue> queue_;
@@ -325,6 +329,8 @@ void AravisDevice::Capture() {
       remembered = Clock::now();
     }
     ReportOnce();
+    if (const auto words = buffer ? clock_of_camera_->Look() : std::nullopt)  // a camera that is gone blocks
+      Say(DeviceEventKind::kNotice, *words);
     const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
     if (silence_s > stall_s && !std::exchange(stalled, true)) {

@@ -21,8 +21,11 @@
 //                      with even offsets                                      else: the whole sensor
 //   trigger            software, or the camera's name for a line (Line0)      else: free, without one
 //   chunks             on: exposure, gain, number and time of each frame from the camera itself, if offered
+//   ptp                on: IEEE 1588 sets the camera's clock, and opening waits for that    else: as it is
+//   ptp_wait_s         how long                                               else: 30
 //   packet_size        GigE Vision bytes a packet                 else: negotiated; 7800 on this computer
 //   packet_delay_ns    pause between packets: several cameras on one link     else: 0
+//   throughput_limit   bytes a second that the camera sends at most         else: as the camera is
 //   resend             on, off: ask again for packets that did not come       else: on
 //   packet_timeout_ms  before a packet is asked for again                     else: the library's
 //   frame_retention_ms after the last packet, before a frame is given up      else: the library's

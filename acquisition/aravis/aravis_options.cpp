@@ -86,8 +86,11 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
                  "trigger",
                  "user_set",
                  "chunks",
+                 "ptp",
+                 "ptp_wait_s",
                  "packet_size",
                  "packet_delay_ns",
+                 "throughput_limit",
                  "resend",
                  "packet_timeout_ms",
                  "frame_retention_ms",
@@ -118,9 +121,12 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.settle_s = uri.Number("settle", options.settle_s, 0, 60);
   if (const auto text = uri.Option("trigger")) options.trigger = *text;
   options.chunks = OnOrOff(uri, "chunks", false);
+  if (uri.Option("ptp")) options.ptp = OnOrOff(uri, "ptp", false);
+  options.ptp_wait_s = uri.Number("ptp_wait_s", options.ptp_wait_s, 0, 600);
 
   options.packet_size = uri.Whole("packet_size", 1, 1'000'000);
   options.packet_delay_ns = uri.Whole("packet_delay_ns", 0, 1'000'000'000);
+  options.throughput_limit = uri.Number("throughput_limit");
   options.resend = OnOrOff(uri, "resend", true);
   options.packet_timeout_ms = uri.Whole("packet_timeout_ms", 1, 10'000);
   options.frame_retention_ms = uri.Whole("frame_retention_ms", 1, 10'000);

@@ -53,7 +53,10 @@ struct AravisOptions {
   double settle_s = 1;           // guessed: webcams and machine-vision cameras settle within a second
   std::string trigger = "free";  // "free", "software", or the camera's name for a line
   bool chunks = false;
+  std::optional<bool> ptp;  // whether IEEE 1588 sets the camera's clock; none: as the camera is
+  double ptp_wait_s = 30;  // for its master; guessed: a camera listens for some announcements of one a second
 
+  std::optional<double> throughput_limit;  // bytes a second
   std::optional<int> packet_size, packet_delay_ns, packet_timeout_ms, frame_retention_ms;
   bool resend = true;
   std::optional<int> socket_buffer_bytes, buffers;

@@ -67,4 +67,6 @@ std::optional<NetworkLink> NetworkLinkTo(const std::string& address) {
 
 std::optional<int> UsbMemoryMb() { return FirstOf<int>("/sys/module/usbcore/parameters/usbfs_memory_mb"); }
 
+std::optional<double> MostSocketBuffer() { return FirstOf<double>("/proc/sys/net/core/rmem_max"); }
+
 }  // namespace ulf::acquisition

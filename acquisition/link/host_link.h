@@ -21,4 +21,8 @@ std::optional<NetworkLink> NetworkLinkTo(const std::string& address);
 // system does not tell.
 std::optional<int> UsbMemoryMb();
 
+// net.core.rmem_max: the most that a program may ask of a socket's receive buffer, in bytes. None where the system does
+// not tell.
+std::optional<double> MostSocketBuffer();
+
 }  // namespace ulf::acquisition

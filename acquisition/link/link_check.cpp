@@ -5,20 +5,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
-#include "acquisition/aravis/aravis_usb.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
 namespace ulf::acquisition {
 namespace {
-
-std::optional<double> TransportValue(const DeviceStatistics& statistics, const std::string& name) {
-  for (const auto& [known, value] : statistics.transport)
-    if (known == name) return value;
-  return std::nullopt;
-}
 
 struct Streamed {
   LinkTrial trial;
@@ -30,8 +24,8 @@ struct Streamed {
 std::optional<Streamed> Stream(const std::string& uri, const std::string& settings, double seconds,
                                const LinkCheckOptions& options) {
   DeviceUri with = DeviceUri::Parse(uri);
-  if (const auto equals = settings.find('='); equals != std::string::npos)
-    with.Set(settings.substr(0, equals), settings.substr(equals + 1));
+  for (const auto& [option, value] : DeviceUri::Parse(with.scheme + ":?" + settings).options)
+    with.Set(option, value);
   if (with.scheme == "replay")
     throw UsageError("{}: is no camera; a link is checked with one that streams, such as aravis:192.0.2.7",
                      uri);
@@ -67,56 +61,6 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   return streamed;
 }
 
-void DescribeNetwork(const Streamed& streamed, LinkReport& report) {
-  const auto link = NetworkLinkTo(streamed.camera.address);
-  if (!link) return;
-  const int packet_size = static_cast<int>(TransportValue(streamed.statistics, "packet size").value_or(0));
-  constexpr int kEthernetMtu = 1500, kJumboMtu = 9000;
-  const std::string speed = link->bytes_per_s ? fmt::format("{:.0f} Mbit/s", 8e-6 * *link->bytes_per_s)
-                                              : "speed not told by the system";
-  report.facts.push_back(
-      {"link",
-       fmt::format("{} to {}: {}, MTU {}", link->interface, streamed.camera.address, speed, link->mtu),
-       link->mtu > 0 && link->mtu <= kEthernetMtu
-           ? fmt::format("jumbo frames cost less processor time: 'ip link set {} mtu {}' as root, "
-                         "where the camera and every switch between pass them",
-                         link->interface, kJumboMtu)
-           : ""});
-  const bool negotiated = TransportValue(streamed.statistics, "packet size negotiated").value_or(0) > 0;
-  report.facts.push_back({"packets",
-                          fmt::format("{} bytes, {}", packet_size,
-                                      negotiated ? "negotiated with test packets" : "as the camera has it"),
-                          ""});
-  const double asked = TransportValue(streamed.statistics, "socket buffer asked for (bytes)").value_or(0);
-  const double granted = TransportValue(streamed.statistics, "socket buffer (bytes)").value_or(asked);
-  report.facts.push_back(
-      {"receive buffer", fmt::format("{:.1f} MB of {:.1f} asked for", 1e-6 * granted, 1e-6 * asked),
-       granted < asked ? fmt::format("'sysctl net.core.rmem_max={:.0f}' as root gives the rest", asked)
-                       : ""});
-  const bool resends = TransportValue(streamed.statistics, "resend on").value_or(0) > 0;
-  report.facts.push_back({"resending", resends ? "on" : "off, or not supported by the camera",
-                          resends ? "" : "every lost packet costs its frame"});
-  if (link->bytes_per_s && report.payload_bytes > 0 && packet_size > 0)
-    report.most_fps = MostGigeFps(*link->bytes_per_s, report.payload_bytes, packet_size);
-}
-
-void DescribeUsb(const Streamed& streamed, LinkReport& report) {
-  const auto place = UsbCameraPlaceOf(streamed.camera.maker, streamed.camera.serial);
-  if (place) {
-    report.facts.push_back(
-        {"port", fmt::format("{} at {} Mbit/s", place->port, place->megabits), SlowUsbText(*place)});
-    if (report.payload_bytes > 0 && place->megabits > 0)
-      report.most_fps = UsbBytesPerSecond(place->megabits) / report.payload_bytes;
-  }
-  const std::optional<int> memory_mb = UsbMemoryMb();
-  if (!memory_mb) return;
-  report.facts.push_back({"USB memory", fmt::format("{} MB for all programs together", *memory_mb),
-                          *memory_mb > 0
-                              ? "where several cameras stream: 'echo 1000 > "
-                                "/sys/module/usbcore/parameters/usbfs_memory_mb' as root (udev/README.md)"
-                              : ""});
-}
-
 // Others on the same wire share it.
 void DescribeNeighbours(const DeviceInfo& camera, LinkReport& report) {
   if (camera.address.empty()) return;
@@ -134,15 +78,6 @@ void DescribeNeighbours(const DeviceInfo& camera, LinkReport& report) {
 }
 
 }  // namespace
-
-double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size) {
-  constexpr double kHeaders = 20 + 8 + 8;        // IP, UDP, GVSP: of the packet's own size
-  constexpr double kAroundIt = 14 + 4 + 8 + 12;  // Ethernet's header and checksum, preamble, gap
-  const double data = packet_size - kHeaders;
-  if (!(data > 0) || !(payload_bytes > 0)) return 0;
-  const double packets = std::ceil(payload_bytes / data) + 2;  // leader and trailer
-  return link_bytes_per_s / (payload_bytes + packets * (kHeaders + kAroundIt));
-}
 
 LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
   LinkReport report;
@@ -167,23 +102,49 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
   const auto streamed = try_with("", options.seconds);
   if (!streamed) return report;
   report.camera = streamed->camera;
-  report.payload_bytes = TransportValue(streamed->statistics, "payload (bytes)").value_or(0);
-  if (report.payload_bytes <= 0 && streamed->statistics.delivered > 0)
-    report.payload_bytes =
-        static_cast<double>(streamed->statistics.bytes) / static_cast<double>(streamed->statistics.delivered);
-  DescribeNetwork(*streamed, report);
-  if (streamed->camera.bus == "USB3Vision") DescribeUsb(*streamed, report);
-  DescribeNeighbours(streamed->camera, report);
-  if (streamed->trial.Held()) return report;
+  const LinkPath path = LinkPathTo(report.camera);
+  LinkFacts described = DescribeLink(report.camera, path, streamed->statistics);
+  report.facts = std::move(described.facts);
+  report.payload_bytes = described.payload_bytes;
+  report.most_fps = described.most_fps;
+  DescribeNeighbours(report.camera, report);
+  const LinkTrial& first = streamed->trial;
+  if (first.Held()) return report;
+  const auto value = [&](const char* name) { return TransportValue(streamed->statistics, name).value_or(0); };
+  const double packet_size = value("packet size");
+  // A frame must find room, however late it is read; beyond what the system allows the fact names the command.
+  const double room = 2 * report.payload_bytes, granted = value("socket buffer (bytes)");
+  if (first.LostFrames() && 0 < granted && granted < room && room <= path.most_buffer.value_or(0))
+    if (is_remedy(fmt::format("socket_buffer={:.0f}", room))) return report;
   // A path that does not pass large packets loses them all; one that is full loses whatever their size.
-  const double packet_size = TransportValue(streamed->statistics, "packet size").value_or(0);
-  if (streamed->trial.whole == 0)
+  if (first.whole == 0)
     for (const int size : options.packet_sizes)
       if (size < packet_size && is_remedy(fmt::format("packet_size={}", size))) return report;
+  // A camera that limits itself loses nothing.
+  const double wanted = ThroughputLimitFor(first.asked_fps * report.payload_bytes);
+  if (const double limit = value("throughput limit (bytes/s)");
+      !first.LostFrames() && 0 < limit && limit < wanted)
+    if (is_remedy(fmt::format("throughput_limit={:.0f}", wanted))) return report;
+  // A switch that is fast enough may still not hold a whole frame: spread over the frame's period its packets pass.
+  const double packets = first.LostFrames() ? GigePackets(report.payload_bytes, packet_size) : 0;
+  const auto spread = [&](double fps) {
+    constexpr double kOfThePeriod = 0.8;  // the rest is for the packets themselves. Guessed.
+    return fmt::format("packet_delay_ns={:.0f}", std::floor(1e9 * kOfThePeriod / (fps * packets)));
+  };
+  if (packets > 0 && first.fps > 0 && is_remedy(spread(std::max(first.asked_fps, first.fps)))) return report;
   // What came through whole or not: a sender that waits for its link sends what that carries.
-  double fps = options.rate_share * streamed->trial.fps;
-  for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= options.rate_share)
-    if (is_remedy(fmt::format("fps={:.4g}", fps))) return report;
+  double fps = options.rate_share * first.fps;
+  for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= options.rate_share) {
+    const std::string slower = fmt::format("fps={:.4g}", fps);
+    if (!is_remedy(packets > 0 ? slower + "&" + spread(fps) : slower)) continue;
+    // One setting is better than two.
+    if (packets > 0 && report.remedy) {
+      const std::optional<std::string> both = std::exchange(report.remedy, std::nullopt);
+      is_remedy(slower);
+      if (!report.remedy) report.remedy = both;
+    }
+    return report;
+  }
   return report;
 }
 

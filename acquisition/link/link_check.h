@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
-#include "acquisition/link/host_link.h"
+#include "acquisition/link/link_facts.h"
 
 namespace ulf::acquisition {
 
@@ -41,24 +41,17 @@ struct LinkTrial {
   bool Held() const { return !LostFrames() && !TooSlow(); }
 };
 
-// One thing about the link, for people; `advice` where it is not as it should be.
-struct LinkFact {
-  std::string name, value, advice;
-};
-
 struct LinkReport {
   DeviceInfo camera;
   std::vector<LinkFact> facts;
-  std::vector<LinkTrial> trials;   // the last one lost nothing, if any did not
+  std::vector<LinkTrial> trials;
   double payload_bytes = 0;        // of a frame; 0: not known
   std::optional<double> most_fps;  // that the link's speed allows, by its own figures
   std::optional<std::string>
       remedy;  // settings with which no frame was lost; none: none is needed, or none helped
-  bool Holds() const { return !trials.empty() && trials.back().Held(); }
+  // As asked for, or with the remedy.
+  bool Holds() const { return remedy || (!trials.empty() && trials.front().Held()); }
 };
-
-// The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.
-double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);
 
 // Throws as OpenDevice() does, and UsageError for a device that is no live camera.
 LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options = {});

@@ -50,4 +50,13 @@ std::optional<std::uint64_t> CaptureMeters::DiskLeftBytes(const std::filesystem:
   return disk_left_bytes_;
 }
 
+const std::vector<acquisition::LinkFact>& CaptureMeters::Link(const acquisition::Device& device) {
+  if (!IsDue(asked_link_)) return link_;
+  const acquisition::DeviceInfo camera = device.Info();
+  const acquisition::DeviceStatistics statistics = device.Statistics();
+  link_ = acquisition::DescribeLink(camera, acquisition::LinkPathTo(camera), statistics).facts;
+  if (auto lost = acquisition::LostSoFar(camera, statistics)) link_.push_back(std::move(*lost));
+  return link_;
+}
+
 }  // namespace ulf::coverage

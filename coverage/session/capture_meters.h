@@ -1,5 +1,5 @@
 // What a capture measures beside its views: the device's time and frame rate, dropped frames, free disk space.
-// Reads the device's and the disk's figures at most once a second.
+// Reads the device's, the link's and the disk's figures at most once a second.
 #pragma once
 
 #include <chrono>
@@ -7,8 +7,10 @@
 #include <deque>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "acquisition/device/device.h"
+#include "acquisition/link/link_facts.h"
 
 namespace ulf::coverage {
 
@@ -22,15 +24,18 @@ class CaptureMeters {
   std::optional<double> FramesPerS() const;  // over the last second; none before two frames
   std::uint64_t Dropped(const acquisition::Device& device);
   std::optional<std::uint64_t> DiskLeftBytes(const std::filesystem::path& dir);
+  // What is known of the way to the camera (link_facts.h); empty: it has none.
+  const std::vector<acquisition::LinkFact>& Link(const acquisition::Device& device);
 
  private:
   using Clock = std::chrono::steady_clock;
   std::optional<double> first_time_s_, last_time_s_;
   double frame_period_s_ = 0;
   std::deque<double> times_s_;
-  std::optional<Clock::time_point> asked_device_, asked_disk_;
+  std::optional<Clock::time_point> asked_device_, asked_disk_, asked_link_;
   std::uint64_t dropped_ = 0;
   std::optional<std::uint64_t> disk_left_bytes_;
+  std::vector<acquisition::LinkFact> link_;
 };
 
 }  // namespace ulf::coverage

@@ -133,6 +133,7 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
                   .bytes_per_view = static_cast<std::uint64_t>(
                       view_per_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
+                  .link = meters_.Link(device_),
                   .has_pose = latest_.track.cam_from_world.has_value(),
                   .pose_error_px = PoseErrorNow(),
                   .limits = options_.limits});

@@ -111,6 +111,22 @@ PreflightItem Disk(const PreflightInput& input) {
                       std::max(needed_gb, kLeastSaid_gb), needed_gb <= left_gb ? "" : kWayOut)};
 }
 
+// Warnings: a frame that is lost is no view, and the hand passes there again.
+void AddLink(const std::vector<acquisition::LinkFact>& facts, std::vector<PreflightItem>& items) {
+  if (facts.empty()) return;
+  const std::size_t before = items.size();
+  for (const acquisition::LinkFact& fact : facts)
+    if (!fact.in_order)
+      items.push_back({.name = fact.name,
+                       .in_order = false,
+                       .words = fmt::format("{}: {}", fact.value, fact.advice),
+                       .holds_start = false});
+  if (items.size() > before) return;
+  const auto rate =
+      std::find_if(facts.begin(), facts.end(), [](const auto& fact) { return fact.name == "rate"; });
+  items.push_back({"link", true, rate == facts.end() ? facts.front().value : rate->value});
+}
+
 }  // namespace
 
 std::vector<PreflightItem> Preflight(const PreflightInput& input) {
@@ -120,6 +136,7 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   items.push_back(Automatic("white balance", input.held.white_balance));
   items.push_back(Focus(input));
   items.push_back(Disk(input));
+  AddLink(input.link, items);
   if (input.prediction)
     if (const auto doubt = ThresholdWarning(*input.prediction, input.cap))
       items.push_back({.name = "views", .in_order = false, .words = *doubt, .holds_start = false});

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
+#include "acquisition/link/link_facts.h"
 #include "coverage/bound/capture_prediction.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/light_and_focus.h"
@@ -17,7 +18,8 @@
 namespace ulf::coverage {
 
 struct PreflightItem {
-  // "calibration", "light", "exposure", "white balance", "focus", "disk", "views", "tracking"
+  // "calibration", "light", "exposure", "white balance", "focus", "disk", "views", "tracking"; "link", or what of it is
+  // not in order (LinkFact::name)
   std::string name;
   std::optional<bool> in_order;  // none: unknown
   std::string words;             // the finding and, where it is not in order, what to do
@@ -38,7 +40,8 @@ struct PreflightInput {
   bool without_subject = false;
   std::uint64_t bytes_per_view = 0;  // at most
   std::optional<std::uint64_t> disk_left_bytes;
-  bool has_pose = true;  // of the present frame
+  std::vector<acquisition::LinkFact> link = {};  // empty: the camera has none
+  bool has_pose = true;                          // of the present frame
   // Of a view taken now (view_decision.h); none: the pose is given.
   std::optional<double> pose_error_px;
   DecisionLimits limits = {};

@@ -1,12 +1,19 @@
 #include "acquisition/simulator/gige/genicam_description.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/sensor.h"
+#include "core/base/error.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -71,12 +78,14 @@ std::string Size(const std::string& name, const std::string& description, int le
 }
 
 std::string Enumeration(const std::string& name, const Entries& entries, const std::string& value,
-                        const std::string& description = "") {
+                        const std::string& description = "", const char* selects = nullptr) {
   std::string inside = Description(description);
   for (const auto& [entry, number] : entries)
     inside += fmt::format("    <EnumEntry Name=\"{}\" NameSpace=\"Standard\"><Value>{}</Value></EnumEntry>\n",
                           entry, number);
-  return Node("Enumeration", name, "Standard", inside + fmt::format("    <pValue>{}</pValue>\n", value));
+  return Node("Enumeration", name, "Standard",
+              inside + fmt::format("    <pValue>{}</pValue>\n", value) +
+                  (selects ? fmt::format("    <pSelected>{}</pSelected>\n", selects) : ""));
 }
 
 std::string Choice(const std::string& name, const Entries& entries, const char* address,
@@ -100,6 +109,7 @@ struct Converted {
   const char *to, *from;
   const char* reg;
   const char* address;
+  int reg_least, reg_most;  // a converter without limits behind it converts 0 as well
 };
 
 std::string Real(const Converted& c) {
@@ -113,7 +123,10 @@ std::string Real(const Converted& c) {
               fmt::format("    <FormulaTo>{}</FormulaTo><FormulaFrom>{}</FormulaFrom>\n"
                           "    <pValue>{}</pValue><Slope>{}</Slope>\n",
                           c.to, c.from, c.reg, slope)) +
-         Number(c.reg, "Custom", c.address, "RW");
+         Node("Integer", c.reg, "Custom",
+              fmt::format("    <pValue>{}At</pValue><Min>{}</Min><Max>{}</Max>\n", c.reg, c.reg_least,
+                          c.reg_most)) +
+         Number(fmt::format("{}At", c.reg), "Custom", c.address, "RW");
 }
 
 std::string Difference(const std::string& name, const char* all, const char* part) {
@@ -124,13 +137,53 @@ std::string Difference(const std::string& name, const char* all, const char* par
                   all, part));
 }
 
+std::string At(std::uint32_t address) { return fmt::format("0x{:x}", address); }
+
+std::string Switch(const std::string& name, const std::string& reg, const std::string& address) {
+  return Node("Boolean", name, "Standard", fmt::format("    <pValue>{}</pValue>\n", reg)) +
+         Number(reg, "Custom", address.c_str(), "RW");
+}
+
+// The states of a port, as IEEE 1588 numbers them.
+std::string ClockControl() {
+  return Switch("PtpEnable", "PtpEnableReg", At(kPtpEnableAt)) +
+         Enumeration("PtpStatus",
+                     {{"Initializing", "1"},
+                      {"Faulty", "2"},
+                      {"Disabled", "3"},
+                      {"Listening", "4"},
+                      {"PreMaster", "5"},
+                      {"Master", "6"},
+                      {"Passive", "7"},
+                      {"Uncalibrated", "8"},
+                      {"Slave", "9"}},
+                     "PtpStatusReg") +
+         Number("PtpStatusReg", "Custom", At(kPtpStatusAt).c_str(), "RO", "", false) +
+         Command("PtpDataSetLatch", "PtpLatchReg", 1) +
+         Number("PtpLatchReg", "Custom", At(kPtpLatchAt).c_str(), "RW") +
+         Node("IntReg", "PtpOffsetFromMaster", "Standard",
+              Description(
+                  "Of the camera's clock from its master's at the last PtpDataSetLatch, in nanoseconds.") +
+                  RegisterAt(At(kPtpOffsetAt).c_str(), 4, "RO") +
+                  "    <Cachable>NoCache</Cachable>\n    "
+                  "<Sign>Signed</Sign><Endianess>BigEndian</Endianess>\n");
+}
+
 std::string DeviceControl() {
   return Category("DeviceControl", "Standard",
                   {"DeviceVendorName", "DeviceModelName", "DeviceManufacturerInfo", "DeviceVersion",
-                   "DeviceSerialNumber"}) +
+                   "DeviceSerialNumber", "DeviceLinkThroughputLimitMode", "DeviceLinkThroughputLimit",
+                   "PtpEnable", "PtpStatus", "PtpDataSetLatch", "PtpOffsetFromMaster"}) +
          Text("DeviceVendorName", "0x48", 32) + Text("DeviceModelName", "0x68", 32) +
          Text("DeviceVersion", "0x88", 32) + Text("DeviceManufacturerInfo", "0xa8", 48) +
-         Text("DeviceSerialNumber", "0xd8", 16);
+         Text("DeviceSerialNumber", "0xd8", 16) +
+         Choice("DeviceLinkThroughputLimitMode", {{"Off", "0"}, {"On", "1"}}, At(kThroughputModeAt).c_str()) +
+         Node(
+             "Integer", "DeviceLinkThroughputLimit", "Standard",
+             Description("What the camera sends at most, in bytes a second.") +
+                 fmt::format("    <pValue>ThroughputReg</pValue><Min>{}</Min><Max>{}</Max><Unit>Bps</Unit>\n",
+                             kLeastThroughput, kMostThroughput)) +
+         Number("ThroughputReg", "Custom", At(kThroughputLimitAt).c_str(), "RW") + ClockControl();
 }
 
 std::string ImageFormatControl() {
@@ -164,16 +217,17 @@ std::string AcquisitionControl() {
          Number("AcquisitionReg", "Custom", "0x124", "RW") +
          Real({"AcquisitionFrameRate", "Standard", "Frames per second of the free-running camera.", "0.1",
                "1000.0", "Hz", "FrameRateFromPeriod", "1000000.0 / FROM", "1000000.0 / TO", "FramePeriodReg",
-               "0x138"}) +
+               "0x138", 1'000, 10'000'000}) +
          Real({"ExposureTime", "Standard",
                "How long the shutter is open, in microseconds: more light, and more motion blur.", "10.0",
-               "1000000.0", "us", "ExposureFromReg", "FROM", "TO", "ExposureReg", "0x120"}) +
+               "1000000.0", "us", "ExposureFromReg", "FROM", "TO", "ExposureReg", "0x120", 10, 1'000'000}) +
          Enumeration("TriggerSelector", {{"FrameStart", "0"}}, "TriggerSelectorValue") +
          "  <Integer Name=\"TriggerSelectorValue\" NameSpace=\"Custom\"><Value>0</Value></Integer>\n" +
          Choice("TriggerMode", {{"Off", "0"}, {"On", "1"}}, "0x300") +
          Choice("TriggerSource", {{"Line0", "0"}, {"Software", "1"}}, "0x1020") +
          Real({"LinePulseRate", "Custom", "Pulses a second on the simulated input Line0.", "0.1", "200.0",
-               "Hz", "LineRateFromPeriod", "1000000.0 / FROM", "1000000.0 / TO", "LinePeriodReg", "0x1024"}) +
+               "Hz", "LineRateFromPeriod", "1000000.0 / FROM", "1000000.0 / TO", "LinePeriodReg", "0x1024",
+               5'000, 10'000'000}) +
          Command("TriggerSoftware", "TriggerSoftwareReg", 1) +
          Number("TriggerSoftwareReg", "Custom", "0x30c", "RW");
 }
@@ -183,7 +237,57 @@ std::string AnalogControl() {
   return Category("AnalogControl", "Standard", {"Gain"}) +
          Real({"Gain", "Standard",
                "Amplification before the converter, in decibels (20 dB: ten times the number).", "0.0",
-               "36.0", "dB", "GainFromReg", "FROM * 10.0", "TO / 10.0", "GainReg", "0x110"});
+               "36.0", "dB", "GainFromReg", "FROM * 10.0", "TO / 10.0", "GainReg", "0x110", 0, 360});
+}
+
+std::string DigitalIOControl() {
+  return Category("DigitalIOControl", "Standard", {"LineStatusAll"}) +
+         Number("LineStatusAll", "Standard", At(kLineStatusAt).c_str(), "RO",
+                "Bit 0: Line0, at the last frame.", false);
+}
+
+std::string ChunkDataControl() {
+  Names features{"ChunkModeActive", "ChunkSelector", "ChunkEnable"};
+  Entries selected;
+  std::string values;
+  for (std::size_t i = 0; i < kChunks.size(); ++i) {
+    const SimulatedChunk& chunk = kChunks[i];
+    const std::string name = fmt::format("Chunk{}", chunk.name);
+    features.push_back(name);
+    selected.emplace_back(chunk.name, fmt::format("{}", i));
+    values += Node(chunk.is_real ? "FloatReg" : "IntReg", name, "Standard",
+                   fmt::format("    <Address>0</Address><Length>{}</Length><AccessMode>RO</AccessMode>"
+                               "<pPort>{}Port</pPort>\n{}    <Endianess>BigEndian</Endianess>\n",
+                               kChunkValueBytes, name, chunk.is_real ? "" : "    <Sign>Unsigned</Sign>\n")) +
+              Node("Port", name + "Port", "Custom", fmt::format("    <ChunkID>{:x}</ChunkID>\n", chunk.id));
+  }
+  return Category("ChunkDataControl", "Standard", features) +
+         Switch("ChunkModeActive", "ChunkModeReg", At(kChunkModeAt)) +
+         Enumeration("ChunkSelector", selected, "ChunkSelectorReg", "", "ChunkEnable") +
+         Number("ChunkSelectorReg", "Custom", At(kChunkSelectorAt).c_str(), "RW") +
+         Node("Boolean", "ChunkEnable", "Standard", "    <pValue>ChunkEnableReg</pValue>\n") +
+         Node("IntReg", "ChunkEnableReg", "Custom",
+              fmt::format("    <Address>{}</Address><pIndex Offset=\"4\">ChunkSelectorReg</pIndex>\n"
+                          "    <Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>\n"
+                          "    <Cachable>NoCache</Cachable>\n"
+                          "    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>\n",
+                          At(kChunkEnableAt))) +
+         values;
+}
+
+// What chunk data add to the payload: each that is switched on, and the image's own entry.
+std::string ChunkPayload() {
+  std::string registers, variables, formula;
+  for (std::size_t i = 0; i < kChunks.size(); ++i) {
+    registers += Number(fmt::format("Chunk{}On", kChunks[i].name), "Custom",
+                        At(kChunkEnableAt + 4 * static_cast<std::uint32_t>(i)).c_str(), "RW", "", false);
+    variables += fmt::format("    <pVariable Name=\"C{}\">Chunk{}On</pVariable>\n", i, kChunks[i].name);
+    formula += fmt::format("{}C{}", i == 0 ? "" : " + ", i);
+  }
+  return registers + Node("IntSwissKnife", "ChunkPayload", "Custom",
+                          "    <pVariable Name=\"ON\">ChunkModeReg</pVariable>\n" + variables +
+                              fmt::format("    <Formula>ON * ({} + {} * ({}))</Formula>\n", kImageChunkBytes,
+                                          kChunkBytes, formula));
 }
 
 std::string LastFrame() {
@@ -202,11 +306,17 @@ std::string LastFrame() {
 
 // The payload's size follows from the bits per pixel: bits 16 to 23 of a format's code (PFNC).
 std::string TransportLayerControl() {
-  return Category("TransportLayerControl", "Standard", {"PayloadSize"}) +
+  return Category("TransportLayerControl", "Standard",
+                  {"PayloadSize", "GevSCPD", "GevTimestampTickFrequency"}) +
+         Number("GevSCPD", "Standard", At(kPacketDelayAt).c_str(), "RW",
+                "Pause between two packets, in ticks of GevTimestampTickFrequency.", false) +
+         Number("GevTimestampTickFrequency", "Standard", At(kTickFrequencyAt + 4).c_str(), "RO") +
          Node("IntSwissKnife", "PayloadSize", "Standard",
               "    <pVariable Name=\"W\">Width</pVariable><pVariable Name=\"H\">Height</pVariable>\n"
               "    <pVariable Name=\"CODE\">PixelFormatReg</pVariable>\n"
-              "    <Formula>W * H * ((CODE >> 16) &amp; 0xFF) / 8</Formula>\n") +
+              "    <pVariable Name=\"CHUNKS\">ChunkPayload</pVariable>\n"
+              "    <Formula>W * H * ((CODE >> 16) &amp; 0xFF) / 8 + CHUNKS</Formula>\n") +
+         ChunkPayload() +
          Node("Integer", "TLParamsLocked", "Standard",
               "    <Visibility>Invisible</Visibility><Value>0</Value><Min>0</Min><Max>1</Max>\n");
 }
@@ -217,11 +327,22 @@ const std::string& GenicamDescription() {
   static const std::string description =
       kBegin +
       Category("Root", "Standard",
-               {"DeviceControl", "ImageFormatControl", "AcquisitionControl", "AnalogControl", "LastFrame",
-                "TransportLayerControl"}) +
-      DeviceControl() + ImageFormatControl() + AcquisitionControl() + AnalogControl() + LastFrame() +
-      TransportLayerControl() + kEnd;
+               {"DeviceControl", "ImageFormatControl", "AcquisitionControl", "AnalogControl",
+                "DigitalIOControl", "ChunkDataControl", "LastFrame", "TransportLayerControl"}) +
+      DeviceControl() + ImageFormatControl() + AcquisitionControl() + AnalogControl() + DigitalIOControl() +
+      ChunkDataControl() + LastFrame() + TransportLayerControl() + kEnd;
   return description;
 }
+
+GenicamDescriptionFile::GenicamDescriptionFile() {
+  path_ = (std::filesystem::temp_directory_path() / "ulf_genicam_XXXXXX").string();
+  const int file = mkstemp(path_.data());
+  const std::string& text = GenicamDescription();
+  const bool whole = file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  if (file >= 0) close(file);
+  if (!whole) throw Error("{}: cannot be written: {}; free some space there", path_, std::strerror(errno));
+}
+
+GenicamDescriptionFile::~GenicamDescriptionFile() { unlink(path_.c_str()); }
 
 }  // namespace ulf::acquisition

@@ -9,4 +9,17 @@ namespace ulf::acquisition {
 // Generated once per process.
 const std::string& GenicamDescription();
 
+// The description in a temporary file, as long as this object lives: Aravis reads it from one.
+class GenicamDescriptionFile {
+ public:
+  GenicamDescriptionFile();
+  ~GenicamDescriptionFile();
+  GenicamDescriptionFile(const GenicamDescriptionFile&) = delete;
+  GenicamDescriptionFile& operator=(const GenicamDescriptionFile&) = delete;
+  const char* path() const { return path_.c_str(); }
+
+ private:
+  std::string path_;
+};
+
 }  // namespace ulf::acquisition

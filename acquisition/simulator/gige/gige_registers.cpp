@@ -7,13 +7,12 @@ namespace {
 
 // Addresses of the GenICam description.
 constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x110, kExposureAt = 0x120,
-                        kAcquisitionAt = 0x124, kPixelFormatAt = 0x128, kAcquisitionModeAt = 0x12C,
-                        kOffsetXAt = 0x130, kOffsetYAt = 0x134, kFramePeriodAt = 0x138,
-                        kTriggerModeAt = 0x300, kTriggerSoftwareAt = 0x30C;
+                        kPixelFormatAt = 0x128, kAcquisitionModeAt = 0x12C, kOffsetXAt = 0x130,
+                        kOffsetYAt = 0x134, kFramePeriodAt = 0x138, kTriggerModeAt = 0x300,
+                        kTriggerSoftwareAt = 0x30C;
 // Bootstrap registers of GigE Vision.
-constexpr std::uint32_t kHeartbeatTimeoutAt = 0x938, kControlPrivilegeAt = 0xA00, kStreamPortAt = 0xD00,
-                        kPacketSizeAt = 0xD04, kPacketDelayAt = 0xD08, kStreamAddressAt = 0xD18,
-                        kUserNameAt = 0xE8, kUserNameBytes = 16;
+constexpr std::uint32_t kHeartbeatTimeoutAt = 0x938, kControlPrivilegeAt = 0xA00, kUserNameAt = 0xE8,
+                        kUserNameBytes = 16;
 constexpr std::uint32_t kSmallestPacket = 100, kDoNotFragment = 1u << 30;
 
 WritableRegister Between(std::uint32_t address, std::uint32_t low, std::uint32_t high) {
@@ -53,7 +52,15 @@ std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulat
        }},
       AnyValue(kStreamPortAt),
       AnyValue(kPacketDelayAt),
-      AnyValue(kStreamAddressAt)};
+      AnyValue(kStreamAddressAt),
+      Between(kThroughputModeAt, 0, 1),
+      Between(kThroughputLimitAt, kLeastThroughput, kMostThroughput),
+      Between(kChunkModeAt, 0, 1),
+      Between(kChunkSelectorAt, 0, static_cast<std::uint32_t>(kChunks.size() - 1)),
+      Between(kPtpEnableAt, 0, 1),
+      Between(kPtpLatchAt, 0, 1)};
+  for (std::uint32_t i = 0; i < kChunks.size(); ++i)
+    writable.push_back(Between(kChunkEnableAt + 4 * i, 0, 1));
   for (std::uint32_t at = kUserNameAt; at < kUserNameAt + kUserNameBytes; at += 4)
     writable.push_back(AnyValue(at));
   return writable;

@@ -1,6 +1,7 @@
 // Registers of the simulated camera that Aravis does not define, and the values that clients may write.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -9,9 +10,34 @@
 
 namespace ulf::acquisition {
 
-inline constexpr std::uint32_t kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020, kLinePeriodAt = 0x1024;
+inline constexpr std::uint32_t kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020, kLinePeriodAt = 0x1024,
+                               kThroughputModeAt = 0x1030, kThroughputLimitAt = 0x1034, kChunkModeAt = 0x1040,
+                               kChunkSelectorAt = 0x1044, kChunkEnableAt = 0x1050, kLineStatusAt = 0x1080,
+                               kPtpEnableAt = 0x1090, kPtpStatusAt = 0x1094, kPtpLatchAt = 0x1098,
+                               kPtpOffsetAt = 0x109C;
+// Of Aravis's own.
+inline constexpr std::uint32_t kAcquisitionAt = 0x124;
 // Bootstrap registers of GigE Vision.
-inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kStreamSourcePortAt = 0xD1C;
+inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kTickFrequencyAt = 0x93C, kStreamPortAt = 0xD00,
+                               kPacketSizeAt = 0xD04, kPacketDelayAt = 0xD08, kStreamAddressAt = 0xD18,
+                               kStreamSourcePortAt = 0xD1C;
+inline constexpr std::uint32_t kPacketSizeMask = 0xFFFF;
+
+// The chunk data that the camera can add to a frame, in the order of ChunkSelector: eight bytes each. The image is a
+// chunk as well.
+struct SimulatedChunk {
+  const char* name;
+  std::uint32_t id;
+  bool is_real;
+};
+inline constexpr std::array kChunks{
+    SimulatedChunk{"ExposureTime", 0x1001, true}, SimulatedChunk{"Gain", 0x1002, true},
+    SimulatedChunk{"Timestamp", 0x1003, false}, SimulatedChunk{"FrameID", 0x1004, false},
+    SimulatedChunk{"LineStatusAll", 0x1005, false}};
+inline constexpr std::uint32_t kImageChunkId = 0x1000, kChunkValueBytes = 8;
+// What an image, and each value beside it, adds to the payload.
+inline constexpr std::uint32_t kImageChunkBytes = 8, kChunkBytes = kChunkValueBytes + 8;
+inline constexpr std::uint32_t kLeastThroughput = 1'000'000, kMostThroughput = 2'000'000'000;
 
 // All registers that a client may write, with the ranges of the GenICam description. Aravis does not check
 // values: it would divide by a frame period of 0 and allocate by any width.

@@ -73,6 +73,7 @@ struct GvcpFilter::State {
   void Receive(int socket);
   void Answer(int socket, const sockaddr_in& client, const Request& request);
   Status Check(const Request& request, const sockaddr_in& client);
+  void Announce(const Request& request) const;
   Status CheckRange(std::uint32_t address, std::size_t bytes) const;
   Status CheckWrite(std::uint32_t address, std::uint32_t value) const;
   Status CheckWrites(const Request& request) const;
@@ -138,6 +139,7 @@ void GvcpFilter::State::Answer(int socket, const sockaddr_in& client, const Requ
     PutWord(&answer[kHeaderBytes], options.privilege());
     return send(begin(kGood, 4));
   }
+  if (options.before) Announce(request);
   const std::size_t size = AskCamera(request);
   if (size == 0) return;
   if (request.WritesTo(kControlPrivilege)) {
@@ -176,6 +178,16 @@ Status GvcpFilter::State::Check(const Request& request, const sockaddr_in& clien
   if (AnotherControls(client)) return kAccessDenied;
   const bool controls = IsController(client) && options.privilege() != 0;
   return controls || request.AsksForControl() ? kGood : kAccessDenied;
+}
+
+void GvcpFilter::State::Announce(const Request& request) const {
+  if (request.Command() == kDiscovery) return;
+  const std::uint32_t address = Word(request.Body());
+  if (request.Writes())
+    for (std::size_t at = 4; at + 4 <= request.BodySize(); at += 4)
+      options.before({address + static_cast<std::uint32_t>(at) - 4, Word(request.Body() + at)});
+  else
+    options.before({address, std::nullopt});
 }
 
 Status GvcpFilter::State::CheckRange(std::uint32_t address, std::size_t bytes) const {

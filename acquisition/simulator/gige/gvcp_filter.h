@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace ulf::acquisition {
@@ -31,6 +32,12 @@ struct WritableRegister {
   std::function<bool(std::uint32_t)> takes;
 };
 
+// A register that a valid request reads or writes; `written`: its new value.
+struct GvcpAccess {
+  std::uint32_t address = 0;
+  std::optional<std::uint32_t> written;
+};
+
 struct GvcpFilterOptions {
   int unicast = -1;                // bound to the camera's address and port 3956
   std::vector<int> broadcasts;     // for discovery only
@@ -39,6 +46,7 @@ struct GvcpFilterOptions {
   std::vector<WritableRegister> writable;
   std::function<std::uint32_t()>
       privilege;  // control channel privilege at this moment; 0: nobody controls the camera
+  std::function<void(const GvcpAccess&)> before = {};  // called before Aravis gets the request
 };
 
 class GvcpFilter {

@@ -3,17 +3,15 @@
 #include <arpa/inet.h>
 #include <arv.h>
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <cstdio>
 #include <cstring>
 #include <deque>
-#include <fstream>
+#include <optional>
 #include <thread>
 
 #include "acquisition/aravis/gige_vision_probe.h"
@@ -21,6 +19,7 @@
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/gige/gvcp_filter.h"
+#include "acquisition/simulator/gige/pose_file.h"
 #include "acquisition/simulator/gige/taken_sockets.h"
 #include "acquisition/simulator/gige/wire_format.h"
 #include "core/base/error.h"
@@ -48,27 +47,6 @@ struct Settings {
   bool operator==(const Settings&) const = default;
 };
 
-// Aravis reads the GenICam description from a file, only while the camera is constructed.
-class DescriptionFile {
- public:
-  DescriptionFile() {
-    path_ = (std::filesystem::temp_directory_path() / "ulf_genicam_XXXXXX").string();
-    const int file = mkstemp(path_.data());
-    const std::string& text = GenicamDescription();
-    const bool whole =
-        file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-    if (file >= 0) close(file);
-    if (!whole) throw Error("{}: cannot be written: {}; free some space there", path_, std::strerror(errno));
-  }
-  ~DescriptionFile() { unlink(path_.c_str()); }
-  DescriptionFile(const DescriptionFile&) = delete;
-  DescriptionFile& operator=(const DescriptionFile&) = delete;
-  const char* path() const { return path_.c_str(); }
-
- private:
-  std::string path_;
-};
-
 }  // namespace
 
 struct SimulatedGigeCamera::State {
@@ -76,7 +54,6 @@ struct SimulatedGigeCamera::State {
   ~State();
 
   void Serve();
-  void OpenPoses();
   std::string AddAddresses();
   void InsertFilter(const std::vector<BoundSocket>& before, const std::string& address);
   void WriteRegisters();
@@ -93,7 +70,6 @@ struct SimulatedGigeCamera::State {
   double HandTime(std::int64_t moment) const ULF_REQUIRES(mutex) {
     return origin_hand_s + 1e-6 * static_cast<double>((moment - origin_moment) * period_us);
   }
-  void WritePose(std::uint64_t frame_id, std::uint64_t device_ns, const Frame& frame, double hand_s);
   static void OnFill(ArvBuffer* buffer, void* self, guint32 exposure_us, guint32 gain,
                      ArvPixelFormat format) {
     static_cast<State*>(self)->Fill(buffer, {exposure_us, gain, format});
@@ -103,10 +79,11 @@ struct SimulatedGigeCamera::State {
   SimulatedCamera camera;
   std::optional<LoopbackAddress> public_address, hidden_address;
   std::unique_ptr<GigeRelay> relay;
+  std::unique_ptr<GigeTransport> transport;
   std::unique_ptr<GvcpFilter> filter;
   ArvGvFakeCamera* server = nullptr;
   ArvFakeCamera* registers = nullptr;
-  std::FILE* poses = nullptr;
+  std::optional<PoseFile> poses;
 
   // A moment is a number of frame periods since the epoch of the system clock.
   struct Ready {
@@ -131,6 +108,9 @@ struct SimulatedGigeCamera::State {
   GigeServerStatistics statistics ULF_GUARDED_BY(mutex);
   double render_s ULF_GUARDED_BY(mutex) = 0;
   std::uint64_t renders ULF_GUARDED_BY(mutex) = 0;
+  // Line0 is up for half of the time from pulse to pulse.
+  std::chrono::steady_clock::time_point last_pulse ULF_GUARDED_BY(mutex);
+  double pulse_period_s ULF_GUARDED_BY(mutex) = 0;
   std::optional<std::chrono::steady_clock::time_point> first_frame ULF_GUARDED_BY(mutex);
   // Used only by the renderer while it runs:
   std::vector<std::optional<Frame>> loop;
@@ -149,18 +129,6 @@ SimulatedGigeCamera::State::~State() {
   relay.reset();
   filter.reset();
   if (server) g_object_unref(server);  // joins the thread that calls Fill
-  if (poses) std::fclose(poses);
-}
-
-void SimulatedGigeCamera::State::OpenPoses() {
-  if (options.poses.empty()) return;
-  poses = std::fopen(options.poses.c_str(), "w");
-  if (!poses) throw Error("{}: cannot be written: {}", options.poses.string(), std::strerror(errno));
-  fmt::print(poses,
-             "# ulf simulate, scene {}: camera-to-world poses in TUM's format, metres\n"
-             "# timestamp[s, device clock, start of exposure] tx ty tz qx qy qz qw (middle of exposure)\n",
-             options.simulation.scene);
-  std::fflush(poses);
 }
 
 // Adds the addresses and starts the relay if one is needed; returns the address for Aravis's camera.
@@ -195,11 +163,11 @@ void SimulatedGigeCamera::State::Serve() {
         "fault drift does not work with a loop, whose pictures are rendered once; leave one of the two out");
   const std::string address = AddAddresses();
   RequireFreeGigeAddress(address);  // Aravis does not report when it cannot bind
-  OpenPoses();
+  poses.emplace(options.poses, options.simulation.scene);
   RenderLoop();
   const std::vector<BoundSocket> before = BoundUdpSockets();
   {
-    const DescriptionFile description;
+    const GenicamDescriptionFile description;
     server = arv_gv_fake_camera_new_full(address.c_str(), options.serial.c_str(), description.path());
   }
   if (!server || !arv_gv_fake_camera_is_running(server))
@@ -227,7 +195,20 @@ void SimulatedGigeCamera::State::InsertFilter(const std::vector<BoundSocket>& be
   const TakenSockets taken = TakeControlSockets(before, address);
   if (taken.unicast < 0)
     throw Error("{}:{} cannot be opened; check for another camera there", address, kGvcpPort);
+  if (taken.stream < 0) throw Error("{}: Aravis's stream socket was not found", address);
   arv_fake_camera_write_register(registers, kStreamSourcePortAt, static_cast<guint32>(taken.stream_port));
+  transport = std::make_unique<GigeTransport>(
+      taken.stream, address,
+      RegisterAccess{
+          .read =
+              [this](std::uint32_t at) {
+                guint32 value = 0;
+                arv_fake_camera_read_register(registers, at, &value);
+                return value;
+              },
+          .write = [this](std::uint32_t at,
+                          std::uint32_t value) { arv_fake_camera_write_register(registers, at, value); }},
+      options.clock);
   filter = std::make_unique<GvcpFilter>(GvcpFilterOptions{
       .unicast = taken.unicast,
       .broadcasts = taken.broadcasts,
@@ -235,7 +216,8 @@ void SimulatedGigeCamera::State::InsertFilter(const std::vector<BoundSocket>& be
       .memory_bytes =
           static_cast<std::uint32_t>(ARV_FAKE_CAMERA_MEMORY_SIZE + (GenicamDescription().size() + 3) / 4 * 4),
       .writable = WritableRegisters(options.simulation),
-      .privilege = [this] { return arv_fake_camera_get_control_channel_privilege(registers); }});
+      .privilege = [this] { return arv_fake_camera_get_control_channel_privilege(registers); },
+      .before = [this](const GvcpAccess& access) { transport->BeforeRequest(access); }});
 }
 
 void SimulatedGigeCamera::State::WriteRegisters() {
@@ -263,6 +245,8 @@ void SimulatedGigeCamera::State::WriteRegisters() {
   set(ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOURCE, 1);
   set(kTriggerSourceAt, 1);
   set(kLinePeriodAt, 1e6 / options.line_hz);
+  set(kThroughputLimitAt, 125e6);  // gigabit Ethernet
+  set(kTickFrequencyAt + 4, 1e9);  // the lower half: the clock counts nanoseconds
   if (!relay) return;
   // The camera's answers to broadcast discovery do not go through the relay, so they must give its address.
   in_addr public_bytes{};
@@ -281,6 +265,8 @@ void SimulatedGigeCamera::State::PulseLine() {
     next = std::max(next + std::chrono::microseconds(std::max(kShortestPeriodUs, line_us)),
                     std::chrono::steady_clock::now());
     if (line_due.wait_until(lock, next, [this]() ULF_REQUIRES(mutex) { return stopping; })) return;
+    last_pulse = std::chrono::steady_clock::now();
+    pulse_period_s = 1e-6 * line_us;
     if (chosen == kLine0)
       arv_fake_camera_write_register(registers, ARV_FAKE_CAMERA_REGISTER_TRIGGER_SOFTWARE, 1);
   }
@@ -335,15 +321,16 @@ void SimulatedGigeCamera::State::FollowClock(std::int64_t moment, std::int64_t n
 }
 
 void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted) {
-  const std::uint64_t device_ns = arv_buffer_get_timestamp(buffer);
+  transport->WaitUntilSent(kRenderPatience);
+  const std::uint64_t host_ns = arv_buffer_get_timestamp(buffer), device_ns = transport->ClockNs(host_ns);
   guint32 register_us = 0;
   arv_fake_camera_read_register(registers, ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US,
                                 &register_us);
   const std::int64_t new_period_us = std::max(kShortestPeriodUs, register_us);
-  const auto moment = static_cast<std::int64_t>(device_ns / 1000) / new_period_us;
+  const auto moment = static_cast<std::int64_t>(host_ns / 1000) / new_period_us;
 
   MutexLock lock(mutex);
-  FollowClock(moment, new_period_us, wanted, 1e-9 * static_cast<double>(device_ns));
+  FollowClock(moment, new_period_us, wanted, 1e-9 * static_cast<double>(host_ns));
   const bool late = ring.empty();
   asked.notify_one();
   // Control requests wait meanwhile; rendering a frame takes much less than a client's heartbeat time-out.
@@ -360,6 +347,7 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
     first_frame = std::chrono::steady_clock::now();
     faults_due.notify_all();
   }
+  const guint32 lines = SecondsSince(last_pulse) < 0.5 * pulse_period_s ? 1u << kLine0 : 0;
   lock.unlock();
 
   std::size_t received = 0;
@@ -370,7 +358,23 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
                         cv::Rect(0, 0, pixels.cols, pixels.rows);
   if (const auto format = SensorFormatByCode(wanted.format)) PackImage(pixels, part, PixelsOf(*format), out);
   DescribeFrame(buffer, wanted, number, ready.hand_s);
-  WritePose(arv_buffer_get_frame_id(buffer), device_ns, ready.frame, ready.hand_s);
+  arv_fake_camera_write_register(registers, kLineStatusAt, lines);
+  poses->Write(arv_buffer_get_frame_id(buffer), device_ns, ready.frame, ready.hand_s);
+  if (!transport->Sends()) return;
+  GvspFrame sent{.id = static_cast<std::uint16_t>(arv_buffer_get_frame_id(buffer)),
+                 .timestamp_ns = device_ns,
+                 .pixel_format = wanted.format,
+                 .width = static_cast<std::uint32_t>(part.width),
+                 .height = static_cast<std::uint32_t>(part.height),
+                 .x = static_cast<std::uint32_t>(part.x),
+                 .y = static_cast<std::uint32_t>(part.y),
+                 .payload = {}};
+  if (const auto format = SensorFormatByCode(wanted.format))
+    sent.payload.assign(out, out + ImageBytes(PixelsOf(*format), part.width, part.height));
+  transport->Send(std::move(sent), {.exposure_us = static_cast<double>(wanted.exposure_us),
+                                    .gain_db = 0.1 * wanted.gain_tenths_db,
+                                    .frame_id = number,
+                                    .lines = lines});
 }
 
 // This thread also answers requests, so that registers that are read in one request describe one frame.
@@ -381,18 +385,6 @@ void SimulatedGigeCamera::State::DescribeFrame(ArvBuffer* buffer, const Settings
                                       static_cast<guint32>(std::llround(1e3 * hand_s))};
   for (std::size_t i = 0; i < values.size(); ++i)
     arv_fake_camera_write_register(registers, kLastFrameAt + 4 * static_cast<guint32>(i), values[i]);
-}
-
-void SimulatedGigeCamera::State::WritePose(std::uint64_t frame_id, std::uint64_t device_ns,
-                                           const Frame& frame, double hand_s) {
-  if (!poses) return;
-  const Rigid3 world_from_cam = frame.known_cam_from_world->Inverse();
-  const Eigen::Vector3d& t = world_from_cam.translation;
-  const Eigen::Quaterniond& q = world_from_cam.rotation;
-  fmt::print(poses, "# frame {} hand_s {:.6f}\n{}.{:09d} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
-             frame_id, hand_s, device_ns / 1000000000u, device_ns % 1000000000u, t.x(), t.y(), t.z(), q.x(),
-             q.y(), q.z(), q.w());
-  std::fflush(poses);
 }
 
 Frame SimulatedGigeCamera::State::Capture(double hand_s, const Settings& now, double light_s) const {

@@ -12,11 +12,11 @@
 // LinePulseRate pulses per second while a client streams. Two software triggers within the time that the
 // camera needs to send a frame give one frame, as on cameras without a trigger buffer.
 //
-// Aravis's camera side does not support chunk data. Registers describe the last frame instead: LastFrameId
-// (as sent: 16 bits), LastFrameNumber (from 1, never wraps), LastExposureTime, LastGain, LastHandTime. All
-// five change together, before the first packet of the frame is sent.
+// Registers describe the last frame: LastFrameId (as sent: 16 bits), LastFrameNumber (from 1, never wraps),
+// LastExposureTime, LastGain, LastHandTime. All five change together, before the first packet of the frame is sent.
 //
-// Control requests reach Aravis through a filter (gvcp_filter.h); the stream is sent directly.
+// Control requests reach Aravis through a filter (gvcp_filter.h). Aravis sends the stream, unless the client asks for what
+// it cannot do (gige_transport.h): a pause between packets, a limited throughput, chunk data, an IEEE 1588 clock.
 //
 // Faults of the link and of time need a relay (gige_relay.h) at the camera's address; the camera itself then
 // has another one (gige_address.h).
@@ -33,6 +33,7 @@
 #include <string>
 
 #include "acquisition/simulator/gige/gige_relay.h"
+#include "acquisition/simulator/gige/gige_transport.h"
 #include "acquisition/simulator/simulated_camera.h"
 
 namespace ulf::acquisition {
@@ -44,6 +45,7 @@ struct GigeServerOptions {
   std::filesystem::path poses;  // empty: not written
   double line_hz = 10;          // LinePulseRate at the start
   int loop = 0;                 // pictures in the loop; 0: every frame is rendered
+  SimulatedClock clock = {};
 };
 
 struct GigeServerStatistics {

@@ -65,6 +65,8 @@ TakenSockets TakeControlSockets(const std::vector<BoundSocket>& before, const st
       taken.broadcasts.push_back(Replace(socket.fd, NewSocket()));
     } else if (at_camera) {
       taken.stream_port = socket.Port();
+      taken.stream = fcntl(socket.fd, F_DUPFD_CLOEXEC, 0);
+      CheckSocketCall(taken.stream);
     }
   }
   return taken;

@@ -15,6 +15,7 @@ struct TakenSockets {
   std::vector<int> broadcasts;
   int to_library = -1;  // Aravis receives what is sent here
   int stream_port = 0;  // source port of Aravis's stream packets; 0: not found
+  int stream = -1;      // another descriptor of the socket that they come from
 };
 
 // Takes the sockets that were opened since `before` for a camera at `address`. Throws Error when the system

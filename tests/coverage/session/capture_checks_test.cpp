@@ -75,6 +75,18 @@ TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
       "light", "expose less");
   bad([](PreflightInput& input) { input.disk_left_bytes = 400'000'000; }, "disk", "free some space");
   bad([](PreflightInput& input) { input.pose_error_px = 1.2; }, "tracking", "move slowly");
+  const acquisition::LinkFact wire{.name = "link", .value = "eth0 to 192.0.2.7: 1000 Mbit/s, MTU 1500"};
+  bad(
+      [&](PreflightInput& input) {
+        input.link = {
+            wire,
+            {"rate", "at most 45 frames a second, the camera is set to 60", "fps=42 in the URI", false}};
+      },
+      "rate", "60: fps=42 in the URI");
+  PreflightInput linked = good;
+  linked.link = {wire};
+  EXPECT_THAT(Item(Preflight(linked), "link").words, HasSubstr("1000 Mbit/s"));
+  EXPECT_TRUE(HoldsInWords(Preflight(linked)).empty());
   PreflightInput one = good;
   one.prediction.reset();
   one.bytes_per_view = 500'000'000;

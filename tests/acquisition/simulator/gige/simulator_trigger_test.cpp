@@ -7,9 +7,12 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <memory>
 #include <thread>
 
+#include "acquisition/device/device.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
@@ -124,6 +127,60 @@ TEST_F(TriggeredCamera, TheLastFrameIsToldInRegisters) {
   EXPECT_EQ(block[7], 3) << "the same in one piece";
   EXPECT_EQ(block[10] << 8 | block[11], 2000);
 }
+
+// Pulses far apart, at a hardware line and by software, each camera through our device: as many frames as triggers, no
+// fault in between.
+void RunSparseTriggers(double seconds, double every_s) {
+  static const std::optional<std::string> why_not = test::EnterLoopbackNamespace();
+  if (why_not) GTEST_SKIP() << *why_not;
+  const auto serve = [&](const char* address) {
+    GigeServerOptions options;
+    options.simulation.width = 160;
+    options.simulation.height = 120;
+    options.simulation.noise = false;
+    options.loop = 4;
+    options.line_hz = 1 / every_s;
+    options.interface = address;
+    options.serial = std::string("ULF-") + address;
+    return std::make_unique<SimulatedGigeCamera>(options);
+  };
+  const auto by_line = serve("127.0.0.1"), by_software = serve("127.0.0.2");
+  const auto line = OpenDevice("aravis:127.0.0.1?trigger=Line0&packet_timeout_ms=40");
+  const auto software = OpenDevice("aravis:127.0.0.2?trigger=software");
+  line->Start();
+  software->Start();
+  using PulseClock = std::chrono::steady_clock;
+  const auto begin = PulseClock::now();
+  auto due = begin;
+  std::uint64_t at_line = 0, asked = 0, answered = 0;
+  while (PulseClock::now() - begin < std::chrono::duration<double>(seconds)) {
+    if (const auto frame = line->Next(50ms); frame && frame->status == FrameStatus::kComplete) ++at_line;
+    if (PulseClock::now() < due) continue;
+    due += std::chrono::duration_cast<PulseClock::duration>(std::chrono::duration<double>(every_s));
+    ++asked;
+    if (const auto frame = software->Next(2s); frame && frame->status == FrameStatus::kComplete) ++answered;
+  }
+  // One that is on its way when the time is over.
+  while (const auto frame = line->Next(200ms)) ++at_line;
+  for (Device* device : {line.get(), software.get()}) {
+    const DeviceStatistics counted = device->Statistics();
+    EXPECT_EQ(device->State(), DeviceState::kStreaming) << device->Info().problem;
+    EXPECT_EQ(counted.incomplete + counted.missing + counted.reconnects, 0u) << device->Info().uri;
+    for (const DeviceEvent& event : device->TakeEvents())
+      EXPECT_EQ(event.kind, DeviceEventKind::kNotice) << event.text;
+  }
+  EXPECT_EQ(at_line, by_line->Statistics().served);
+  EXPECT_GE(at_line, std::floor(seconds / every_s) - 1);
+  EXPECT_EQ(answered, asked);
+  EXPECT_EQ(by_software->Statistics().served, asked);
+  std::printf("triggers every %g s for %g s: %llu of %llu frames at the line, %llu of %llu by software\n",
+              every_s, seconds, static_cast<unsigned long long>(at_line),
+              static_cast<unsigned long long>(by_line->Statistics().served),
+              static_cast<unsigned long long>(answered), static_cast<unsigned long long>(asked));
+}
+
+TEST(SparseTriggers, LoseNothing) { RunSparseTriggers(4, 1); }
+TEST(SparseTriggers, LoseNothingInTenMinutes) { RunSparseTriggers(600, 10); }
 
 }  // namespace
 }  // namespace ulf

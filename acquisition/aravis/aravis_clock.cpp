@@ -1,0 +1,124 @@
+#include "acquisition/aravis/aravis_clock.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <limits>
+#include <thread>
+
+#include "core/base/host_time.h"
+#include "core/base/stop_signal.h"
+
+namespace ulf::acquisition {
+namespace {
+
+struct ClockNames {
+  const char* enable;
+  const char* on;     // null: the feature is a Boolean
+  const char* latch;  // what is read afterwards is of one moment; a camera may do without
+  const char* status;
+  const char* offset;
+};
+constexpr std::array kClockNames{
+    ClockNames{"PtpEnable", nullptr, "PtpDataSetLatch", "PtpStatus", "PtpOffsetFromMaster"},
+    ClockNames{"GevIEEE1588", nullptr, "GevIEEE1588DataSetLatch", "GevIEEE1588Status",
+               "GevIEEE1588OffsetFromMaster"},
+    ClockNames{"PtpMode", "Auto", nullptr, "PtpStatus",
+               "PtpOffsetFromMaster"},  // Allied Vision, before PtpEnable
+};
+// Between two questions: while the lock is awaited, and while frames come. Guessed.
+constexpr std::chrono::milliseconds kAskLock(50), kAskRunning(1000);
+
+bool ClockHas(ArvCamera* camera, const char* feature) {
+  return feature &&
+         Maybe([&](GError** e) { return arv_camera_is_feature_available(camera, feature, e); }, false);
+}
+
+const ClockNames* NamesOf(ArvCamera* camera) {
+  for (const ClockNames& names : kClockNames)
+    if (ClockHas(camera, names.enable)) return &names;
+  return nullptr;
+}
+
+void Switch(ArvCamera* camera, const std::string& who, const ClockNames& names, bool on) {
+  Must(who, names.enable, [&](GError** e) {
+    if (names.on)
+      arv_camera_set_string(camera, names.enable, on ? names.on : "Off", e);
+    else
+      arv_camera_set_boolean(camera, names.enable, on, e);
+  });
+}
+
+bool IsOn(ArvCamera* camera, const ClockNames& names) {
+  if (!names.on)
+    return Maybe([&](GError** e) { return arv_camera_get_boolean(camera, names.enable, e); }, false);
+  return Text(Maybe([&](GError** e) { return arv_camera_get_string(camera, names.enable, e); }, "Off")) !=
+         "Off";
+}
+
+}  // namespace
+
+AravisClock::AravisClock(const AravisSession& session, const std::string& who, const AravisOptions& options,
+                         std::vector<std::string>& notes)
+    : camera_(session.Camera()), asked_(std::chrono::steady_clock::now()) {
+  const ClockNames* names = NamesOf(camera_);
+  if (!names && options.ptp.value_or(false))
+    throw UsageError("{}: the camera's clock cannot be set by IEEE 1588; leave ptp out", who);
+  if (names && options.ptp) Switch(camera_, who, *names, *options.ptp);
+  state_ = Ask();
+  if (!options.ptp.value_or(false)) return;
+  const auto begin = std::chrono::steady_clock::now();
+  while (!IsShared() && SecondsSince(begin) < options.ptp_wait_s && !StopOnSignal::Asked()) {
+    std::this_thread::sleep_for(kAskLock);
+    state_ = Ask();
+  }
+  if (!IsShared())
+    throw Error(
+        "{}: its clock follows no IEEE 1588 master within {:g} s (it says {}); run one on this network "
+        "('ptp4l -i "
+        "INTERFACE -m' of linuxptp on this computer), give ptp_wait_s, or leave ptp out",
+        who, options.ptp_wait_s, state_ ? state_->status : "nothing");
+  notes.push_back(fmt::format(
+      "{} after {:.1f} s{}",
+      state_->status == "Master" ? "is the IEEE 1588 master of its network" : "follows an IEEE 1588 clock",
+      SecondsSince(begin), state_->offset_ns ? fmt::format(", {:.0f} ns from it", *state_->offset_ns) : ""));
+}
+
+void AravisClock::AppendTo(std::vector<std::pair<std::string, double>>& transport) const {
+  if (state_) transport.emplace_back("IEEE 1588 locked", state_->IsShared());
+  if (state_ && state_->offset_ns) transport.emplace_back("IEEE 1588 offset (ns)", *state_->offset_ns);
+}
+
+std::optional<ClockState> AravisClock::Ask() const {
+  const ClockNames* names = NamesOf(camera_);
+  if (!names || !IsOn(camera_, *names)) return std::nullopt;
+  if (ClockHas(camera_, names->latch))
+    Try([&](GError** e) { arv_camera_execute_command(camera_, names->latch, e); });
+  ClockState state;
+  state.status = Text(Maybe([&](GError** e) { return arv_camera_get_string(camera_, names->status, e); },
+                            static_cast<const char*>(nullptr)));
+  if (ClockHas(camera_, names->offset)) {
+    constexpr gint64 kUnknown = std::numeric_limits<gint64>::min();
+    const gint64 offset =
+        Maybe([&](GError** e) { return arv_camera_get_integer(camera_, names->offset, e); }, kUnknown);
+    if (offset != kUnknown) state.offset_ns = static_cast<double>(offset);
+  }
+  return state;
+}
+
+std::optional<std::string> AravisClock::Look() {
+  if (!state_ || std::chrono::steady_clock::now() - asked_ < kAskRunning) return std::nullopt;
+  const bool was_shared = IsShared();
+  const std::optional<ClockState> now = Ask();
+  asked_ = std::chrono::steady_clock::now();
+  if (!now || now->status.empty()) return std::nullopt;  // a camera that is gone is found out elsewhere
+  state_ = now;
+  if (was_shared == IsShared()) return std::nullopt;
+  return was_shared ? fmt::format(
+                          "the camera no longer follows its IEEE 1588 master (it says {}): its times drift "
+                          "from now on",
+                          state_->status)
+                    : fmt::format("the camera follows an IEEE 1588 clock again ({})", state_->status);
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,47 @@
+// A camera's clock that IEEE 1588 (PTP) keeps with others on its network: switching that on, waiting until the camera
+// follows its master, and how far off it is. Names of the Standard Features Naming Convention (PtpEnable) and of the GigE
+// Vision cameras before it (GevIEEE1588).
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/aravis/aravis_options.h"
+#include "acquisition/aravis/aravis_session.h"
+
+namespace ulf::acquisition {
+
+struct ClockState {
+  std::string status;               // the camera's word: "Slave", "Listening", ...
+  std::optional<double> offset_ns;  // from its master; none: the camera does not tell
+  // It follows a master, or is the one that the others follow.
+  bool IsShared() const { return status == "Slave" || status == "Master"; }
+};
+
+class AravisClock {
+ public:
+  // Switches IEEE 1588 on or off where the options say so, and waits until the clock is shared. Throws UsageError for a
+  // camera without it, Error where there is no lock in time. Adds to `notes` "follows an IEEE 1588 clock after 1.2 s, 180
+  // ns from it".
+  AravisClock(const AravisSession& session, const std::string& who, const AravisOptions& options,
+              std::vector<std::string>& notes);
+
+  // False as well where it is off, or the camera does not have it.
+  bool IsShared() const { return state_ && state_->IsShared(); }
+  // For DeviceStatistics::transport.
+  void AppendTo(std::vector<std::pair<std::string, double>>& transport) const;
+  // Asks the camera, at most once a second. What changed, for people; none: nothing.
+  std::optional<std::string> Look();
+
+ private:
+  std::optional<ClockState> Ask() const;
+
+  ArvCamera* camera_;
+  std::optional<ClockState> state_;  // none: it is off, or the camera does not have it
+  std::chrono::steady_clock::time_point asked_;
+};
+
+}  // namespace ulf::acquisition

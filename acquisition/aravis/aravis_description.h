@@ -1,0 +1,16 @@
+// A camera's GenICam description as the library has parsed it, seen as names (feature_names.h).
+#pragma once
+
+#include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/feature_names.h"
+
+namespace ulf::acquisition {
+
+// kNone: a category, a port, a bare register.
+NodeKind KindOf(ArvGcNode* node);
+// What the description names, whether or not a camera has it at this moment: it is not asked, and need not be there.
+NamedFeatures FeaturesOf(ArvGc* description);
+// What the camera has at this moment.
+NamedFeatures FeaturesOf(ArvCamera* camera);
+
+}  // namespace ulf::acquisition

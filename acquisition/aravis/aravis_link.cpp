@@ -1,0 +1,127 @@
+#include "acquisition/aravis/aravis_link.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf::acquisition {
+namespace {
+
+// Bytes of a packet between programs on this computer. With its headers it fits in 8 KiB, the block that the
+// kernel allocates; a larger packet takes 16 KiB of the receive buffer. Measured: at 9000 bytes one stream in
+// ten began with a loss (docs/architecture.md).
+constexpr int kLocalPacketSize = 7800;
+
+// Finds the largest packets that arrive, by test packets, which not every camera sends. Where none arrives,
+// the library keeps the size without an error. Starting from a size that every network passes, a larger
+// size therefore means that test packets arrived.
+bool NegotiatePacketSize(ArvCamera* camera) {
+  constexpr gint64 kSafePacketSize = 576;  // every IPv4 network passes it
+  gint64 low = 0, high = 0;
+  Try([&](GError** e) { arv_camera_get_integer_bounds(camera, "GevSCPSPacketSize", &low, &high, e); });
+  const auto read = [&] {
+    return Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0});
+  };
+  const auto write = [&](gint64 size) {
+    Try([&](GError** e) { arv_camera_gv_set_packet_size(camera, static_cast<gint>(size), e); });
+  };
+  const guint own = read();
+  write(std::max(kSafePacketSize, low));
+  const guint smallest = read();
+  Try([&](GError** e) { arv_camera_gv_auto_packet_size(camera, e); });
+  const bool found = read() > smallest;
+  if (!found) write(own);
+  arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+  return found;
+}
+
+void WritePackets(ArvCamera* camera, const std::string& address, const std::string& who,
+                  const AravisOptions& options, AravisConfigured& configured) {
+  // Packet sockets bypass the guard (stream_guard.h), and receive nothing on some hosts.
+  arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  std::optional<int> packet_size = options.packet_size;
+  if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
+  if (packet_size) {
+    arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+    Must(who, "packet size", [&](GError** e) { arv_camera_gv_set_packet_size(camera, *packet_size, e); });
+  } else {
+    configured.packet_size_negotiated = NegotiatePacketSize(camera);
+  }
+  configured.packet_size =
+      static_cast<int>(Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0}));
+  if (!packet_size && !configured.packet_size_negotiated)
+    configured.notes.push_back(
+        fmt::format("sent no test packet that arrived: its packets keep their size of {} bytes; if frames "
+                    "are lost, give packet_size=1400",
+                    configured.packet_size));
+  if (packet_size && configured.packet_size != *packet_size)
+    configured.notes.push_back(
+        fmt::format("changed packet_size={} to {}", *packet_size, configured.packet_size));
+  // The register is optional.
+  const gint64 delay_ns = options.packet_delay_ns.value_or(0);
+  const bool taken =
+      Maybe([&](GError** e) { return arv_camera_gv_set_packet_delay(camera, delay_ns, e), true; }, false);
+  configured.packet_delay_ns =
+      Maybe([&](GError** e) { return arv_camera_gv_get_packet_delay(camera, e); }, gint64{0});
+  if (options.packet_delay_ns && (!taken || std::abs(configured.packet_delay_ns - delay_ns) > delay_ns / 10))
+    configured.notes.push_back(
+        fmt::format("changed packet_delay_ns={} to {}", delay_ns, configured.packet_delay_ns));
+}
+
+bool IsThere(ArvCamera* camera, const char* feature) {
+  return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera, feature, e); }, false);
+}
+
+constexpr char kLimitMode[] =
+    "DeviceLinkThroughputLimitMode";  // a switch that some cameras have beside the limit
+
+// Null: the camera has none.
+const char* LimitOf(ArvCamera* camera) {
+  for (const char* name : {"DeviceLinkThroughputLimit", "StreamBytesPerSecond"})
+    if (IsThere(camera, name)) return name;
+  return nullptr;
+}
+
+void WriteThroughputLimit(ArvCamera* camera, const std::string& who, double limit) {
+  const char* name = LimitOf(camera);
+  if (!name)
+    throw UsageError("{}: the camera does not limit its own throughput; leave throughput_limit out", who);
+  if (IsThere(camera, kLimitMode))
+    Must(who, kLimitMode, [&](GError** e) { arv_camera_set_string(camera, kLimitMode, "On", e); });
+  gint64 low = 0, high = 0;
+  Must(who, name, [&](GError** e) { arv_camera_get_integer_bounds(camera, name, &low, &high, e); });
+  if (limit < static_cast<double>(low) || limit > static_cast<double>(high))
+    throw UsageError("{}: throughput_limit={:.0f} is out of the camera's range, {} to {} bytes a second", who,
+                     limit, low, high);
+  const gint64 step = std::max<gint64>(
+      1, Maybe([&](GError** e) { return arv_camera_get_integer_increment(camera, name, e); }, gint64{1}));
+  const gint64 steps =
+      static_cast<gint64>(std::ceil((limit - static_cast<double>(low)) / static_cast<double>(step)));
+  Must(who, name,
+       [&](GError** e) { arv_camera_set_integer(camera, name, std::min(high, low + steps * step), e); });
+}
+
+std::optional<double> ThroughputLimitOf(ArvCamera* camera) {
+  const char* name = LimitOf(camera);
+  if (!name) return std::nullopt;
+  if (IsThere(camera, kLimitMode) &&
+      Text(Maybe([&](GError** e) { return arv_camera_get_string(camera, kLimitMode, e); },
+                 static_cast<const char*>(nullptr))) != "On")
+    return std::nullopt;
+  const gint64 limit = Maybe([&](GError** e) { return arv_camera_get_integer(camera, name, e); }, gint64{0});
+  return limit > 0 ? std::optional(static_cast<double>(limit)) : std::nullopt;
+}
+
+}  // namespace
+
+void WriteAravisLink(const AravisSession& session, const std::string& who, const AravisOptions& options,
+                     AravisConfigured& configured) {
+  ArvCamera* camera = session.Camera();
+  if (const std::string address = session.GigeAddress(); !address.empty())
+    WritePackets(camera, address, who, options, configured);
+  if (options.throughput_limit) WriteThroughputLimit(camera, who, *options.throughput_limit);
+  configured.throughput_limit = ThroughputLimitOf(camera);
+}
+
+}  // namespace ulf::acquisition

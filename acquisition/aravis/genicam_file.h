@@ -1,0 +1,21 @@
+// A camera's GenICam description (XML) on disk, read without the camera.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "acquisition/aravis/feature_names.h"
+
+namespace ulf::acquisition {
+
+struct GenicamFile {
+  std::string vendor, model;
+  std::size_t features = 0;                // that have a value or a command
+  std::vector<std::string> pixel_formats;  // as the description calls them
+  FeatureNames names;
+};
+// Throws Error for a file that the library does not read.
+GenicamFile ReadGenicamFile(const std::filesystem::path& file);
+
+}  // namespace ulf::acquisition

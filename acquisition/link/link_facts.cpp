@@ -1,0 +1,213 @@
+#include "acquisition/link/link_facts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/counted.h"
+
+namespace ulf::acquisition {
+namespace {
+
+constexpr int kEthernetMtu = 1500, kJumboMtu = 9000;
+constexpr double kPacketHeaders = 20 + 8 + 8;  // IP, UDP, GVSP: of the packet's own size
+// Lost frames are a fault of the link from this many on, and this share: one at the start is none. Guessed.
+constexpr std::uint64_t kLeastLost = 3;
+constexpr double kLeastLostShare = 0.005;
+// A limit below this share of what the settings ask for holds the camera back. Guessed.
+constexpr double kSameRate = 0.98;
+// The rate that is advised, as a share of what the link's figures allow. Guessed.
+constexpr double kSafeShare = 0.95;
+
+double MegabytesPerS(double bytes_per_s) { return 1e-6 * bytes_per_s; }
+
+// What the camera was set to send.
+struct Sent {
+  double payload_bytes = 0, packet_size = 0;
+  std::optional<double> fps = {};
+  double BytesPerS() const { return fps ? payload_bytes * *fps : 0; }
+};
+
+std::string SpeedText(const NetworkLink& link) {
+  return link.bytes_per_s ? fmt::format("{:.0f} Mbit/s", 8e-6 * *link.bytes_per_s)
+                          : "speed not told by the system";
+}
+
+std::string JumboAdvice(const NetworkLink& link) {
+  return fmt::format(
+      "'ip link set {} mtu {}' as root, where the camera and every switch between pass jumbo frames",
+      link.interface, kJumboMtu);
+}
+
+LinkFact NetworkFact(const DeviceInfo& camera, const NetworkLink& link) {
+  const bool small = link.mtu > 0 && link.mtu <= kEthernetMtu;
+  return {"link",
+          fmt::format("{} to {}: {}, MTU {}", link.interface, camera.address, SpeedText(link), link.mtu),
+          small ? "jumbo frames cost less processor time: " + JumboAdvice(link) : ""};
+}
+
+LinkFact PacketFact(const NetworkLink& link, const Sent& sent, bool negotiated) {
+  LinkFact fact{"packets", fmt::format("{:.0f} bytes, {}", sent.packet_size,
+                                       negotiated ? "negotiated with test packets" : "as the camera has it")};
+  if (link.mtu <= 0 || sent.packet_size <= link.mtu) return fact;
+  fact.value += fmt::format(", more than the MTU of {} passes", link.mtu);
+  fact.advice = fmt::format("packet_size={} in the URI; or {}", link.mtu, JumboAdvice(link));
+  fact.in_order = false;
+  return fact;
+}
+
+LinkFact BufferFact(const LinkPath& path, const Sent& sent, double asked, double granted) {
+  LinkFact fact{"receive buffer",
+                fmt::format("{:.1f} MB of {:.1f} asked for", MegabytesPerS(granted), MegabytesPerS(asked))};
+  if (path.most_buffer)
+    fact.value += fmt::format(", the system allows {:.1f}", MegabytesPerS(*path.most_buffer));
+  if (granted >= asked) return fact;
+  fact.advice = fmt::format("'sysctl net.core.rmem_max={:.0f}' as root gives the rest", asked);
+  fact.in_order = granted >= sent.payload_bytes;  // a frame must find room, however late it is read
+  return fact;
+}
+
+// The rate that is asked for against what the link carries. `most_fps`: by the link's own figures.
+LinkFact RateFact(const Sent& sent, double most_fps, const std::string& wider) {
+  LinkFact fact{"rate", fmt::format("at most {:.1f} frames a second of {:.1f} MB", most_fps,
+                                    MegabytesPerS(sent.payload_bytes))};
+  if (!sent.fps) return fact;
+  fact.value += fmt::format(", the camera is set to {:.1f}", *sent.fps);
+  if (*sent.fps <= most_fps) return fact;
+  fact.advice =
+      fmt::format("fps={:.4g} in the URI, or a smaller window (roi){}", kSafeShare * most_fps, wider);
+  fact.in_order = false;
+  return fact;
+}
+
+void DescribeNetwork(const DeviceInfo& camera, const LinkPath& path, const DeviceStatistics& counted,
+                     const Sent& sent, LinkFacts& described) {
+  const NetworkLink& link = *path.network;
+  const auto value = [&](const char* name) { return TransportValue(counted, name); };
+  described.facts.push_back(NetworkFact(camera, link));
+  if (sent.packet_size > 0)
+    described.facts.push_back(PacketFact(link, sent, value("packet size negotiated").value_or(0) > 0));
+  if (const auto asked = value("socket buffer asked for (bytes)"))
+    described.facts.push_back(
+        BufferFact(path, sent, *asked, value("socket buffer (bytes)").value_or(*asked)));
+  if (const auto on = value("resend on"))
+    described.facts.push_back({"resending", *on > 0 ? "on" : "off, or not supported by the camera",
+                               *on > 0 ? "" : "every lost packet costs its frame"});
+  if (!link.bytes_per_s || sent.payload_bytes <= 0 || sent.packet_size <= 0) return;
+  described.most_fps = MostGigeFps(*link.bytes_per_s, sent.payload_bytes, static_cast<int>(sent.packet_size));
+  // Jumbo frames are the remedy only where they are enough.
+  const bool jumbo_is_enough = sent.fps && sent.packet_size <= kEthernetMtu &&
+                               *sent.fps <= MostGigeFps(*link.bytes_per_s, sent.payload_bytes, kJumboMtu);
+  described.facts.push_back(
+      RateFact(sent, *described.most_fps, jumbo_is_enough ? "; or " + JumboAdvice(link) : ""));
+}
+
+void DescribeUsb(const LinkPath& path, const Sent& sent, LinkFacts& described) {
+  if (path.usb) {
+    const std::string slow = SlowUsbText(*path.usb);
+    described.facts.push_back(
+        {"port", fmt::format("{} at {} Mbit/s", path.usb->port, path.usb->megabits), slow});
+    if (sent.payload_bytes > 0 && path.usb->megabits > 0) {
+      described.most_fps = UsbBytesPerSecond(path.usb->megabits) / sent.payload_bytes;
+      described.facts.push_back(RateFact(sent, *described.most_fps, slow.empty() ? "" : "; or a USB 3 port"));
+      described.facts[described.facts.size() - 2].in_order = slow.empty() || described.facts.back().in_order;
+    }
+  }
+  if (path.usb_memory_mb)
+    described.facts.push_back(
+        {"USB memory", fmt::format("{} MB for all programs together", *path.usb_memory_mb),
+         *path.usb_memory_mb > 0 ? "where several cameras stream: 'echo 1000 > "
+                                   "/sys/module/usbcore/parameters/usbfs_memory_mb' as root (udev/README.md)"
+                                 : ""});
+}
+
+// A camera that holds itself back (DeviceLinkThroughputLimit) loses nothing, and sends less than it is set to.
+void DescribeLimit(double limit, const Sent& sent, LinkFacts& described) {
+  LinkFact fact{"camera's limit",
+                fmt::format("{:.1f} MB/s (DeviceLinkThroughputLimit)", MegabytesPerS(limit))};
+  if (sent.payload_bytes > 0)
+    fact.value += fmt::format(", {:.1f} frames a second", limit / sent.payload_bytes);
+  if (limit < kSameRate * sent.BytesPerS()) {
+    // With the room that headers take, and not more than the link has.
+    double wanted = ThroughputLimitFor(sent.BytesPerS());
+    if (described.most_fps)
+      wanted = std::min(wanted, ThroughputLimitFor(*described.most_fps * sent.payload_bytes));
+    if (wanted > limit) {
+      fact.value += fmt::format(" of the {:.1f} that it is set to", *sent.fps);
+      fact.advice = fmt::format("throughput_limit={:.0f} in the URI", wanted);
+      fact.in_order = false;
+    }
+  }
+  described.facts.push_back(std::move(fact));
+}
+
+}  // namespace
+
+LinkPath LinkPathTo(const DeviceInfo& camera) {
+  LinkPath path;
+  if (!camera.address.empty()) {
+    path.network = NetworkLinkTo(camera.address);
+    path.most_buffer = MostSocketBuffer();
+  }
+  if (camera.bus == "USB3Vision") {
+    path.usb = UsbCameraPlaceOf(camera.maker, camera.serial);
+    path.usb_memory_mb = UsbMemoryMb();
+  }
+  return path;
+}
+
+LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const DeviceStatistics& counted) {
+  LinkFacts described;
+  described.payload_bytes = TransportValue(counted, "payload (bytes)").value_or(0);
+  if (described.payload_bytes <= 0 && counted.delivered > 0)
+    described.payload_bytes = static_cast<double>(counted.bytes) / static_cast<double>(counted.delivered);
+  described.set_fps = TransportValue(counted, "frames a second set");
+  const Sent sent{.payload_bytes = described.payload_bytes,
+                  .packet_size = TransportValue(counted, "packet size").value_or(0),
+                  .fps = described.set_fps};
+  if (path.network) DescribeNetwork(camera, path, counted, sent, described);
+  if (camera.bus == "USB3Vision") DescribeUsb(path, sent, described);
+  if (const auto limit = TransportValue(counted, "throughput limit (bytes/s)"))
+    DescribeLimit(*limit, sent, described);
+  return described;
+}
+
+std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatistics& counted) {
+  const std::uint64_t lost = counted.incomplete + counted.missing;
+  const std::uint64_t all = lost + counted.delivered + counted.dropped;
+  if (all == 0 || (camera.address.empty() && camera.bus != "USB3Vision")) return std::nullopt;
+  LinkFact fact{"frames", fmt::format("{} of {} did not arrive whole", lost, Counted(all, "frame"))};
+  if (lost >= kLeastLost && static_cast<double>(lost) >= kLeastLostShare * static_cast<double>(all)) {
+    fact.advice =
+        fmt::format("'ulf devices --check {}' finds the setting with which none is lost", camera.uri);
+    fact.in_order = false;
+  }
+  return fact;
+}
+
+double GigePackets(double payload_bytes, double packet_size) {
+  const double data = packet_size - kPacketHeaders;
+  return data > 0 ? std::ceil(payload_bytes / data) : 0;
+}
+
+double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size) {
+  constexpr double kAroundIt = 14 + 4 + 8 + 12;  // Ethernet's header and checksum, preamble, gap
+  const double packets = GigePackets(payload_bytes, packet_size);
+  if (!(packets > 0)) return 0;
+  return link_bytes_per_s /
+         (payload_bytes + (packets + 2) * (kPacketHeaders + kAroundIt));  // leader and trailer
+}
+
+double ThroughputLimitFor(double pixels_per_s) {
+  constexpr double kHeaderRoom = 1.1;  // guessed: small packets have some five hundredths of headers
+  return std::ceil(kHeaderRoom * pixels_per_s);
+}
+
+std::optional<double> TransportValue(const DeviceStatistics& statistics, const std::string& name) {
+  for (const auto& [known, value] : statistics.transport)
+    if (known == name) return value;
+  return std::nullopt;
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,52 @@
+// What is known of the link to a camera without a trial: what the system says of the way to it, what the camera was set
+// to, and what was lost so far. Each fact that is not in order has the one command or setting that mends it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/aravis/aravis_usb.h"
+#include "acquisition/device/device.h"
+#include "acquisition/link/host_link.h"
+
+namespace ulf::acquisition {
+
+// What this computer says of the way to a camera; it does not change while the camera streams.
+struct LinkPath {
+  std::optional<NetworkLink> network;      // of a camera in a network
+  std::optional<UsbCameraPlace> usb;       // of a USB3 Vision camera
+  std::optional<int> usb_memory_mb;        // for a USB3 Vision camera
+  std::optional<double> most_buffer = {};  // net.core.rmem_max, for a camera in a network
+};
+// Reads /proc and /sys.
+LinkPath LinkPathTo(const DeviceInfo& camera);
+
+// One thing about the link, for people.
+struct LinkFact {
+  std::string name, value;
+  std::string advice = {};  // what would raise it; empty: nothing would, or nothing needs to
+  bool in_order = true;     // false: frames are lost or held back by it, or will be
+};
+
+struct LinkFacts {
+  std::vector<LinkFact> facts;
+  double payload_bytes = 0;        // of a frame; 0: not known
+  std::optional<double> set_fps;   // that the camera was set to; none: not known, or it waits for triggers
+  std::optional<double> most_fps;  // that the link's speed allows, by its own figures
+};
+// `counted`: of a camera that streams or has streamed.
+LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const DeviceStatistics& counted);
+// How many frames did not arrive whole; none: no frame came, or the camera has no link (simulated).
+std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatistics& counted);
+
+// The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.
+double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);
+// Packets with pixels that a frame takes; 0: they are too small for any.
+double GigePackets(double payload_bytes, double packet_size);
+// The DeviceLinkThroughputLimit, in bytes a second, that lets so many bytes of pixels through.
+double ThroughputLimitFor(double pixels_per_s);
+// One of DeviceStatistics::transport; none: the device does not have it.
+std::optional<double> TransportValue(const DeviceStatistics& statistics, const std::string& name);
+
+}  // namespace ulf::acquisition

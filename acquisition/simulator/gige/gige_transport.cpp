@@ -1,0 +1,198 @@
+#include "acquisition/simulator/gige/gige_transport.h"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "acquisition/simulator/gige/gige_registers.h"
+#include "acquisition/simulator/gige/gvcp.h"
+#include "core/base/error.h"
+#include "core/base/mutex.h"
+
+namespace ulf::acquisition {
+namespace {
+
+// PtpStatus, as IEEE 1588 numbers the states of a port.
+constexpr std::uint32_t kPtpDisabled = 3, kPtpListening = 4, kPtpUncalibrated = 8, kPtpSlave = 9;
+// How far a clock that is set stays from its master, and for which share of the time until then it only listens. Made up.
+constexpr std::int64_t kPtpResidualNs = 180;
+constexpr double kPtpListens = 0.5;
+
+std::uint64_t HostNs() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000u + static_cast<std::uint64_t>(now.tv_nsec);
+}
+
+// Takes packets and keeps none: the kernel drops what nobody reads.
+class BlackHole {
+ public:
+  explicit BlackHole(const std::string& address) {
+    at_.sin_family = AF_INET;
+    inet_pton(AF_INET, address.c_str(), &at_.sin_addr);
+    fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    const int least = 1;
+    socklen_t size = sizeof at_;
+    if (fd_ < 0 || setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &least, sizeof least) != 0 ||
+        bind(fd_, reinterpret_cast<const sockaddr*>(&at_), size) != 0 ||
+        getsockname(fd_, reinterpret_cast<sockaddr*>(&at_), &size) != 0) {
+      const int reason = errno;
+      if (fd_ >= 0) close(fd_);
+      throw Error("{}: there is no socket for the simulated camera: {}", address, std::strerror(reason));
+    }
+  }
+  ~BlackHole() { close(fd_); }
+  BlackHole(const BlackHole&) = delete;
+  BlackHole& operator=(const BlackHole&) = delete;
+  std::uint32_t Address() const { return ntohl(at_.sin_addr.s_addr); }
+  std::uint32_t Port() const { return ntohs(at_.sin_port); }
+
+ private:
+  int fd_ = -1;
+  sockaddr_in at_{};
+};
+
+void AppendWord(std::vector<std::uint8_t>& bytes, std::uint32_t value) {
+  bytes.resize(bytes.size() + 4);
+  gvcp::PutWord(&bytes[bytes.size() - 4], value);
+}
+// A chunk's eight bytes, its number and its length, big-endian.
+void AppendChunk(std::vector<std::uint8_t>& bytes, std::uint32_t id, std::uint64_t value) {
+  AppendWord(bytes, static_cast<std::uint32_t>(value >> 32));
+  AppendWord(bytes, static_cast<std::uint32_t>(value));
+  AppendWord(bytes, id);
+  AppendWord(bytes, kChunkValueBytes);
+}
+
+}  // namespace
+
+struct GigeTransport::State {
+  State(int stream_socket, const std::string& address, RegisterAccess r, const SimulatedClock& c)
+      : registers(std::move(r)), clock(c), nowhere(address), sender(stream_socket) {}
+
+  void Start();
+  void Stop();
+  double PtpSeconds() const ULF_REQUIRES(mutex) {
+    return ptp_since_ns == 0 ? 0 : 1e-9 * static_cast<double>(HostNs() - ptp_since_ns);
+  }
+  bool IsSet() const ULF_REQUIRES(mutex) {
+    return ptp_since_ns != 0 && clock.ptp_lock_s >= 0 && PtpSeconds() >= clock.ptp_lock_s;
+  }
+  std::int64_t AheadNs() const ULF_REQUIRES(mutex) {
+    return IsSet() ? kPtpResidualNs : std::llround(1e9 * clock.ahead_s);
+  }
+  std::uint32_t PtpStatus() const ULF_REQUIRES(mutex) {
+    if (ptp_since_ns == 0) return kPtpDisabled;
+    if (clock.ptp_lock_s < 0 || PtpSeconds() < kPtpListens * clock.ptp_lock_s) return kPtpListening;
+    return IsSet() ? kPtpSlave : kPtpUncalibrated;
+  }
+
+  const RegisterAccess registers;
+  const SimulatedClock clock;
+  const BlackHole nowhere;
+  GvspSender sender;
+  mutable Mutex mutex;
+  // The client, while frames are sent from here.
+  std::optional<sockaddr_in> client ULF_GUARDED_BY(mutex);
+  std::uint64_t ptp_since_ns ULF_GUARDED_BY(mutex) = 0;  // 0: IEEE 1588 is off
+};
+
+void GigeTransport::State::Start() {
+  Stop();
+  const auto on = [&](std::uint32_t address) { return registers.read(address) != 0; };
+  if (!on(kPacketDelayAt) && !on(kThroughputModeAt) && !on(kChunkModeAt) && clock.ahead_s == 0) return;
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(registers.read(kStreamAddressAt));
+  to.sin_port = htons(static_cast<std::uint16_t>(registers.read(kStreamPortAt)));
+  registers.write(kStreamAddressAt, nowhere.Address());
+  registers.write(kStreamPortAt, nowhere.Port());
+  const MutexLock lock(mutex);
+  client = to;
+}
+
+void GigeTransport::State::Stop() {
+  const MutexLock lock(mutex);
+  if (!client) return;
+  // A client that came since has written its own.
+  if (registers.read(kStreamPortAt) == nowhere.Port()) {
+    registers.write(kStreamAddressAt, ntohl(client->sin_addr.s_addr));
+    registers.write(kStreamPortAt, ntohs(client->sin_port));
+  }
+  client.reset();
+}
+
+GigeTransport::GigeTransport(int stream_socket, const std::string& camera_address, RegisterAccess registers,
+                             const SimulatedClock& clock)
+    : state_(std::make_unique<State>(stream_socket, camera_address, std::move(registers), clock)) {}
+GigeTransport::~GigeTransport() = default;
+
+void GigeTransport::BeforeRequest(const GvcpAccess& access) {
+  if (access.written && access.address == kAcquisitionAt)
+    return *access.written != 0 ? state_->Start() : state_->Stop();
+  const MutexLock lock(state_->mutex);
+  if (access.written && access.address == kPtpEnableAt) {
+    if (*access.written == 0)
+      state_->ptp_since_ns = 0;
+    else if (state_->ptp_since_ns == 0)
+      state_->ptp_since_ns = HostNs();
+  }
+  // They change without a request.
+  if (access.address == kPtpStatusAt) state_->registers.write(kPtpStatusAt, state_->PtpStatus());
+  if (access.written && access.address == kPtpLatchAt)
+    state_->registers.write(kPtpOffsetAt,
+                            static_cast<std::uint32_t>(static_cast<std::int32_t>(
+                                std::clamp<std::int64_t>(state_->AheadNs(), INT32_MIN, INT32_MAX))));
+}
+
+std::uint64_t GigeTransport::ClockNs(std::uint64_t host_ns) const {
+  const MutexLock lock(state_->mutex);
+  return host_ns + static_cast<std::uint64_t>(state_->AheadNs());
+}
+
+void GigeTransport::WaitUntilSent(std::chrono::milliseconds patience) {
+  state_->sender.WaitUntilSent(patience);
+}
+
+bool GigeTransport::Sends() const {
+  const MutexLock lock(state_->mutex);
+  return state_->client.has_value();
+}
+
+void GigeTransport::Send(GvspFrame frame, const ChunkValues& values) {
+  GvspDestination to;
+  {
+    const MutexLock lock(state_->mutex);
+    if (!state_->client) return;
+    to.client = *state_->client;
+  }
+  const auto read = [this](std::uint32_t address) { return state_->registers.read(address); };
+  to.packet_bytes = read(kPacketSizeAt) & kPacketSizeMask;
+  to.pause = std::chrono::nanoseconds(read(kPacketDelayAt));
+  if (read(kThroughputModeAt) != 0) to.bytes_per_s = read(kThroughputLimitAt);
+  if (read(kChunkModeAt) != 0 && !state_->clock.forgets_chunks) {
+    frame.has_chunks = true;
+    const auto image_bytes = static_cast<std::uint32_t>(frame.payload.size());
+    AppendWord(frame.payload, kImageChunkId);
+    AppendWord(frame.payload, image_bytes);
+    const std::uint64_t told[] = {std::bit_cast<std::uint64_t>(values.exposure_us),
+                                  std::bit_cast<std::uint64_t>(values.gain_db), frame.timestamp_ns,
+                                  values.frame_id, values.lines};
+    static_assert(std::size(told) == kChunks.size());
+    for (std::uint32_t i = 0; i < kChunks.size(); ++i)
+      if (read(kChunkEnableAt + 4 * i) != 0) AppendChunk(frame.payload, kChunks[i].id, told[i]);
+  }
+  state_->sender.Send(std::move(frame), to);
+}
+
+}  // namespace ulf::acquisition

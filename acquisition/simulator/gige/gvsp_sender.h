@@ -1,0 +1,48 @@
+// Sends frames as a GigE Vision stream (GVSP, 16-bit frame numbers): leader, payload, trailer, with the pause between
+// packets and the bytes a second that a client has set. For what Aravis's camera side cannot send.
+#pragma once
+
+#include <netinet/in.h>
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace ulf::acquisition {
+
+struct GvspFrame {
+  std::uint16_t id = 0;
+  std::uint64_t timestamp_ns = 0;  // of the camera's clock
+  std::uint32_t pixel_format = 0;  // PFNC
+  std::uint32_t width = 0, height = 0, x = 0, y = 0;
+  std::vector<std::uint8_t> payload;  // the image's rows, then chunk data
+  bool has_chunks = false;
+};
+
+struct GvspDestination {
+  sockaddr_in client{};
+  std::uint32_t packet_bytes = 0;  // with the headers of IP and UDP
+  std::chrono::nanoseconds pause{0};
+  double bytes_per_s = 0;  // at most; 0: without a limit
+};
+
+class GvspSender {
+ public:
+  // `socket`: bound; owned by this object.
+  explicit GvspSender(int socket);
+  ~GvspSender();
+  GvspSender(const GvspSender&) = delete;
+  GvspSender& operator=(const GvspSender&) = delete;
+
+  // Returns at once; a frame that is still being sent is waited for first.
+  void Send(GvspFrame frame, const GvspDestination& destination);
+  // Until the last frame has left; false: it has not within this time.
+  bool WaitUntilSent(std::chrono::milliseconds patience);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace ulf::acquisition

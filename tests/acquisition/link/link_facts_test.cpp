@@ -1,0 +1,159 @@
+// Tests: acquisition/link/link_facts.
+//
+// What is said of a link without a trial: each thing that is not in order, and the one remedy beside it.
+#include "acquisition/link/link_facts.h"
+
+#include <gmock/gmock.h>
+
+namespace ulf::acquisition {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// A camera of 2.6 MB a frame at gigabit Ethernet.
+struct GigabitLink {
+  DeviceInfo camera{.uri = "aravis:192.0.2.7",
+                    .maker = {},
+                    .model = {},
+                    .serial = {},
+                    .bus = "GigEVision",
+                    .problem = {},
+                    .address = "192.0.2.7"};
+  LinkPath path{.network = NetworkLink{.interface = "eth0", .mtu = 9000, .bytes_per_s = 125e6},
+                .usb = {},
+                .usb_memory_mb = {}};
+  DeviceStatistics counted;
+  double fps = 30, packet_size = 8000, buffer = 6e6;
+  std::optional<double> limit;
+
+  LinkFacts Facts() {
+    counted.transport = {{"payload (bytes)", 2.6e6},
+                         {"frames a second set", fps},
+                         {"packet size", packet_size},
+                         {"resend on", 1},
+                         {"socket buffer asked for (bytes)", 6e6},
+                         {"socket buffer (bytes)", buffer}};
+    if (limit) counted.transport.emplace_back("throughput limit (bytes/s)", *limit);
+    return DescribeLink(camera, path, counted);
+  }
+  // The only fact that is not in order.
+  LinkFact Wrong() {
+    LinkFact wrong;
+    for (const LinkFact& fact : Facts().facts)
+      if (!fact.in_order) {
+        EXPECT_EQ(wrong.name, "") << "besides " << fact.name;
+        wrong = fact;
+      }
+    return wrong;
+  }
+};
+
+TEST(LinkFacts, AGoodLinkHasNothingToMend) {
+  GigabitLink setup;
+  EXPECT_EQ(setup.Wrong().name, "");
+  EXPECT_NEAR(*setup.Facts().most_fps, MostGigeFps(125e6, 2.6e6, 8000), 1e-9);
+  EXPECT_EQ(setup.Facts().facts.front().value, "eth0 to 192.0.2.7: 1000 Mbit/s, MTU 9000");
+}
+
+TEST(LinkFacts, ARateBeyondTheLinkIsNamedWithTheHighestThatIsSafe) {
+  GigabitLink setup;
+  setup.fps = 60;
+  const LinkFact rate = setup.Wrong();
+  EXPECT_EQ(rate.name, "rate");
+  const double advised = std::atof(rate.advice.c_str() + std::string("fps=").size());
+  EXPECT_LT(advised, *setup.Facts().most_fps);
+  EXPECT_GT(advised, 0.9 * *setup.Facts().most_fps);
+  setup.fps = advised;
+  EXPECT_EQ(setup.Wrong().name, "") << "as advised";
+}
+
+TEST(LinkFacts, JumboFramesAreTheRemedyWhereTheyAreEnough) {
+  GigabitLink setup;
+  setup.path.network->mtu = 1500;
+  setup.packet_size = 1500;
+  // Between what small and large packets leave of the wire.
+  setup.fps = (MostGigeFps(125e6, 2.6e6, 1500) + MostGigeFps(125e6, 2.6e6, 9000)) / 2;
+  EXPECT_THAT(setup.Wrong().advice, HasSubstr("ip link set eth0 mtu 9000"));
+  setup.fps = 60;
+  EXPECT_THAT(setup.Wrong().advice, Not(HasSubstr("mtu")));
+}
+
+TEST(LinkFacts, PacketsThatTheInterfaceDoesNotPassAreNamed) {
+  GigabitLink setup;
+  setup.path.network->mtu = 1500;
+  const LinkFact packets = setup.Wrong();
+  EXPECT_EQ(packets.name, "packets");
+  EXPECT_THAT(packets.advice, AllOf(HasSubstr("packet_size=1500"), HasSubstr("ip link set eth0 mtu 9000")));
+}
+
+TEST(LinkFacts, AReceiveBufferBelowAFrameIsNamedWithTheSystemsSetting) {
+  GigabitLink setup;
+  setup.buffer = 3e6;
+  EXPECT_EQ(setup.Wrong().name, "") << "a frame fits";
+  setup.buffer = 212992;
+  setup.path.most_buffer = 212992;
+  const LinkFact buffer = setup.Wrong();
+  EXPECT_EQ(buffer.name, "receive buffer");
+  EXPECT_THAT(buffer.value, HasSubstr("the system allows 0.2"));
+  EXPECT_THAT(buffer.advice, HasSubstr("sysctl net.core.rmem_max=6000000"));
+}
+
+TEST(LinkFacts, ACameraThatLimitsItselfIsNamedWithTheLimitThatIsEnough) {
+  GigabitLink setup;
+  setup.limit = 30e6;
+  const LinkFact limit = setup.Wrong();
+  EXPECT_EQ(limit.name, "camera's limit");
+  const double advised = std::atof(limit.advice.c_str() + std::string("throughput_limit=").size());
+  EXPECT_GE(advised, 30 * 2.6e6);
+  setup.limit = advised;
+  EXPECT_EQ(setup.Wrong().name, "") << "as advised";
+}
+
+TEST(LinkFacts, AUsb2PortIsNamedWhereItIsTooSlow) {
+  GigabitLink setup;
+  setup.camera.bus = "USB3Vision";
+  setup.camera.address.clear();
+  setup.path = {
+      .network = {},
+      .usb =
+          UsbCameraPlace{.maker = {}, .model = {}, .serial = {}, .node = {}, .port = "2-1", .megabits = 480},
+      .usb_memory_mb = 16};
+  bool port_is_wrong = false;
+  for (const LinkFact& fact : setup.Facts().facts)
+    if (fact.name == "port") {
+      port_is_wrong = !fact.in_order;
+      EXPECT_THAT(fact.advice, HasSubstr("USB 3 port"));
+    }
+  EXPECT_TRUE(port_is_wrong) << "30 frames of 2.6 MB";
+  setup.path.usb->megabits = 5000;
+  EXPECT_EQ(setup.Wrong().name, "");
+}
+
+TEST(LinkFacts, LostFramesNameTheCheckThatFindsTheRemedy) {
+  GigabitLink setup;
+  EXPECT_FALSE(LostSoFar(setup.camera, setup.counted)) << "before the first frame";
+  setup.counted.delivered = 400;
+  setup.counted.incomplete = 1;
+  EXPECT_TRUE(LostSoFar(setup.camera, setup.counted)->in_order) << "the first of a stream may be lost";
+  setup.counted.missing = 9;
+  EXPECT_FALSE(LostSoFar(setup.camera, setup.counted)->in_order);
+  EXPECT_THAT(LostSoFar(setup.camera, setup.counted)->advice,
+              HasSubstr("ulf devices --check aravis:192.0.2.7"));
+  setup.camera.address.clear();
+  setup.camera.bus = "simulated";
+  EXPECT_FALSE(LostSoFar(setup.camera, setup.counted)) << "it has no link";
+}
+
+TEST(LinkRate, CountsHeadersAndGaps) {
+  // Gigabit Ethernet at its ordinary packets: 117 to 120 of its 125 megabytes a second are pictures.
+  const double megabytes = 640 * 480 * MostGigeFps(125e6, 640 * 480, 1500) / 1e6;
+  EXPECT_GT(megabytes, 117);
+  EXPECT_LT(megabytes, 120);
+  EXPECT_GT(MostGigeFps(125e6, 640 * 480, 9000), MostGigeFps(125e6, 640 * 480, 1500));
+  EXPECT_EQ(MostGigeFps(125e6, 640 * 480, 20), 0);
+}
+
+}  // namespace
+}  // namespace ulf::acquisition

@@ -1,0 +1,184 @@
+// Tests: acquisition/simulator/gige/gige_transport, acquisition/simulator/gige/gvsp_sender,
+// acquisition/simulator/gige/pose_file, acquisition/simulator/gige/genicam_description, acquisition/aravis/aravis_clock,
+// acquisition/aravis/aravis_link, acquisition/aravis/aravis_frames.
+//
+// What the simulated camera sends beyond what Aravis's camera side can: chunk data, packets with pauses between them, a
+// throughput of its own, times by a clock that IEEE 1588 sets. Opened by the Aravis device like any other camera.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <map>
+
+#include "acquisition/device/device.h"
+#include "acquisition/link/link_facts.h"
+#include "acquisition/simulator/gige/simulated_gige_camera.h"
+#include "core/base/error.h"
+#include "core/base/host_time.h"
+#include "tests/support/floors.h"
+#include "tests/support/loopback_namespace.h"
+
+namespace ulf {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class SimulatedTransport : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    static const std::optional<std::string> why_not = test::EnterLoopbackNamespace();
+    if (why_not) GTEST_SKIP() << *why_not;
+  }
+
+  void Serve(const SimulatedClock& clock = {}) {
+    GigeServerOptions options;
+    options.simulation.width = 160;
+    options.simulation.height = 120;
+    options.simulation.fps = 40;
+    options.simulation.noise = false;
+    options.loop = 8;
+    options.clock = clock;
+    server_ = std::make_unique<SimulatedGigeCamera>(options);
+  }
+
+  static std::unique_ptr<Device> Open(const std::string& options) {
+    auto device = OpenDevice("aravis:127.0.0.1?format=Mono8&" + options);
+    device->Start();
+    return device;
+  }
+
+  static std::vector<Frame> WholeFrames(Device& device, std::size_t count) {
+    std::vector<Frame> frames;
+    for (int tries = 0; tries < 100 && frames.size() < count; ++tries)
+      if (auto frame = device.Next(200ms); frame && frame->status == FrameStatus::kComplete)
+        frames.push_back(std::move(*frame));
+    EXPECT_EQ(frames.size(), count);
+    return frames;
+  }
+
+  static std::vector<std::string> Notices(Device& device) {
+    std::vector<std::string> texts;
+    for (const DeviceEvent& event : device.TakeEvents()) texts.push_back(event.text);
+    return texts;
+  }
+
+  static double TransportOf(const Device& device, const std::string& name) {
+    return acquisition::TransportValue(device.Statistics(), name).value_or(std::nan(""));
+  }
+
+  std::unique_ptr<SimulatedGigeCamera> server_;
+};
+
+TEST_F(SimulatedTransport, ChunkDataReachTheFrames) {
+  Serve();
+  for (const char* format : {"Mono8", "BayerRG12p"}) {
+    auto device =
+        OpenDevice(std::string("aravis:127.0.0.1?chunks=on&exposure_us=3000&gain_db=6&format=") + format);
+    device->Start();
+    const std::vector<Frame> frames = WholeFrames(*device, 6);
+    ASSERT_FALSE(frames.empty());
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const Frame& frame = frames[i];
+      EXPECT_DOUBLE_EQ(frame.exposure_s, 0.003);
+      EXPECT_NEAR(frame.gain, std::pow(10, 6 / 20.0), 1e-9);
+      EXPECT_EQ(frame.id, frames[0].id + i) << "the camera's own count";
+      EXPECT_NEAR(frame.device_time_s, frame.host_time_s, 1);
+      EXPECT_EQ(frame.image.pixels.size(), cv::Size(160, 120));
+    }
+    EXPECT_EQ(device->Statistics().incomplete, 0u);
+    EXPECT_THAT(Notices(*device), Not(Contains(HasSubstr("chunk"))));
+  }
+  // The same pictures with chunk data and without.
+  const cv::Mat with = WholeFrames(*Open("chunks=on"), 1).at(0).image.pixels;
+  const cv::Mat without = WholeFrames(*Open(""), 1).at(0).image.pixels;
+  EXPECT_LT(cv::norm(with, without, cv::NORM_L1) / static_cast<double>(with.total()), 25)
+      << "the hand moves on";
+}
+
+TEST_F(SimulatedTransport, ACameraThatForgetsItsChunkDataIsNamedAndUsedAllTheSame) {
+  Serve({.forgets_chunks = true});
+  const auto device = Open("chunks=on&exposure_us=3000");
+  for (const Frame& frame : WholeFrames(*device, 5)) {
+    EXPECT_DOUBLE_EQ(frame.exposure_s, 0.003);
+  }
+  EXPECT_EQ(device->Statistics().incomplete, 0u);
+  EXPECT_THAT(Notices(*device), Contains(HasSubstr("frames contain none")));
+}
+
+// Twenty packets with pauses of two milliseconds are not through before forty have passed.
+TEST_F(SimulatedTransport, PacketsArePausedAsAsked) {
+  Serve();
+  const auto fps = [&](const std::string& options) {
+    const auto device = Open(options + "&packet_size=1000");
+    WholeFrames(*device, 3);
+    const auto begin = std::chrono::steady_clock::now();
+    const std::size_t count = WholeFrames(*device, 12).size();
+    EXPECT_EQ(device->Statistics().incomplete + device->Statistics().missing, 0u);
+    EXPECT_EQ(fmt::format("packet_delay_ns={:.0f}", TransportOf(*device, "packet delay (ns)")), options);
+    EXPECT_THAT(Notices(*device), Not(Contains(HasSubstr("packet_delay"))));
+    return static_cast<double>(count) / SecondsSince(begin);
+  };
+  EXPECT_GT(fps("packet_delay_ns=0"), 30);
+  const double paused = fps("packet_delay_ns=2000000");
+  EXPECT_LT(paused, 25);
+  EXPECT_GT(paused, 10);
+  EXPECT_GT(fps("packet_delay_ns=0"), 30) << "and not after it was set back";
+}
+
+TEST_F(SimulatedTransport, ACameraHoldsItsOwnLimitOfThroughput) {
+  Serve();
+  EXPECT_THROW(Open("throughput_limit=10"), UsageError);
+  {
+    const auto device = Open("throughput_limit=1000000");  // 52 frames of 19,200 bytes; headers take some
+    WholeFrames(*device, 20);
+    EXPECT_EQ(TransportOf(*device, "throughput limit (bytes/s)"), 1e6);
+  }
+  const auto device = Open("throughput_limit=1000000&fps=200");
+  WholeFrames(*device, 5);
+  const auto begin = std::chrono::steady_clock::now();
+  const std::size_t count = WholeFrames(*device, 30).size();
+  const double fps = static_cast<double>(count) / SecondsSince(begin);
+  EXPECT_LT(fps, 56);
+  EXPECT_GT(fps, 25);
+  EXPECT_EQ(device->Statistics().missing, 0u) << "frames that were not taken have no number";
+}
+
+TEST_F(SimulatedTransport, TimesAreByTheClockThatIeee1588Sets) {
+  Serve({.ahead_s = 1000, .ptp_lock_s = 0.4});
+  {
+    const auto device = Open("ptp=off");
+    const Frame frame = WholeFrames(*device, 1).at(0);
+    EXPECT_NEAR(frame.device_time_s - frame.host_time_s, 1000, 1) << "its own clock";
+    EXPECT_TRUE(std::isnan(TransportOf(*device, "IEEE 1588 locked")));
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const auto device = Open("ptp=on");
+  EXPECT_GE(SecondsSince(begin), 0.4) << "opening waits for the lock";
+  const std::vector<Frame> frames = WholeFrames(*device, 5);
+  for (const Frame& frame : frames) {
+    EXPECT_NEAR(frame.device_time_s, frame.host_time_s, 1);
+  }
+  EXPECT_THAT(Notices(*device),
+              Contains(AllOf(HasSubstr("follows an IEEE 1588 clock"), HasSubstr("180 ns"))));
+  std::this_thread::sleep_for(200ms);
+  EXPECT_EQ(TransportOf(*device, "IEEE 1588 locked"), 1);
+  EXPECT_EQ(TransportOf(*device, "IEEE 1588 offset (ns)"), 180);
+}
+
+TEST_F(SimulatedTransport, ANetworkWithoutAMasterIsNamedWithTheProgramThatIsOne) {
+  Serve({.ptp_lock_s = -1});
+  try {
+    Open("ptp=on&ptp_wait_s=0.3");
+    FAIL() << "opened";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("Listening"), HasSubstr("ptp4l"), HasSubstr("ptp_wait_s")));
+  }
+  EXPECT_NO_THROW(Open("ptp=off"));
+}
+
+}  // namespace
+}  // namespace ulf
