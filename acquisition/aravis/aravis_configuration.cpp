@@ -251,7 +251,7 @@ class Configurator {
     if (!wanted) return;
     for (const std::string& offered : Choices("ChunkSelector"))
       for (const char* useful : {"ExposureTime", "Gain", "BlackLevel", "FrameID", "FrameId", "Framecounter",
-                                 "Timestamp"})
+                                 "Timestamp", "LineStatusAll"})
         if (offered == useful &&
             Maybe([&](GError** e) { return arv_camera_set_chunk_state(camera_, useful, TRUE, e), true; },
                   false))

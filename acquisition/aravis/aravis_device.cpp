@@ -441,6 +441,7 @@ void AravisDevice::Take(ArvBuffer* buffer) {
     return;
   }
   trigger_out_ = false;
+  frames_->SetSharedClock(clock_of_camera_->IsShared());
   Frame frame = frames_->Read(buffer);
   for (std::string& note : frames_->TakeNotes()) Say(DeviceEventKind::kNotice, std::move(note));
   if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce(frame.id, status);

@@ -49,6 +49,7 @@ Frame AravisFrames::Read(ArvBuffer* buffer) {
   frame.exposure_s = configured_.exposure_s;
   frame.gain = configured_.gain;
   frame.black_level = configured_.black_level;
+  frame.on_shared_clock = on_shared_clock_;
   if (arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS && FillComplete(buffer, frame)) {
     frame.status = FrameStatus::kComplete;
     if (chunks_) ReadChunks(buffer, frame);
@@ -129,7 +130,10 @@ void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
        {std::pair("FrameID", "ChunkFrameID"), std::pair("FrameId", "ChunkFrameId"),
         std::pair("Framecounter", "ChunkFramecounter")})
     if (has(chunk))
-      if (const gint64 id = whole(feature); id >= 0) frame.id = static_cast<std::uint64_t>(id);
+      if (const gint64 id = whole(feature); id >= 0) frame.told_id = frame.id = static_cast<std::uint64_t>(id);
+  if (has("LineStatusAll"))
+    if (const gint64 lines = whole("ChunkLineStatusAll"); lines >= 0)
+      frame.line_status = static_cast<std::uint64_t>(lines);
   if (has("Timestamp"))
     if (const gint64 ticks = whole("ChunkTimestamp"); ticks > 0)
       frame.device_time_s = tick_s_ * static_cast<double>(ticks);

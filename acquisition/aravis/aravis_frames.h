@@ -29,6 +29,8 @@ class AravisFrames {
     configured_.gain = now.gain;
     configured_.black_level = now.black_level;
   }
+  // Whether IEEE 1588 sets the camera's clock, from the next frame on.
+  void SetSharedClock(bool is_shared) { on_shared_clock_ = is_shared; }
   // Problems with the camera's data, each returned once.
   std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
 
@@ -41,6 +43,7 @@ class AravisFrames {
   ArvChunkParser* chunks_ = nullptr;
   double tick_s_ = 1e-9;  // of the chunk timestamp
   std::vector<std::string> notes_;
+  bool on_shared_clock_ = false;
   bool said_unexpected_ = false, said_no_chunks_ = false;
 };
 

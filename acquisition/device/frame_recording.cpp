@@ -152,6 +152,9 @@ json FrameToJson(const Frame& frame, const std::string& file, const std::string&
                {"gain", frame.gain},
                {"black_level", frame.black_level},
                {"transfer", frame.image.transfer == Transfer::kLinear ? "linear" : "srgb"}};
+  if (frame.told_id) line["told_id"] = *frame.told_id;
+  if (frame.line_status) line["line_status"] = *frame.line_status;
+  if (frame.on_shared_clock) line["on_shared_clock"] = true;
   if (!file.empty()) line["file"] = file;
   if (!raw_file.empty()) line["raw"] = raw_file;
   if (frame.f_number) line["f_number"] = *frame.f_number;
@@ -178,6 +181,9 @@ Frame FrameFromJson(const JsonPlace& line) {
   frame.exposure_s = line.Number("exposure_s", 0);
   frame.gain = line.Number("gain", 1);
   frame.black_level = line.Number("black_level", 0);
+  if (line.Has("told_id")) frame.told_id = static_cast<std::uint64_t>(line.Number("told_id"));
+  if (line.Has("line_status")) frame.line_status = static_cast<std::uint64_t>(line.Number("line_status"));
+  frame.on_shared_clock = line.Has("on_shared_clock");
   if (line.Has("f_number")) frame.f_number = line.Number("f_number");
   if (line.Has("focal_mm")) frame.focal_mm = line.Number("focal_mm");
   frame.lens = line.Text("lens", "");

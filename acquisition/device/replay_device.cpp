@@ -312,6 +312,9 @@ class LightFieldSource : public Source {
     frame.exposure_s = view.exposure_s;
     frame.gain = view.gain;
     frame.black_level = view.black_level;
+    frame.told_id = view.frame_id;
+    frame.line_status = view.line_status;
+    frame.on_shared_clock = view.on_shared_clock;
     const fs::path file = light_field_.root / view.image_path;
     if (IsJpegName(file)) frame.encoded = JpegFile(file);
     frame.known_cam_from_world = view.cam_from_world;

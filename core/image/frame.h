@@ -35,6 +35,9 @@ struct Frame {
   std::optional<double> f_number;
   std::optional<double> focal_mm;  // of the lens
   std::string lens = {};           // its model in its maker's words, ASCII; empty: not known
+  // Where the camera tells them with the frame itself (chunk data): its number, and its lines, one bit each.
+  std::optional<std::uint64_t> told_id, line_status;
+  bool on_shared_clock = false;  // device_time_s is by a clock that IEEE 1588 sets
   FrameStatus status = FrameStatus::kComplete;
   FrameKind kind = FrameKind::kLive;
   // Of a photograph: the time on the device's clock at which the program released the shutter; none: it was

@@ -56,6 +56,9 @@ struct View {
   double exposure_s = 0;  // 0: unknown
   double gain = 1;        // linear
   double black_level = 0;
+  // Where the camera told them with the picture: its number there, and its lines, one bit each.
+  std::optional<std::uint64_t> frame_id, line_status;
+  bool on_shared_clock = false;  // device_time_s is by a clock that IEEE 1588 sets
   std::optional<double> f_number;
   std::optional<double> focal_mm;  // of the lens, as the camera told it
   std::string lens = {};           // its model in its maker's words; empty: not known

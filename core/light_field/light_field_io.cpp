@@ -145,6 +145,9 @@ void NoteFrame(const Frame& frame, View& view) {
   view.exposure_s = frame.exposure_s;
   view.gain = frame.gain;
   view.black_level = frame.black_level;
+  view.frame_id = frame.told_id;
+  view.line_status = frame.line_status;
+  view.on_shared_clock = frame.on_shared_clock;
 }
 
 // By what the first raw file is developed that can still be read.

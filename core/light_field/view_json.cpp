@@ -7,12 +7,32 @@
 
 namespace ulf {
 
+namespace {
+
+constexpr char kSharedClock[] = "ieee1588";
+
+// Numbers of JSON are exact up to here.
+constexpr double kMostExact = 9007199254740992;
+
+std::optional<std::uint64_t> CountIn(const JsonPlace& place, const char* key) {
+  if (!place.Has(key)) return std::nullopt;
+  const double value = place.Number(key);
+  if (!(value >= 0 && value <= kMostExact))
+    throw Error("{}: '{}' must be a count, not {}", place.where, key, value);
+  return static_cast<std::uint64_t>(value);
+}
+
+}  // namespace
+
 nlohmann::json PhotographToJson(const View& view) {
   nlohmann::json keys = {{"device_time_s", view.device_time_s},
                          {"host_time_s", view.host_time_s},
                          {"exposure_s", view.exposure_s},
                          {"gain", view.gain},
                          {"black_level", view.black_level}};
+  if (view.frame_id) keys["frame_id"] = *view.frame_id;
+  if (view.line_status) keys["line_status"] = *view.line_status;
+  if (view.on_shared_clock) keys["clock"] = kSharedClock;
   if (!view.master_path.empty()) keys["master"] = view.master_path;
   if (!view.mask_path.empty()) keys["mask"] = view.mask_path;
   if (view.master_transfer)
@@ -69,6 +89,9 @@ void ReadPhotographJson(const JsonPlace& place, View& view) {
   view.exposure_s = place.Number("exposure_s", 0);
   view.gain = place.Number("gain", 1);
   view.black_level = place.Number("black_level", 0);
+  view.frame_id = CountIn(place, "frame_id");
+  view.line_status = CountIn(place, "line_status");
+  view.on_shared_clock = place.Text("clock", "") == kSharedClock;
   if (place.Has("f_number")) view.f_number = place.Number("f_number");
   if (place.Has("focal_mm")) view.focal_mm = place.Number("focal_mm");
   view.lens = place.Text("lens", "");

@@ -9,7 +9,7 @@
 namespace ulf {
 
 // id, master, mask, master_transfer, master_mosaic, device_time_s, host_time_s, exposure_s, gain,
-// black_level, f_number, tracking_quality, bound_px; neither image path nor pose.
+// black_level, frame_id, line_status, clock, f_number, tracking_quality, bound_px; neither image path nor pose.
 nlohmann::json ViewToJson(const View& view);
 // Of these, what does not depend on a pose: of a photograph that is no view.
 nlohmann::json PhotographToJson(const View& view);
