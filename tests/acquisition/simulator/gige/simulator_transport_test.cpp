@@ -4,6 +4,7 @@
 //
 // What the simulated camera sends beyond what Aravis's camera side can: chunk data, packets with pauses between them, a
 // throughput of its own, times by a clock that IEEE 1588 sets. Opened by the Aravis device like any other camera.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -124,6 +125,8 @@ TEST_F(SimulatedTransport, PacketsArePausedAsAsked) {
     const auto begin = std::chrono::steady_clock::now();
     const std::size_t count = WholeFrames(*device, 12).size();
     EXPECT_EQ(device->Statistics().incomplete + device->Statistics().missing, 0u);
+    EXPECT_EQ(fmt::format("packet_delay_ns={:.0f}", TransportOf(*device, "packet delay (ns)")), options);
+    EXPECT_THAT(Notices(*device), Not(Contains(HasSubstr("packet_delay"))));
     return static_cast<double>(count) / SecondsSince(begin);
   };
   EXPECT_GT(fps("packet_delay_ns=0"), 30);
