@@ -196,8 +196,9 @@ TEST_F(SimulatedTransport, WhatChunkDataTellStandsInTheViews) {
   const auto device = Open("chunks=on&ptp=on&exposure_us=3000&gain_db=6");
   const Frame frame = WholeFrames(*device, 1).at(0);
   {
-    LightFieldWriter writer =
-        LightFieldWriter::Create(scratch / "field", {.camera = server_->camera().camera()});
+    CaptureHeader header;
+    header.camera = server_->camera().camera();
+    LightFieldWriter writer = LightFieldWriter::Create(scratch / "field", header);
     writer.AddView(frame, View{});
     writer.Close(1);
   }
