@@ -1,4 +1,5 @@
-// Tests: coverage/session/preflight, coverage/session/capture_meters, acquisition/link/link_facts.
+// Tests: commands/capture/capture_command, coverage/session/preflight, coverage/session/capture_meters,
+// acquisition/link/link_facts.
 //
 // What is known of the link to a camera is said before a capture's first view, with the remedy.
 #include <gmock/gmock.h>
