@@ -130,7 +130,8 @@ void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
        {std::pair("FrameID", "ChunkFrameID"), std::pair("FrameId", "ChunkFrameId"),
         std::pair("Framecounter", "ChunkFramecounter")})
     if (has(chunk))
-      if (const gint64 id = whole(feature); id >= 0) frame.told_id = frame.id = static_cast<std::uint64_t>(id);
+      if (const gint64 id = whole(feature); id >= 0)
+        frame.told_id = frame.id = static_cast<std::uint64_t>(id);
   if (has("LineStatusAll"))
     if (const gint64 lines = whole("ChunkLineStatusAll"); lines >= 0)
       frame.line_status = static_cast<std::uint64_t>(lines);

@@ -33,7 +33,7 @@ struct HandOptions {
   double row_spacing = Radians(2.2);
   double margin = Radians(3);
   double speed = Radians(13);  // of azimuth, per second, along a row
-  double dolly = 1;  // the distance changes between 1 / dolly and dolly times distance_m, slowly
+  double dolly = 1;            // the distance changes between 1 / dolly and dolly times distance_m, slowly
   bool looks_away = true;
   std::uint64_t seed = 7;
 };
