@@ -43,8 +43,11 @@ struct SplicedRun {
   std::optional<TrajectoryError> error;  // after the run, of frames that are not mirrored
 };
 
-SplicedRun Follow(const Film& film, const std::vector<Cut>& cuts) {
-  Tracker tracker(film.camera, {.deterministic = true});
+// The rows of film that runs backwards are read from the last to the first: no one readout is right for a splice that
+// runs both ways.
+SplicedRun Follow(const Film& film, const std::vector<Cut>& cuts,
+                  const ReadoutArgs& readout = {.readout_s = 0}) {
+  Tracker tracker(film.camera, {.deterministic = true, .readout = readout});
   SplicedRun run;
   std::vector<std::pair<Track, double>> tracks;  // and the time in the film; below 0: mirrored
   const auto step = [&](int k, bool mirrored) {
@@ -94,8 +97,8 @@ TEST(SplicedFilm, WhatIsJoinedOrClosedIsRight) {
     int least_joined = 0;
   };
   const std::vector<Splice> splices = {
-      {{{0, 150}, {450, 600}}},
-      {{{0, 150}, {450, 600}, {599, 100}}},
+      {{{0, 150}, {450, 600}}, 1},
+      {{{0, 150}, {450, 600}, {599, 100}}, 1},
       {{{450, 600}, {0, 450}}},
       {{{599, 450}, {150, -1}}},
       {{{0, 100}, {200, 300}, {400, 500}, {499, 0}}},
@@ -111,6 +114,16 @@ TEST(SplicedFilm, WhatIsJoinedOrClosedIsRight) {
     EXPECT_LT(run.error->ate_max, 0.06) << "3 % of the distance";
     EXPECT_GT(run.with_pose, 0.7 * run.frames);
   }
+}
+
+TEST(SplicedFilm, BackwardsTheShutterRollsTheOtherWay) {
+  ULF_NEED_TEST_DATA(folder, "handheld_kitchen");
+  const Film film(folder);
+  const SplicedRun forwards = Follow(film, {{0, 600}}, {}), backwards = Follow(film, {{599, -1}}, {});
+  ASSERT_TRUE(forwards.map.rolling_shutter);
+  ASSERT_TRUE(backwards.map.rolling_shutter);
+  EXPECT_GT(forwards.map.rolling_shutter->readout_s, 0.02);
+  EXPECT_NEAR(backwards.map.rolling_shutter->readout_s, -forwards.map.rolling_shutter->readout_s, 0.005);
 }
 
 // In a mirror the kitchen is another room whose things look much alike.
