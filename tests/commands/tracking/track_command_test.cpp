@@ -165,27 +165,6 @@ TEST(TrackReport, WrongPosesAreCountedAndWhetherTheySaySo) {
   EXPECT_EQ(ToJson(run, &errors)["wrong_live"]["unsaid"], 2);
 }
 
-// One in a hundred on each, with a lens that is right; nothing was tuned on the simulator's seeds.
-TEST(TrackCommand, FewPosesAreWrongWithoutSayingSo) {
-  std::vector<std::string> runs;
-  for (const char* scene : {"studio", "gloss", "glass", "plant", "bust", "branch", "room"})
-    runs.push_back(fmt::format("track 'sim:{}?seed=131&dolly=1.5' --frames 200", scene));
-  if (const auto kitchen = test::TestData("handheld_kitchen"))
-    runs.push_back(
-        fmt::format("track 'replay:{0}?glob=*.color.jpg' --calibration {0}/intrinsics.txt --truth "
-                    "{0}/colmap_reference.txt",
-                    kitchen->string()));
-  if (const auto scan = test::TestData("scan_synthetic"))
-    runs.push_back(fmt::format(
-        "track replay:{0} --calibration {0}/intrinsics.txt --truth {0}/groundtruth.txt", scan->string()));
-  for (const std::string& run : runs) {
-    const auto report = nlohmann::json::parse(test::RunUlf(run + " --deterministic --json").output);
-    const auto& counts = report["wrong_live"];
-    EXPECT_GT(counts["compared"], 40) << run;
-    EXPECT_LE(counts["unsaid"].get<double>(), 0.01 * counts["compared"].get<double>()) << run;
-  }
-}
-
 // Frames of files wait for the mapper: it makes a keyframe of every frame that is to be one.
 TEST(TrackCommand, FilesDoNotOutrunTheMapper) {
   const test::ScratchFolder scratch;
