@@ -19,6 +19,7 @@ struct Anchored {
 struct MapObservation {
   int point = -1;
   Eigen::Vector2d img = Eigen::Vector2d::Zero();
+  double sigma_px = 1;
 };
 
 }  // namespace ulf::tracking

@@ -66,14 +66,13 @@ std::optional<Rigid3> Tracker::PoseNow(const Track& track) const {
   // Where rows roll, a frame's points are not where one pose shows them.
   if (track.lens_revision == state_->lens_revision || !track.seen || state_->rows.rolls()) return anchored;
   std::vector<PointObservation> seen;
-  const double sigma_px = state_->size.ToOriginal(1.0);
   {
     const MapLock lock(state_->shared);
     const Map& map = state_->shared.map;
     const int part = map.keyframe(track.anchor->keyframe_id).part;
     for (const MapObservation& o : *track.seen)
       if (const int point = map.Resolve(o.point); point >= 0 && map.point(point).part == part)
-        seen.push_back({map.point(point).position, o.img, sigma_px});
+        seen.push_back({map.point(point).position, o.img, o.sigma_px});
   }
   // A point's number may have been given to another point since.
   constexpr double kFewest = 0.6;  // share of the points that must agree. Guessed

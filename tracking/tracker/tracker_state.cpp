@@ -24,13 +24,15 @@ using Eigen::Vector3d;
 namespace {
 
 // Where the image shows the points that support a pose. `in_picture`: converts a match's image point, given
-// its point in the camera.
+// its point in the camera; `px`: of the picture, for one that the matches count.
 template <typename InPicture>
-std::shared_ptr<const std::vector<MapObservation>> SeenIn(const FramePose& frame_pose, InPicture in_picture) {
+std::shared_ptr<const std::vector<MapObservation>> SeenIn(const FramePose& frame_pose, double px,
+                                                          InPicture in_picture) {
   auto seen = std::make_shared<std::vector<MapObservation>>();
   for (const PointMatch& match : frame_pose.matches) {
     const Candidate& candidate = frame_pose.CandidateOf(match);
-    seen->push_back({candidate.id, in_picture(match.img, frame_pose.cam_from_world * candidate.position)});
+    seen->push_back({candidate.id, in_picture(match.img, frame_pose.cam_from_world * candidate.position),
+                     px * match.sigma_px});
   }
   return seen;
 }
@@ -365,7 +367,7 @@ Track Tracker::State::Step(const Frame& frame_in, const std::optional<FiducialOb
   }
   if (frame_pose_) WatchZoom(image.time_s, *frame_pose_, track);
   if (frame_pose_)
-    track.seen = SeenIn(*frame_pose_, [&](const Vector2d& img, const Vector3d& in_cam) {
+    track.seen = SeenIn(*frame_pose_, size.ToOriginal(1.0), [&](const Vector2d& img, const Vector3d& in_cam) {
       return size.ToOriginal(image.pyramid->Seen(img, &in_cam));
     });
   if (frame_pose_) Report(image, frame_in, *frame_pose_, track);
@@ -412,7 +414,7 @@ std::optional<Track> Tracker::State::LocatePhotograph(
     return std::nullopt;
   Describe(*frame_pose, {}, track);
   track.anchor = AnchorOf(*frame_pose);
-  track.seen = SeenIn(*frame_pose, [](const Vector2d& img, const Vector3d&) { return img; });
+  track.seen = SeenIn(*frame_pose, 1, [](const Vector2d& img, const Vector3d&) { return img; });
   return track;
 }
 

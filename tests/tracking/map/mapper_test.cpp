@@ -128,7 +128,7 @@ TEST(MapperTest, NotesViewsWithThePointsThatMergedOnesBecame) {
   world.map.Merge(gone, kept);
   world.map.RemovePoint(removed);
   Mapper mapper(world.camera, world.map, true);
-  const std::vector<MapObservation> seen{{gone, {1, 2}}, {removed, {3, 4}}};
+  const std::vector<MapObservation> seen{{gone, {1, 2}, 1}, {removed, {3, 4}, 1}};
   mapper.NoteView(7, seen);
   const MapPoint& point = mapper.shared().ReadByOwner().point(kept);
   ASSERT_EQ(point.views.size(), 1u);
