@@ -119,7 +119,7 @@ TEST(ManyRuns, WrongLensesAreNoticedAndReplaced) {
                                  {"x 1.05", 1.05},
                                  {"x 1.15", 1.15},
                                  {"k1 - 0.15", 1, -0.15},
-                                 {"principal point off by 4 % of the width", 1, 0, 0.04}}) {
+                                 {"principal point off by 4 % of the width", 1, 0, 0.04, 9}}) {
     int noticed = 0;
     std::vector<double> seconds, unchanged, replaced;
     for (std::size_t i = 0; i < kDraws.size(); ++i) {
