@@ -56,6 +56,8 @@ const char* WayOut(coverage::Reason reason) {
     case kZoomed:
       return "the zoom was moved while capturing; fix it (tape), calibrate at that focal length, and begin "
              "anew";
+    case kBracket:
+      return "other exposures of views were taken all the time; bracket fewer, or expose shorter";
     case kStill:
       return "photographs were asked for and none was recorded; see what the camera said above";
     case kRecorded:
