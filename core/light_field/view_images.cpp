@@ -149,7 +149,7 @@ static Recorded ReadMostLight(const LightField& light_field, const View& view) {
     try {
       return ReadMerged(light_field, view);
     } catch (const Error& error) {
-      spdlog::warn("{}; its own exposure is used, ulf brackets merges it anew", error.what());
+      spdlog::warn("{}; its own exposure is used; ulf merge makes it again", error.what());
     }
   }
   if (!HasReadableMaster(light_field, view)) return ReadRecorded(light_field, view, true);
