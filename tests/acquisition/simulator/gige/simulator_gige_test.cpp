@@ -1,4 +1,5 @@
-// Tests: acquisition/aravis/aravis_exposures, acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/wire_format,
+// Tests: acquisition/aravis/aravis_exposures, acquisition/simulator/gige/gige_sequencer,
+// acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/wire_format,
 // acquisition/simulator/gige/gige_address, commands/camera/simulate_command.
 //
 // The simulated camera over the wire: opened by the Aravis device like any other, on a loopback of this
@@ -376,7 +377,8 @@ TEST_F(GigeSimulator, AnAddressThatAKilledOneLeftBehindGoesWithTheNext) {
   EXPECT_FALSE(is_there("127.0.0.23"));
 }
 
-// By chunk data the camera says which frame has the exposure; without them those on their way are let pass.
+// With chunk data, by which the camera says which frame has which exposure, its sequencer takes them; without, each time is
+// set and the frames on their way are let pass.
 TEST_F(GigeSimulator, ExposuresComeWhenAskedForAndThePictureIsAsBright) {
   GigeServerOptions options = Options();
   options.simulation.exposure_s = 0.004;
@@ -385,7 +387,7 @@ TEST_F(GigeSimulator, ExposuresComeWhenAskedForAndThePictureIsAsBright) {
     const auto device = OpenDevice(std::string("aravis:127.0.0.1?exposure_us=4000&format=Mono16") + chunks);
     device->Start();
     ASSERT_TRUE(device->Next(2000ms));
-    ASSERT_EQ(device->TakesExposures(), ExposureRequests::kSetTime);
+    ASSERT_EQ(device->TakesExposures(), *chunks ? ExposureRequests::kSequencer : ExposureRequests::kSetTime);
     ASSERT_EQ(device->RequestExposures({-2, 1}), StillRequest::kAsked);
     EXPECT_EQ(device->RequestExposures({-2}), StillRequest::kBusy);
     double bright = 0;  // of the exposure before
