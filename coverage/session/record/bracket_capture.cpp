@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
+#include <system_error>
 #include <utility>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 
 namespace ulf::coverage {
 namespace {
@@ -20,12 +22,11 @@ constexpr double kLeastStops = 1.0 / 3, kMostStops = 5;
 
 ExposureBracket ExposureBracket::Parse(const std::string& text) {
   ExposureBracket bracket;
-  char unit[3] = {};
-  char rest = 0;
-  const int read =
-      std::sscanf(text.c_str(), "%dx%lf%2[EVev]%c", &bracket.exposures, &bracket.stops, unit, &rest);
-  const std::string given = unit;
-  if (read != 3 || (given != "EV" && given != "ev"))
+  const char* const end = text.data() + text.size();
+  const auto [after_count, no_count] = std::from_chars(text.data(), end, bracket.exposures);
+  const bool has_x = no_count == std::errc() && after_count != end && *after_count == 'x';
+  const auto [unit, no_stops] = std::from_chars(has_x ? after_count + 1 : end, end, bracket.stops);
+  if (!has_x || no_stops != std::errc() || Lowercase(std::string(unit, end)) != "ev")
     throw UsageError(
         "--bracket {}: give the number of exposures of a view and the stops between them, such as 3x2EV",
         text);
@@ -51,17 +52,18 @@ std::vector<double> ExposureBracket::StopsBesideOwn() const {
 Frame AsExposed(const Frame& frame, double exposure_s, double gain) {
   if (frame.exposure_s <= 0 || exposure_s <= 0 || frame.image.empty()) return frame;
   const double factor = exposure_s * gain / (frame.exposure_s * frame.gain);
-  Frame shown = frame;
-  const cv::Mat& pixels = frame.image.pixels;
-  const double black = frame.black_level * FullScale(pixels.depth());
+  Frame shown = frame;  // shares the pixels, which are not to be written into
+  cv::Mat pixels;
   if (frame.image.transfer == Transfer::kLinear) {
-    pixels.convertTo(shown.image.pixels, pixels.type(), factor, black * (1 - factor));
+    const double black = frame.black_level * FullScale(frame.image.pixels.depth());
+    frame.image.pixels.convertTo(pixels, -1, factor, black * (1 - factor));
   } else {
-    const cv::Mat light = LinearFloat(frame.image);
-    shown.image = {
-        .pixels = Srgb8FromLinear(light * factor + cv::Scalar::all(frame.black_level * (1 - factor))),
-        .transfer = Transfer::kSrgb};
+    pixels = Srgb8FromLinear(LinearFloat(frame.image) * factor +
+                             cv::Scalar::all(frame.black_level * (1 - factor)));
   }
+  shown.image = {.pixels = pixels,
+                 .transfer = frame.image.transfer,
+                 .mosaic = pixels.channels() == 1 ? frame.image.mosaic : Mosaic::kNone};
   shown.encoded.reset();
   return shown;
 }

@@ -40,6 +40,8 @@ TEST(AsExposedTest, BrightensAboveBlackAndClips) {
                  .transfer = Transfer::kLinear};
   frame.exposure_s = 0.001;
   frame.black_level = 0.1;
+  AsExposed(frame, 0.004, 1);
+  EXPECT_EQ(frame.image.pixels.at<cv::Vec3w>(0, 0)[0], 13107) << "what is recorded stays as it is";
   EXPECT_NEAR(AsExposed(frame, 0.004, 1).image.pixels.at<cv::Vec3w>(0, 0)[0], 65535 * 0.5, 2);
   EXPECT_EQ(AsExposed(frame, 0.1, 1).image.pixels.at<cv::Vec3w>(0, 0)[0], 65535);
   frame.image = {.pixels = cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(100)), .transfer = Transfer::kSrgb};
