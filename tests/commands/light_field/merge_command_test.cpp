@@ -47,7 +47,7 @@ TEST(MergeCommand, ABracketedCaptureIsMergedAtItsEndAndAnewByMerge) {
   EXPECT_THAT(merge.output, HasSubstr("ghosts"));
   EXPECT_TRUE(fs::exists(fs::path(dir) / view.merged->path));
   EXPECT_EQ(
-      RunUlf("render " + dir + " --path orbit --frames 1 --size 160x120 -o " + (scratch / "p.exr").string())
+      RunUlf("render " + dir + " --path orbit --frames 1 --width 160 -o " + (scratch / "p.exr").string())
           .exit_code,
       0);
 
