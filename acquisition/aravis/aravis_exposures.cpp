@@ -27,20 +27,20 @@ double ExposureOf(const AravisSession& session) {
 }
 
 // All or nothing: the first refusal ends it.
-class Settings {
+class FeatureWrites {
  public:
-  explicit Settings(ArvDevice* device) : device_(device) {}
-  Settings& Text(const char* feature, const char* value) {
+  explicit FeatureWrites(ArvDevice* device) : device_(device) {}
+  FeatureWrites& Text(const char* feature, const char* value) {
     return Call([&](GError** e) { arv_device_set_string_feature_value(device_, feature, value, e); });
   }
-  Settings& Whole(const char* feature, gint64 value) {
+  FeatureWrites& Whole(const char* feature, gint64 value) {
     return Call([&](GError** e) { arv_device_set_integer_feature_value(device_, feature, value, e); });
   }
-  Settings& Do(const char* command) {
+  FeatureWrites& Do(const char* command) {
     return Call([&](GError** e) { arv_device_execute_command(device_, command, e); });
   }
   template <typename Setting>
-  Settings& Call(Setting&& set) {
+  FeatureWrites& Call(Setting&& set) {
     if (!ok_) return *this;
     GError* error = nullptr;
     set(&error);
@@ -95,48 +95,48 @@ StillRequest AravisExposures::Ask(const std::vector<double>& stops) {
 }
 
 bool AravisExposures::SetTime(double exposure_s) {
-  Settings settings(session_.Device());
-  settings.Call([&](GError** e) { arv_camera_set_exposure_time(session_.Camera(), 1e6 * exposure_s, e); });
-  if (!settings.ok())
+  FeatureWrites writes(session_.Device());
+  writes.Call([&](GError** e) { arv_camera_set_exposure_time(session_.Camera(), 1e6 * exposure_s, e); });
+  if (!writes.ok())
     notes_.push_back(
-        fmt::format("the camera does not take an exposure of {:g} s: {}", exposure_s, settings.why()));
+        fmt::format("the camera does not take an exposure of {:g} s: {}", exposure_s, writes.why()));
   frames_since_set_ = 0;
   set_at_ = Clock::now();
   set_s_ = ExposureOf(session_);
-  return settings.ok();
+  return writes.ok();
 }
 
 // Set k is exposure k; the last leads to the first again, so that a frame that was lost comes once more.
 bool AravisExposures::StartSequencer() {
   ArvDevice* device = session_.Device();
-  Settings settings(device);
-  settings.Text("SequencerMode", "Off").Text("SequencerConfigurationMode", "On");
+  FeatureWrites writes(device);
+  writes.Text("SequencerMode", "Off").Text("SequencerConfigurationMode", "On");
   const auto sets = static_cast<gint64>(wanted_.size()) - 1;  // without the exposure before
   for (gint64 set = 0; set < sets; ++set) {
-    settings.Whole("SequencerSetSelector", set);
+    writes.Whole("SequencerSetSelector", set);
     const double exposure_s = wanted_[static_cast<std::size_t>(set)].exposure_s;
-    settings.Call([&](GError** e) { arv_camera_set_exposure_time(session_.Camera(), 1e6 * exposure_s, e); });
-    if (Has(device, "SequencerPathSelector")) settings.Whole("SequencerPathSelector", 0);
-    if (Has(device, "SequencerTriggerSource")) settings.Text("SequencerTriggerSource", "FrameStart");
-    settings.Whole("SequencerSetNext", (set + 1) % sets).Do("SequencerSetSave");
+    writes.Call([&](GError** e) { arv_camera_set_exposure_time(session_.Camera(), 1e6 * exposure_s, e); });
+    if (Has(device, "SequencerPathSelector")) writes.Whole("SequencerPathSelector", 0);
+    if (Has(device, "SequencerTriggerSource")) writes.Text("SequencerTriggerSource", "FrameStart");
+    writes.Whole("SequencerSetNext", (set + 1) % sets).Do("SequencerSetSave");
   }
-  if (Has(device, "SequencerSetStart")) settings.Whole("SequencerSetStart", 0);
-  settings.Text("SequencerConfigurationMode", "Off").Text("SequencerMode", "On");
-  if (settings.ok()) {
+  if (Has(device, "SequencerSetStart")) writes.Whole("SequencerSetStart", 0);
+  writes.Text("SequencerConfigurationMode", "Off").Text("SequencerMode", "On");
+  if (writes.ok()) {
     set_at_ = Clock::now();
     return sequencer_runs_ = true;
   }
   notes_.push_back(fmt::format(
       "the camera's sequencer refuses ({}): each exposure time is set, and a frame awaited that has it",
-      settings.why()));
+      writes.why()));
   StopSequencer();
   kind_ = ExposureRequests::kSetTime;
   return false;
 }
 
 void AravisExposures::StopSequencer() {
-  Settings(session_.Device()).Text("SequencerConfigurationMode", "Off");
-  Settings(session_.Device()).Text("SequencerMode", "Off");
+  FeatureWrites(session_.Device()).Text("SequencerConfigurationMode", "Off");
+  FeatureWrites(session_.Device()).Text("SequencerMode", "Off");
   sequencer_runs_ = false;
 }
 

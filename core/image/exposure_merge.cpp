@@ -252,12 +252,14 @@ ExposedLight ExposedLightOf(const Image& image, double black_level) {
   exposed.noise = LineThrough(NoiseOfBlocks(exposed.light, exposed.clipped), 1e-12);
   exposed.noise.per_light = std::max(exposed.noise.per_light, rounding.per_light);
   exposed.noise.floor += rounding.floor;
-  // Where noise reaches full scale it is cut off on one side, and what is left is too dark.
   if (image.pixels.depth() == CV_32F) return exposed;
+  // Where noise reaches full scale it is cut off on one side, and what is left is too dark.
   const double full = 1 - black_level, from = full - kGhostSigmas * std::sqrt(exposed.noise.VarianceAt(full));
-  cv::Mat brightest(exposed.light.size(), CV_32FC1);
+  cv::Mat brightest;
   cv::reduce(exposed.light.reshape(1, static_cast<int>(exposed.light.total())), brightest, 1, cv::REDUCE_MAX);
   exposed.clipped |= brightest.reshape(1, exposed.light.rows) > std::max(0.5 * full, from);
+  // A mosaic that was demosaicked before has mixed full pixels with those beside them.
+  cv::dilate(exposed.clipped, exposed.clipped, cv::Mat::ones(3, 3, CV_8UC1));
   return exposed;
 }
 

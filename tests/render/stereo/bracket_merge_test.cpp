@@ -6,13 +6,12 @@
 #include <fstream>
 #include <memory>
 
-#include "acquisition/simulator/simulated_camera.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/exr_file.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/view_exposures.h"
-#include "render/proxy/points_proxy.h"
+#include "tests/render/scenes/bracketed_view.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -23,54 +22,8 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr double kBetweenS = 0.1;  // exposures; the hand moves on
-
-SimulatedCamera LightboxCamera() {
-  return SimulatedCamera(SimulationOptions::FromUri(DeviceUri::Parse(
-      "sim:lightbox?width=240&height=180&format=bayerrg12&exposure_us=1000&speed_deg_s=5&look_away=0")));
-}
-
-Frame Taken(const SimulatedCamera& camera, double open_s, double stops, std::uint64_t id) {
-  return camera.Capture(Shot{.open_s = open_s,
-                             .exposure_s = 0.001 * std::exp2(stops),
-                             .gain = 1,
-                             .format = SensorFormat::kBayerRg12,
-                             .id = id});
-}
-
-// One view with other exposures, taken while the hand moves on.
-LightField Bracket(const SimulatedCamera& camera, const fs::path& dir, const std::vector<double>& stops) {
-  LightFieldWriter writer = LightFieldWriter::Create(dir, {.camera = camera.camera()});
-  const Frame reference = Taken(camera, 1, 0, 1);
-  View view;
-  view.cam_from_world = *reference.known_cam_from_world;
-  writer.AddView(reference, view);
-  for (std::size_t i = 0; i < stops.size(); ++i) {
-    const Frame frame = Taken(camera, 1 + kBetweenS * static_cast<double>(i + 1), stops[i], i + 2);
-    writer.AddExposure(1, frame, *frame.known_cam_from_world * view.cam_from_world.Inverse(), false);
-  }
-  writer.SetSubject(camera.scene().subject());
-  writer.Close(1);
-  return ReadLightField(dir);
-}
-
-// Points of what the camera sees.
-std::shared_ptr<const Proxy> Geometry(const SimulatedCamera& camera, const Rigid3& cam_from_world) {
-  std::vector<ScenePoint> points;
-  cv::RNG random(17);
-  const Rigid3 world_from_cam = cam_from_world.Inverse();
-  for (int i = 0; i < 6000; ++i) {
-    const auto ray = camera.camera().RayFromImg({random.uniform(-0.1, 1.1) * camera.camera().width,
-                                                 random.uniform(-0.1, 1.1) * camera.camera().height});
-    if (!ray) continue;
-    const Eigen::Vector3d direction = (world_from_cam.rotation * *ray).normalized();
-    ScenePoint point;
-    point.position_in_world = world_from_cam.translation +
-                              camera.scene().DepthAlong(world_from_cam.translation, direction) * direction;
-    points.push_back(point);
-  }
-  return std::make_shared<PointsProxy>(camera.scene().subject(), points);
-}
+const BracketedView kView;
+constexpr int kPoints = 6000;
 
 double MedianError(const cv::Mat& light, const cv::Mat& truth) {
   std::vector<float> errors;
@@ -98,11 +51,11 @@ double ShareOfHighlightsRight(const cv::Mat& light, const cv::Mat& truth) {
 
 TEST(BracketMerge, PosesAndGeometryAlignWhatAMovingHandTook) {
   const ScratchFolder scratch;
-  const SimulatedCamera camera = LightboxCamera();
-  const LightField light_field = Bracket(camera, scratch / "lf", {-2, 2, -4, 4});
+  const SimulatedCamera camera = LightboxCamera(kView);
+  const LightField light_field = TakeBracket(camera, kView, scratch / "lf", {-2, 2, -4, 4});
   const View& view = light_field.views.at(0);
   const cv::Mat truth = camera.CleanLinear(view.cam_from_world);
-  const auto geometry = Geometry(camera, view.cam_from_world);
+  const auto geometry = PointsSeen(camera, view.cam_from_world, kPoints);
   const MergedView aligned = MergeExposuresOf(light_field, view, *geometry);
   const MergedView lying = MergeExposuresOf(light_field, view, *geometry, {.align = false});
   View alone = view;
@@ -124,9 +77,9 @@ TEST(BracketMerge, PosesAndGeometryAlignWhatAMovingHandTook) {
 // A shutter that did not do what it says.
 TEST(BracketMerge, AnExposureWhoseLightIsNotWhatItsTimeTellsIsLeftOut) {
   const ScratchFolder scratch;
-  const SimulatedCamera camera = LightboxCamera();
-  LightField light_field = Bracket(camera, scratch / "lf", {-2, 2});
-  const auto geometry = Geometry(camera, light_field.views[0].cam_from_world);
+  const SimulatedCamera camera = LightboxCamera(kView);
+  LightField light_field = TakeBracket(camera, kView, scratch / "lf", {-2, 2});
+  const auto geometry = PointsSeen(camera, light_field.views[0].cam_from_world, kPoints);
   light_field.views[0].exposures[1].exposure_s *= 2;
   const MergedView merged = MergeExposuresOf(light_field, light_field.views[0], *geometry);
   EXPECT_EQ(merged.exposures, 2);
@@ -142,8 +95,8 @@ TEST(BracketMerge, AnExposureWhoseLightIsNotWhatItsTimeTellsIsLeftOut) {
 
 TEST(BracketMerge, TheFileHoldsLightAndWhereItIsNotSure) {
   const ScratchFolder scratch;
-  const SimulatedCamera camera = LightboxCamera();
-  const LightField light_field = Bracket(camera, scratch / "lf", {-2, 2});
+  const SimulatedCamera camera = LightboxCamera(kView);
+  const LightField light_field = TakeBracket(camera, kView, scratch / "lf", {-2, 2});
   const View& view = light_field.views.at(0);
   const MergedView merged = MergeExposuresOf(light_field, view, *ProxyForBrackets(light_field));
   const std::string file = scratch / "merged.exr";
