@@ -27,6 +27,7 @@ void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddRefineCommand(app, chosen);
   AddCloseAfterCrashCommand(app, chosen);
   AddExportCommand(app, chosen);
+  AddMergeCommand(app, chosen);
 }
 
 }  // namespace ulf::commands

@@ -31,5 +31,6 @@ void AddSheetCommand(CLI::App& app, ChosenCommand& chosen);
 void AddReviewCommand(CLI::App& app, ChosenCommand& chosen);
 void AddRefineCommand(CLI::App& app, ChosenCommand& chosen);
 void AddExportCommand(CLI::App& app, ChosenCommand& chosen);
+void AddMergeCommand(CLI::App& app, ChosenCommand& chosen);
 
 }  // namespace ulf::commands

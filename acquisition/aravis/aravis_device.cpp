@@ -13,6 +13,7 @@
 #include "acquisition/aravis/aravis_clock.h"
 #include "acquisition/aravis/aravis_configuration.h"
 #include "acquisition/aravis/aravis_discovery.h"
+#include "acquisition/aravis/aravis_exposures.h"
 #include "acquisition/aravis/aravis_frames.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_stream.h"
@@ -78,6 +79,14 @@ class AravisDevice : public Device {
             .focus = {}};
   }
   std::optional<SensorWindow> Window() const override { return configured_.window; }
+  ExposureRequests TakesExposures() const override {
+    return exposures_ ? exposures_->Kind() : ExposureRequests::kNone;
+  }
+  StillRequest RequestExposures(const std::vector<double>& stops) override {
+    if (!exposures_ || state_ != DeviceState::kStreaming) return StillRequest::kBusy;
+    RememberExposure();
+    return exposures_->Ask(stops);
+  }
 
   void Start() override;
   std::optional<Frame> Next(milliseconds timeout) override;
@@ -123,6 +132,14 @@ class AravisDevice : public Device {
     const MutexLock lock(mutex_);
     events_.push_back({kind, EpochSeconds(), std::move(text)});
   }
+  // A camera that is lost in the middle of a bracket is opened again with the exposure before.
+  void RememberExposure() {
+    const MutexLock lock(mutex_);
+    DeviceUri uri = DeviceUri::Parse(held_uri_.empty() ? uri_ : held_uri_);
+    if (uri.Option("exposure_us")) return;
+    uri.Set("exposure_us", fmt::format("{:g}", 1e6 * configured_.exposure_s));
+    held_uri_ = uri.Text();
+  }
   void RememberTransport() {
     auto transport = stream_->Transport();
     clock_of_camera_->AppendTo(transport);
@@ -135,6 +152,10 @@ class AravisDevice : public Device {
     return std::max(options_.patience.stall_s, options_.patience.stall_periods * configured_.period_s);
   }
   // Whether frames are expected: always without a trigger; with the software's, from firing to its frame.
+  bool TellsExposures() const {
+    return std::find(configured_.chunks.begin(), configured_.chunks.end(), "ExposureTime") !=
+           configured_.chunks.end();
+  }
   bool FramesAreDue() const { return !options_.Triggered() || trigger_out_; }
 
   AravisOptions options_;
@@ -145,6 +166,7 @@ class AravisDevice : public Device {
   std::optional<AravisClock> clock_of_camera_;
   std::unique_ptr<AravisStream> stream_;
   std::unique_ptr<AravisFrames> frames_;
+  std::unique_ptr<AravisExposures> exposures_;
   std::unique_ptr<FrameQueue> queue_;
   std::thread thread_;
   std::atomic<bool> stop_{false};
@@ -205,6 +227,7 @@ void AravisDevice::Start() {
   said_priority_ = said_socket_buffer_ = said_refused_ = false;
   trigger_out_ = false;
   settled_at_.reset();
+  exposures_ = std::make_unique<AravisExposures>(*session_, TellsExposures(), options_.SoftwareTriggered());
   if (HasAutomaticOn(*session_, options_)) {
     // Automatics do not settle on a camera that waits for triggers.
     if (options_.Triggered() || options_.settle_s == 0)
@@ -249,6 +272,7 @@ void AravisDevice::Freeze() {
   for (const std::string& words : frozen.said) Say(DeviceEventKind::kNotice, words);
   ReadLight(*session_, uri_, configured_);
   frames_->SetLight(configured_);
+  exposures_->LookAgain();
   if (frozen.values.empty()) return;
   const MutexLock lock(mutex_);
   DeviceUri uri = DeviceUri::Parse(uri_);
@@ -284,6 +308,8 @@ void AravisDevice::Stop() {
   const bool gone =
       !gige_address_.empty() && AskGigeControl(gige_address_, kAskAtStop) == GigeControl::kNoAnswer;
   if (gone && state_ != DeviceState::kLost) Lose("the camera no longer answers; check power and cable");
+  if (!gone) exposures_->Restore();
+  exposures_.reset();
   frames_.reset();
   stream_.reset();
   if (state_ == DeviceState::kLost && (gone || gige_address_.empty())) {
@@ -316,6 +342,7 @@ void AravisDevice::Capture() {
                                        configured_.period_s + configured_.exposure_s));
     }
     if (frozen && settled_at_ && Clock::now() >= *settled_at_) settled_at_.reset();
+    exposures_->Step();
     if (buffer) {
       Take(buffer);
       arv_stream_push_buffer(session_->Stream(), buffer);
@@ -444,7 +471,11 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   frames_->SetSharedClock(clock_of_camera_->IsShared());
   Frame frame = frames_->Read(buffer);
   for (std::string& note : frames_->TakeNotes()) Say(DeviceEventKind::kNotice, std::move(note));
-  if (frame.status == FrameStatus::kIncomplete) ExplainLossOnce(frame.id, status);
+  if (frame.status == FrameStatus::kIncomplete)
+    ExplainLossOnce(frame.id, status);
+  else
+    exposures_->Label(frame);
+  for (std::string& note : exposures_->TakeNotes()) Say(DeviceEventKind::kNotice, std::move(note));
   {
     const MutexLock lock(mutex_);
     CountId(buffer, frame.status);

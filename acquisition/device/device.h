@@ -97,6 +97,13 @@ struct HeldAutomatics {
 
 enum class StillRequest { kAsked, kBusy };
 
+// How exposures come that RequestExposures() asks for.
+enum class ExposureRequests {
+  kNone,       // the device cannot
+  kSequencer,  // the camera changes its exposure time by itself, from frame to frame
+  kSetTime,    // the device sets the exposure time, and waits for a frame that has it
+};
+
 class Device {
  public:
   virtual ~Device() = default;
@@ -130,6 +137,13 @@ class Device {
   // their download, including those that the photographer releases on the camera body.
   virtual bool TakesStills() const { return false; }
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
+
+  // Exposures beside the present one, for merging (`ulf capture --bracket`): so many stops longer (negative: shorter)
+  // each, in this order, then the present one again. Each comes as a frame (of a tethered camera as a photograph) with
+  // Frame::asked_stops; meanwhile others may come, whose exposure_s says what they have (0: not known). What the camera
+  // cannot do comes as near to it as it can; what does not come at all is a kNotice. kBusy: earlier ones are still to come.
+  virtual ExposureRequests TakesExposures() const { return ExposureRequests::kNone; }
+  virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
 
 // Opens a device by the scheme of its URI; an empty URI: the first real camera found. Throws UsageError for

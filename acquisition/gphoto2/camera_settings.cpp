@@ -241,6 +241,13 @@ std::vector<std::string> CameraSettings::Changes() {
   return changes;
 }
 
+std::vector<std::string> CameraSettings::Choices(ShotSetting setting) const {
+  const auto known = known_.find(setting);
+  if (known == known_.end()) return {};
+  const auto now = camera_.Setting(known->second.name);
+  return now && !now->read_only ? now->choices : std::vector<std::string>{};
+}
+
 std::string CameraSettings::Value(ShotSetting setting) const {
   const auto known = known_.find(setting);
   return known == known_.end() ? "" : known->second.value;

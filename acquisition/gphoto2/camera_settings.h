@@ -56,6 +56,8 @@ class CameraSettings {
   std::vector<std::string> Changes();
   // The value last read; empty: the camera has no such setting.
   std::string Value(ShotSetting setting) const;
+  // What the camera offers now; empty: it has no such setting, or any value.
+  std::vector<std::string> Choices(ShotSetting setting) const;
   std::optional<double> Number(ShotSetting setting) const { return PhotographicNumber(Value(setting)); }
 
  private:

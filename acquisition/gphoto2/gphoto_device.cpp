@@ -15,6 +15,7 @@
 #include "acquisition/gphoto2/gphoto_options.h"
 #include "acquisition/gphoto2/photograph_downloads.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
+#include "acquisition/gphoto2/shutter_bracket.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -52,7 +53,8 @@ class GphotoDevice : public Device {
         camera_(std::make_unique<GphotoCamera>(uri_, ResolveGphotoAddress(uri))),
         settings_(*camera_, uri_),
         downloads_(*camera_),
-        pairing_(options_.patience.pair_s) {
+        pairing_(options_.patience.pair_s),
+        bracket_(settings_, options_.patience.busy_s, [this](const std::string& words) { Notice(words); }) {
     info_ = DescribeGphoto(*camera_, uri_, uri.path.starts_with("ptpip:") ? "PTP/IP" : "USB");
     std::vector<ShotSetting> given;
     for (const auto& [setting, value] : options_.settings) given.push_back(setting);
@@ -61,6 +63,7 @@ class GphotoDevice : public Device {
     target_is_memory_ = ChooseTarget(*camera_, uri_, options_.to_card);
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     for (const std::string& words : automatic) Notice(words);
+    sets_shutter_ = bracket_.IsPossible();
     NoticeRawOnly();
     watches_storage_ = camera_->Storages(storages_).ok();
     WatchBatteryAndCard();
@@ -76,7 +79,21 @@ class GphotoDevice : public Device {
   bool TakesStills() const override { return true; }
 
   StillRequest RequestStill() override {
-    if (state_ != DeviceState::kStreaming || still_wanted_.exchange(true)) return StillRequest::kBusy;
+    if (state_ != DeviceState::kStreaming || exposures_wanted_ || still_wanted_.exchange(true))
+      return StillRequest::kBusy;
+    return StillRequest::kAsked;
+  }
+  ExposureRequests TakesExposures() const override {
+    return sets_shutter_ ? ExposureRequests::kSetTime : ExposureRequests::kNone;
+  }
+  StillRequest RequestExposures(const std::vector<double>& stops) override {
+    if (!sets_shutter_ || state_ != DeviceState::kStreaming || still_wanted_ || exposures_wanted_)
+      return StillRequest::kBusy;
+    {
+      const MutexLock lock(mutex_);
+      exposures_asked_ = stops;
+    }
+    exposures_wanted_ = true;
     return StillRequest::kAsked;
   }
 
@@ -168,6 +185,7 @@ class GphotoDevice : public Device {
     to_fetch_ = left_->Take();
     while (!MayStop() && !lost_) {
       if (to_fetch_) FetchLeft();
+      if (exposures_wanted_) ReleaseNextExposure();
       if (still_wanted_) Release();
       if (has_live_view_ && !stop_ && Clock::now() >= next_live) {
         LiveView();
@@ -183,9 +201,22 @@ class GphotoDevice : public Device {
     }
   }
 
+  // One after another: the next is released when the one before has come.
+  void ReleaseNextExposure() {
+    if (still_wanted_) return;
+    if (!bracket_.IsRunning()) {
+      const MutexLock lock(mutex_);
+      bracket_.Begin(exposures_asked_);
+    }
+    stops_being_taken_ = bracket_.Next();
+    if (stops_being_taken_) still_wanted_ = true;
+    exposures_wanted_ = bracket_.IsRunning();
+  }
+
   // Ends the thread: delivers downloaded photographs, names the others, and only then reports a loss.
   void End() {
     Deliver(true);
+    bracket_.GiveUp(lost_);
     {
       const MutexLock lock(mutex_);
       not_downloaded_ += static_cast<double>(downloads_.Count());
@@ -339,6 +370,7 @@ class GphotoDevice : public Device {
     released_at_.reset();
     answer_stem_.reset();
     asked_since_.reset();
+    stops_being_taken_.reset();
     still_wanted_ = false;
   }
 
@@ -460,6 +492,8 @@ class GphotoDevice : public Device {
         const MutexLock lock(mutex_);
         if (!is_late) ++photographs_;
       }
+      if (stops_being_taken_ && released_at_ && frame.requested_s == released_host_s_)
+        frame.asked_stops = stops_being_taken_;
       EndRequestReleasedAt(frame.requested_s.value_or(0));
       inbox_->Push(std::move(frame));
     }
@@ -588,7 +622,13 @@ class GphotoDevice : public Device {
   std::optional<LeftPhotographs::Left> to_fetch_;
   int busy_listings_ = 0;
 
+  ShutterBracket bracket_;
+  std::optional<double> stops_being_taken_;  // by the photograph that is requested
+
   // Shared.
+  std::atomic<bool> exposures_wanted_{false};
+  bool sets_shutter_ = false;  // known from the start
+  std::vector<double> exposures_asked_ ULF_GUARDED_BY(mutex_);
   std::atomic<bool> stop_{false}, still_wanted_{false}, has_live_view_{true};
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::unique_ptr<PhotographInbox> inbox_;

@@ -144,10 +144,10 @@ SimulatedCamera::SimulatedCamera(const SimulationOptions& options, std::shared_p
       caster_(Scene::Named(options.scene), SimulatedIntrinsics(options.width, options.height)),
       hand_(hand ? std::move(hand) : std::make_shared<Hand>(HandFor(options, caster_.scene()))) {}
 
-Frame SimulatedCamera::Capture(std::uint64_t index) const {
+Frame SimulatedCamera::Capture(std::uint64_t index, double exposure_s) const {
   const double open_s = static_cast<double>(index) / options_.fps;
   return Capture({.open_s = open_s,
-                  .exposure_s = options_.exposure_s,
+                  .exposure_s = exposure_s,
                   .gain = std::pow(10, options_.gain_db / 20),
                   .format = options_.format,
                   .id = index,

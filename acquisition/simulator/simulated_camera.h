@@ -79,7 +79,8 @@ class SimulatedCamera {
   const RayCaster& caster() const { return caster_; }
 
   // Frame `index` of the free-running camera: opened at index / fps with the options' settings.
-  Frame Capture(std::uint64_t index) const;
+  Frame Capture(std::uint64_t index) const { return Capture(index, options_.exposure_s); }
+  Frame Capture(std::uint64_t index, double exposure_s) const;
   // device_time_s and known_cam_from_world are those of the middle of the exposure (of the middle row).
   Frame Capture(const Shot& shot) const;
 

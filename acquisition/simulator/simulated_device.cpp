@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <thread>
 
@@ -88,6 +89,12 @@ class SimulatedDevice : public Device {
         .sensor_width = width, .sensor_height = height, .x = 0, .y = 0, .width = width, .height = height};
   }
   HeldAutomatics Held() const override { return {.exposure = true, .white_balance = true, .focus = true}; }
+  ExposureRequests TakesExposures() const override { return ExposureRequests::kSequencer; }
+  StillRequest RequestExposures(const std::vector<double>& stops) override {
+    if (!stops_to_come_.empty()) return StillRequest::kBusy;
+    stops_to_come_.assign(stops.begin(), stops.end());
+    return StillRequest::kAsked;
+  }
   void Start() override { started_ = true; }
   void Stop() override { started_ = false; }
 
@@ -141,7 +148,14 @@ class SimulatedDevice : public Device {
   }
 
   Frame CaptureNext() {
-    Frame frame = camera_.Capture(next_++);
+    Frame frame;
+    if (stops_to_come_.empty()) {
+      frame = camera_.Capture(next_++);
+    } else {
+      const double stops = stops_to_come_.front();
+      stops_to_come_.pop_front();
+      frame = CaptureExposure(stops);
+    }
     frame.host_time_s = EpochSeconds();
     ids_.Arrived(frame.id);
     if (faults_.incomplete > 0 &&
@@ -157,11 +171,23 @@ class SimulatedDevice : public Device {
     return frame;
   }
 
+  // Where it takes longer than a frame's time, the frames meanwhile do not come: the numbers show that.
+  Frame CaptureExposure(double stops) {
+    const SimulationOptions& options = camera_.options();
+    const double exposure_s = std::clamp(options.exposure_s * std::exp2(stops), kShortestS, kLongestS);
+    Frame frame = camera_.Capture(next_, exposure_s);
+    frame.asked_stops = stops;
+    next_ += static_cast<std::uint64_t>(std::max(1.0, std::ceil(exposure_s * options.fps)));
+    return frame;
+  }
+
+  static constexpr double kShortestS = 1e-5, kLongestS = 1;
   DeviceUri uri_;
   SimulatedCamera camera_;
   const SimulatedFaults faults_;
   bool started_ = false, lost_ = false;
   std::uint64_t next_ = 0;
+  std::deque<double> stops_to_come_;
   std::optional<Clock::time_point> thaw_;
   DeviceStatistics statistics_;
   FrameIdCounter ids_;

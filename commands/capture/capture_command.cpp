@@ -16,6 +16,7 @@
 #include "commands/capture/crash_handler.h"
 #include "commands/commands.h"
 #include "commands/light_field/light_field_report.h"
+#include "commands/light_field/merged_brackets.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/lens_use_option.h"
 #include "commands/tracking/readout_option.h"
@@ -24,6 +25,7 @@
 #include "core/base/error.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
+#include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
 #include "core/image/image.h"
 #include "core/image/raw_file.h"
@@ -107,15 +109,17 @@ void SayIfTheLensIsAGuess(const coverage::CaptureOptions& options, const coverag
 }
 
 void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSummary& summary,
-                 const LightFieldReport& report, std::size_t tracked,
-                 const std::optional<PoseErrors>& errors) {
+                 const LightFieldReport& report, std::size_t tracked, const std::optional<PoseErrors>& errors,
+                 const std::optional<BracketReport>& brackets) {
   if (args.json) {
     nlohmann::json json = ToJson(report);
     AddTo(json, summary, tracked);
     if (errors) AddTo(json, *errors);
+    if (brackets) json["merged"] = ToJson(*brackets);
     fmt::print("{}\n", json.dump());
   } else {
-    fmt::print("{}{}{}", ToText(report), ToText(summary, tracked), errors ? ToText(*errors) : "");
+    fmt::print("{}{}{}{}", ToText(report), ToText(summary, tracked), brackets ? ToText(*brackets) : "",
+               errors ? ToText(*errors) : "");
   }
   std::fflush(stdout);
 }
@@ -152,6 +156,20 @@ void WarnIfTheLampChanged(const LightField& light_field) {
     return;
   const LightCheck check = CheckLight(light_field, {.most_views = 60});
   if (const std::string advice = LampAdvice(check); !advice.empty()) spdlog::warn("{}", advice);
+}
+
+// The exposures are on disk: what cannot be merged now can be later.
+std::optional<BracketReport> Merged(const coverage::CaptureArgs& args,
+                                    const coverage::CaptureSummary& summary) {
+  if (summary.brackets.exposures == 0 || summary.stopped_because == coverage::StoppedBecause::kDisk)
+    return std::nullopt;
+  try {
+    return MergeBrackets(args.dir);
+  } catch (const Error& error) {
+    fmt::print(stderr, "{}\nthe exposures are recorded; ulf merge {} merges them\n", error.what(),
+               ShellWord(args.dir));
+    return std::nullopt;
+  }
 }
 
 void ReportUnwrittenFrames(const coverage::CaptureSummary& summary) {
@@ -278,7 +296,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
       commands::Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
   std::optional<PoseErrors> errors;
   if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
-  PrintResult(args, summary, report, live.size(), errors);
+  PrintResult(args, summary, report, live.size(), errors, Merged(args, summary));
   WarnIfTheLampChanged(light_field);
   SayIfNothingWasMeasured(args, summary);
   WritePictures(args, light_field, summary);
@@ -359,6 +377,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->add_option("--speed", args->speed,
                    "Speed of a recording: 1 as recorded, N times as fast, 0 without waiting (default: 0)")
       ->check(NonNegative());
+  command->add_option(
+      "--bracket", args->bracket,
+      "Exposures of each view, NUMBERxSTOPS such as 3x2EV: the view's own, and shorter and longer "
+      "ones, which are merged at the end (docs/devices.md)");
   command->add_flag("--keep-apart", args->keep_apart,
                     "Keep pictures of a place that the map does not reach yet in DIR/unposed; ulf refine DIR "
                     "--unposed looks for where they were taken");

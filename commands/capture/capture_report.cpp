@@ -56,6 +56,8 @@ const char* WayOut(coverage::Reason reason) {
     case kZoomed:
       return "the zoom was moved while capturing; fix it (tape), calibrate at that focal length, and begin "
              "anew";
+    case kBracket:
+      return "other exposures of views were taken all the time; bracket fewer, or expose shorter";
     case kStill:
       return "photographs were asked for and none was recorded; see what the camera said above";
     case kRecorded:
@@ -108,6 +110,14 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
   if (summary.stills.lag_s)
     text += fmt::format("shutter lag    {:.0f} ms (median of {}, by where the photographs were taken)\n",
                         1e3 * *summary.stills.lag_s, summary.stills.lags);
+  if (summary.brackets.views > 0)
+    text += fmt::format(
+        "brackets       {} of {}, {} with a pose between those of other frames{}\n",
+        Counted(summary.brackets.exposures, "other exposure"), Counted(summary.brackets.views, "view"),
+        summary.brackets.between,
+        summary.brackets.incomplete > 0
+            ? fmt::format("; {} without all of theirs", Counted(summary.brackets.incomplete, "view"))
+            : "");
   if (summary.geometry && (summary.geometry->mesh || summary.recorded > 0)) text += ToText(*summary.geometry);
   if (summary.refined_lens)
     text += fmt::format("lens           {}, found from the images\n", summary.refined_lens->Text());
@@ -133,6 +143,11 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
         {"shutter_lags", summary.stills.lags},
         {"shutter_lag_ms",
          summary.stills.lag_s ? nlohmann::json(1e3 * *summary.stills.lag_s) : nlohmann::json(nullptr)}};
+  if (summary.brackets.views > 0)
+    json["brackets"] = {{"views", summary.brackets.views},
+                        {"incomplete", summary.brackets.incomplete},
+                        {"exposures", summary.brackets.exposures},
+                        {"poses_between", summary.brackets.between}};
   json["ms_track_median"] = summary.ms_track_median;
   json["ms_decide_median"] = summary.ms_decide_median;
   json["stopped_because"] = Name(summary.stopped_because);

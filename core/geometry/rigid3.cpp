@@ -19,6 +19,12 @@ Eigen::Matrix4d Rigid3::Matrix() const {
   return matrix;
 }
 
+Rigid3 Interpolated(const Rigid3& a, const Rigid3& b, double share) {
+  const Eigen::Quaterniond rotation = a.rotation.slerp(share, b.rotation);
+  const Eigen::Vector3d center = (1 - share) * a.OriginInSource() + share * b.OriginInSource();
+  return {rotation, -(rotation * center)};
+}
+
 Rigid3 LookAt(const Eigen::Vector3d& center_in_world, const Eigen::Vector3d& target_in_world,
               const Eigen::Vector3d& up_in_world) {
   const Eigen::Vector3d forward = (target_in_world - center_in_world).normalized();

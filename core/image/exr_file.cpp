@@ -139,6 +139,25 @@ cv::Mat ReadExr(const std::string& path) {
   }
 }
 
+cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
+  try {
+    Imf::InputFile file(path.c_str());
+    if (!file.header().channels().findChannel(name)) return {};
+    const Imath::Box2i data = file.header().dataWindow();
+    cv::Mat stored(data.max.y - data.min.y + 1, data.max.x - data.min.x + 1, CV_32FC1);
+    char* base = reinterpret_cast<char*>(stored.data) -
+                 data.min.x * static_cast<std::ptrdiff_t>(sizeof(float)) -
+                 data.min.y * static_cast<std::ptrdiff_t>(stored.step);
+    Imf::FrameBuffer buffer;
+    buffer.insert(name, Imf::Slice(Imf::FLOAT, base, sizeof(float), stored.step));
+    file.setFrameBuffer(buffer);
+    file.readPixels(data.min.y, data.max.y);
+    return stored;
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
+}
+
 std::string ExrAttribute(const std::string& path, const std::string& name) {
   try {
     const Imf::InputFile file(path.c_str());

@@ -32,6 +32,9 @@ std::string ExrAttribute(const std::string& path, const std::string& name);
 // as they are. Throws Error naming the file when it is truncated, is no EXR or has no such channels.
 cv::Mat ReadExr(const std::string& path);
 
+// The data window of one channel as CV_32FC1; empty where the file has none of this name. Throws as ReadExr().
+cv::Mat ReadExrChannel(const std::string& path, const std::string& name);
+
 // CV_16F from CV_32F. Numbers beyond the range of half floats become the largest one.
 cv::Mat HalfFromFloat(const cv::Mat& pixels);
 

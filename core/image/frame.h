@@ -40,6 +40,8 @@ struct Frame {
   bool on_shared_clock = false;  // device_time_s is by a clock that IEEE 1588 sets
   FrameStatus status = FrameStatus::kComplete;
   FrameKind kind = FrameKind::kLive;
+  // Of an exposure that Device::RequestExposures() asked for: the stops asked.
+  std::optional<double> asked_stops = {};
   // Of a photograph: the time on the device's clock at which the program released the shutter; none: it was
   // released on the camera.
   std::optional<double> requested_s;

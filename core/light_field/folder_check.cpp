@@ -17,6 +17,7 @@
 #include "core/light_field/exchange/image_names.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/view_exposures.h"
 #include "core/light_field/view_files.h"
 #include "core/light_field/view_numbers.h"
 
@@ -155,10 +156,12 @@ int NumberOf(const fs::path& file) {
 
 void CollectFiles(const fs::path& dir, const JournalContents& journal, FolderCheck& check) {
   std::set<std::string> named;
-  for (const View& view : journal.light_field.views)
-    named.insert({view.image_path, view.master_path, view.mask_path});
+  for (const View& view : journal.light_field.views) {
+    named.merge(FilesOf(view));
+    named.insert(view.mask_path);
+  }
   std::error_code refused;
-  for (const char* folder : {"images", "masters", "masks", "unposed"})
+  for (const char* folder : {"images", "masters", "masks", "unposed", kExposuresFolder, kMergedFolder})
     for (const auto& entry : fs::directory_iterator(dir / folder, refused)) {
       const int number = NumberOf(entry.path());
       if (number == 0) continue;

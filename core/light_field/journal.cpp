@@ -18,6 +18,7 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/view_exposures.h"
 #include "core/light_field/view_json.h"
 #include "core/light_field/view_numbers.h"
 
@@ -30,22 +31,8 @@ using nlohmann::json;
 constexpr int kVersion = 1;
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
-constexpr const char* kEventsWithoutViews[] = {"subject", "up",     "goal",    "readout",
-                                               "gap",     "remove", "unposed", "close"};
-
-json PoseToJson(const Rigid3& cam_from_world) {
-  const Eigen::Quaterniond& q = cam_from_world.rotation;
-  const Eigen::Vector3d& t = cam_from_world.translation;
-  return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
-}
-
-Rigid3 PoseFromJson(const JsonPlace& place, const char* key) {
-  const std::vector<double> n = place.Numbers(key, 7);
-  const Eigen::Quaterniond rotation(n[0], n[1], n[2], n[3]);
-  if (std::abs(rotation.norm() - 1) > 1e-6)
-    throw Error("{}: the quaternion of '{}' has not unit length", place.where, key);
-  return {rotation, {n[4], n[5], n[6]}};
-}
+constexpr const char* kEventsWithoutViews[] = {"subject", "up",      "goal",  "readout",  "gap",
+                                               "remove",  "unposed", "close", "exposure", "merged"};
 
 void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   const int version = event.Integer("version");
@@ -73,9 +60,7 @@ View* FindView(LightField& light_field, int id) {
 // Of a view, or of a photograph that is none, whose other properties are read.
 void ReadFiles(const JsonPlace& event, const LightField& light_field, View& view) {
   view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
-  if (!view.master_path.empty())
-    view.master_path = PathInside(light_field.root, view.master_path, event.where);
-  if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, event.where);
+  RequirePathsInside(light_field.root, event.where, view);
   view.camera = event.Integer("camera", 0);
   if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
     throw Error("{}: camera {} is not among the header's", event.where, view.camera);
@@ -133,6 +118,28 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   for (const auto& [index, camera] : cameras) light_field.cameras[index] = camera;
 }
 
+View& ViewOf(const JsonPlace& event, LightField& light_field) {
+  View* view = FindView(light_field, event.Integer("view"));
+  if (!view) throw Error("{}: there is no view {} (any more)", event.where, event.Integer("view"));
+  return *view;
+}
+
+void ApplyExposure(const JsonPlace& event, LightField& light_field) {
+  View& view = ViewOf(event, light_field);
+  View with_exposure;
+  with_exposure.exposures.push_back(ExposureFromJson(event));
+  RequirePathsInside(light_field.root, event.where, with_exposure);
+  view.exposures.push_back(with_exposure.exposures.front());
+}
+
+void ApplyMerged(const JsonPlace& event, LightField& light_field) {
+  View& view = ViewOf(event, light_field);
+  View with_merged;
+  with_merged.merged = MergedFromJson(event);
+  RequirePathsInside(light_field.root, event.where, with_merged);
+  view.merged = with_merged.merged;
+}
+
 void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const std::string kind = event.Text("event");
@@ -153,10 +160,13 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   } else if (kind == "remove") {
     const int id = event.Integer("id");
     contents.removed.insert(id);
-    if (const View* view = FindView(light_field, id))
-      contents.removed_files.insert({view->image_path, view->master_path});
+    if (const View* view = FindView(light_field, id)) contents.removed_files.merge(FilesOf(*view));
     if (std::erase_if(light_field.views, [id](const View& view) { return view.id == id; }) > 0)
       light_field.taken_back.insert(id);
+  } else if (kind == "exposure") {
+    ApplyExposure(event, light_field);
+  } else if (kind == "merged") {
+    ApplyMerged(event, light_field);
   } else if (kind == "unposed") {
     ApplyUnposed(event, light_field);
   } else if (kind == "close") {
@@ -402,6 +412,20 @@ void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
   for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
   json event{{"event", "pose_update"}, {"poses", poses}};
   for (const auto& [index, camera] : cameras) event["cameras"][std::to_string(index)] = CameraToJson(camera);
+  Append(event.dump());
+}
+
+void Journal::AddExposure(int view_id, const ViewExposure& exposure) {
+  json event = ExposureToJson(exposure);
+  event["event"] = "exposure";
+  event["view"] = view_id;
+  Append(event.dump());
+}
+
+void Journal::NoteMerged(int view_id, const MergedExposures& merged) {
+  json event = MergedToJson(merged);
+  event["event"] = "merged";
+  event["view"] = view_id;
   Append(event.dump());
 }
 

@@ -6,6 +6,8 @@
 //   view         {id, image, master, mask, camera, cam_from_world [qw qx qy qz tx ty tz], times, exposure,
 //                 gain, quality, bound, twist}
 //   pose_update  {poses {id: [7]}, cameras {index: as in the header}}
+//   exposure     {view, image, master, times, exposure, gain, exposure_from_view [7], pose}
+//   merged       {view, image, exposures, ghosts}
 //   subject      {center, radius}
 //   up           {up}
 //   goal         {cap_deg [2], share}
@@ -99,6 +101,8 @@ class Journal {
   // Poses by view id, and changed cameras by index.
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
                    const std::map<int, CameraModel>& cameras = {});
+  void AddExposure(int view_id, const ViewExposure& exposure);
+  void NoteMerged(int view_id, const MergedExposures& merged);
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetGoal(const CoverageGoal& goal);

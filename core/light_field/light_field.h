@@ -38,6 +38,32 @@ struct ShutterReadout {
   bool operator==(const ShutterReadout&) const = default;
 };
 
+// Another exposure of a view, for merging.
+struct ViewExposure {
+  // As of a view: relative to the light field. An image or a master, or both.
+  std::string image_path;
+  std::string master_path;
+  std::optional<Transfer> master_transfer;
+  Mosaic master_mosaic = Mosaic::kNone;
+  std::optional<std::array<double, 3>> raw_white_balance;
+  // From the view's camera to where the camera stood for this exposure. Its translation is in world units.
+  Rigid3 exposure_from_view;
+  bool pose_is_between =
+      false;  // not found in the exposure itself: interpolated between frames before and after
+  double device_time_s = 0, host_time_s = 0;
+  double exposure_s = 0;  // known, above 0
+  double gain = 1;        // linear
+  double black_level = 0;
+  std::optional<double> f_number;
+};
+
+// A view and its exposures as one picture of linear light.
+struct MergedExposures {
+  std::string path;        // relative to the light field: OpenEXR
+  int exposures = 0;       // that went into it, the view's own among them
+  double ghost_share = 0;  // of the pixels: one exposure alone, because they disagree by more than noise
+};
+
 // A recorded frame: image, camera, pose.
 struct View {
   int id = 0;               // given once, in order of recording, never used again
@@ -70,6 +96,8 @@ struct View {
   // row: rotation (rad/s), then translation (world units/s).
   std::optional<std::array<double, 6>> twist;
   std::optional<double> bound_px;  // the criterion's value when it was recorded; none for the first view
+  std::vector<ViewExposure> exposures = {};  // besides its own, in the order in which they were taken
+  std::optional<MergedExposures> merged = {};
 
   Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
 };

@@ -24,6 +24,7 @@
 #include "core/light_field/journal.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/points/point_tracks.h"
+#include "core/light_field/view_exposures.h"
 #include "core/light_field/view_files.h"
 #include "core/light_field/view_numbers.h"
 
@@ -58,28 +59,29 @@ bool IsOurTemporary(const fs::directory_entry& entry) {
 }
 
 void RemoveLeftovers(const fs::path& dir) {
-  for (const char* folder : {".", "images", "masters", "unposed", "sparse/0"}) {
+  for (const char* folder :
+       {".", "images", "masters", "unposed", "sparse/0", kExposuresFolder, kMergedFolder}) {
     if (!fs::is_directory(dir / folder)) continue;
     for (const auto& entry : fs::directory_iterator(dir / folder))
       if (IsOurTemporary(entry)) fs::remove(entry.path());
   }
 }
 
-// A master's name in unposed/, beside the photograph's, which may have the same ending.
-fs::path UnposedMaster(const fs::path& master) {
-  return master.stem().string() + ".master" + master.extension().string();
+// The name in unposed/: of a master beside the photograph's, which may have the same ending.
+fs::path UnposedName(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  const bool is_master = folder == "masters" || folder == kMergedFolder;
+  return is_master ? fs::path(file.stem().string() + ".master" + file.extension().string()) : file.filename();
 }
 
 // Files of views that a killed writer had removed from the journal but not yet moved.
 void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
   std::set<std::string> named;
-  for (const View& view : journal.light_field.views) named.insert({view.image_path, view.master_path});
+  for (const View& view : journal.light_field.views) named.merge(FilesOf(view));
   for (const std::string& file : journal.removed_files) {
     if (file.empty() || named.contains(file) || !fs::is_regular_file(dir / file)) continue;
     MakeFolder(dir / "unposed");
-    MoveWithoutReplacing(
-        dir / file,
-        dir / "unposed" / (file.starts_with("masters/") ? UnposedMaster(file) : fs::path(file).filename()));
+    MoveWithoutReplacing(dir / file, dir / "unposed" / UnposedName(file));
   }
 }
 
@@ -382,6 +384,55 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
   return views;
 }
 
+void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view,
+                                   bool pose_is_between) {
+  const auto view = std::ranges::find(state_->light_field.views, view_id, &View::id);
+  if (view == state_->light_field.views.end())
+    return KeepUnposed(frame, "it is another exposure of a view that was taken back");
+  const fs::path& root = state_->light_field.root;
+  const ViewFiles files = Files(frame, MakePictures::kLater);
+  const std::string name = ExposureName(view_id, view->exposures.size() + 1);
+  View taken;
+  NoteFrame(frame, taken);
+  ViewExposure exposure{.image_path = files.image ? name + files.image_extension : "",
+                        .master_path = files.master ? name + ".master" + files.master->extension : "",
+                        .master_transfer = files.master_transfer,
+                        .master_mosaic = files.master_mosaic,
+                        .raw_white_balance = {},
+                        .exposure_from_view = exposure_from_view,
+                        .pose_is_between = pose_is_between,
+                        .device_time_s = taken.device_time_s,
+                        .host_time_s = taken.host_time_s,
+                        .exposure_s = taken.exposure_s,
+                        .gain = taken.gain,
+                        .black_level = taken.black_level,
+                        .f_number = taken.f_number};
+  if (files.raw) exposure.raw_white_balance = state_->white_balance.InPlaceOf(*files.raw);
+  MakeFolder(root / kExposuresFolder);
+  FileBatch batch(FileBatch::Existing::kKeep);
+  if (files.image) batch.Write(root / exposure.image_path, files.image->content);
+  if (files.master) batch.Write(root / exposure.master_path, files.master->content);
+  batch.Commit();
+  try {
+    state_->journal.AddExposure(view_id, exposure);
+  } catch (...) {
+    batch.TakeBack();  // the caller tries again
+    throw;
+  }
+  view->exposures.push_back(std::move(exposure));
+}
+
+void LightFieldWriter::SetMerged(int view_id, const std::string& exr, int exposures, double ghost_share) {
+  const auto view = std::ranges::find(state_->light_field.views, view_id, &View::id);
+  if (view == state_->light_field.views.end())
+    throw Error("{}: there is no view {}", state_->light_field.root.string(), view_id);
+  const MergedExposures merged{MergedPath(view_id), exposures, ghost_share};
+  MakeFolder(state_->light_field.root / kMergedFolder);
+  WriteFileAtomically(state_->light_field.root / merged.path, exr);
+  state_->journal.NoteMerged(view_id, merged);
+  view->merged = merged;
+}
+
 void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
                                    const std::map<int, CameraModel>& cameras) {
   if (cam_from_world_by_view.empty() && cameras.empty()) return;
@@ -454,8 +505,8 @@ void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
   MakeFolder(unposed);
   journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
   std::map<std::string, fs::path>& files = to_unposed[view_id];
-  if (has_picture) files[view->image_path] = unposed / fs::path(view->image_path).filename();
-  if (!view->master_path.empty()) files[view->master_path] = unposed / UnposedMaster(view->master_path);
+  for (const std::string& file : FilesOf(*view))
+    if (has_picture || file != view->image_path) files[file] = unposed / UnposedName(file);
   light_field.views.erase(view);
   light_field.taken_back.insert(view_id);
 }

@@ -58,7 +58,7 @@ Image ReadViewMaster(const LightField& light_field, const View& view);
 
 // Whether the view has more than 8 bits: a master that ulf reads, or a photograph in EXR or of 16 bits.
 bool HasMoreThanEightBits(const LightField& light_field, const View& view);
-// The view's image of most bits, for rendering: its master if ulf reads it, else its photograph; with flat field, colour
+// The view's image of most light, for rendering: its merged exposures, else its master if ulf reads it, else its photograph; with flat field, colour
 // profile and `clipped` as in ReadViewImage. A raw file that has a profile is developed by that profile's white balance.
 Image ReadViewLight(const LightField& light_field, const View& view, cv::Mat* clipped = nullptr);
 
@@ -110,6 +110,11 @@ class LightFieldWriter {
   std::vector<View> AddViews(std::span<const NewView> views);
   // The files for a frame; thread-safe except with KeepMosaics().
   ViewFiles Files(const Frame& frame, MakePictures pictures) const;
+  // Another exposure of a view (exposures/); of a view that is not there (any more), a photograph in unposed/.
+  // `exposure_from_view`: between the camera's frames; `pose_is_between`: it was not found in the exposure itself.
+  void AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool pose_is_between);
+  // What the view's exposures were merged to (merged/), in place of an earlier one. `exr`: the file's bytes.
+  void SetMerged(int view_id, const std::string& exr, int exposures, double ghost_share);
   // Poses by view id and changed cameras by index, in one step.
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
                    const std::map<int, CameraModel>& cameras = {});

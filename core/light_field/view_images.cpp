@@ -5,9 +5,11 @@
 
 #include "core/base/error.h"
 #include "core/image/clipped.h"
+#include "core/image/exr_file.h"
 #include "core/image/image_header.h"
 #include "core/image/raw_file.h"
 #include "core/light_field/light_field_io.h"
+#include "core/light_field/view_exposures.h"
 #include "core/light_field/view_files.h"
 
 namespace ulf {
@@ -116,15 +118,40 @@ Image ReadViewMaster(const LightField& light_field, const View& view) {
   return ReadMaster(light_field, view, false).image;
 }
 
+static bool HasMerged(const LightField& light_field, const View& view) {
+  return view.merged && fs::is_regular_file(light_field.root / view.merged->path);
+}
+
+// As the numbers of the view's master: above the black level, which whoever reads a view subtracts.
+static Recorded ReadMerged(const LightField& light_field, const View& view) {
+  const fs::path path = light_field.root / view.merged->path;
+  Recorded recorded{.image = {ReadExr(path.string()), Transfer::kLinear}, .clipped = {}, .is_raw = false};
+  RequireSizeOf(light_field.CameraOf(view), recorded.image, path);
+  recorded.image.pixels += cv::Scalar::all(view.black_level);
+  recorded.is_raw = IsRawFile(view.master_path);
+  if (const cv::Mat clipped = ReadExrChannel(path.string(), kClippedChannel); !clipped.empty())
+    recorded.clipped = clipped > 0;
+  if (recorded.clipped.empty() || cv::countNonZero(recorded.clipped) == 0) recorded.clipped.release();
+  return recorded;
+}
+
 bool HasMoreThanEightBits(const LightField& light_field, const View& view) {
+  if (HasMerged(light_field, view)) return true;
   if (HasReadableMaster(light_field, view)) return true;
   const fs::path path = light_field.root / view.image_path;
   const auto header = ReadImageHeader(path.string());
   return TransferOfFile(path) == Transfer::kLinear || (header && header->bits > 8);
 }
 
-// The photograph stands in for a damaged master, as for a missing one.
-static Recorded ReadMasterOrImage(const LightField& light_field, const View& view) {
+// What is damaged is replaced by what it was made from, or from what was made of it.
+static Recorded ReadMostLight(const LightField& light_field, const View& view) {
+  if (HasMerged(light_field, view)) {
+    try {
+      return ReadMerged(light_field, view);
+    } catch (const Error& error) {
+      spdlog::warn("{}; its own exposure is used; ulf merge makes it again", error.what());
+    }
+  }
   if (!HasReadableMaster(light_field, view)) return ReadRecorded(light_field, view, true);
   try {
     return ReadMaster(light_field, view, true);
@@ -136,7 +163,7 @@ static Recorded ReadMasterOrImage(const LightField& light_field, const View& vie
 }
 
 Image ReadViewLight(const LightField& light_field, const View& view, cv::Mat* clipped) {
-  const Recorded recorded = ReadMasterOrImage(light_field, view);
+  const Recorded recorded = ReadMostLight(light_field, view);
   if (clipped) *clipped = recorded.clipped;
   return Corrected(light_field, view, recorded);
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/geometry/camera_json.h"
+#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/view_exposures.h"
 
 namespace ulf {
 
@@ -23,6 +25,33 @@ std::optional<std::uint64_t> CountIn(const JsonPlace& place, const char* key) {
 }
 
 }  // namespace
+
+nlohmann::json PoseToJson(const Rigid3& cam_from_world) {
+  const Eigen::Quaterniond& q = cam_from_world.rotation;
+  const Eigen::Vector3d& t = cam_from_world.translation;
+  return {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
+}
+
+Rigid3 PoseFromJson(const JsonPlace& place, const char* key) {
+  const std::vector<double> n = place.Numbers(key, 7);
+  const Eigen::Quaterniond rotation(n[0], n[1], n[2], n[3]);
+  if (std::abs(rotation.norm() - 1) > 1e-6)
+    throw Error("{}: the quaternion of '{}' has not unit length", place.where, key);
+  return {rotation, {n[4], n[5], n[6]}};
+}
+
+void RequirePathsInside(const std::filesystem::path& root, const std::string& where, View& view) {
+  const auto require = [&](std::string& path) {
+    if (!path.empty()) path = PathInside(root, path, where);
+  };
+  require(view.master_path);
+  require(view.mask_path);
+  for (ViewExposure& exposure : view.exposures) {
+    require(exposure.image_path);
+    require(exposure.master_path);
+  }
+  if (view.merged) require(view.merged->path);
+}
 
 nlohmann::json PhotographToJson(const View& view) {
   nlohmann::json keys = {{"device_time_s", view.device_time_s},
@@ -51,6 +80,8 @@ nlohmann::json ViewToJson(const View& view) {
   keys["tracking_quality"] = view.tracking_quality;
   if (view.bound_px) keys["bound_px"] = *view.bound_px;
   if (view.twist) keys["twist"] = *view.twist;
+  for (const ViewExposure& exposure : view.exposures) keys["exposures"].push_back(ExposureToJson(exposure));
+  if (view.merged) keys["merged"] = MergedToJson(*view.merged);
   return keys;
 }
 
@@ -66,6 +97,10 @@ void ReadViewJson(const JsonPlace& place, View& view) {
     view.twist.emplace();
     std::ranges::copy(twist, view.twist->begin());
   }
+  if (place.Has("exposures"))
+    for (const nlohmann::json& exposure : place.Raw("exposures"))
+      view.exposures.push_back(ExposureFromJson({exposure, place.where + ", exposures"}));
+  if (place.Has("merged")) view.merged = MergedFromJson({place.Raw("merged"), place.where + ", merged"});
 }
 
 void ReadPhotographJson(const JsonPlace& place, View& view) {

@@ -9,16 +9,24 @@
 namespace ulf {
 
 // id, master, mask, master_transfer, master_mosaic, device_time_s, host_time_s, exposure_s, gain,
-// black_level, frame_id, line_status, clock, f_number, tracking_quality, bound_px; neither image path nor pose.
+// black_level, frame_id, line_status, clock, f_number, tracking_quality, bound_px, exposures,
+// merged; neither image path nor pose.
 nlohmann::json ViewToJson(const View& view);
 // Of these, what does not depend on a pose: of a photograph that is no view.
 nlohmann::json PhotographToJson(const View& view);
 
 inline constexpr int kMostViewId = 999'999'999;  // nine digits in a file's name
 
-// Sets the values that are present. `view.master_path` and `view.mask_path` are unchecked.
+// Sets the values that are present. Paths are unchecked.
 void ReadViewJson(const JsonPlace& place, View& view);
 void ReadPhotographJson(const JsonPlace& place, View& view);
+
+// Checks the paths that ReadViewJson() and ReadPhotographJson() read: none may lead out of the light field.
+void RequirePathsInside(const std::filesystem::path& root, const std::string& where, View& view);
+
+// [qw qx qy qz tx ty tz]
+nlohmann::json PoseToJson(const Rigid3& pose);
+Rigid3 PoseFromJson(const JsonPlace& place, const char* key);
 
 // device_uri, device_serial, device_maker, device_model, sensor, calibration_source, units, threshold_px,
 // coverage_width_px, with the same keys in the journal's header and under "ulf" in transforms.json.

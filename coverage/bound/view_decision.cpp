@@ -31,6 +31,7 @@ constexpr std::array<ReasonTexts, kReasons.size()> kTexts{{
     {"still", "photograph being taken"},
     {"paused", "recording paused"},
     {"zoomed", "zoom moved"},
+    {"bracket", "other exposures being taken"},
 }};
 
 bool IsTracked(const tracking::Track& track) {
@@ -68,7 +69,7 @@ std::string InWords(const std::string& name) {
 
 bool ShowsTheSubject(Reason reason) {
   return reason != Reason::kTracking && reason != Reason::kInsideSphere && reason != Reason::kBehind &&
-         reason != Reason::kOutsideRectangle && reason != Reason::kZoomed;
+         reason != Reason::kOutsideRectangle && reason != Reason::kZoomed && reason != Reason::kBracket;
 }
 
 double PoseErrorPx(double center_sigma, double focal_px, double distance, double radius) {

@@ -31,12 +31,14 @@ enum class Reason {
   kStill,             // open; a photograph was requested, the live frame itself is not recorded
   kPaused,            // open; recording is paused by request
   kZoomed,            // the zoom was moved: the lens is not the light field's
+  kBracket,           // another exposure of a view, or it came while those were taken
 };
 inline constexpr std::array kReasons{Reason::kRecorded, Reason::kCovered,      Reason::kOutsideRectangle,
                                      Reason::kBehind,   Reason::kInsideSphere, Reason::kTracking,
                                      Reason::kBlur,     Reason::kExposure,     Reason::kUnsettled,
                                      Reason::kSpeed,    Reason::kSpool,        Reason::kDisk,
-                                     Reason::kStill,    Reason::kPaused,       Reason::kZoomed};
+                                     Reason::kStill,    Reason::kPaused,       Reason::kZoomed,
+                                     Reason::kBracket};
 const char* Name(Reason reason);               // as in --json
 const char* InWords(Reason reason);            // for the person with the camera
 std::string InWords(const std::string& name);  // of a reason by its name; a name unknown here as it is

@@ -61,7 +61,9 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
                  .stable_frames = options.stable_frames,
                  .keep_apart = options.keep_apart,
                  .coverage_width_px = options.coverage_width_px,
-                 .deterministic = options.deterministic}),
+                 .deterministic = options.deterministic,
+                 .bracket = options.bracket},
+                say_),
       proposer_(lens_, {.coverage_width_px = options.coverage_width_px,
                         .threshold_px = options.threshold_px,
                         .cap = options.cap,
@@ -171,8 +173,9 @@ std::optional<StoppedBecause> RunningCapture::TakeStill(const Frame& still) {
   else
     recorder_.TakeStill(still);
   Show(hooks_.while_waiting);
-  return record_.IsCapCovered(options_.until_share, poses_) ? std::optional(StoppedBecause::kCovered)
-                                                            : std::nullopt;
+  return !recorder_.AwaitsExposures() && record_.IsCapCovered(options_.until_share, poses_)
+             ? std::optional(StoppedBecause::kCovered)
+             : std::nullopt;
 }
 
 void RunningCapture::Say(const std::string& text) {
@@ -307,9 +310,10 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   meters_.FrameAt(now_s);
 
   const auto start = Clock::now();
-  const tracking::Track track = poses_.Step(*frame);
+  const Frame as_tracked = recorder_.ForTracking(*frame);
+  const tracking::Track track = poses_.Step(as_tracked);
   ms_track_.push_back(1000 * SecondsSince(start));
-  latest_ = {frame->image, track, {}, {}};
+  latest_ = {as_tracked.image, track, {}, {}};
   if (track.cam_from_world) last_turn_ = track.cam_from_world->rotation;
   if (track.state == tracking::TrackState::kInitializing)
     last_turn_.reset();  // in the world of a map that is gone
@@ -339,7 +343,8 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
     Show(hooks_.after_frame);
   }
   // Also after frames that were not recorded: corrected poses, a new subject or a resumed capture may cover it.
-  if (record_.IsCapCovered(options_.until_share, poses_)) return StoppedBecause::kCovered;
+  if (!recorder_.AwaitsExposures() && record_.IsCapCovered(options_.until_share, poses_))
+    return StoppedBecause::kCovered;
   return std::nullopt;
 }
 
@@ -409,7 +414,9 @@ CaptureSummary RunningCapture::Run() {
   } catch (...) {
     if (!failure) failure = std::current_exception();
   }
+  recorder_.FinishBracket();
   summary_.stills = recorder_.stills();
+  summary_.brackets = recorder_.brackets();
   summary_.kept_apart = recorder_.kept_apart();
   summary_.stopped_because = *ended_;
   Close();

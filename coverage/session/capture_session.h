@@ -33,6 +33,7 @@
 #include "coverage/measured/error_map.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/capture_state.h"
+#include "coverage/session/record/bracket_capture.h"
 #include "coverage/session/record/live_geometry.h"
 #include "coverage/session/record/posed_photographs.h"
 #include "coverage/session/record/still_capture.h"
@@ -65,6 +66,8 @@ struct CaptureOptions {
   // Frames of a place whose way to the recorded views is not known (TrackState::kApart) are kept in unposed/, as many as
   // show something new, for `ulf refine --unposed`.
   bool keep_apart = false;
+  // Set: so many exposures of each view. The device takes them (Device::TakesExposures) and knows its exposure time.
+  std::optional<ExposureBracket> bracket;
   DecisionLimits limits;
   bool geometry =
       false;        // depth maps and a mesh while the capture goes on (live_geometry.h); needs a subject
@@ -110,6 +113,7 @@ struct CaptureSummary {
   std::uint64_t taken_back = 0;  // views that were removed on request
   std::uint64_t kept_apart = 0;  // frames in unposed/ (CaptureOptions::keep_apart)
   std::map<tracking::StartObstacle, std::uint64_t> start_obstacles;  // frames that each kept a map from
+  BracketCounts brackets;                                            // CaptureOptions::bracket
   StillCounts stills;                                                // of a device that takes photographs
   std::array<std::uint64_t, kReasons.size()> reasons{};              // by Reason
   double ms_track_median = 0;

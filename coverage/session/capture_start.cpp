@@ -65,6 +65,7 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
         *args.parallax_deg);
   if (args.no_subject) options.without_subject = SpacingWithoutSubject(args);
   options.keep_apart = args.keep_apart;
+  if (!args.bracket.empty()) options.bracket = ExposureBracket::Parse(args.bracket);
   ParseUntilCovered(args.until_covered, &options);
   if (!args.quality.empty() && args.threshold_px)
     throw UsageError("--quality {} and --threshold-px {} say the same thing twice; give one", args.quality,
@@ -249,6 +250,23 @@ tracking::ReadoutArgs ReadoutOf(const CaptureArgs& args, const LightField* resum
   return readout;
 }
 
+// Without its times exposures cannot be merged.
+void RequireExposures(const acquisition::Device& device, const ExposureBracket& bracket, const Frame& first,
+                      bool stills) {
+  const std::string uri = device.Info().uri;
+  if (device.TakesExposures() == acquisition::ExposureRequests::kNone)
+    throw UsageError(
+        "--bracket {}: {} cannot be asked for exposures: a recording, a camera without an exposure time that "
+        "can be "
+        "set, or one whose automatic exposure is on (auto_exposure=off); leave out --bracket",
+        bracket.Text(), uri);
+  if (!stills && first.exposure_s <= 0)
+    throw UsageError(
+        "--bracket {}: {} does not tell its exposure time, without which exposures cannot be merged; set "
+        "it in the URI (exposure_us=5000), or leave out --bracket",
+        bracket.Text(), uri);
+}
+
 bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& prepared) {
   args.poses.RequireFor(args.lens);
   if (args.resume) {
@@ -354,6 +372,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         "--keep-apart: {} takes photographs, and keeps those without a pose anyway; live frames are not of "
         "their size: leave out --keep-apart",
         info.uri);
+  if (options->bracket) RequireExposures(*prepared.device, *options->bracket, first, stills);
   if (args.poses.ComeWithFrames() && !first.known_cam_from_world)
     throw UsageError("--poses known: {} does not know its poses; leave it out to have them tracked",
                      info.uri);

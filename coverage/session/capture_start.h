@@ -30,6 +30,7 @@ struct CaptureArgs {
   bool no_subject = false;
   std::optional<double> parallax_deg;
   bool keep_apart = false;
+  std::string bracket;
   std::string until_covered;
   std::string quality;
   std::optional<double> threshold_px;

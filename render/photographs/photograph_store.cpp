@@ -161,6 +161,7 @@ std::uint64_t PhotographStore::State::FileKey(std::size_t index) const {
                   view.master_path.empty() ? 0 : FileStamp(root / view.master_path), view.black_level) +
       (view.mask_path.empty() ? ""
                               : fmt::format("{} {:x} ", view.mask_path, FileStamp(root / view.mask_path))) +
+      (view.merged ? fmt::format("{} {:x} ", view.merged->path, FileStamp(root / view.merged->path)) : "") +
       (MasksClipped(index) ? "clipped " : "") + made_from);
 }
 

@@ -48,6 +48,7 @@ constexpr Maker kMakers[] = {{"coverage_bound", BoundChart},
                              {"cover", CoverChart},
                              {"packets", PacketsChart},
                              {"clipped", ClippedChart},
+                             {"brackets", BracketsChart},
                              {"colour", ColourChart}};
 
 struct Arguments {

@@ -41,6 +41,7 @@ Chart CoverChart(const ChartEffort& effort);
 Chart MeasuredErrorChart(const ChartEffort& effort);
 Chart PacketsChart(const ChartEffort& effort);
 Chart ClippedChart(const ChartEffort& effort);
+Chart BracketsChart(const ChartEffort& effort);
 Chart ColourChart(const ChartEffort& effort);
 
 }  // namespace ulf::test

@@ -275,6 +275,39 @@ std::string ChunkDataControl() {
          values;
 }
 
+// Of the sets: how long the shutter is open, and which set follows.
+std::string SequencerControl() {
+  const auto set_number = [](const char* name, std::uint32_t address, const char* description) {
+    return Node(
+               "Integer", name, "Standard",
+               Description(description) + fmt::format("    <pValue>{}Reg</pValue><Min>0</Min><Max>{}</Max>\n",
+                                                      name, kSequencerSets - 1)) +
+           Number(std::string(name) + "Reg", "Custom", At(address).c_str(), "RW");
+  };
+  const Entries off_on{{"Off", "0"}, {"On", "1"}};
+  return Category("SequencerControl", "Standard",
+                  {"SequencerMode", "SequencerConfigurationMode", "SequencerSetSelector", "SequencerSetSave",
+                   "SequencerSetStart", "SequencerSetNext"}) +
+         Choice("SequencerMode", off_on, At(kSequencerModeAt).c_str(),
+                "On: each frame has the exposure time of the set whose turn it is.") +
+         Choice("SequencerConfigurationMode", off_on, At(kSequencerConfigurationAt).c_str(),
+                "On: sets can be saved, and the sequencer rests.") +
+         set_number("SequencerSetSelector", kSequencerSelectorAt,
+                    "The set that is saved, or whose next one is named.") +
+         Command("SequencerSetSave", "SequencerSetSaveReg", 1) +
+         Number("SequencerSetSaveReg", "Custom", At(kSequencerSaveAt).c_str(), "RW") +
+         set_number("SequencerSetStart", kSequencerStartAt, "The set of the first frame.") +
+         Node("Integer", "SequencerSetNext", "Standard",
+              fmt::format("    <pValue>SequencerSetNextReg</pValue><Min>0</Min><Max>{}</Max>\n",
+                          kSequencerSets - 1)) +
+         Node("IntReg", "SequencerSetNextReg", "Custom",
+              fmt::format("    <Address>{}</Address><pIndex Offset=\"4\">SequencerSetSelectorReg</pIndex>\n"
+                          "    <Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>\n"
+                          "    <Cachable>NoCache</Cachable>\n"
+                          "    <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>\n",
+                          At(kSequencerNextAt)));
+}
+
 // What chunk data add to the payload: each that is switched on, and the image's own entry.
 std::string ChunkPayload() {
   std::string registers, variables, formula;
@@ -326,11 +359,12 @@ std::string TransportLayerControl() {
 const std::string& GenicamDescription() {
   static const std::string description =
       kBegin +
-      Category("Root", "Standard",
-               {"DeviceControl", "ImageFormatControl", "AcquisitionControl", "AnalogControl",
-                "DigitalIOControl", "ChunkDataControl", "LastFrame", "TransportLayerControl"}) +
+      Category(
+          "Root", "Standard",
+          {"DeviceControl", "ImageFormatControl", "AcquisitionControl", "AnalogControl", "DigitalIOControl",
+           "SequencerControl", "ChunkDataControl", "LastFrame", "TransportLayerControl"}) +
       DeviceControl() + ImageFormatControl() + AcquisitionControl() + AnalogControl() + DigitalIOControl() +
-      ChunkDataControl() + LastFrame() + TransportLayerControl() + kEnd;
+      SequencerControl() + ChunkDataControl() + LastFrame() + TransportLayerControl() + kEnd;
   return description;
 }
 

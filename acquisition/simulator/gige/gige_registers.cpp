@@ -6,10 +6,9 @@ namespace ulf::acquisition {
 namespace {
 
 // Addresses of the GenICam description.
-constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x110, kExposureAt = 0x120,
-                        kPixelFormatAt = 0x128, kAcquisitionModeAt = 0x12C, kOffsetXAt = 0x130,
-                        kOffsetYAt = 0x134, kFramePeriodAt = 0x138, kTriggerModeAt = 0x300,
-                        kTriggerSoftwareAt = 0x30C;
+constexpr std::uint32_t kWidthAt = 0x100, kHeightAt = 0x104, kGainAt = 0x110, kPixelFormatAt = 0x128,
+                        kAcquisitionModeAt = 0x12C, kOffsetXAt = 0x130, kOffsetYAt = 0x134,
+                        kFramePeriodAt = 0x138, kTriggerModeAt = 0x300, kTriggerSoftwareAt = 0x30C;
 // Bootstrap registers of GigE Vision.
 constexpr std::uint32_t kHeartbeatTimeoutAt = 0x938, kControlPrivilegeAt = 0xA00, kUserNameAt = 0xE8,
                         kUserNameBytes = 16;
@@ -58,7 +57,14 @@ std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulat
       Between(kChunkModeAt, 0, 1),
       Between(kChunkSelectorAt, 0, static_cast<std::uint32_t>(kChunks.size() - 1)),
       Between(kPtpEnableAt, 0, 1),
-      Between(kPtpLatchAt, 0, 1)};
+      Between(kPtpLatchAt, 0, 1),
+      Between(kSequencerModeAt, 0, 1),
+      Between(kSequencerConfigurationAt, 0, 1),
+      Between(kSequencerSelectorAt, 0, kSequencerSets - 1),
+      Between(kSequencerSaveAt, 0, 1),
+      Between(kSequencerStartAt, 0, kSequencerSets - 1)};
+  for (std::uint32_t set = 0; set < kSequencerSets; ++set)
+    writable.push_back(Between(kSequencerNextAt + 4 * set, 0, kSequencerSets - 1));
   for (std::uint32_t i = 0; i < kChunks.size(); ++i)
     writable.push_back(Between(kChunkEnableAt + 4 * i, 0, 1));
   for (std::uint32_t at = kUserNameAt; at < kUserNameAt + kUserNameBytes; at += 4)

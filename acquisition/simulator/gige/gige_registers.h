@@ -14,9 +14,14 @@ inline constexpr std::uint32_t kLastFrameAt = 0x1000, kTriggerSourceAt = 0x1020,
                                kThroughputModeAt = 0x1030, kThroughputLimitAt = 0x1034, kChunkModeAt = 0x1040,
                                kChunkSelectorAt = 0x1044, kChunkEnableAt = 0x1050, kLineStatusAt = 0x1080,
                                kPtpEnableAt = 0x1090, kPtpStatusAt = 0x1094, kPtpLatchAt = 0x1098,
-                               kPtpOffsetAt = 0x109C;
+                               kPtpOffsetAt = 0x109C, kSequencerModeAt = 0x10A0,
+                               kSequencerConfigurationAt = 0x10A4, kSequencerSelectorAt = 0x10A8,
+                               kSequencerSaveAt = 0x10AC, kSequencerStartAt = 0x10B0,
+                               kSequencerNextAt = 0x10C0,
+                               kSequencerExposureAt = 0x1100;  // the last two of the first set
+inline constexpr std::uint32_t kSequencerSets = 16;
 // Of Aravis's own.
-inline constexpr std::uint32_t kAcquisitionAt = 0x124;
+inline constexpr std::uint32_t kExposureAt = 0x120, kAcquisitionAt = 0x124;
 // Bootstrap registers of GigE Vision.
 inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kTickFrequencyAt = 0x93C, kStreamPortAt = 0xD00,
                                kPacketSizeAt = 0xD04, kPacketDelayAt = 0xD08, kStreamAddressAt = 0xD18,

@@ -18,6 +18,7 @@
 #include "acquisition/simulator/gige/genicam_description.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
+#include "acquisition/simulator/gige/gige_sequencer.h"
 #include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/simulator/gige/pose_file.h"
 #include "acquisition/simulator/gige/taken_sockets.h"
@@ -72,7 +73,8 @@ struct SimulatedGigeCamera::State {
   }
   static void OnFill(ArvBuffer* buffer, void* self, guint32 exposure_us, guint32 gain,
                      ArvPixelFormat format) {
-    static_cast<State*>(self)->Fill(buffer, {exposure_us, gain, format});
+    auto* state = static_cast<State*>(self);
+    state->Fill(buffer, {state->sequencer->NextExposureUs(exposure_us), gain, format});
   }
 
   GigeServerOptions options;
@@ -80,6 +82,7 @@ struct SimulatedGigeCamera::State {
   std::optional<LoopbackAddress> public_address, hidden_address;
   std::unique_ptr<GigeRelay> relay;
   std::unique_ptr<GigeTransport> transport;
+  std::unique_ptr<GigeSequencer> sequencer;
   std::unique_ptr<GvcpFilter> filter;
   ArvGvFakeCamera* server = nullptr;
   ArvFakeCamera* registers = nullptr;
@@ -197,18 +200,17 @@ void SimulatedGigeCamera::State::InsertFilter(const std::vector<BoundSocket>& be
     throw Error("{}:{} cannot be opened; check for another camera there", address, kGvcpPort);
   if (taken.stream < 0) throw Error("{}: Aravis's stream socket was not found", address);
   arv_fake_camera_write_register(registers, kStreamSourcePortAt, static_cast<guint32>(taken.stream_port));
-  transport = std::make_unique<GigeTransport>(
-      taken.stream, address,
-      RegisterAccess{
-          .read =
-              [this](std::uint32_t at) {
-                guint32 value = 0;
-                arv_fake_camera_read_register(registers, at, &value);
-                return value;
-              },
-          .write = [this](std::uint32_t at,
-                          std::uint32_t value) { arv_fake_camera_write_register(registers, at, value); }},
-      options.clock);
+  const RegisterAccess access{
+      .read =
+          [this](std::uint32_t at) {
+            guint32 value = 0;
+            arv_fake_camera_read_register(registers, at, &value);
+            return value;
+          },
+      .write = [this](std::uint32_t at,
+                      std::uint32_t value) { arv_fake_camera_write_register(registers, at, value); }};
+  transport = std::make_unique<GigeTransport>(taken.stream, address, access, options.clock);
+  sequencer = std::make_unique<GigeSequencer>(access);
   filter = std::make_unique<GvcpFilter>(GvcpFilterOptions{
       .unicast = taken.unicast,
       .broadcasts = taken.broadcasts,
@@ -217,7 +219,11 @@ void SimulatedGigeCamera::State::InsertFilter(const std::vector<BoundSocket>& be
           static_cast<std::uint32_t>(ARV_FAKE_CAMERA_MEMORY_SIZE + (GenicamDescription().size() + 3) / 4 * 4),
       .writable = WritableRegisters(options.simulation),
       .privilege = [this] { return arv_fake_camera_get_control_channel_privilege(registers); },
-      .before = [this](const GvcpAccess& access) { transport->BeforeRequest(access); }});
+      .before =
+          [this](const GvcpAccess& request) {
+            transport->BeforeRequest(request);
+            sequencer->BeforeRequest(request);
+          }});
 }
 
 void SimulatedGigeCamera::State::WriteRegisters() {

@@ -374,4 +374,45 @@ std::shared_ptr<const Scene> BuildBranch() {
   return builder.Finish(Towards(26));
 }
 
+// What shines or is dark stands beside ordinary things, so that every part of the picture has something to track.
+std::shared_ptr<const Scene> BuildLightbox() {
+  SceneBuilder builder;
+  builder.AddStudio();
+  AddPlinth(builder, 0.15f);
+  struct Thing {
+    Solid solid;
+    double stops;  // of its glow
+  };
+  const auto box = [](double x, double y, double half_height, int material, double turn_deg) {
+    return Solid{.shape = Shape::kBox,
+                 .size = {0.03f, 0.012f, static_cast<float>(half_height)},
+                 .position = {x, y, kPlinth + half_height},
+                 .material = material,
+                 .world_from_local = TurnedAbout(Vector3d::UnitZ(), turn_deg)};
+  };
+  const auto ball = [](double x, double y, float radius, int material) {
+    return Solid{.shape = Shape::kSphere,
+                 .size = {radius, 0, 0},
+                 .position = {x, y, kPlinth + radius},
+                 .material = material};
+  };
+  const std::array things{Thing{box(-0.095, 0.05, 0.06, material::kPainting, 20), 7},
+                          Thing{box(-0.028, 0.085, 0.075, material::kPosters, 4), 5},
+                          Thing{box(0.042, 0.085, 0.06, material::kPrinted, -6), -5},
+                          Thing{box(0.103, 0.045, 0.07, material::kPatchwork, -25), -7},
+                          Thing{ball(-0.065, -0.02, 0.027f, material::kMarbled), 3},
+                          Thing{ball(-0.005, 0.01, 0.034f, material::kRedTerrazzo), 0},
+                          Thing{ball(0.058, -0.005, 0.028f, material::kBanded), -3},
+                          Thing{ball(-0.035, -0.085, 0.02f, material::kMosaic), 6},
+                          Thing{ball(0.028, -0.08, 0.024f, material::kMosaic), -6}};
+  for (const Thing& thing : things) {
+    Solid solid = thing.solid;
+    solid.glow = static_cast<float>(std::exp2(thing.stops));
+    builder.Add(solid);
+  }
+  builder.EncloseSubject({0, 0, 0.075});
+  builder.AddStudioLamps();
+  return builder.Finish(Towards(28));
+}
+
 }  // namespace ulf::acquisition

@@ -40,10 +40,11 @@ struct Primitive {
   int main_chart = -1;             // the only chart that needs full resolution; -1: all of them
   Finish finish = Finish::kMatte;  // kPolished and kGlass: not for boxes, rooms and tori
   float mirrored = 0.045f;         // share of light that is mirrored at right angles; 0.045: index 1.54
-  bool thin = false;               // may be thinner than a pixel: looked at more closely
-  bool moves = false;              // with the scene's sway
-  bool of_subject = false;         // part of the subject, not of its surroundings
-  int first_chart = 0;             // into the scene's charts
+  float glow = 1;      // its light over what the lamps give it: in a light box above 1, behind glass below
+  bool thin = false;   // may be thinner than a pixel: looked at more closely
+  bool moves = false;  // with the scene's sway
+  bool of_subject = false;  // part of the subject, not of its surroundings
+  int first_chart = 0;      // into the scene's charts
 
   int ChartCount() const;
   // Bounding sphere, local.

@@ -176,7 +176,8 @@ struct RayCaster::Pose {
     const Part& part = parts[static_cast<std::size_t>(index)];
     const Vector3f d = part.local_from_cam * direction_in_cam;
     const Vector3f p = part.origin + t * d;
-    return part.flat ? OnFlat(part, t, p, d, key) : OnCurved(index, t, p, d, direction_in_cam, key);
+    return part.primitive->glow *
+           (part.flat ? OnFlat(part, t, p, d, key) : OnCurved(index, t, p, d, direction_in_cam, key));
   }
 
   // Surfaces that are seen at a slant get up to four samples along the pixel's elongated footprint.

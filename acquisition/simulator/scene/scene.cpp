@@ -18,10 +18,10 @@ struct NamedScene {
   const char* name;
   std::shared_ptr<const Scene> (*build)();
 };
-constexpr NamedScene kScenes[] = {{"studio", BuildStudio}, {"easel", BuildEasel}, {"wall", BuildWall},
-                                  {"gloss", BuildGloss},   {"glass", BuildGlass}, {"plant", BuildPlant},
-                                  {"bust", BuildBust},     {"room", BuildRoom},   {"picture", BuildPicture},
-                                  {"branch", BuildBranch}};
+constexpr NamedScene kScenes[] = {
+    {"studio", BuildStudio},   {"easel", BuildEasel},   {"wall", BuildWall},        {"gloss", BuildGloss},
+    {"glass", BuildGlass},     {"plant", BuildPlant},   {"bust", BuildBust},        {"room", BuildRoom},
+    {"picture", BuildPicture}, {"branch", BuildBranch}, {"lightbox", BuildLightbox}};
 
 constexpr double kSwayEasesS = 0.7;  // in which a swing grows, and dies away
 

@@ -11,12 +11,13 @@
 //   room     a deep room seen from inside: things near the camera, a dresser as the subject, a passage behind
 //   picture  one framed picture, flat on a plain wall
 //   branch   a branch in a pot, which sways for a while (SimulationOptions::sways_from_s)
+//   lightbox things in bright boxes of light beside things behind dark glass: sixteen stops of light in one picture
 //
 // The lamps do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
 // textures: reflectance times irradiance (a large area light with exact penumbras, ambient light with
 // occlusion). What depends on the viewpoint, mirror images and glass, is in surface_light.h. What sways keeps
 // the light and the shadows that it has at rest. Not simulated: indirect light beyond a constant term, light
-// bent by glass onto other things, lens blur.
+// bent by glass onto other things, light of what shines by itself (Primitive::glow) onto others, lens blur.
 #pragma once
 
 #include <memory>

@@ -23,6 +23,7 @@ void SceneBuilder::Add(const Solid& solid) {
   primitive.of_subject = solid.of_subject;
   primitive.finish = solid.finish;
   primitive.mirrored = solid.mirrored;
+  primitive.glow = solid.glow;
   primitive.thin = solid.thin;
   primitive.moves = solid.moves;
   primitive.main_chart = solid.main_chart;

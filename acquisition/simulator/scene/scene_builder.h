@@ -16,6 +16,7 @@ struct Solid {
   bool of_subject = true;
   Finish finish = Finish::kMatte;
   float mirrored = 0.045f;
+  float glow = 1;
   bool thin = false, moves = false;
   int main_chart = -1;
   Eigen::Quaterniond world_from_local = Eigen::Quaterniond::Identity();

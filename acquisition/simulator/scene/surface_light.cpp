@@ -80,7 +80,7 @@ F4 SeenAlong(const Scene& scene, const SecondRay& ray) {
   const MipTexture& texture = scene.Chart(primitive.first_chart + at.chart);
   const double texels_per_m = texture.height() / SizeOfChart(primitive, at.chart).height_m;
   const double footprint = (ray.width + hit.distance * ray.spread) * texels_per_m / std::sqrt(facing);
-  return texture.Sample(at.u, at.v, static_cast<float>(footprint));
+  return primitive.glow * texture.Sample(at.u, at.v, static_cast<float>(footprint));
 }
 
 // A radius of curvature that stands for the whole solid.

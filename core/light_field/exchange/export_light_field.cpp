@@ -212,6 +212,8 @@ LightField AsExported(const LightField& light_field, bool undistort, std::vector
     view.master_path.clear();
     view.master_transfer.reset();
     view.master_mosaic = Mosaic::kNone;
+    view.exposures.clear();
+    view.merged.reset();
   }
   if (undistort) MoveObservations(light_field, cameras, exported);
   MeasurePoints(exported);

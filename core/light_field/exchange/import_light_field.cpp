@@ -16,6 +16,7 @@
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/light_field_io.h"
+#include "core/light_field/view_exposures.h"
 
 namespace ulf {
 namespace {
@@ -136,6 +137,14 @@ void TakeMask(const LightField& source, const View& view, const fs::path& dir, V
   WriteInFolder(dir / taken.mask_path, PngBytes(mask));
 }
 
+// Under the names that they have.
+void TakeExposures(const LightField& source, const View& view, const fs::path& dir) {
+  View alone;
+  alone.exposures = view.exposures;
+  alone.merged = view.merged;
+  for (const std::string& file : FilesOf(alone)) WriteInFolder(dir / file, ReadWholeFile(source.root / file));
+}
+
 // Pictures with alpha over a colour: what they show then is no mask's business.
 void TakeOverBackground(const LightField& source, const View& view, const cv::Mat& over, const fs::path& dir,
                         View& taken) {
@@ -203,6 +212,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
         taken.mask_path.clear();
         TakeOverBackground(source, view, over, folder.path(), taken);
       }
+      TakeExposures(source, view, folder.path());
       progress.Show(static_cast<double>(i + 1) / static_cast<double>(source.views.size()), view.image_path);
     }
     for (const std::string& doubt : raw_doubts.Lines()) spdlog::warn("{}", doubt);

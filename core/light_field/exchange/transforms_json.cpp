@@ -239,9 +239,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
     }
     if (frame.Has("ulf")) {
       ReadViewJson({frame.Raw("ulf"), frame.where + ", ulf"}, view);
-      if (!view.master_path.empty())
-        view.master_path = PathInside(light_field.root, view.master_path, frame.where);
-      if (!view.mask_path.empty()) view.mask_path = PathInside(light_field.root, view.mask_path, frame.where);
+      RequirePathsInside(light_field.root, frame.where, view);
     }
     for (const auto& [key, value] : object.items())
       if (!Among(kFrameKeys, key) && !IsCameraKey(key)) ++unused[key];

@@ -9,7 +9,7 @@ namespace ulf::coverage {
 
 CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses,
                                  const CaptureLens& lens, CaptureRecord& record, ExposureMatch light,
-                                 const Options& options)
+                                 const Options& options, const std::function<void(const std::string&)>& say)
     : device_(device),
       poses_(poses),
       lens_(lens),
@@ -19,6 +19,9 @@ CaptureRecorder::CaptureRecorder(acquisition::Device& device, tracking::PoseSour
   if (options.without_subject) walk_.emplace(*options.without_subject);
   if (options.still_camera)
     stills_.emplace(device, *options.still_camera, poses, options.limits, options.coverage_width_px);
+  if (options.bracket)
+    bracket_.emplace(device, poses, record.spool(), *options.bracket,
+                     BracketCapture::Options{.deterministic = options.deterministic}, say);
 }
 
 bool CaptureRecorder::ExposureIsSettled(const Frame& frame, const tracking::Track& track) {
@@ -41,6 +44,7 @@ bool CaptureRecorder::Record(const Frame& frame, const tracking::Track& track, c
   newest_id_ = record_.Add(kept, track, decision.bound_px, poses_);
   if (!newest_id_) return false;
   if (light_is_matched) light_.Keep(*newest_id_);
+  if (bracket_) bracket_->Begin(*newest_id_, kept, track);
   newest_view_ = std::make_shared<RecordedFrame>(
       RecordedFrame{*newest_id_, std::move(kept), lens_.recorded(), *track.cam_from_world});
   return true;
@@ -138,6 +142,11 @@ bool CaptureRecorder::IsWorthKeepingApart(const tracking::Track& track) const {
 Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track, double frame_period_s) {
   newest_id_.reset();
   zoom_moved_ = track.focal_ratio.has_value();
+  if (bracket_ && bracket_->Take(frame, track)) {
+    if (stills_) stills_->Follow(frame, track);
+    Count(Reason::kBracket);
+    return {Reason::kBracket, {}};
+  }
   if (IsWorthKeepingApart(track)) {
     Frame kept = frame;
     if (options_.deterministic) kept.host_time_s = kept.device_time_s;
@@ -148,6 +157,11 @@ Decision CaptureRecorder::Take(const Frame& frame, const tracking::Track& track,
 }
 
 void CaptureRecorder::TakeStill(const Frame& still) {
+  if (still.asked_stops) {
+    const auto track = stills_ ? stills_->Find(still) : std::nullopt;
+    if (!bracket_ || !bracket_->TakeStill(still, track)) record_.spool().KeepUnposed(still);
+    return;
+  }
   const StillVerdict verdict = stills_ ? stills_->Judge(still, record_.map().get()) : StillVerdict{};
   if (verdict.decision.reason == Reason::kRecorded)
     Record(still, *verdict.track, verdict.decision, DistanceToSubject(*verdict.track));

@@ -5,14 +5,17 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "acquisition/device/device.h"
 #include "core/geometry/camera_model.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/capture_lens.h"
+#include "coverage/session/record/bracket_capture.h"
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/exposure.h"
 #include "coverage/session/record/posed_photographs.h"
@@ -30,20 +33,30 @@ class CaptureRecorder {
     int stable_frames = 10;   // tracked in a row before a first view without a subject
     bool keep_apart = false;  // CaptureOptions::keep_apart
     int coverage_width_px = 640;
-    bool deterministic = false;  // host times are the device's
+    bool deterministic = false;                   // host times are the device's
+    std::optional<ExposureBracket> bracket = {};  // with one, each view gets other exposures
   };
   using ReasonCounts = std::array<std::uint64_t, kReasons.size()>;  // by Reason
 
   // `device`, `poses`, `lens` and `record` outlive it. `light` knows the views of an earlier session.
   CaptureRecorder(acquisition::Device& device, tracking::PoseSource& poses, const CaptureLens& lens,
-                  CaptureRecord& record, ExposureMatch light, const Options& options);
+                  CaptureRecord& record, ExposureMatch light, const Options& options,
+                  const std::function<void(const std::string&)>& say);
 
   // `frame_period_s`: between the device's frames; 0 while it is not known.
   Decision Take(const Frame& frame, const tracking::Track& track, double frame_period_s);
+  // The frame as the tracker is to see it.
+  Frame ForTracking(const Frame& frame) const { return bracket_ ? bracket_->ForTracking(frame) : frame; }
+  // Whether other exposures of the newest view are still to come.
+  bool AwaitsExposures() const { return bracket_ && bracket_->IsRunning(); }
   // Records a photograph, requested or not, or keeps it in unposed/.
   void TakeStill(const Frame& still);
   // At the end: records the frame that waits to be compared with its neighbours.
   void RecordHeld();
+  // At the end, after everything else.
+  void FinishBracket() {
+    if (bracket_) bracket_->Finish();
+  }
 
   // Before a pause, records the frame that waits to be compared with its neighbours.
   void SetRecording(bool on);
@@ -55,6 +68,7 @@ class CaptureRecorder {
   std::shared_ptr<const RecordedFrame> newest_view() const { return newest_view_; }  // null: none yet
   const ReasonCounts& reasons() const { return reasons_; }
   std::uint64_t kept_apart() const { return kept_apart_; }
+  BracketCounts brackets() const { return bracket_ ? bracket_->counts() : BracketCounts{}; }
   StillCounts stills() const { return stills_ ? stills_->counts() : StillCounts{}; }
   const std::vector<double>& ms_decide() const { return ms_decide_; }
   const std::vector<double>& ms_measure() const { return ms_measure_; }  // processor time of measured frames
@@ -79,6 +93,7 @@ class CaptureRecorder {
   ExposureMatch light_;
   ExposureWatch exposure_;
   std::optional<StillCapture> stills_;
+  std::optional<BracketCapture> bracket_;
   std::optional<PosedPhotographs> walk_;
   int tracked_in_a_row_ = 0;
   bool recording_ = true;

@@ -22,12 +22,6 @@ double PoseAngle(const Rigid3& a, const Rigid3& b, double distance) {
                     (a.OriginInSource() - b.OriginInSource()).norm() / distance);
 }
 
-Rigid3 Between(const Rigid3& a, const Rigid3& b, double share) {
-  const Eigen::Quaterniond rotation = a.rotation.slerp(share, b.rotation);
-  const Eigen::Vector3d center = (1 - share) * a.OriginInSource() + share * b.OriginInSource();
-  return {rotation, -(rotation * center)};
-}
-
 }  // namespace
 
 std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, const Rigid3& cam_from_world,
@@ -43,7 +37,7 @@ std::optional<double> TimeOnTrajectory(std::span<const LivePose> trajectory, con
       const double share = static_cast<double>(k) / steps;
       samples.push_back(
           {a.time_s + share * (b.time_s - a.time_s),
-           PoseAngle(Between(a.cam_from_world, b.cam_from_world, share), cam_from_world, distance)});
+           PoseAngle(Interpolated(a.cam_from_world, b.cam_from_world, share), cam_from_world, distance)});
     }
   }
   if (samples.empty()) return std::nullopt;
@@ -128,15 +122,19 @@ bool StillCapture::HasExpectedSize(const Frame& still) {
   return false;
 }
 
-StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
+std::optional<tracking::Track> StillCapture::Find(const Frame& still) {
   ++counts_.arrived;
-  StillVerdict verdict;
+  std::optional<tracking::Track> track;
   if (still.status == FrameStatus::kComplete && HasExpectedSize(still))
-    verdict.track = poses_.Locate(still, camera_, LivePoseAt(ExpectedTime(still)));
-  if (!verdict.track) {
-    ++counts_.without_pose;
-    return verdict;
-  }
+    track = poses_.Locate(still, camera_, LivePoseAt(ExpectedTime(still)));
+  counts_.without_pose += !track;
+  return track;
+}
+
+StillVerdict StillCapture::Judge(const Frame& still, const CoverageMap* map) {
+  StillVerdict verdict;
+  verdict.track = Find(still);
+  if (!verdict.track) return verdict;
   if (still.requested_s && map && !live_.empty())
     unmeasured_.push_back({*still.requested_s, std::max(live_.back().time_s, *still.requested_s),
                            *verdict.track->cam_from_world,

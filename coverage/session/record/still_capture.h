@@ -83,6 +83,8 @@ class StillCapture {
   // Requests a photograph; ignored while one is on its way.
   void Ask();
   StillVerdict Judge(const Frame& still, const CoverageMap* map);
+  // Where the photograph was taken; none when that was not found. Counts it as arrived.
+  std::optional<tracking::Track> Find(const Frame& still);
 
  private:
   // A photograph whose lag is measured later.

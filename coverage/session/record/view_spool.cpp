@@ -94,6 +94,9 @@ ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
       [&] {
         if (first.view) return WriteViews(tasks);
         if (first.unposed) return writer_.KeepUnposed(*first.unposed, first.problem);
+        if (first.exposure)
+          return writer_.AddExposure(first.exposure->view_id, first.exposure->frame,
+                                     first.exposure->exposure_from_view, first.exposure->pose_is_between);
         first.write_line(writer_);
       },
       problem);
@@ -123,9 +126,8 @@ void ViewSpool::WriteViews(std::span<const Task> tasks) {
 // After a failure: false when a frame found no place at all.
 bool ViewSpool::Rescue(const Task& task) {
   if (!task.IsFrame()) return true;
-  const Frame& frame = task.view ? task.view->view.frame : *task.unposed;
   std::string problem;  // the first one is the failure that is reported
-  const auto folder = KeepAnywhere(&writer_, root_, frame, problem);
+  const auto folder = KeepAnywhere(&writer_, root_, task.TheFrame(), problem);
   if (!folder || (task.unposed && *folder == root_ / "unposed")) return folder.has_value();
   const MutexLock lock(mutex_);
   ++set_aside_[*folder];
@@ -343,6 +345,17 @@ int ViewSpool::AddView(const Frame& frame, const View& view) {
 
 void ViewSpool::KeepUnposed(const Frame& frame, const std::string& problem) {
   Submit({{}, nullptr, frame, problem}, false);
+}
+
+void ViewSpool::AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view,
+                            bool pose_is_between) {
+  Submit({{},
+          nullptr,
+          {},
+          {},
+          std::make_shared<const PendingExposure>(
+              PendingExposure{view_id, frame, exposure_from_view, pose_is_between})},
+         false);
 }
 
 void ViewSpool::RemoveView(int id) {

@@ -57,6 +57,9 @@ class ViewSpool {
   // seldom. Ask Pause() before asking the camera for one.
   int AddView(const Frame& frame, const View& view);
   void KeepUnposed(const Frame& frame, const std::string& problem = "");  // as LightFieldWriter's
+  // Another exposure of an added view: as LightFieldWriter::AddExposure(). Accepted although there may be no room, as
+  // photographs are.
+  void AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool pose_is_between);
   // An added view shows so many points: keeps room for them in the files that closing writes.
   void ExpectSeenPoints(std::size_t points) {
     most_seen_points_ = std::max<std::uint64_t>(most_seen_points_, points);
@@ -97,13 +100,21 @@ class ViewSpool {
     enum { kWaiting, kBeingEncoded, kEncoded } state = kWaiting;  // under mutex_
     std::exception_ptr problem;                                   // of encoding
   };
-  // A line, a view, or a frame for unposed/.
+  struct PendingExposure {
+    int view_id = 0;
+    Frame frame;
+    Rigid3 exposure_from_view;
+    bool pose_is_between = false;
+  };
+  // A line, a view, a frame for unposed/, or another exposure of a view.
   struct Task {
     std::function<void(LightFieldWriter&)> write_line;
     std::shared_ptr<PendingView> view;
     std::optional<Frame> unposed;
     std::string problem = {};  // of a frame for unposed/
-    bool IsFrame() const { return view || unposed; }
+    std::shared_ptr<const PendingExposure> exposure = {};
+    bool IsFrame() const { return view || unposed || exposure; }
+    const Frame& TheFrame() const { return view ? view->view.frame : exposure ? exposure->frame : *unposed; }
   };
   enum class Outcome { kWritten, kNoRoom, kFailed };
   Task Adding(const Frame& frame, const View& view);

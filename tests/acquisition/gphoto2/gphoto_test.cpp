@@ -2,6 +2,7 @@
 // acquisition/gphoto2/gphoto_features, acquisition/gphoto2/gphoto_options,
 // acquisition/gphoto2/camera_settings, acquisition/gphoto2/photograph_downloads,
 // acquisition/gphoto2/left_photographs, acquisition/gphoto2/ptpip_descriptors,
+// acquisition/gphoto2/shutter_bracket,
 // acquisition/device/photograph_inbox.
 //
 // A tethered camera over the stock ptp2 driver, on loopback.
@@ -771,6 +772,61 @@ TEST(UsbHolders, AreFoundByTheirOpenFiles) {
   fs::create_symlink(usb / "001/005", process / "fd/3");
   EXPECT_THAT(holders(), ElementsAre("gvfsd-gphoto2 (process 4711)"));
   EXPECT_THAT(ProgramsHoldingUsb("ptpip:127.0.0.1", scratch / "proc", usb), IsEmpty());
+}
+
+// 8 ms, of 2, 4, 8, 16.6 and 33.3.
+TEST_F(GphotoTest, ABracketSetsTheShutterOfEachPhotographAndWaitsForABusyCamera) {
+  Begin();
+  auto device = Open("?shutter=1/125");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  EXPECT_EQ(device->TakesExposures(), ExposureRequests::kSetTime);
+  camera_->AnswerBusy(3);
+  ASSERT_EQ(device->RequestExposures({-1, 1, -2}), StillRequest::kAsked);
+  EXPECT_EQ(device->RequestExposures({-1}), StillRequest::kBusy) << "one after the other";
+  EXPECT_EQ(device->RequestStill(), StillRequest::kBusy);
+  for (const auto& [stops, exposure_s] : {std::pair(-1.0, 0.004), {1.0, 0.0166}, {-2.0, 0.002}}) {
+    const auto still = AwaitStill(*device);
+    ASSERT_TRUE(still) << stops;
+    EXPECT_EQ(still->asked_stops, stops);
+    EXPECT_NEAR(still->exposure_s, exposure_s, 0.02 * exposure_s);
+  }
+  EXPECT_EQ(camera_->BusyAnswers(), 3);
+  ASSERT_TRUE(Until(*device, [&] { return camera_->Property(kPtpExposure) == 80; }))
+      << "the shutter is set back";
+  ASSERT_TRUE(Until(*device, [&] { return device->RequestStill() == StillRequest::kAsked; }));
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_FALSE(still->asked_stops);
+  EXPECT_NEAR(still->exposure_s, 0.008, 1e-4);
+  EXPECT_THAT(Said(*device), Not(HasSubstr("changed from"))) << "what ulf sets itself is no news";
+}
+
+TEST_F(GphotoTest, ABracketWiderThanTheShutterIsTakenAsFarAsItGoes) {
+  Begin();
+  auto device = Open("?shutter=1/125");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  ASSERT_EQ(device->RequestExposures({2, 6}), StillRequest::kAsked);
+  const auto still = AwaitStill(*device);
+  ASSERT_TRUE(still);
+  EXPECT_EQ(still->asked_stops, 2.0);
+  ASSERT_TRUE(Until(*device, [&] { return camera_->Property(kPtpExposure) == 80; }));
+  EXPECT_THAT(Said(*device), HasSubstr("no other shutter time near +6 stops"));
+  EXPECT_EQ(camera_->Releases(), 1);
+}
+
+TEST_F(GphotoTest, StoppedInTheMiddleOfABracketTheShutterIsSetBack) {
+  PtpipCameraOptions options;
+  options.shutter_lag_s = 0.3;
+  Begin(NumberedPhotograph, options);
+  auto device = Open("?shutter=1/125");
+  device->Start();
+  ASSERT_TRUE(AwaitLive(*device));
+  ASSERT_EQ(device->RequestExposures({-2, 2, -1, 1}), StillRequest::kAsked);
+  ASSERT_TRUE(Until(*device, [&] { return camera_->ReleasesAsked() == 1; }));
+  device->Stop();
+  EXPECT_EQ(camera_->Property(kPtpExposure), 80u);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Tests: acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/wire_format,
+// Tests: acquisition/aravis/aravis_exposures, acquisition/simulator/gige/gige_sequencer,
+// acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/wire_format,
 // acquisition/simulator/gige/gige_address, commands/camera/simulate_command.
 //
 // The simulated camera over the wire: opened by the Aravis device like any other, on a loopback of this
@@ -374,6 +375,44 @@ TEST_F(GigeSimulator, AnAddressThatAKilledOneLeftBehindGoesWithTheNext) {
   }
   EXPECT_FALSE(is_there("127.0.0.22"));
   EXPECT_FALSE(is_there("127.0.0.23"));
+}
+
+// With chunk data, by which the camera says which frame has which exposure, its sequencer takes them; without, each time is
+// set and the frames on their way are let pass.
+TEST_F(GigeSimulator, ExposuresComeWhenAskedForAndThePictureIsAsBright) {
+  GigeServerOptions options = Options();
+  options.simulation.exposure_s = 0.004;
+  const SimulatedGigeCamera camera(options);
+  for (const char* chunks : {"&chunks=on", ""}) {
+    const auto device = OpenDevice(std::string("aravis:127.0.0.1?exposure_us=4000&format=Mono16") + chunks);
+    device->Start();
+    ASSERT_TRUE(device->Next(2000ms));
+    ASSERT_EQ(device->TakesExposures(), *chunks ? ExposureRequests::kSequencer : ExposureRequests::kSetTime);
+    ASSERT_EQ(device->RequestExposures({-2, 1}), StillRequest::kAsked);
+    EXPECT_EQ(device->RequestExposures({-2}), StillRequest::kBusy);
+    double bright = 0;  // of the exposure before
+    std::vector<double> stops, told_s, brightness;
+    for (int tries = 0; tries < 100 && (stops.size() < 2 || bright == 0); ++tries) {
+      const auto frame = device->Next(500ms);
+      if (!frame || frame->status != FrameStatus::kComplete) continue;
+      const double mean = cv::mean(frame->image.pixels)[0];
+      if (frame->asked_stops) {
+        stops.push_back(*frame->asked_stops);
+        told_s.push_back(frame->exposure_s);
+        brightness.push_back(mean);
+      } else if (stops.size() == 2 && std::abs(frame->exposure_s - 0.004) < 1e-5) {
+        bright = mean;
+      }
+    }
+    EXPECT_THAT(stops, ::testing::ElementsAre(-2.0, 1.0)) << chunks;
+    ASSERT_EQ(told_s.size(), 2u) << chunks;
+    EXPECT_NEAR(told_s[0], 0.001, 1e-5);
+    EXPECT_NEAR(told_s[1], 0.008, 1e-5);
+    ASSERT_GT(bright, 0) << "the exposure before is set again" << chunks;
+    EXPECT_NEAR(brightness[0] / bright, 0.25, 0.03) << chunks;
+    EXPECT_NEAR(brightness[1] / bright, 2, 0.25) << chunks;
+    device->Stop();
+  }
 }
 
 }  // namespace

@@ -1,0 +1,225 @@
+#include "acquisition/aravis/aravis_exposures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "acquisition/aravis/aravis_calls.h"
+
+namespace ulf::acquisition {
+namespace {
+
+constexpr int kFramesOnTheirWay = 3;                // with the exposure before; guessed
+constexpr double kSameShare = 0.01, kSameS = 2e-6;  // cameras round their times
+constexpr double kPatienceS = 3;                    // beside the exposure itself; guessed
+
+bool AreTheSame(double a_s, double b_s) { return std::abs(a_s - b_s) <= kSameShare * b_s + kSameS; }
+
+bool Has(ArvDevice* device, const char* feature) {
+  return Maybe([&](GError** e) { return arv_device_is_feature_available(device, feature, e); }, FALSE) !=
+         FALSE;
+}
+
+double ExposureOf(const AravisSession& session) {
+  return 1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(session.Camera(), e); }, 0.0);
+}
+
+// All or nothing: the first refusal ends it.
+class FeatureWrites {
+ public:
+  explicit FeatureWrites(ArvDevice* device) : device_(device) {}
+  FeatureWrites& Text(const char* feature, const char* value) {
+    return Call([&](GError** e) { arv_device_set_string_feature_value(device_, feature, value, e); });
+  }
+  FeatureWrites& Whole(const char* feature, gint64 value) {
+    return Call([&](GError** e) { arv_device_set_integer_feature_value(device_, feature, value, e); });
+  }
+  FeatureWrites& Do(const char* command) {
+    return Call([&](GError** e) { arv_device_execute_command(device_, command, e); });
+  }
+  template <typename Setting>
+  FeatureWrites& Call(Setting&& set) {
+    if (!ok_) return *this;
+    GError* error = nullptr;
+    set(&error);
+    if (error) {
+      ok_ = false;
+      why_ = error->message;
+      g_clear_error(&error);
+    }
+    return *this;
+  }
+  bool ok() const { return ok_; }
+  const std::string& why() const { return why_; }
+
+ private:
+  ArvDevice* device_;
+  bool ok_ = true;
+  std::string why_;
+};
+
+}  // namespace
+
+AravisExposures::AravisExposures(const AravisSession& session, bool frames_tell, bool triggered_by_software)
+    : session_(session), frames_tell_(frames_tell), triggered_by_software_(triggered_by_software) {
+  LookAgain();
+}
+
+void AravisExposures::LookAgain() {
+  ArvCamera* camera = session_.Camera();
+  ArvDevice* device = session_.Device();
+  const bool is_automatic =
+      Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera, e); }, FALSE) &&
+      Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera, e); }, ARV_AUTO_OFF) !=
+          ARV_AUTO_OFF;
+  const bool is_there =
+      Maybe([&](GError** e) { return arv_camera_is_exposure_time_available(camera, e); }, FALSE) != FALSE;
+  if (is_automatic || !is_there) {
+    kind_ = ExposureRequests::kNone;
+    return;
+  }
+  const bool has_sequencer = frames_tell_ && Has(device, "SequencerMode") &&
+                             Has(device, "SequencerConfigurationMode") &&
+                             Has(device, "SequencerSetSelector") && Has(device, "SequencerSetNext");
+  kind_ = has_sequencer ? ExposureRequests::kSequencer : ExposureRequests::kSetTime;
+}
+
+StillRequest AravisExposures::Ask(const std::vector<double>& stops) {
+  const MutexLock lock(mutex_);
+  if (busy_ || kind_ == ExposureRequests::kNone || stops.empty()) return StillRequest::kBusy;
+  asked_ = stops;
+  busy_ = true;
+  return StillRequest::kAsked;
+}
+
+bool AravisExposures::SetTime(double exposure_s) {
+  FeatureWrites writes(session_.Device());
+  writes.Call([&](GError** e) { arv_camera_set_exposure_time(session_.Camera(), 1e6 * exposure_s, e); });
+  if (!writes.ok())
+    notes_.push_back(
+        fmt::format("the camera does not take an exposure of {:g} s: {}", exposure_s, writes.why()));
+  frames_since_set_ = 0;
+  set_at_ = Clock::now();
+  set_s_ = ExposureOf(session_);
+  return writes.ok();
+}
+
+// Set k is exposure k; the last leads to the first again, so that a frame that was lost comes once more.
+bool AravisExposures::StartSequencer() {
+  ArvDevice* device = session_.Device();
+  FeatureWrites writes(device);
+  writes.Text("SequencerMode", "Off").Text("SequencerConfigurationMode", "On");
+  const auto sets = static_cast<gint64>(wanted_.size()) - 1;  // without the exposure before
+  for (gint64 set = 0; set < sets; ++set) {
+    writes.Whole("SequencerSetSelector", set);
+    const double exposure_s = wanted_[static_cast<std::size_t>(set)].exposure_s;
+    writes.Call([&](GError** e) { arv_camera_set_exposure_time(session_.Camera(), 1e6 * exposure_s, e); });
+    if (Has(device, "SequencerPathSelector")) writes.Whole("SequencerPathSelector", 0);
+    if (Has(device, "SequencerTriggerSource")) writes.Text("SequencerTriggerSource", "FrameStart");
+    writes.Whole("SequencerSetNext", (set + 1) % sets).Do("SequencerSetSave");
+  }
+  if (Has(device, "SequencerSetStart")) writes.Whole("SequencerSetStart", 0);
+  writes.Text("SequencerConfigurationMode", "Off").Text("SequencerMode", "On");
+  if (writes.ok()) {
+    set_at_ = Clock::now();
+    return sequencer_runs_ = true;
+  }
+  notes_.push_back(fmt::format(
+      "the camera's sequencer refuses ({}): each exposure time is set, and a frame awaited that has it",
+      writes.why()));
+  StopSequencer();
+  kind_ = ExposureRequests::kSetTime;
+  return false;
+}
+
+void AravisExposures::StopSequencer() {
+  FeatureWrites(session_.Device()).Text("SequencerConfigurationMode", "Off");
+  FeatureWrites(session_.Device()).Text("SequencerMode", "Off");
+  sequencer_runs_ = false;
+}
+
+void AravisExposures::Step() {
+  std::vector<double> stops;
+  {
+    const MutexLock lock(mutex_);
+    stops = std::exchange(asked_, {});
+  }
+  if (stops.empty()) return;
+  before_s_ = ExposureOf(session_);
+  double least_us = 0, most_us = 0;
+  const bool bounded = Maybe(
+      [&](GError** e) {
+        arv_camera_get_exposure_time_bounds(session_.Camera(), &least_us, &most_us, e);
+        return true;
+      },
+      false);
+  for (const double each : stops) {
+    double exposure_s = before_s_ * std::exp2(each);
+    if (bounded && most_us > least_us) {
+      const double possible_s = std::clamp(exposure_s, 1e-6 * least_us, 1e-6 * most_us);
+      if (!AreTheSame(possible_s, exposure_s) && !std::exchange(said_bounds_, true))
+        notes_.push_back(
+            fmt::format("the camera exposes from {:g} to {:g} s: an exposure of {:g} s of a bracket becomes "
+                        "{:g} s; bracket fewer stops, or begin with another exposure",
+                        1e-6 * least_us, 1e-6 * most_us, exposure_s, possible_s));
+      exposure_s = possible_s;
+    }
+    wanted_.push_back({each, exposure_s});
+  }
+  wanted_.push_back({0, before_s_});
+  if (kind_ != ExposureRequests::kSequencer || !StartSequencer()) SetTime(wanted_.front().exposure_s);
+}
+
+void AravisExposures::Next() {
+  wanted_.pop_front();
+  if (sequencer_runs_) {
+    set_at_ = Clock::now();
+    if (wanted_.size() > 1) return;
+    StopSequencer();
+  }
+  if (!wanted_.empty()) {
+    SetTime(wanted_.front().exposure_s);
+    return;
+  }
+  before_s_ = 0;
+  const MutexLock lock(mutex_);
+  busy_ = false;
+}
+
+void AravisExposures::Label(Frame& frame) {
+  if (wanted_.empty()) return;
+  ++frames_since_set_;
+  const Wanted wanted = wanted_.front();
+  const bool is_last = wanted_.size() == 1;  // the exposure before
+  const double target_s = sequencer_runs_ ? wanted.exposure_s : set_s_;
+  bool has_it = false;
+  if (frames_tell_) {
+    has_it = AreTheSame(frame.exposure_s, target_s);
+  } else {
+    has_it = frames_since_set_ > (triggered_by_software_ ? 1 : kFramesOnTheirWay);
+    frame.exposure_s = has_it ? set_s_ : 0;
+  }
+  if (has_it) {
+    if (!is_last) frame.asked_stops = wanted.stops;
+    return Next();
+  }
+  const double waited_s = std::chrono::duration<double>(Clock::now() - set_at_).count();
+  if (waited_s < kPatienceS + target_s) return;
+  if (!is_last)
+    notes_.push_back(fmt::format(
+        "no frame came with an exposure of {:g} s within {:.1f} s; the bracket goes on without it", target_s,
+        waited_s));
+  Next();
+}
+
+void AravisExposures::Restore() {
+  if (before_s_ <= 0) return;
+  if (sequencer_runs_) StopSequencer();
+  SetTime(before_s_);
+  wanted_.clear();
+  before_s_ = 0;
+}
+
+}  // namespace ulf::acquisition

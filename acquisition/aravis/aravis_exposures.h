@@ -1,0 +1,73 @@
+// Exposures that are asked for one after another while the camera streams (Device::RequestExposures).
+//
+// A camera that has a sequencer (SFNC SequencerMode) and says each frame's exposure (chunk data) goes through the
+// exposures by itself, from frame to frame. Of any other, each exposure time is set and the frame awaited that has it:
+// where chunk data say so, the first that says it; else the fourth after the setting, because a camera may have exposed
+// the next one already and two more may be on their way. In between a frame's exposure is 0 (unknown).
+//
+// All but Ask() belongs to the thread that takes frames.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/aravis/aravis_session.h"
+#include "acquisition/device/device.h"
+#include "core/base/mutex.h"
+#include "core/image/frame.h"
+
+namespace ulf::acquisition {
+
+class AravisExposures {
+ public:
+  // `frames_tell`: chunk data tell each frame's exposure. `triggered_by_software`: no frame is on its way but the one that
+  // was asked for.
+  AravisExposures(const AravisSession& session, bool frames_tell, bool triggered_by_software);
+
+  ExposureRequests Kind() const { return kind_; }  // from any thread
+  // Asks the camera what it can, as at the beginning: an automatic may have been switched off.
+  void LookAgain();
+  // From any thread.
+  StillRequest Ask(const std::vector<double>& stops) ULF_EXCLUDES(mutex_);
+  // Sets what is due.
+  void Step();
+  // A complete frame came.
+  void Label(Frame& frame);
+  // Sets the exposure before the first request, where exposures are still to come.
+  void Restore();
+  // What to say, once each.
+  std::vector<std::string> TakeNotes() { return std::exchange(notes_, {}); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Wanted {
+    double stops = 0;
+    double exposure_s = 0;
+  };
+  bool SetTime(double exposure_s);
+  bool StartSequencer();
+  void StopSequencer();
+  void Next();
+
+  const AravisSession& session_;
+  const bool frames_tell_, triggered_by_software_;
+  std::atomic<ExposureRequests> kind_{ExposureRequests::kNone};
+  mutable Mutex mutex_;
+  std::vector<double> asked_ ULF_GUARDED_BY(mutex_);
+  bool busy_ ULF_GUARDED_BY(mutex_) = false;
+  std::deque<Wanted> wanted_;  // still to come, then the exposure before
+  double before_s_ = 0;        // the exposure before; 0: none are asked for
+  double set_s_ = 0;           // as the camera has it now
+  int frames_since_set_ = 0;
+  Clock::time_point set_at_;
+  bool sequencer_runs_ = false;
+  bool said_bounds_ = false;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,45 @@
+// ulf merge: the exposures of each view to one picture of linear light.
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "commands/commands.h"
+#include "commands/light_field/merged_brackets.h"
+#include "core/base/error.h"
+
+namespace ulf::commands {
+namespace {
+
+struct MergeArgs {
+  std::string dir;
+  bool json = false;
+};
+
+int RunMerge(const MergeArgs& args) {
+  const BracketReport report = MergeBrackets(args.dir);
+  if (report.views == 0 && report.left_out == 0)
+    throw Error("{}: no view has other exposures; capture with --bracket, such as --bracket 3x2EV", args.dir);
+  if (args.json)
+    fmt::print("{}\n", ToJson(report).dump());
+  else
+    fmt::print("{}", ToText(report));
+  return report.views > 0 ? kOk : kFailed;
+}
+
+}  // namespace
+
+void AddMergeCommand(CLI::App& app, ChosenCommand& chosen) {
+  const auto args = std::make_shared<MergeArgs>();
+  CLI::App* sub = app.add_subcommand(
+      "merge", "Merges the exposures of each view (capture --bracket) to one picture of linear light");
+  sub->add_option("dir", args->dir, "The light field")->required();
+  sub->add_flag("--json", args->json, "Print one JSON object");
+  sub->footer("After ulf proxy or ulf refine: better geometry and poses align the exposures better.");
+  sub->callback([args, &chosen] { chosen = [args] { return RunMerge(*args); }; });
+}
+
+}  // namespace ulf::commands

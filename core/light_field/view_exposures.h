@@ -1,0 +1,40 @@
+// Other exposures of a view (`ulf capture --bracket`): their files, and their keys in the journal and in
+// transforms.json. docs/disk_format.md describes them.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "core/base/json_fields.h"
+#include "core/light_field/light_field.h"
+
+namespace ulf {
+
+inline constexpr const char* kExposuresFolder = "exposures";
+inline constexpr const char* kMergedFolder = "merged";
+// Of merged/*.exr, besides R, G and B: 1 where no exposure tells the light; 1 where one exposure stands alone.
+inline constexpr const char* kClippedChannel = "clipped";
+inline constexpr const char* kGhostsChannel = "ghosts";
+
+// exposures/000012-2 for the second one of view 12, without an ending; the master's is 000012-2.master.
+std::string ExposureName(int view_id, std::size_t number);
+// merged/000012.exr
+std::string MergedPath(int view_id);
+
+// All files that belong to a view alone, relative to the light field; not its mask.
+std::set<std::string> FilesOf(const View& view);
+
+// The exposure as a photograph of its own, for ReadViewMaster(): with the view's camera and id, the pose where it was taken.
+View PhotographOf(const View& view, const ViewExposure& exposure);
+
+// image, master, master_transfer, master_mosaic, times, exposure, ...: as of a photograph; exposure_from_view, pose.
+nlohmann::json ExposureToJson(const ViewExposure& exposure);
+// Paths are unchecked.
+ViewExposure ExposureFromJson(const JsonPlace& place);
+
+// "merged": {image, exposures, ghosts}
+nlohmann::json MergedToJson(const MergedExposures& merged);
+MergedExposures MergedFromJson(const JsonPlace& place);
+
+}  // namespace ulf

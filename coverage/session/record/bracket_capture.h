@@ -1,0 +1,110 @@
+// Exposure brackets (`ulf capture --bracket 3x2EV`): when a view has been recorded, the camera is asked for its other
+// exposures (Device::RequestExposures). Each becomes part of the view on disk, with where the camera stood for it
+// relative to the view: the hand does not stand still meanwhile. They are merged after the capture
+// (render/stereo/bracket_merge.h).
+//
+// Frames are tracked all the while. To the tracker a frame of another exposure is shown as the view's exposure would have
+// been: brighter or darker by the known ratio. A frame in which the camera is not found (too dark, too bright) gets a
+// pose between those of the frames around it.
+//
+// A live camera's exposures are live frames; a tethered camera's are photographs, found in the map like others
+// (still_capture.h).
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/device/device.h"
+#include "core/image/frame.h"
+#include "coverage/session/record/view_spool.h"
+#include "tracking/sources/pose_source.h"
+
+namespace ulf::coverage {
+
+struct ExposureBracket {
+  int exposures = 3;  // with the view's own
+  double stops = 2;   // between neighbours
+  // "3x2EV"; throws UsageError that says what is right.
+  static ExposureBracket Parse(const std::string& text);
+  std::string Text() const;
+  // Of the exposures beside the view's own, in the order in which they are taken: nearest first, shorter before longer.
+  std::vector<double> StopsBesideOwn() const;
+};
+
+struct BracketCounts {
+  std::uint64_t views = 0;       // whose exposures were asked for
+  std::uint64_t incomplete = 0;  // of these, views of which some did not come
+  std::uint64_t exposures = 0;   // recorded beside the views' own
+  std::uint64_t between = 0;     // of these, with a pose between those of other frames
+};
+
+// The frame as it would have been with this exposure: brighter or darker in linear light, clipped where it is. Its own
+// where an exposure is not known.
+Frame AsExposed(const Frame& frame, double exposure_s, double gain);
+
+class BracketCapture {
+ public:
+  // Guessed.
+  struct Options {
+    double patience_s = 3;  // without a frame of the bracket; photographs: as long as the device has it
+    double still_patience_s = 60;
+    double same_exposure = 0.05;  // by this share exposures may differ that count as one
+    bool deterministic = false;   // host times are the device's
+  };
+  // `device`, `poses` and `spool` outlive it.
+  BracketCapture(acquisition::Device& device, const tracking::PoseSource& poses, ViewSpool& spool,
+                 const ExposureBracket& bracket, const Options& options,
+                 std::function<void(const std::string&)> say);
+
+  // The view was recorded of this frame or photograph.
+  void Begin(int view_id, const Frame& frame, const tracking::Track& track);
+  bool IsRunning() const { return running_.has_value(); }
+  // What the tracker is to see of a live frame.
+  Frame ForTracking(const Frame& frame) const;
+  // Every live frame. True: it belongs to a bracket, or came while one was taken, and is no view.
+  bool Take(const Frame& frame, const tracking::Track& track);
+  // Another exposure of a photograph. `track`: where it was taken; none: not found. False: of no view.
+  bool TakeStill(const Frame& still, const std::optional<tracking::Track>& track);
+  // At the end of the capture: what still waits for a pose gets the last one.
+  void Finish();
+  const BracketCounts& counts() const { return counts_; }
+
+ private:
+  struct Running {
+    int view_id = 0;
+    tracking::Track view;
+    std::size_t asked = 0, came = 0;
+    bool is_asked = false;  // false: the device was busy so far
+    double heard_s = 0;     // device time of the view, or of the last exposure that came
+  };
+  struct Waiting {  // for a pose
+    int view_id = 0;
+    Rigid3 view_from_world;
+    Frame frame;
+  };
+  struct Posed {
+    double time_s = 0;
+    Rigid3 cam_from_world;
+  };
+  void Ask();
+  void Record(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool between);
+  void PlaceWaiting(const Posed& after);
+  void EndIfOver(double now_s, double patience_s);
+
+  acquisition::Device& device_;
+  const tracking::PoseSource& poses_;
+  ViewSpool& spool_;
+  const ExposureBracket bracket_;
+  const Options options_;
+  const std::function<void(const std::string&)> say_;
+  std::optional<Running> running_;
+  double exposure_s_ = 0, gain_ = 1;  // of the views
+  std::optional<Posed> last_;
+  std::vector<Waiting> waiting_;
+  BracketCounts counts_;
+};
+
+}  // namespace ulf::coverage

@@ -1,0 +1,114 @@
+#include "render/stereo/bracket_merge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/image/exposure_alignment.h"
+#include "core/image/exr_file.h"
+#include "core/light_field/light_field_io.h"
+#include "core/light_field/view_exposures.h"
+#include "render/proxy/proxy_choice.h"
+#include "render/scene/scene.h"
+
+namespace ulf::render {
+namespace {
+
+ExposedLight LightOf(const LightField& light_field, const View& photograph) {
+  return ExposedLightOf(ReadViewMaster(light_field, photograph), photograph.black_level);
+}
+
+// The light that the sensor gets for the same scene, over the reference's.
+double ToldRatio(const View& photograph, const View& reference) {
+  double ratio = photograph.exposure_s * photograph.gain / (reference.exposure_s * reference.gain);
+  if (photograph.f_number && reference.f_number)
+    ratio *= std::pow(*reference.f_number / *photograph.f_number, 2);
+  return ratio;
+}
+
+cv::Mat OneWhere(const cv::Mat& mask) {
+  cv::Mat ones;
+  mask.convertTo(ones, CV_32F, 1.0 / 255);
+  return HalfFromFloat(ones);
+}
+
+}  // namespace
+
+std::shared_ptr<const Proxy> ProxyForBrackets(const LightField& light_field) {
+  const Subject subject = SubjectOf(light_field);
+  const std::vector<std::string> own = OwnProxies(light_field.root);
+  return own.empty() ? std::make_shared<PlaneProxy>(subject)
+                     : OwnProxy(own.back(), subject, light_field.root);
+}
+
+cv::Mat DepthOfView(const LightField& light_field, const View& view, const Proxy& proxy) {
+  const CameraModel& camera = light_field.CameraOf(view);
+  const CameraModel undistorted = camera.WithoutDistortion();
+  cv::Mat depth = proxy.Depth(undistorted, view.cam_from_world);
+  if (const auto lazy = proxy.DepthMapOf(view.id, camera, view.cam_from_world)) {
+    const ViewDepthMap& map = lazy->Get();
+    for (int y = 0; y < depth.rows; ++y)
+      for (int x = 0; x < depth.cols; ++x) {
+        const Eigen::Vector3d ray((x + 0.5 - undistorted.cx) / undistorted.fx,
+                                  (y + 0.5 - undistorted.cy) / undistorted.fy, 1);
+        const auto at = map.camera.ImgFromCam(ray);
+        if (!at || !map.camera.Contains(*at)) continue;
+        const double inverse = map.InverseDepthAt(static_cast<int>(at->x()), static_cast<int>(at->y()));
+        if (inverse > 0) depth.at<float>(y, x) = static_cast<float>(1 / inverse);
+      }
+  }
+  return DepthInPicture(camera, undistorted, depth);
+}
+
+MergedView MergeExposuresOf(const LightField& light_field, const View& view, const Proxy& proxy,
+                            const BracketMergeOptions& options) {
+  if (!(view.exposure_s > 0))
+    throw UsageError("{}: the exposure time of view {} is not known, and its exposures cannot be merged",
+                     light_field.root.string(), view.id);
+  const CameraModel& camera = light_field.CameraOf(view);
+  MergedView result;
+  std::vector<AlignedExposure> exposures{AsItLies(LightOf(light_field, view), 1)};
+  const cv::Mat depth = options.align ? DepthOfView(light_field, view, proxy) : cv::Mat();
+  for (const ViewExposure& each : view.exposures) {
+    const View photograph = PhotographOf(view, each);
+    const double told = ToldRatio(photograph, view);
+    const ExposedLight light = LightOf(light_field, photograph);
+    AlignedExposure aligned = options.align
+                                  ? AlignExposure(light, camera, depth, each.exposure_from_view, told)
+                                  : AsItLies(light, told);
+    const double measured = MeasuredRatio(aligned, exposures.front());
+    if (measured > 0 && std::abs(std::log2(measured / told)) > options.most_contradiction) {
+      result.left_out.push_back(fmt::format(
+          "view {}: its exposure of {:g} s has {:.2f} times the light that its time tells; it is left out",
+          view.id, each.exposure_s, measured / told));
+      continue;
+    }
+    if (measured > 0 && std::abs(measured / told - 1) > options.trusted_ratio) aligned.ratio = measured;
+    result.shortest = std::min(result.shortest, aligned.ratio);
+    result.longest = std::max(result.longest, aligned.ratio);
+    exposures.push_back(std::move(aligned));
+  }
+  result.exposures = static_cast<int>(exposures.size());
+  result.merged = MergeExposures(exposures);
+  return result;
+}
+
+std::string MergedExr(const View& view, const MergedView& merged) {
+  const cv::Mat& light = merged.merged.light;
+  const cv::Mat clipped = OneWhere(merged.merged.clipped), ghosts = OneWhere(merged.merged.ghosts);
+  return ExrBytes(
+      {{"R", light, 2},
+       {"G", light, 1},
+       {"B", light, 0},
+       {kClippedChannel, clipped},
+       {kGhostsChannel, ghosts}},
+      ExrCompression::kZip,
+      {{"ulfOne", fmt::format("full scale of {:g} s at a gain of {:g}", view.exposure_s, view.gain)},
+       {"ulfExposures", fmt::format("{} from {:.4g} to {:.4g} times that", merged.exposures, merged.shortest,
+                                    merged.longest)},
+       {"ulfGhosts", fmt::format("{:.4f} of the pixels", merged.merged.ghost_share)}});
+}
+
+}  // namespace ulf::render

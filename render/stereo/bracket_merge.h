@@ -1,0 +1,50 @@
+// Merges the exposures of a recorded view (`ulf capture --bracket`) to one picture of linear light, in the view's pixels.
+//
+// The camera moved from one exposure to the next: each is resampled as the view's camera would have seen it, by its pose
+// and the geometry's depth (core/image/exposure_alignment.h), then merged by noise (core/image/exposure_merge.h).
+// How the exposures' light relates is told by their times, gains and apertures; where the pictures say something else by
+// more than two per cent (shutters are not exact) it is measured; by more than half a stop, the exposure is left out.
+//
+// Light is in shares of the full scale of the view's own exposure, above black; flat field and colour profile are not
+// applied, as in masters.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/image/exposure_merge.h"
+#include "core/light_field/light_field.h"
+#include "render/proxy/proxy.h"
+
+namespace ulf::render {
+
+struct BracketMergeOptions {
+  bool align = true;                // false: as if the camera had stood still, for comparison
+  double trusted_ratio = 0.02;      // a told ratio that the pictures contradict by less stands. Guessed
+  double most_contradiction = 0.5;  // stops. Guessed
+};
+
+struct MergedView {
+  MergedLight merged;
+  int exposures = 1;                  // that went into it
+  double shortest = 1, longest = 1;   // of them, over the view's own
+  std::vector<std::string> left_out;  // a sentence each
+};
+
+// The best geometry that the light field has of its own, else the plane through its subject. Throws UsageError where it
+// has neither geometry nor subject, and the optical axes meet nowhere.
+std::shared_ptr<const Proxy> ProxyForBrackets(const LightField& light_field);
+
+// Depth of what the view shows, along the optical axis of its picture's pixels: CV_32FC1, world units.
+cv::Mat DepthOfView(const LightField& light_field, const View& view, const Proxy& proxy);
+
+// Throws Error for files that cannot be read, UsageError where the view's own exposure time is not known.
+MergedView MergeExposuresOf(const LightField& light_field, const View& view, const Proxy& proxy,
+                            const BracketMergeOptions& options = {});
+
+// The file merged/NNNNNN.exr: R, G, B, and the channels `clipped` and `ghosts` (core/light_field/view_exposures.h).
+std::string MergedExr(const View& view, const MergedView& merged);
+
+}  // namespace ulf::render

@@ -1,0 +1,107 @@
+// How wrong the merged light of exposure brackets is, by how bright a pixel is, against the number of exposures, aligned
+// and not.
+#include <cmath>
+#include <map>
+
+#include "render/stereo/bracket_merge.h"
+#include "tests/charts/makers.h"
+#include "tests/render/scenes/bracketed_view.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+constexpr int kTracked = 3000;  // points
+
+// Of green, by whole stops of the true light, in shares of the view's own full scale.
+using ErrorsByStop = std::map<int, std::vector<double>>;
+
+void AddErrors(const cv::Mat& light, const cv::Mat& truth, ErrorsByStop& errors) {
+  for (int y = 0; y < light.rows; ++y)
+    for (int x = 0; x < light.cols; ++x) {
+      const double is = light.at<cv::Vec3f>(y, x)[1], should = truth.at<cv::Vec3f>(y, x)[1];
+      if (should > 0)
+        errors[static_cast<int>(std::floor(std::log2(should)))].push_back(std::abs(is / should - 1));
+    }
+}
+
+// 0, then two stops shorter and longer in turn.
+std::vector<double> StopsOf(int exposures) {
+  std::vector<double> stops;
+  for (int i = 1; i < exposures; ++i) stops.push_back((i % 2 == 1 ? -2.0 : 2.0) * ((i + 1) / 2));
+  return stops;
+}
+
+}  // namespace
+
+Chart BracketsChart(const ChartEffort& effort) {
+  const int views = effort.Of(1, 4);
+  Chart chart;
+  chart.title = "Exposure brackets: the merged light against the light that is there";
+  chart.about = fmt::format(
+      "Simulated scene lightbox (sixteen stops), 480 x 360, 12-bit mosaic with noise; a hand that moves at 5 "
+      "degrees a second, "
+      "50 ms from one exposure to the next, two stops apart; poses exact, {} points as geometry. {} views of "
+      "each of the seeds "
+      "1 to {}, by the whole stop of the true light (0: full scale of the view's own exposure, of 1 ms). "
+      "Bars: lowest to "
+      "highest seed. Ringed: what is done.",
+      kTracked, views, effort.Of(1, 3));
+  const auto by_light = [](const char* title) {
+    return ChartPanel{title,
+                      {"light, stops over full scale of the view's own exposure"},
+                      {"error, share of the light (median)", true},
+                      {},
+                      false};
+  };
+  ChartPanel aligned = by_light("aligned by poses and geometry"), lying = by_light("as they lie"),
+             ghosts{
+                 "ghosts", {"exposures"}, {"ghosts [% of the pixels]", false, false, false, true}, {}, false};
+  for (const int exposures : effort.Of(std::vector{1, 3}, {1, 3, 5, 7})) {
+    std::map<bool, std::map<int, std::vector<double>>> medians;
+    std::map<bool, std::vector<double>> shares;
+    for (unsigned seed = 1; seed <= effort.Of(1u, 3u); ++seed) {
+      std::map<bool, ErrorsByStop> errors;
+      std::map<bool, std::vector<double>> ghosts_of;
+      for (int i = 0; i < views; ++i) {
+        const BracketedView how{.seed = seed,
+                                .width = 480,
+                                .height = 360,
+                                .exposure_s = 0.001,
+                                .between_s = 0.05,
+                                .at_s = 1.0 + 2.5 * i};
+        const SimulatedCamera camera = LightboxCamera(how);
+        const ScratchFolder scratch;
+        const LightField light_field = TakeBracket(camera, how, scratch / "lf", StopsOf(exposures));
+        const View& view = light_field.views.at(0);
+        const auto geometry = PointsSeen(camera, view.cam_from_world, kTracked);
+        const cv::Mat truth = camera.CleanLinear(view.cam_from_world);
+        for (const bool align : {true, false}) {
+          if (exposures == 1 && !align) continue;
+          const MergedLight merged = MergeExposuresOf(light_field, view, *geometry, {.align = align}).merged;
+          AddErrors(merged.light, truth, errors[align]);
+          ghosts_of[align].push_back(100 * merged.ghost_share);
+        }
+      }
+      constexpr std::size_t kFew = 200;  // pixels
+      for (const auto& [align, by_stop] : errors)
+        for (const auto& [stop, all] : by_stop)
+          if (all.size() >= kFew) medians[align][stop].push_back(Spread::Of(all).median);
+      for (const auto& [align, all] : ghosts_of) shares[align].push_back(Spread::Of(all).median);
+    }
+    const std::string name = exposures == 1 ? "1 exposure" : fmt::format("{} exposures", exposures);
+    for (const auto& [align, by_stop] : medians)
+      for (const auto& [stop, values] : by_stop)
+        (align ? aligned : lying)
+            .points.push_back({name, "", Spread::Exactly(stop + 0.5), Spread::Of(values), false});
+    if (exposures == 1) continue;
+    for (const auto& [align, values] : shares)
+      ghosts.points.push_back({align ? "aligned" : "as they lie", fmt::format("{}", exposures),
+                               Spread::Exactly(exposures), Spread::Of(values), align});
+  }
+  chart.panels = {aligned, lying, ghosts};
+  return chart;
+}
+
+}  // namespace ulf::test

@@ -1,0 +1,75 @@
+// A view of the scene lightbox with other exposures, taken one after another while the simulated hand moves on, as
+// `ulf capture --bracket` leaves it; poses are exact. And what a merge of it is measured against.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquisition/simulator/simulated_camera.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/points_proxy.h"
+#include "tests/support/floors.h"
+
+namespace ulf::test {
+
+struct BracketedView {
+  unsigned seed = 7;
+  int width = 240, height = 180;
+  double exposure_s = 0.001;  // of the view; a light of 0.2 is full scale
+  double between_s = 0.1;     // from one exposure to the next
+  double at_s = 1;            // of the hand's motion
+};
+
+inline SimulatedCamera LightboxCamera(const BracketedView& view) {
+  return SimulatedCamera(SimulationOptions::FromUri(DeviceUri::Parse(
+      "sim:lightbox?format=bayerrg12&speed_deg_s=5&look_away=0&seed=" + std::to_string(view.seed) +
+      "&width=" + std::to_string(view.width) + "&height=" + std::to_string(view.height) +
+      "&exposure_us=" + std::to_string(1e6 * view.exposure_s))));
+}
+
+// One view with exposures so many stops from its own. `camera`: of LightboxCamera().
+inline LightField TakeBracket(const SimulatedCamera& camera, const BracketedView& how,
+                              const std::filesystem::path& dir, const std::vector<double>& stops) {
+  const auto take = [&](std::size_t number, double off_stops) {
+    return camera.Capture(Shot{.open_s = how.at_s + how.between_s * static_cast<double>(number),
+                               .exposure_s = how.exposure_s * std::exp2(off_stops),
+                               .gain = 1,
+                               .format = SensorFormat::kBayerRg12,
+                               .id = number + 1});
+  };
+  LightFieldWriter writer = LightFieldWriter::Create(dir, {.camera = camera.camera()});
+  const Frame own = take(0, 0);
+  View view;
+  view.cam_from_world = *own.known_cam_from_world;
+  writer.AddView(own, view);
+  for (std::size_t i = 0; i < stops.size(); ++i) {
+    const Frame frame = take(i + 1, stops[i]);
+    writer.AddExposure(1, frame, *frame.known_cam_from_world * view.cam_from_world.Inverse(), false);
+  }
+  writer.SetSubject(camera.scene().subject());
+  writer.Close(1);
+  return ReadLightField(dir);
+}
+
+// Points of what the camera sees from there, as a tracker has them but exact.
+inline std::shared_ptr<const Proxy> PointsSeen(const SimulatedCamera& camera, const Rigid3& cam_from_world,
+                                               int count) {
+  std::vector<ScenePoint> points;
+  cv::RNG random(17);
+  const Rigid3 world_from_cam = cam_from_world.Inverse();
+  while (static_cast<int>(points.size()) < count) {
+    const auto ray = camera.camera().RayFromImg({random.uniform(-0.1, 1.1) * camera.camera().width,
+                                                 random.uniform(-0.1, 1.1) * camera.camera().height});
+    if (!ray) continue;
+    const Eigen::Vector3d direction = (world_from_cam.rotation * *ray).normalized();
+    ScenePoint point;
+    point.position_in_world = world_from_cam.translation +
+                              camera.scene().DepthAlong(world_from_cam.translation, direction) * direction;
+    points.push_back(point);
+  }
+  return std::make_shared<PointsProxy>(camera.scene().subject(), points);
+}
+
+}  // namespace ulf::test
