@@ -146,7 +146,6 @@ class ReconnectingDevice : public Device {
         window_(driver->Window()),
         live_(driver->IsLive()),
         takes_stills_(driver->TakesStills()),
-        takes_exposures_(driver->TakesExposures()),
         info_(driver->Info()),
         driver_(std::move(driver)) {}
 
@@ -177,7 +176,10 @@ class ReconnectingDevice : public Device {
     const auto driver = Driver();
     return driver && state_ == DeviceState::kStreaming ? driver->RequestStill() : StillRequest::kBusy;
   }
-  ExposureRequests TakesExposures() const override { return takes_exposures_; }
+  ExposureRequests TakesExposures() const override {
+    const auto driver = Driver();
+    return driver ? driver->TakesExposures() : ExposureRequests::kNone;
+  }
   StillRequest RequestExposures(const std::vector<double>& stops) override {
     const auto driver = Driver();
     return driver && state_ == DeviceState::kStreaming ? driver->RequestExposures(stops)
@@ -234,7 +236,6 @@ class ReconnectingDevice : public Device {
   const std::optional<CameraModel> camera_;
   const std::optional<SensorWindow> window_;
   const bool live_, takes_stills_;
-  const ExposureRequests takes_exposures_;
 
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::atomic<bool> problem_known_{false};  // info_ holds the problem; the driver does not know it

@@ -113,7 +113,7 @@ struct MapperOptions {
   int pyramids_kept = 12;  // newest keyframes whose images are kept for alignment. Guessed
 
   // Adjustment of a new keyframe's neighbourhood: keyframes that move, keyframes that hold them. Guessed.
-  int local_keyframes = 7, held_keyframes = 20;
+  int local_keyframes = 14, held_keyframes = 20;
   int dense_cameras = kDenseCameras;
   AdjustmentEffort local{4, 6};
   // The whole map is adjusted when it has grown by this factor since it last was. Guessed.
