@@ -99,10 +99,14 @@ void BracketCapture::Ask() {
       device_.RequestExposures(bracket_.StopsBesideOwn()) == acquisition::StillRequest::kAsked;
 }
 
+bool BracketCapture::HasViewsExposure(const Frame& frame) const {
+  return frame.exposure_s > 0 &&
+         std::abs(std::log(frame.exposure_s * frame.gain / (exposure_s_ * gain_))) < options_.same_exposure;
+}
+
 Frame BracketCapture::ForTracking(const Frame& frame) const {
-  if (exposure_s_ <= 0 || frame.exposure_s <= 0) return frame;
-  const double ratio = frame.exposure_s * frame.gain / (exposure_s_ * gain_);
-  return std::abs(std::log(ratio)) < options_.same_exposure ? frame : AsExposed(frame, exposure_s_, gain_);
+  if (exposure_s_ <= 0 || frame.exposure_s <= 0 || HasViewsExposure(frame)) return frame;
+  return AsExposed(frame, exposure_s_, gain_);
 }
 
 void BracketCapture::Record(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool between) {
@@ -126,12 +130,16 @@ void BracketCapture::PlaceWaiting(const Posed& after) {
 }
 
 void BracketCapture::EndIfOver(double now_s, double patience_s) {
-  if (running_->came == running_->asked) return running_.reset();
+  if (running_->came == running_->asked) {
+    ended_s_ = now_s;
+    return running_.reset();
+  }
   if (now_s - running_->heard_s < patience_s) return;
   ++counts_.incomplete;
   say_(fmt::format("view {}: {} of its {} other exposures came within {:g} s; it keeps what there is{}",
                    running_->view_id, running_->came, running_->asked, patience_s,
                    running_->is_asked ? "" : " (the camera was busy)"));
+  ended_s_ = now_s;
   running_.reset();
 }
 
@@ -142,7 +150,9 @@ bool BracketCapture::Take(const Frame& frame, const tracking::Track& track) {
   if (here) PlaceWaiting(*here);
   if (!running_) {
     if (here) last_ = here;
-    return frame.asked_stops.has_value();
+    const bool is_on_its_way = exposure_s_ > 0 && ended_s_ && !HasViewsExposure(frame) &&
+                               frame.device_time_s < *ended_s_ + options_.patience_s;
+    return frame.asked_stops || is_on_its_way;
   }
   if (!running_->is_asked) Ask();
   if (frame.asked_stops) {

@@ -64,7 +64,8 @@ class BracketCapture {
   bool IsRunning() const { return running_.has_value(); }
   // What the tracker is to see of a live frame.
   Frame ForTracking(const Frame& frame) const;
-  // Every live frame. True: it belongs to a bracket, or came while one was taken, and is no view.
+  // Every live frame. True: it belongs to a bracket, or came while one was taken or before the camera had the views'
+  // exposure again, and is no view.
   bool Take(const Frame& frame, const tracking::Track& track);
   // Another exposure of a photograph. `track`: where it was taken; none: not found. False: of no view.
   bool TakeStill(const Frame& still, const std::optional<tracking::Track>& track);
@@ -93,6 +94,7 @@ class BracketCapture {
   void Record(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool between);
   void PlaceWaiting(const Posed& after);
   void EndIfOver(double now_s, double patience_s);
+  bool HasViewsExposure(const Frame& frame) const;
 
   acquisition::Device& device_;
   const tracking::PoseSource& poses_;
@@ -102,6 +104,7 @@ class BracketCapture {
   const std::function<void(const std::string&)> say_;
   std::optional<Running> running_;
   double exposure_s_ = 0, gain_ = 1;  // of the views
+  std::optional<double> ended_s_;     // the last bracket
   std::optional<Posed> last_;
   std::vector<Waiting> waiting_;
   BracketCounts counts_;

@@ -207,6 +207,13 @@ TEST(BracketCapture, WhatDoesNotComeIsWaitedForOnlySoLongAndALostFrameGetsAPoseB
   EXPECT_FALSE(bracket.IsRunning());
   EXPECT_THAT(said, ElementsAre(HasSubstr("2 of its 3 other exposures")));
   EXPECT_FALSE(bracket.Take(FrameAt(4.1), TrackAt(0.6))) << "frames may be views again";
+  Frame late = FrameAt(4.2);
+  late.exposure_s = 0.008;
+  EXPECT_TRUE(bracket.Take(late, TrackAt(0.6))) << "but those on their way with another exposure";
+  late.exposure_s = 0;
+  EXPECT_TRUE(bracket.Take(late, TrackAt(0.6))) << "and those that do not tell theirs";
+  late.device_time_s = 20;
+  EXPECT_FALSE(bracket.Take(late, TrackAt(0.6))) << "later it is another matter";
   EXPECT_EQ(bracket.counts().incomplete, 1u);
   EXPECT_EQ(bracket.counts().between, 1u);
   spool.Finish().Close(1);
