@@ -60,8 +60,10 @@ struct Bracketed {
   LightField light_field;
 };
 
-Bracketed Capture(const std::filesystem::path& dir, Device& device, PoseSource& poses, std::uint64_t frames) {
+Bracketed Capture(const std::filesystem::path& dir, Device& device, PoseSource& poses, std::uint64_t frames,
+                  const std::optional<Subject>& subject = {}) {
   CaptureOptions options;
+  options.subject = subject;
   options.threshold_px = 12;
   options.deterministic = true;
   options.max_frames = frames;
@@ -114,16 +116,17 @@ TEST(BracketCapture, PosesAreRelativeToTheView) {
   const ScratchFolder scratch;
   const auto device = OpenDevice(kUri);
   const auto again = OpenDevice(kUri);
-  const auto poses = MakeKnownPoseSource(*device->Camera(), Subject{{0, 0, 0.07}, 0.17});
-  const Bracketed captured = Capture(scratch / "lf", *device, *poses, 40);
-  ASSERT_GE(captured.light_field.views.size(), 2u);
+  const Subject subject{{0, 0, 0.07}, 0.17};
+  const auto poses = MakeKnownPoseSource(*device->Camera(), subject);
+  const Bracketed captured = Capture(scratch / "lf", *device, *poses, 120, subject);
+  ASSERT_GE(captured.light_field.views.size(), 1u);
   const View& view = captured.light_field.views.front();
   ASSERT_EQ(view.exposures.size(), 2u);
   // The same requests at the same frames give the same frames.
   again->Start();
   std::optional<Rigid3> at_view;
   std::vector<Rigid3> at_exposures;
-  for (int i = 0; i < 40 && at_exposures.size() < 2; ++i) {
+  for (int i = 0; i < 120 && at_exposures.size() < 2; ++i) {
     const auto frame = again->Next(std::chrono::milliseconds(0));
     ASSERT_TRUE(frame);
     if (frame->asked_stops) at_exposures.push_back(*frame->known_cam_from_world);
