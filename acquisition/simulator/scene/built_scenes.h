@@ -17,5 +17,6 @@ std::shared_ptr<const Scene> BuildBust();
 std::shared_ptr<const Scene> BuildRoom();
 std::shared_ptr<const Scene> BuildPicture();
 std::shared_ptr<const Scene> BuildBranch();
+std::shared_ptr<const Scene> BuildTurntable();
 
 }  // namespace ulf::acquisition
