@@ -1,0 +1,40 @@
+// What stands still behind something that turns, as a camera that stands sees it: for every pixel the colour that
+// comes back, and how far it is known.
+//
+// The colour of a pixel is the one on which most of its pictures agree. That it is the background's and not the
+// subject's is told by time: a background that is uncovered stays so over several neighbouring pictures, where
+// what turns changes from one to the next. Pixels that are never uncovered have none.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+namespace ulf::render {
+
+struct StillBackground {
+  cv::Mat color;    // CV_32FC3, levels of 255
+  cv::Mat known;    // CV_32F, 0: never seen, to 1
+  cv::Mat still;    // CV_8U, 255: all pictures agree
+  float noise = 1;  // one standard deviation of a picture's pixel, levels
+};
+
+struct StillBackgroundOptions {
+  // All guessed. Of a pixel's pictures: those that agree with a background, and those that do so one after the other.
+  double still_share = 0.96;
+  double doubted_share = 0.04, known_share = 0.1;
+  std::size_t run = 3;
+  double agree_sigmas = 4;
+  float least_agree = 6, most_agree = 24;  // levels
+};
+
+// `pictures`: CV_8UC3 in order of time, of one size. `turning`: CV_8U of each, 255 where it is known to show what
+// turns, whatever it looks like; empty: nowhere.
+StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning,
+                                const StillBackgroundOptions& options = {});
+
+// By how much `picture` is shifted against the background, pixels, from where that is still and known. Found up to
+// some three pixels.
+cv::Point2d ShiftAgainst(const StillBackground& background, const cv::Mat& picture);
+
+}  // namespace ulf::render
