@@ -21,7 +21,7 @@ cv::Mat DeviationsFrom(const StillBackground& background, const cv::Mat& picture
   cv::Mat deviations(picture.size(), CV_32F);
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x) {
-      const float sigma = 1.3f * background.noise + 1 + wobble_px * steepness.at<float>(y, x);
+      const float sigma = 1.3f * background.noise.at<float>(y, x) + 1 + wobble_px * steepness.at<float>(y, x);
       const cv::Vec3b own = picture.at<cv::Vec3b>(y, x);
       deviations.at<float>(y, x) =
           LargestOf(cv::Vec3f(own[0], own[1], own[2]) - background.color.at<cv::Vec3f>(y, x)) / sigma;

@@ -14,26 +14,55 @@ namespace {
 
 using Pixel = cv::Vec3b;
 
-// From the differences between neighbouring pictures, of the quieter half: what turns makes the others.
-float NoiseOf(std::span<const cv::Mat> pictures) {
-  std::vector<double> differences;
-  constexpr int kStep = 7;
-  for (std::size_t i = 1; i < pictures.size(); ++i)
-    for (int y = 0; y < pictures[i].rows; y += kStep)
-      for (int x = 0; x < pictures[i].cols; x += kStep)
-        differences.push_back(std::abs(pictures[i].at<Pixel>(y, x)[1] - pictures[i - 1].at<Pixel>(y, x)[1]));
-  if (differences.empty()) return 1;
+// One standard deviation of a value by its level, from the differences between neighbouring pictures, of the quieter
+// ones: what turns makes the others.
+class NoiseByLevel {
+ public:
+  explicit NoiseByLevel(std::span<const cv::Mat> pictures) {
+    std::array<std::vector<int>, kBins> differences;
+    constexpr int kStep = 5;
+    for (std::size_t i = 1; i < pictures.size(); ++i)
+      for (int y = 0; y < pictures[i].rows; y += kStep)
+        for (int x = 0; x < pictures[i].cols; x += kStep)
+          for (int c = 0; c < 3; ++c) {
+            const int a = pictures[i].at<Pixel>(y, x)[c], b = pictures[i - 1].at<Pixel>(y, x)[c];
+            differences[BinOf(0.5f * static_cast<float>(a + b))].push_back(std::abs(a - b));
+          }
+    std::vector<double> told;
+    for (std::size_t bin = 0; bin < kBins; ++bin) {
+      sigmas_[bin] = SigmaOf(differences[bin]);
+      if (sigmas_[bin] > 0) told.push_back(sigmas_[bin]);
+    }
+    middle_ = std::max(kLeast, static_cast<float>(Quantile(told, 0.5)));
+    // A level that only what turns has tells nothing of the noise.
+    for (float& sigma : sigmas_) sigma = sigma > 0 ? std::clamp(sigma, kLeast, 1.5f * middle_) : middle_;
+  }
+  float At(float level) const { return sigmas_[BinOf(level)]; }
+  float Middle() const { return middle_; }
+
+ private:
+  static constexpr std::size_t kBins = 16, kFewest = 100;
+  static constexpr float kLeast = 0.8f;  // of numbers that are rounded to levels
+  static std::size_t BinOf(float level) {
+    return std::min(kBins - 1, static_cast<std::size_t>(std::max(0.0f, level) * kBins / 256));
+  }
   // The mean of the lower 40 % of absolute differences of a normal distribution is 0.26 of its deviation, which
-  // rounding to levels leaves as it is.
-  constexpr double kLower = 0.4, kMeanOfLower = 0.26;
-  std::sort(differences.begin(), differences.end());
-  differences.resize(
-      std::max<std::size_t>(1, static_cast<std::size_t>(kLower * static_cast<double>(differences.size()))));
-  double sum = 0;
-  for (const double each : differences) sum += each;
-  const double mean = sum / static_cast<double>(differences.size());
-  return std::max(1.0f, static_cast<float>(mean / kMeanOfLower / std::sqrt(2.0)));
-}
+  // rounding to levels leaves as it is. 0: too few.
+  static float SigmaOf(std::vector<int>& differences) {
+    constexpr double kLower = 0.4, kMeanOfLower = 0.26;
+    if (differences.size() < kFewest) return 0;
+    const auto end =
+        differences.begin() + static_cast<long>(kLower * static_cast<double>(differences.size()));
+    std::nth_element(differences.begin(), end, differences.end());
+    double sum = 0;
+    for (auto each = differences.begin(); each != end; ++each) sum += *each;
+    return static_cast<float>(sum / static_cast<double>(end - differences.begin()) / kMeanOfLower /
+                              std::sqrt(2.0));
+  }
+
+  std::array<float, kBins> sigmas_{};
+  float middle_ = 1;
+};
 
 int Apart(const Pixel& a, const Pixel& b) {
   return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
@@ -43,29 +72,55 @@ struct Mode {
   cv::Vec3f color{0, 0, 0};
   std::size_t count = 0;    // of pictures that agree
   std::size_t in_runs = 0;  // of these, one after the other
+  float spread = 0;         // of those that agree, over the noise
 };
 
-Mode ModeOf(const std::vector<Pixel>& values, int tolerance, std::size_t run, std::vector<char>& agrees) {
+Mode ModeOf(const std::vector<Pixel>& values, const NoiseByLevel& noise,
+            const StillBackgroundOptions& options, std::vector<char>& agrees) {
   Mode mode;
   std::size_t best = 0;
+  const auto tolerance_at = [&](const Pixel& pixel) {
+    const float level = static_cast<float>(pixel[0] + pixel[1] + pixel[2]) / 3;
+    return static_cast<int>(
+        std::lround(std::max(options.least_agree, options.agree_sigmas * noise.At(level))));
+  };
   for (std::size_t i = 0; i < values.size(); ++i) {
     std::size_t count = 0;
+    const int tolerance = tolerance_at(values[i]);
     for (const Pixel& other : values) count += Apart(values[i], other) <= tolerance;
     if (count > mode.count) mode.count = count, best = i;
-    if (2 * count > values.size()) break;
+    if (20 * count > 19 * values.size()) break;
   }
-  agrees.assign(values.size(), 0);
-  cv::Vec3f sum(0, 0, 0);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (Apart(values[best], values[i]) <= tolerance) {
-      agrees[i] = 1;
-      sum += cv::Vec3f(values[i][0], values[i][1], values[i][2]);
+  // About the mean of those that agree, because the one that has most beside it is itself off by the noise.
+  const auto agree_with = [&](const Pixel& center) {
+    const int tolerance = tolerance_at(center);
+    cv::Vec3f sum(0, 0, 0);
+    mode.count = 0;
+    agrees.assign(values.size(), 0);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (Apart(center, values[i]) <= tolerance) {
+        agrees[i] = 1;
+        ++mode.count;
+        sum += cv::Vec3f(values[i][0], values[i][1], values[i][2]);
+      }
+    mode.color = sum / static_cast<float>(std::max<std::size_t>(1, mode.count));
+  };
+  agree_with(values[best]);
+  agree_with({cv::saturate_cast<std::uint8_t>(mode.color[0]), cv::saturate_cast<std::uint8_t>(mode.color[1]),
+              cv::saturate_cast<std::uint8_t>(mode.color[2])});
+  float squares = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!agrees[i]) continue;
+    for (int c = 0; c < 3; ++c) {
+      const float off = (static_cast<float>(values[i][c]) - mode.color[c]) / noise.At(mode.color[c]);
+      squares += off * off;
     }
-  mode.color = sum / static_cast<float>(std::max<std::size_t>(1, mode.count));
+  }
+  if (mode.count > 1) mode.spread = std::sqrt(squares / static_cast<float>(3 * (mode.count - 1)));
   for (std::size_t i = 0; i < values.size();) {
     std::size_t end = i;
     while (end < values.size() && agrees[end]) ++end;
-    if (end - i >= run) mode.in_runs += end - i;
+    if (end - i >= options.run) mode.in_runs += end - i;
     i = std::max(end, i + 1);
   }
   return mode;
@@ -77,10 +132,10 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
                                 const StillBackgroundOptions& options) {
   CV_Assert(!pictures.empty() && (turning.empty() || turning.size() == pictures.size()));
   const cv::Size size = pictures[0].size();
+  const NoiseByLevel noise(pictures);
   StillBackground background{cv::Mat::zeros(size, CV_32FC3), cv::Mat::zeros(size, CV_32F),
-                             cv::Mat::zeros(size, CV_8U), NoiseOf(pictures)};
-  const int tolerance = static_cast<int>(std::lround(std::clamp(
-      static_cast<float>(options.agree_sigmas) * background.noise, options.least_agree, options.most_agree)));
+                             cv::Mat::zeros(size, CV_8U), cv::Mat(size, CV_32F, cv::Scalar(noise.Middle()))};
+  cv::Mat spread = cv::Mat::zeros(size, CV_32F);
   const auto all = static_cast<double>(pictures.size());
   ParallelFor(At(size.height), [&](std::size_t row) {
     const int y = static_cast<int>(row);
@@ -92,8 +147,10 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
         if (turning.empty() || turning[i].empty() || turning[i].at<std::uint8_t>(y, x) == 0)
           values.push_back(pictures[i].at<Pixel>(y, x));
       if (values.size() < options.run) continue;
-      const Mode mode = ModeOf(values, tolerance, options.run, agrees);
+      const Mode mode = ModeOf(values, noise, options, agrees);
       background.color.at<cv::Vec3f>(y, x) = mode.color;
+      background.noise.at<float>(y, x) = noise.At((mode.color[0] + mode.color[1] + mode.color[2]) / 3);
+      spread.at<float>(y, x) = mode.spread;
       const bool still = static_cast<double>(mode.count) >= options.still_share * all;
       background.still.at<std::uint8_t>(y, x) = still ? 255 : 0;
       const double share = static_cast<double>(mode.in_runs) / all;
@@ -104,6 +161,17 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
                       1.0));
     }
   });
+  // What turns slowly by, a surface with little on it, comes back nearly the same: its values spread wider than noise.
+  cv::Mat around;
+  cv::boxFilter(spread.mul(spread), around, CV_32F, {5, 5});
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      const float wide = std::sqrt(around.at<float>(y, x));
+      const float belief =
+          std::clamp((options.most_spread - wide) / (options.most_spread - options.sure_spread), 0.0f, 1.0f);
+      background.known.at<float>(y, x) *= belief;
+      if (belief < 0.5f) background.still.at<std::uint8_t>(y, x) = 0;
+    }
   return background;
 }
 

@@ -13,10 +13,10 @@
 namespace ulf::render {
 
 struct StillBackground {
-  cv::Mat color;    // CV_32FC3, levels of 255
-  cv::Mat known;    // CV_32F, 0: never seen, to 1
-  cv::Mat still;    // CV_8U, 255: all pictures agree
-  float noise = 1;  // one standard deviation of a picture's pixel, levels
+  cv::Mat color;  // CV_32FC3, levels of 255
+  cv::Mat known;  // CV_32F, 0: never seen, to 1
+  cv::Mat still;  // CV_8U, 255: all pictures agree
+  cv::Mat noise;  // CV_32F, one standard deviation of a picture's pixel, levels
 };
 
 struct StillBackgroundOptions {
@@ -24,8 +24,9 @@ struct StillBackgroundOptions {
   double still_share = 0.96;
   double doubted_share = 0.04, known_share = 0.1;
   std::size_t run = 3;
-  double agree_sigmas = 4;
-  float least_agree = 6, most_agree = 24;  // levels
+  float agree_sigmas = 3.5f, least_agree = 4;  // levels
+  // Of the values that agree, over the noise: what is still has 1.
+  float sure_spread = 1.2f, most_spread = 1.45f;
 };
 
 // `pictures`: CV_8UC3 in order of time, of one size. `turning`: CV_8U of each, 255 where it is known to show what

@@ -12,6 +12,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "core/fiducials/board.h"
+#include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 #include "render/masks/background_cut.h"
 #include "render/masks/still_background.h"

@@ -233,7 +233,7 @@ ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::si
     cv::Mat mask = ReadViewMask(light_field, view), white;
     const CameraModel& camera = light_field.CameraOf(view);
     if (mask.empty()) mask = cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(255));
-    cv::cvtColor(mask, white, cv::COLOR_GRAY2BGR);
+    cv::cvtColor(mask > 0, white, cv::COLOR_GRAY2BGR);
     pyramid = MakePyramid(ResizedInLight(white, photograph.size()));
   } else if (options.linear) {
     cv::Mat light = LinearFloat(ReadViewLight(light_field, view, &clipped));

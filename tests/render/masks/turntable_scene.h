@@ -17,14 +17,17 @@ struct TurntableField {
   std::map<int, cv::Mat> truth;  // by View::id
 };
 
-// `views` of one turn from each of the heights of sim:turntable with these options; the world is the simulator's.
+// `views` of one turn from each of the heights of sim:turntable with these options; the world is the board's frame.
 inline TurntableField MakeTurntableField(const std::filesystem::path& dir, const std::string& options,
                                          int views, int heights) {
   const acquisition::SimulatedCamera camera(
       acquisition::SimulationOptions::FromUri(DeviceUri::Parse("sim:turntable?" + options)));
   LightFieldWriter writer = LightFieldWriter::Create(dir, {.camera = camera.camera(), .units = "metres"});
-  writer.SetSubject(camera.scene().subject());
-  writer.SetTurntable({});
+  const acquisition::StandingBoard& board = *camera.scene().board();
+  Subject subject = camera.scene().subject();
+  subject.center_in_world = board.board_from_world * subject.center_in_world;
+  writer.SetSubject(subject);
+  writer.SetTurntable({board.board.Text()});
   TurntableField field;
   const double turn_s = 2 * M_PI / camera.options().turn_speed;
   for (int height = 0; height < heights; ++height)
@@ -34,7 +37,7 @@ inline TurntableField MakeTurntableField(const std::filesystem::path& dir, const
       const Frame frame =
           camera.Capture({.open_s = open_s, .id = static_cast<std::uint64_t>(100 * height + i)});
       View view;
-      view.cam_from_world = *frame.known_cam_from_world;
+      view.cam_from_world = *frame.known_cam_from_world * board.board_from_world.Inverse();
       view = writer.AddView(frame, view);
       field.truth[view.id] = camera.MovingPixels(frame.device_time_s);
     }
