@@ -175,6 +175,68 @@ StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<con
   return background;
 }
 
+cv::Mat StillToTheRim(const StillBackground& background) {
+  cv::Mat still;
+  cv::morphologyEx(background.still, still, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8U));
+  cv::Mat parts;
+  const int count = cv::connectedComponents(still, parts, 4, CV_32S);
+  std::vector<char> reaches(static_cast<std::size_t>(count), 0);
+  for (int y = 0; y < parts.rows; ++y)
+    for (int x = 0; x < parts.cols; ++x)
+      if (y == 0 || x == 0 || y == parts.rows - 1 || x == parts.cols - 1)
+        reaches[At(parts.at<int>(y, x))] = 1;
+  reaches[0] = 0;
+  cv::Mat outside = cv::Mat::zeros(still.size(), CV_8U);
+  for (int y = 0; y < parts.rows; ++y)
+    for (int x = 0; x < parts.cols; ++x)
+      if (reaches[At(parts.at<int>(y, x))]) outside.at<std::uint8_t>(y, x) = 255;
+  return outside;
+}
+
+OutsideColors::OutsideColors(const StillBackground& background, const cv::Mat& outside)
+    : shares_(kBins * kBins * kBins, 0.0f) {
+  constexpr double kLeastShare = 0.05;  // of the picture, to tell the background's colours. Guessed.
+  tell_ = cv::countNonZero(outside) >= kLeastShare * static_cast<double>(outside.total());
+  float count = 0;
+  for (int y = 0; y < outside.rows; ++y)
+    for (int x = 0; x < outside.cols; ++x) {
+      if (outside.at<std::uint8_t>(y, x) == 0) continue;
+      const cv::Vec3f& color = background.color.at<cv::Vec3f>(y, x);
+      ++shares_[Index(BinOf(color[0]), BinOf(color[1]), BinOf(color[2]))];
+      ++count;
+    }
+  for (float& share : shares_) share /= std::max(1.0f, count);
+}
+
+float OutsideColors::ShareAround(const cv::Vec3f& color) const {
+  const int at[3] = {BinOf(color[0]), BinOf(color[1]), BinOf(color[2])};
+  float sum = 0;
+  for (int b = std::max(0, at[0] - 1); b <= std::min(kBins - 1, at[0] + 1); ++b)
+    for (int g = std::max(0, at[1] - 1); g <= std::min(kBins - 1, at[1] + 1); ++g)
+      for (int r = std::max(0, at[2] - 1); r <= std::min(kBins - 1, at[2] + 1); ++r)
+        sum += shares_[Index(b, g, r)];
+  return sum;
+}
+
+int OutsideColors::BinOf(float level) {
+  return std::clamp(static_cast<int>(level * kBins / 256), 0, kBins - 1);
+}
+
+std::size_t OutsideColors::Index(int b, int g, int r) { return At((b * kBins + g) * kBins + r); }
+
+void DoubtForeignColors(StillBackground& background, const cv::Mat& outside, const OutsideColors& colors) {
+  constexpr float kForeign = 5e-5f,
+                  kFamiliar = 3e-4f;  // shares of the outside's pixels around a colour. Guessed.
+  if (!colors.Tell()) return;
+  for (int y = 0; y < outside.rows; ++y)
+    for (int x = 0; x < outside.cols; ++x) {
+      float& known = background.known.at<float>(y, x);
+      if (known == 0 || outside.at<std::uint8_t>(y, x) != 0) continue;
+      const float share = colors.ShareAround(background.color.at<cv::Vec3f>(y, x));
+      known *= std::clamp((share - kForeign) / (kFamiliar - kForeign), 0.0f, 1.0f);
+    }
+}
+
 cv::Point2d ShiftAgainst(const StillBackground& background, const cv::Mat& picture) {
   // Least squares of Lucas and Kanade (1981) over the still pixels; the gradients are the background's.
   cv::Mat grey, moved, dx, dy;
@@ -189,6 +251,9 @@ cv::Point2d ShiftAgainst(const StillBackground& background, const cv::Mat& pictu
   cv::Point2d shift(0, 0);
   constexpr int kRounds = 6, kRim = 4;
   constexpr float kOutlier = 40;  // levels; guessed
+  constexpr double kSurePx =
+      0.02;  // of a shift that is believed; neighbouring pixels are not independent. Guessed.
+  const double noise = cv::mean(background.noise)[0];
   for (int round = 0; round < kRounds; ++round) {
     const cv::Matx23d by(1, 0, shift.x, 0, 1, shift.y);
     cv::warpAffine(own, moved, by, own.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
@@ -196,15 +261,17 @@ cv::Point2d ShiftAgainst(const StillBackground& background, const cv::Mat& pictu
     cv::Vec2d right(0, 0);
     for (int y = kRim; y < own.rows - kRim; ++y)
       for (int x = kRim; x < own.cols - kRim; ++x) {
-        const float known = background.known.at<float>(y, x);
-        if (known < 0.99f) continue;
+        if (background.still.at<std::uint8_t>(y, x) == 0) continue;
         const float difference = grey.at<float>(y, x) - moved.at<float>(y, x);
         if (std::abs(difference) > kOutlier) continue;
         const cv::Vec2d g(dx.at<float>(y, x), dy.at<float>(y, x));
         normal += g * g.t();
         right += difference * g;
       }
-    if (cv::determinant(normal) < 1) return shift;  // nothing there has an edge
+    // One standard deviation of the shift along the direction that the edges tell least.
+    const double half_trace = 0.5 * cv::trace(normal), det = cv::determinant(normal);
+    const double least = half_trace - std::sqrt(std::max(0.0, half_trace * half_trace - det));
+    if (!(least > 0) || noise > kSurePx * std::sqrt(least)) return {0, 0};
     const cv::Vec2d step = normal.solve(right, cv::DECOMP_CHOLESKY);
     shift += cv::Point2d(step[0], step[1]);
     if (cv::norm(step) < 0.01) break;

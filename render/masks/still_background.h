@@ -34,8 +34,32 @@ struct StillBackgroundOptions {
 StillBackground LearnBackground(std::span<const cv::Mat> pictures, std::span<const cv::Mat> turning,
                                 const StillBackgroundOptions& options = {});
 
-// By how much `picture` is shifted against the background, pixels, from where that is still and known. Found up to
-// some three pixels.
+// Pixels that never change, as far as they hang together with the picture's rim: the background's. What they enclose may
+// be the subject, even where it looks still. CV_8U, 255 there.
+cv::Mat StillToTheRim(const StillBackground& background);
+
+// The colours of the background where it is sure.
+class OutsideColors {
+ public:
+  OutsideColors(const StillBackground& background, const cv::Mat& outside);
+  bool Tell() const { return tell_; }  // false: too little of the picture is outside
+  // Of the outside's pixels, those whose colour (levels) is about this one.
+  float ShareAround(const cv::Vec3f& color) const;
+
+ private:
+  static constexpr int kBins = 16;  // a channel
+  static int BinOf(float level);
+  static std::size_t Index(int b, int g, int r);
+  std::vector<float> shares_;
+  bool tell_ = false;
+};
+
+// Inside, a background of a colour that is nowhere outside is rather the subject, a smooth part of which comes back:
+// it is known no more.
+void DoubtForeignColors(StillBackground& background, const cv::Mat& outside, const OutsideColors& colors);
+
+// By how much `picture` is shifted against the background, pixels, from where that is still. Found up to some
+// three pixels; 0 where nothing that is still has edges.
 cv::Point2d ShiftAgainst(const StillBackground& background, const cv::Mat& picture);
 
 }  // namespace ulf::render

@@ -82,8 +82,9 @@ std::vector<Stand> UsableStands(const TurnAxis& axis, const LightField& light_fi
   const std::vector<int> stand_of = StandsOf(axis, poses);
   std::vector<Stand> stands;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const bool goes_on = i > 0 && stand_of[i] == stand_of[i - 1] &&
-                         light_field.views[i].camera == light_field.views[i - 1].camera;
+    const bool goes_on =
+        i > 0 && stand_of[i] == stand_of[i - 1] &&
+        light_field.CameraOf(light_field.views[i]) == light_field.CameraOf(light_field.views[i - 1]);
     if (!goes_on) stands.emplace_back();
     if (goes_on) stands.back().turned += TurnBetweenPoses(poses[i - 1], poses[i]);
     stands.back().views.push_back(static_cast<int>(i));
@@ -139,26 +140,6 @@ Learnt LearnStand(const std::vector<Picture>& pictures, const Stand& stand,
   learnt.shifts = found;
   learn();
   return learnt;
-}
-
-// Pixels that never change, together with those around as far as they never change, are the background's; what they
-// enclose may be the subject, even where it looks still.
-cv::Mat StillToTheRim(const StillBackground& background) {
-  cv::Mat still;
-  cv::morphologyEx(background.still, still, cv::MORPH_OPEN, cv::Mat::ones(3, 3, CV_8U));
-  cv::Mat parts;
-  const int count = cv::connectedComponents(still, parts, 4, CV_32S);
-  std::vector<char> reaches(static_cast<std::size_t>(count), 0);
-  for (int y = 0; y < parts.rows; ++y)
-    for (int x = 0; x < parts.cols; ++x)
-      if (y == 0 || x == 0 || y == parts.rows - 1 || x == parts.cols - 1)
-        reaches[At(parts.at<int>(y, x))] = 1;
-  reaches[0] = 0;
-  cv::Mat outside = cv::Mat::zeros(still.size(), CV_8U);
-  for (int y = 0; y < parts.rows; ++y)
-    for (int x = 0; x < parts.cols; ++x)
-      if (reaches[At(parts.at<int>(y, x))]) outside.at<std::uint8_t>(y, x) = 255;
-  return outside;
 }
 
 // Blobs that hang together with neither the axis's surroundings nor the board are noise.
@@ -270,6 +251,8 @@ class Masking {
   void LearnStandAt(std::size_t s) {
     learnt_.push_back(LearnStand(pictures_, result_.stands[s], options_));
     outside_.push_back(StillToTheRim(learnt_.back().background));
+    colors_.emplace_back(learnt_.back().background, outside_.back());
+    DoubtForeignColors(learnt_.back().background, outside_.back(), colors_.back());
     for (const cv::Point2d& shift : learnt_.back().shifts)
       result_.stands[s].shift_px = std::max(result_.stands[s].shift_px, std::hypot(shift.x, shift.y));
   }
@@ -293,16 +276,16 @@ class Masking {
     const auto to_stand = [&](const cv::Mat& m, int interpolation) {
       return shifts && !m.empty() ? Shifted(m, shift, interpolation) : m;
     };
-    cv::Mat labels = cv::Mat::zeros(picture.pixels.size(), CV_8U), leans;
+    const cv::Mat pixels = to_stand(picture.pixels, cv::INTER_LINEAR);
+    cv::Mat labels = cv::Mat::zeros(picture.pixels.size(), CV_8U), leans = LeansByColor(pixels, s);
     labels.setTo(static_cast<int>(CutLabel::kStill), outside_[s]);
     if (hull && !hull->empty()) {
       const cv::Mat seen =
           to_stand(hull->SeenFrom(picture.camera, picture.cam_from_world), cv::INTER_NEAREST);
       const double cell = hull->CellPx(picture.camera, picture.cam_from_world);
       constexpr float kOutside = -4, kInside = 6;  // guessed, logarithms of odds
-      leans = cv::Mat::zeros(picture.pixels.size(), CV_32F);
-      leans.setTo(kOutside, Grown(seen, 1) == 0);
-      leans.setTo(kInside, Shrunk(seen, 2 * cell));
+      cv::add(leans, kOutside, leans, Grown(seen, 1) == 0);
+      cv::add(leans, kInside, leans, Shrunk(seen, 2 * cell));
       labels.setTo(static_cast<int>(CutLabel::kStill), Grown(seen, 2 * cell + 2) == 0);
     }
     if (!picture.board.empty())
@@ -310,6 +293,21 @@ class Masking {
     picture.mask = CutFromBackground(to_stand(picture.pixels, cv::INTER_LINEAR), background, labels, leans);
     if (shifts) picture.mask = Shifted(picture.mask, -shift, cv::INTER_NEAREST);
     KeepLargest(picture.mask);
+  }
+
+  // Where no background is known: towards it, as far as the pixel has one of its usual colours.
+  cv::Mat LeansByColor(const cv::Mat& pixels, std::size_t s) const {
+    constexpr float kUsual = 0.06f, kPerDecade = 2.5f;  // share of the outside; logarithms of odds. Guessed.
+    cv::Mat leans = cv::Mat::zeros(pixels.size(), CV_32F);
+    if (!colors_[s].Tell()) return leans;
+    for (int y = 0; y < pixels.rows; ++y)
+      for (int x = 0; x < pixels.cols; ++x) {
+        const float unknown = 1 - learnt_[s].background.known.at<float>(y, x);
+        if (unknown <= 0) continue;
+        const float share = colors_[s].ShareAround(pixels.at<cv::Vec3b>(y, x));
+        if (share > kUsual) leans.at<float>(y, x) = -unknown * kPerDecade * std::log10(share / kUsual);
+      }
+    return leans;
   }
 
   SilhouetteHull HullOfAll() const {
@@ -366,8 +364,9 @@ class Masking {
   std::vector<Rigid3> poses_;
   std::vector<int> stand_of_;  // of each view; -1: none
   std::vector<Picture> pictures_;
-  std::vector<Learnt> learnt_;    // as the stands
-  std::vector<cv::Mat> outside_;  // as the stands: CV_8U, 255 where nothing turns
+  std::vector<Learnt> learnt_;         // as the stands
+  std::vector<cv::Mat> outside_;       // as the stands: CV_8U, 255 where nothing turns
+  std::vector<OutsideColors> colors_;  // as the stands
 };
 
 }  // namespace
