@@ -7,12 +7,14 @@
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/image/image.h"
 #include "render/masks/background_cut.h"
 #include "render/masks/silhouette_hull.h"
 #include "render/masks/still_background.h"
 #include "render/masks/turntable_masks.h"
 #include "tests/render/masks/turntable_scene.h"
 #include "tests/support/floors.h"
+#include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -59,6 +61,27 @@ TEST(TurntableMasks, WhatDoesNotTurnIsRefusedWithTheCure) {
   EXPECT_THAT(
       [&] { MakeTurntableMasks(field); },
       ThrowsMessage<Error>(AllOf(HasSubstr("turn about one axis"), HasSubstr("let the camera stand"))));
+}
+
+// A plaster temple before black cloth, whose cameras see one axis in one place: to the pictures it turned. The cloth is
+// dark and the plaster is not, but where it is in shadow.
+TEST(TurntableMasks, OfARealRingAreThePlaster) {
+  ULF_NEED_TEST_DATA(dir, "temple_ring");
+  const LightField light_field = test::MiddleburyLightField(dir, "templeR_par.txt");
+  const TurntableMasks masks = MakeTurntableMasks(light_field);
+  EXPECT_EQ(masks.stands.size(), 2u) << "the gantry stood the other way up for a part";
+  EXPECT_EQ(masks.views_between, 0);
+  std::vector<double> overlaps;
+  for (const View& view : light_field.views) {
+    cv::Mat grey = GrayForTracking(ReadRecordedImage(light_field, view)), bright;
+    cv::GaussianBlur(grey, grey, {}, 1);
+    cv::morphologyEx(grey > 48, bright, cv::MORPH_CLOSE, cv::Mat::ones(5, 5, CV_8U));
+    overlaps.push_back(test::OverlapOf(masks.masks.at(view.id), bright));
+  }
+  std::printf("temple_ring: IoU with what is bright %.3f (median), %.3f (least)\n", Quantile(overlaps, 0.5),
+              Quantile(overlaps, 0));
+  EXPECT_GT(Quantile(overlaps, 0.5), 0.9);
+  EXPECT_GT(Quantile(overlaps, 0), 0.75);
 }
 
 // Noise on a still wall, before which a square comes and goes; a corner of the picture always shows something else.
