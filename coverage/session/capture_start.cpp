@@ -70,7 +70,7 @@ void RequireForTurntable(const CaptureArgs& args) {
 
 tracking::PosesSpec PosesFrom(const CaptureArgs& args) {
   if (args.turntable.empty()) return tracking::PosesSpec::Parse(args.poses_text);
-  if (args.poses_text != CaptureArgs{}.poses_text)
+  if (const CaptureArgs usual; args.poses_text != usual.poses_text)
     throw UsageError(
         "--turntable {0} and --poses {1}: the poses are the camera's about the board that turns; leave out "
         "--poses",
