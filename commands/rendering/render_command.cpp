@@ -246,7 +246,8 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
         report.blank, report.rendered);
   constexpr double kFar = 0.25;  // share of the pixels. Guessed.
   if (const double unseen = report.Share(report.filled + report.empty);
-      report.blank == 0 && unseen > kFar && renderer.field().kind != render::FieldKind::kNearest)
+      report.blank == 0 && unseen > kFar && !renderer.scene().is_cut_out &&
+      renderer.field().kind != render::FieldKind::kNearest)
     spdlog::warn(
         "{:.0f} % of the pixels are empty or filled from other views: the path is far outside the recorded "
         "viewpoints",

@@ -22,7 +22,10 @@ inline TurntableField MakeTurntableField(const std::filesystem::path& dir, const
                                          int views, int heights) {
   const acquisition::SimulatedCamera camera(
       acquisition::SimulationOptions::FromUri(DeviceUri::Parse("sim:turntable?" + options)));
-  LightFieldWriter writer = LightFieldWriter::Create(dir, {.camera = camera.camera(), .units = "metres"});
+  CaptureHeader header;
+  header.camera = camera.camera();
+  header.units = "metres";
+  LightFieldWriter writer = LightFieldWriter::Create(dir, header);
   const acquisition::StandingBoard& board = *camera.scene().board();
   Subject subject = camera.scene().subject();
   subject.center_in_world = board.board_from_world * subject.center_in_world;
