@@ -17,6 +17,7 @@ void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddTrackCommand(app, chosen);
   AddRenderCommand(app, chosen);
   AddEvaluateCommand(app, chosen);
+  AddMaskCommand(app, chosen);
   AddProxyCommand(app, chosen);
   AddViewCommand(app, chosen);
   AddPlanCommand(app, chosen);

@@ -22,6 +22,7 @@ void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen);
 void AddTrackCommand(CLI::App& app, ChosenCommand& chosen);
 void AddRenderCommand(CLI::App& app, ChosenCommand& chosen);
 void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen);
+void AddMaskCommand(CLI::App& app, ChosenCommand& chosen);
 void AddProxyCommand(CLI::App& app, ChosenCommand& chosen);
 void AddViewCommand(CLI::App& app, ChosenCommand& chosen);
 void AddPlanCommand(CLI::App& app, ChosenCommand& chosen);

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cstdio>
 
+#include "acquisition/simulator/tripod.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
@@ -51,6 +52,21 @@ HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
           .seed = options.seed};
 }
 
+std::shared_ptr<const HandMotion> MotionFor(const SimulationOptions& options, const Scene& scene) {
+  if (!scene.IsTurntable()) return std::make_shared<Hand>(HandFor(options, scene));
+  return std::make_shared<Tripod>(
+      TripodOptions{.subject_in_world = scene.subject().center_in_world,
+                    .up_in_world = scene.UpInWorld(),
+                    .first_direction = scene.FirstDirection(),
+                    .distance_m = scene.FirstDistance(),
+                    .cap_elevation = options.cap_elevation,
+                    .row_spacing = options.row_spacing,
+                    .speed = options.speed,
+                    .stands_s = options.turn_speed > 0 ? 2 * M_PI / options.turn_speed : 15,
+                    .unsteady = options.unsteady,
+                    .seed = options.seed});
+}
+
 // `colors`: of R G B; the radiance has B, G, R and a fourth channel.
 cv::Mat InColors(const cv::Mat& radiance, const Eigen::Matrix3d& colors) {
   cv::Matx44f bgr = cv::Matx44f::eye();
@@ -70,10 +86,10 @@ const SimulationOptions& Validated(const SimulationOptions& options) {
 }  // namespace
 
 SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
-  uri.AllowOnly({"seed",         "fps",         "width",   "height",    "format",
-                 "exposure_us",  "readout_ms",  "gain_db", "noise",     "cap",
-                 "row_deg",      "speed_deg_s", "dolly",   "look_away", "duration_s",
-                 "sways_from_s", "sways_s",     "lamp_k",  "crosstalk", "fault"});
+  uri.AllowOnly({"seed",       "fps",       "width",      "height",       "format",  "exposure_us",
+                 "readout_ms", "gain_db",   "noise",      "cap",          "row_deg", "speed_deg_s",
+                 "dolly",      "look_away", "duration_s", "sways_from_s", "sways_s", "lamp_k",
+                 "crosstalk",  "fault",     "turn_deg_s", "unsteady"});
   SimulationOptions options;
   const auto read = [&](const char* key, double scale, double& value) {
     if (const auto number = uri.Number(key)) value = scale * *number;
@@ -100,6 +116,8 @@ SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   read("dolly", 1, options.dolly);
   read("sways_from_s", 1, options.sways_from_s);
   read("sways_s", 1, options.sways_s);
+  read("unsteady", 1, options.unsteady);
+  if (const auto degrees = uri.Number("turn_deg_s")) options.turn_speed = Radians(*degrees);
   if (const auto degrees = uri.Number("row_deg")) options.row_spacing = Radians(*degrees);
   if (const auto degrees = uri.Number("speed_deg_s")) options.speed = Radians(*degrees);
   ReadCap(uri, options);
@@ -126,6 +144,8 @@ void SimulationOptions::Validate() const {
   RequireRange("dolly (how many times nearer and farther it goes)", dolly, 1, 4);
   RequireRange("start of the swaying in seconds", sways_from_s, 0, 1e6);
   RequireRange("time of swaying in seconds", sways_s, 0, 1e6);
+  RequireRange("turntable's speed in degrees per second", Degrees(turn_speed), 0, 360);
+  RequireRange("unsteadiness (1: as a hand)", unsteady, 0, 10);
   if (!(duration_s > 0))
     throw UsageError("the simulated camera's duration is {:g} s; it must be positive", duration_s);
 }
@@ -142,7 +162,7 @@ CameraModel SimulatedIntrinsics(int width, int height) {
 SimulatedCamera::SimulatedCamera(const SimulationOptions& options, std::shared_ptr<const HandMotion> hand)
     : options_(Validated(options)),
       caster_(Scene::Named(options.scene), SimulatedIntrinsics(options.width, options.height)),
-      hand_(hand ? std::move(hand) : std::make_shared<Hand>(HandFor(options, caster_.scene()))) {}
+      hand_(hand ? std::move(hand) : MotionFor(options, caster_.scene())) {}
 
 Frame SimulatedCamera::Capture(std::uint64_t index, double exposure_s) const {
   const double open_s = static_cast<double>(index) / options_.fps;
@@ -155,7 +175,17 @@ Frame SimulatedCamera::Capture(std::uint64_t index, double exposure_s) const {
 }
 
 double SimulatedCamera::SwayAngle(double time_s) const {
+  if (scene().IsTurntable()) return options_.turn_speed * time_s;
   return scene().SwayAngle(time_s - options_.sways_from_s, options_.sways_s);
+}
+
+Rigid3 SimulatedCamera::CamFromRest(double time_s) const {
+  const Rigid3 cam_from_world = hand_->CamFromWorld(time_s);
+  return scene().IsTurntable() ? cam_from_world * scene().MovedFromRest(SwayAngle(time_s)) : cam_from_world;
+}
+
+cv::Mat SimulatedCamera::MovingPixels(double time_s) const {
+  return caster_.MovingPixels(hand_->CamFromWorld(time_s), SwayAngle(time_s));
 }
 
 double SimulatedCamera::BlurPx(double open_s, double exposure_s) const {
@@ -206,7 +236,7 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
   frame.device_time_s = shot.open_s + 0.5 * (shot.exposure_s + options_.readout_s);
   frame.exposure_s = shot.exposure_s;
   frame.gain = shot.gain;
-  frame.known_cam_from_world = hand_->CamFromWorld(frame.device_time_s);
+  frame.known_cam_from_world = CamFromRest(frame.device_time_s);
   return frame;
 }
 

@@ -7,6 +7,9 @@
 // Rolling shutter (`readout_ms=20`): rows are exposed one after the other, the last one `readout_ms` after
 // the first, each for the whole exposure; bands of eight rows share one pose. The frame's time and pose are
 // those of the middle row, in the middle of its exposure.
+//
+// Before a turntable (scene `turntable`) the camera stands (tripod.h), and what turns is the world: a frame's
+// pose is the camera's about the things on the table, as if these had stood still.
 #pragma once
 
 #include <array>
@@ -42,12 +45,15 @@ struct SimulationOptions {
   bool looks_away = true;
   double duration_s = std::numeric_limits<double>::infinity();
   double sways_from_s = 6, sways_s = 8;  // when what can move in the scene begins to, and for how long
+  double turn_speed = Radians(24);       // of a turntable, per second
+  double unsteady = 0;                   // of its tripod: 1 trembles as a hand does
   SensorColors colors;     // lamp_k=6504&crosstalk=0: what the sensor makes of the scene's colours
   SimulatedFaults faults;  // `fault=drift=0.5`, may be repeated (simulated_faults.h)
 
   // Parses a URI such as
   //   sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0
   //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&dolly=1&look_away=1&duration_s=20&sways_from_s=6&sways_s=8
+  //             &turn_deg_s=24&unsteady=0
   // Throws UsageError that names an unknown option or a value out of range.
   static SimulationOptions FromUri(const DeviceUri& uri);
   void Validate() const;  // throws UsageError
@@ -84,8 +90,12 @@ class SimulatedCamera {
   // device_time_s and known_cam_from_world are those of the middle of the exposure (of the middle row).
   Frame Capture(const Shot& shot) const;
 
-  // Of what moves in the scene, at a time of the hand's clock (Scene::SwayAngle).
+  // Of what moves in the scene, at a time of the hand's clock (Scene::SwayAngle); a turntable's, radians.
   double SwayAngle(double time_s) const;
+  // The pose about the scene at rest: of a turntable, about what turns.
+  Rigid3 CamFromRest(double time_s) const;
+  // What moves in the scene, as the middle of a frame's exposure shows it: CV_8UC1, 255 there.
+  cv::Mat MovingPixels(double time_s) const;
 
   // Without noise, blur and sensor, everything at rest: CV_32FC3, linear B, G, R, on the sensor's scale at the options' exposure
   // and gain.

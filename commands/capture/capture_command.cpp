@@ -18,6 +18,8 @@
 #include "commands/light_field/light_field_report.h"
 #include "commands/light_field/merged_brackets.h"
 #include "commands/number_checks.h"
+#include "commands/rendering/mask_command.h"
+#include "commands/rendering/proxy_command.h"
 #include "commands/tracking/lens_use_option.h"
 #include "commands/tracking/readout_option.h"
 #include "commands/tracking/tracking_side_option.h"
@@ -199,6 +201,29 @@ coverage::DisplayDoor DoorFor(const coverage::CaptureArgs& args,
   return [] { return render::OpenWindow("ulf capture", {kWidth, kHeight}); };
 }
 
+// Masks, and over them the geometry that other captures make while they run. False, with the reason said, where there
+// are none: the views are kept.
+bool MaskTurntable(const coverage::CaptureArgs& args) {
+  if (args.turntable.empty() || ReadLightField(args.dir).views.empty()) return true;
+  try {
+    fmt::print(stderr, "{}", InWords(WriteTurntableMasks(args.dir)));
+  } catch (const Error& error) {
+    fmt::print(stderr,
+               "ulf: {}\nulf: the views are kept, without masks; go on with --resume, or make the masks "
+               "anew: ulf mask "
+               "{}\n",
+               error.what(), ShellWord(args.dir));
+    return false;
+  }
+  if (args.no_geometry) return true;
+  try {
+    WriteMeshProxy(args.dir);
+  } catch (const Error& error) {
+    fmt::print(stderr, "no geometry: {}\n", error.what());
+  }
+  return true;
+}
+
 int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens) {
   coverage::CaptureOptions options = coverage::OptionsFrom(args);
   RequireUsable(lens);
@@ -288,6 +313,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
     fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
                Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
   ReportUnwrittenFrames(summary);
+  const bool masked = MaskTurntable(args);
   const LightField light_field = ReadLightField(args.dir);
   if (summary.stopped_because != coverage::StoppedBecause::kDisk && !light_field.views.empty())
     coverage::SaveMapCache(light_field, summary.refined_lens ? summary.refined_lens->camera : prepared.camera,
@@ -318,7 +344,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
     return kFailed;
   }
   if (const std::string why = FewRecordedReason(summary); !why.empty()) fmt::print(stderr, "ulf: {}\n", why);
-  return kOk;
+  return masked ? kOk : kFailed;
 }
 
 }  // namespace
@@ -367,6 +393,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   AddIntrinsicsOptions(*command, args->intrinsics);
   command->add_option("--poses", args->poses_text, tracking::kPosesHelp)->capture_default_str();
+  command->add_option("--turntable", args->turntable,
+                      "The camera stands and the subject turns on this printed board, such as "
+                      "charuco:5x5:54:40:DICT_4X4_50: the board is the world, the background is masked "
+                      "(docs/turntable.md)");
   AddReadoutOption(*command, args->readout);
   AddLensUseOptions(*command, *lens);
   AddTrackingSideOption(*command, args->tracking_side_px);
@@ -427,7 +457,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");
   command->callback([args, lens, &chosen] {
     chosen = [args, lens] {
-      args->poses = tracking::PosesSpec::Parse(args->poses_text);
+      args->poses = coverage::PosesFrom(*args);
       args->lens = lens->use;
       return RunCaptureCommand(*args, *lens);
     };

@@ -11,6 +11,7 @@
 
 #include "commands/commands.h"
 #include "commands/explain.h"
+#include "commands/rendering/proxy_command.h"
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -18,6 +19,7 @@
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
+#include "core/light_field/derived_files.h"
 #include "core/light_field/light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
@@ -140,6 +142,17 @@ int RunProxy(const ProxyArgs& args) {
 }
 
 }  // namespace
+
+void WriteMeshProxy(const std::string& dir) {
+  ProxyArgs args;
+  args.dir = dir;
+  const LightField light_field = ReadLightField(dir);
+  const render::ProxyMesh proxy = Built(args, light_field);
+  MoveToKept(dir, render::kMeshProxyFile, render::kMeshProxyFile);
+  MoveToKept(dir, "depth", "depth");
+  render::WriteMeshPly((std::filesystem::path(dir) / render::kMeshProxyFile).string(), proxy.mesh);
+  if (!proxy.maps.empty()) render::WriteDepthMaps(dir, light_field, proxy.maps);
+}
 
 void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<ProxyArgs>();

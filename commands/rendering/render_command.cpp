@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/background_option.h"
 #include "commands/commands.h"
 #include "commands/explain.h"
 #include "commands/number_checks.h"
@@ -25,12 +26,12 @@
 #include "render/gl/make_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/output/frame_range.h"
-#include "render/output/narrow_gaps.h"
 #include "render/output/picture_files.h"
 #include "render/output/tiled_rendering.h"
 #include "render/output/video.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
+#include "render/renderer/cut_out_renderer.h"
 
 namespace ulf::commands {
 namespace {
@@ -54,6 +55,7 @@ struct RenderArgs : SceneArgs {
   double exposure_stops = 0;
   bool weights = false;
   bool overwrite = false;
+  std::string background;
   bool show_field = false;
   bool no_fill = false;
   bool explain = false;
@@ -102,9 +104,11 @@ render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& sce
 
 void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath& path) {
   const bool lens_is_free = render::IsNamedPath(args.path) && args.focal_px == 0 && args.fov_deg == 0;
-  const double zoom = args.zoom > 0  ? args.zoom
-                      : lens_is_free ? render::FillingZoom(renderer, path, path.cameras.front())
-                                     : 1.0;
+  // A subject that is cut out never fills a picture.
+  const double zoom = args.zoom > 0 ? args.zoom
+                      : lens_is_free && !renderer.scene().is_cut_out
+                          ? render::FillingZoom(renderer, path, path.cameras.front())
+                          : 1.0;
   if (args.zoom == 0 && zoom > 1)
     spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1 switches this off)",
                  zoom);
@@ -191,6 +195,7 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const rend
           {"proxy", fmt::format("{} ({})", scene.proxy->Name(), text(scene.proxy->Fingerprint()))},
           {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), text(lenses.Value()))},
           {"renderer", RendererFromName(args.renderer) == render::RendererKind::kGl ? "gl" : "reference"},
+          {"background", args.background.empty() ? "none" : args.background},
           {"fill", args.no_fill ? "none" : "nearest views"},
           {"shows", args.show_field ? "blending field" : "light"},
           {"format", args.format.empty() ? "png" : args.format},
@@ -241,7 +246,8 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
         report.blank, report.rendered);
   constexpr double kFar = 0.25;  // share of the pixels. Guessed.
   if (const double unseen = report.Share(report.filled + report.empty);
-      report.blank == 0 && unseen > kFar && renderer.field().kind != render::FieldKind::kNearest)
+      report.blank == 0 && unseen > kFar && !renderer.scene().is_cut_out &&
+      renderer.field().kind != render::FieldKind::kNearest)
     spdlog::warn(
         "{:.0f} % of the pixels are empty or filled from other views: the path is far outside the recorded "
         "viewpoints",
@@ -283,6 +289,8 @@ render::PictureEncoding EncodingOf(const RenderArgs& args) {
   const render::PictureEncoding encoding{
       .format = render::FormatOf(args.out, args.format),
       .exposure_stops = args.exposure_stops,
+      .background =
+          args.background.empty() ? std::nullopt : std::optional(BackgroundFromText(args.background)),
       .closes_narrow_gaps = !args.no_fill,
       .exr_compression = args.exr_compression == "piz" ? ExrCompression::kPiz : ExrCompression::kZip};
   if (args.weights && encoding.format != render::PictureFormat::kExr)
@@ -331,15 +339,22 @@ ChosenRenderer RendererOf(const RenderArgs& args, const render::PictureEncoding&
   if (args.proxy == render::kAuto &&
       !std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
     spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
-  return {render::MakeRenderer(render::WithProxy(*scene, choice.proxy),
-                               {.field = choice.field,
-                                .renderer = kind,
-                                .fill = !args.no_fill,
-                                .show_field = args.show_field,
-                                .depth = encoding.format == render::PictureFormat::kExr,
-                                .weights = args.weights,
-                                .gpu_memory_mb = args.gpu_memory_mb}),
-          explained};
+  const render::RenderOptions options{.field = choice.field,
+                                      .renderer = kind,
+                                      .fill = !args.no_fill,
+                                      .show_field = args.show_field,
+                                      .depth = encoding.format == render::PictureFormat::kExr,
+                                      .weights = args.weights,
+                                      .gpu_memory_mb = args.gpu_memory_mb};
+  auto renderer = render::MakeRenderer(render::WithProxy(*scene, choice.proxy), options);
+  if (!scene->is_cut_out) return {std::move(renderer), explained};
+  render::SceneOptions of_masks = OptionsOf(args);
+  of_masks.of_masks = true;
+  render::RenderOptions plainly = options;
+  plainly.show_field = plainly.depth = plainly.weights = false;
+  auto masks = render::MakeRenderer(
+      render::WithProxy(*render::LoadScene(ReadLightField(args.dir), of_masks), choice.proxy), plainly);
+  return {std::make_unique<render::CutOutRenderer>(std::move(renderer), std::move(masks)), explained};
 }
 
 int RunRender(const RenderArgs& args) {
@@ -389,9 +404,7 @@ int RunRender(const RenderArgs& args) {
     const render::Rendering picture =
         render::RenderInTiles(*renderer, path.cameras[at], path.cam_from_world[at]);
     if (video)
-      video->Add(render::DisplaySrgb8(
-          args.no_fill ? picture.linear : render::WithNarrowGapsClosed(picture.linear, picture.drawn),
-          args.exposure_stops));
+      video->Add(render::DisplayPicture(picture, encoding));
     else
       files->Write(i, picture);
     report.Add(picture);
@@ -463,6 +476,10 @@ void AddRenderCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--exposure", args->exposure_stops,
                   "Make PNG and video brighter by this many stops (0); EXR keeps the light")
       ->check(CLI::Range(-100.0, 100.0));
+  sub->add_option(
+      "--background", args->background,
+      "What is laid behind a subject that is cut out (a turntable's): white, black or R,G,B (default: "
+      "PNG and EXR are transparent there, a video black)");
   sub->add_flag("--weights", args->weights, "Write a layer with each view's weight into EXR files (slow)");
   sub->add_flag(
       "--overwrite", args->overwrite,

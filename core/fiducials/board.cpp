@@ -152,18 +152,26 @@ double Board::HeightMm() const {
   return kind == BoardKind::kArucoGrid ? rows * marker_mm + (rows - 1) * gap_mm : rows * square_mm;
 }
 
-std::vector<Eigen::Vector3d> Board::Points() const {
+std::vector<Eigen::Vector3d> Board::MarkerPoints() const {
   std::vector<Eigen::Vector3d> points;
-  if (kind == BoardKind::kArucoGrid) {
-    for (int row = 0; row < rows; ++row)
-      for (int column = 0; column < columns; ++column) {
-        const double x = column * (marker_mm + gap_mm), y = row * (marker_mm + gap_mm);
-        points.insert(
-            points.end(),
-            {{x, y, 0}, {x + marker_mm, y, 0}, {x + marker_mm, y + marker_mm, 0}, {x, y + marker_mm, 0}});
-      }
-    return points;
-  }
+  if (kind == BoardKind::kChessboard) return points;
+  const bool grid = kind == BoardKind::kArucoGrid;
+  const double step = grid ? marker_mm + gap_mm : square_mm,
+               margin = grid ? 0 : 0.5 * (square_mm - marker_mm);
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      if (!grid && IsDarkSquare(column, row)) continue;
+      const double x = column * step + margin, y = row * step + margin;
+      points.insert(
+          points.end(),
+          {{x, y, 0}, {x + marker_mm, y, 0}, {x + marker_mm, y + marker_mm, 0}, {x, y + marker_mm, 0}});
+    }
+  return points;
+}
+
+std::vector<Eigen::Vector3d> Board::Points() const {
+  if (kind == BoardKind::kArucoGrid) return MarkerPoints();
+  std::vector<Eigen::Vector3d> points;
   for (int row = 1; row < rows; ++row)
     for (int column = 1; column < columns; ++column)
       points.emplace_back(column * square_mm, row * square_mm, 0);

@@ -38,6 +38,9 @@ struct Board {
   // The points that are detected, by id: the inner corners of a ChArUco board or chessboard row by row; the
   // four corners of each marker of an ArUco grid, clockwise from its upper left one.
   std::vector<Eigen::Vector3d> Points() const;
+  // The corners of the markers of a ChArUco board or an ArUco grid, four for each marker number, clockwise from
+  // its upper left one.
+  std::vector<Eigen::Vector3d> MarkerPoints() const;
   // The dark areas of the sheet. Rectangles may touch but do not overlap.
   std::vector<RectangleMm> Dark() const;
 

@@ -65,6 +65,7 @@ void WriteSettings(const LightField& lost, const LightField& known, Journal& to)
   if (lost.up_in_world && !known.up_in_world) to.SetUp(*lost.up_in_world);
   if (lost.goal && lost.goal != known.goal) to.SetGoal(*lost.goal);
   if (lost.readout && lost.readout != known.readout) to.SetReadout(*lost.readout);
+  if (lost.turntable && lost.turntable != known.turntable) to.SetTurntable(*lost.turntable);
   if (lost.subject && lost.subject != known.subject) to.SetSubject(*lost.subject);
   if (lost.capture_s > 0) to.Close(lost.capture_s, lost.reasons, lost.measured);
 }

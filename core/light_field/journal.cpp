@@ -31,8 +31,9 @@ using nlohmann::json;
 constexpr int kVersion = 1;
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
-constexpr const char* kEventsWithoutViews[] = {"subject", "up",      "goal",  "readout",  "gap",
-                                               "remove",  "unposed", "close", "exposure", "merged"};
+constexpr const char* kEventsWithoutViews[] = {"subject",  "up",     "goal",      "readout",
+                                               "gap",      "remove", "unposed",   "close",
+                                               "exposure", "merged", "turntable", "masks"};
 
 void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   const int version = event.Integer("version");
@@ -140,6 +141,16 @@ void ApplyMerged(const JsonPlace& event, LightField& light_field) {
   view.merged = with_merged.merged;
 }
 
+// Of views that are not there (any more) they are passed over.
+void ApplyMasks(const JsonPlace& event, LightField& light_field) {
+  std::vector<std::pair<View*, std::string>> paths;
+  const JsonPlace given{event.Raw("masks"), event.where + ", masks"};
+  for (const auto& [id, path] : given.object.items())
+    if (View* view = FindView(light_field, std::atoi(id.c_str())))
+      paths.emplace_back(view, PathInside(light_field.root, given.Text(id.c_str()), given.where));
+  for (auto& [view, path] : paths) view->mask_path = std::move(path);
+}
+
 void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const std::string kind = event.Text("event");
@@ -157,6 +168,10 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     light_field.goal = CoverageGoalFromJson(event);
   } else if (kind == "readout") {
     light_field.readout = ReadoutFromJson(event);
+  } else if (kind == "turntable") {
+    light_field.turntable = Turntable{event.Text("board", "")};
+  } else if (kind == "masks") {
+    ApplyMasks(event, light_field);
   } else if (kind == "remove") {
     const int id = event.Integer("id");
     contents.removed.insert(id);
@@ -449,6 +464,16 @@ void Journal::SetReadout(const ShutterReadout& readout) {
   json event = ReadoutToJson(readout);
   event["event"] = "readout";
   Append(event.dump());
+}
+
+void Journal::SetTurntable(const Turntable& turntable) {
+  Append(json{{"event", "turntable"}, {"board", turntable.board}}.dump());
+}
+
+void Journal::SetMasks(const std::map<int, std::string>& mask_path_by_view) {
+  json masks = json::object();
+  for (const auto& [id, path] : mask_path_by_view) masks[std::to_string(id)] = path;
+  Append(json{{"event", "masks"}, {"masks", masks}}.dump());
 }
 
 void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {

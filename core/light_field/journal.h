@@ -12,6 +12,8 @@
 //   up           {up}
 //   goal         {cap_deg [2], share}
 //   readout      {readout_s, sigma_s}
+//   turntable    {board}
+//   masks        {masks {id: path}}
 //   gap          {from_s, to_s, reason}
 //   remove       {id}
 //   unposed      {image, master, camera, times, exposure, gain, problem}
@@ -107,6 +109,9 @@ class Journal {
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetGoal(const CoverageGoal& goal);
   void SetReadout(const ShutterReadout& readout);
+  void SetTurntable(const Turntable& turntable);
+  // The masks' paths by view id; others stay as they are.
+  void SetMasks(const std::map<int, std::string>& mask_path_by_view);
   void NoteGap(double from_s, double to_s, const std::string& reason);
   void RemoveView(int view_id);
   void NoteUnposed(const UnposedPhotograph& photograph);

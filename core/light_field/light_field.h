@@ -152,6 +152,13 @@ struct MeasuredErrors {
   std::vector<MeasuredDirection> directions;
 };
 
+// The camera stood while the subject turned on a printed board, whose frame is the world. What the masks of such a
+// light field leave out stood still and is no part of the scene: pictures are empty there.
+struct Turntable {
+  std::string board;  // as core/fiducials/board.h writes it; empty: there was none, or it is not known
+  bool operator==(const Turntable&) const = default;
+};
+
 // A photograph in unposed/.
 struct UnposedPhotograph {
   View view;            // id 0 and no pose
@@ -175,6 +182,7 @@ struct LightField {
   std::optional<double> threshold_px;          // what the capture was asked for, in coverage image pixels
   int coverage_width_px = 640;
   std::optional<CoverageGoal> goal;       // the last one that was given; none: the operator ends it
+  std::optional<Turntable> turntable;     // none: the subject stood still
   std::optional<ShutterReadout> readout;  // what the last session measured or was given; none: not known
   std::string device_uri;
   std::string device_serial, device_maker, device_model;

@@ -60,7 +60,7 @@ bool IsOurTemporary(const fs::directory_entry& entry) {
 
 void RemoveLeftovers(const fs::path& dir) {
   for (const char* folder :
-       {".", "images", "masters", "unposed", "sparse/0", kExposuresFolder, kMergedFolder}) {
+       {".", "images", "masters", "masks", "unposed", "sparse/0", kExposuresFolder, kMergedFolder}) {
     if (!fs::is_directory(dir / folder)) continue;
     for (const auto& entry : fs::directory_iterator(dir / folder))
       if (IsOurTemporary(entry)) fs::remove(entry.path());
@@ -225,6 +225,7 @@ void WriteLightField(const LightField& light_field) {
   if (light_field.up_in_world) journal.SetUp(*light_field.up_in_world);
   if (light_field.goal) journal.SetGoal(*light_field.goal);
   if (light_field.readout) journal.SetReadout(*light_field.readout);
+  if (light_field.turntable) journal.SetTurntable(*light_field.turntable);
   if (light_field.subject) journal.SetSubject(*light_field.subject);
   journal.AddViews(light_field.views);
   journal.Close(light_field.capture_s, light_field.reasons, light_field.measured);
@@ -467,6 +468,44 @@ void LightFieldWriter::SetReadout(const ShutterReadout& readout) {
   if (state_->light_field.readout == readout) return;
   state_->journal.SetReadout(readout);
   state_->light_field.readout = readout;
+}
+
+void LightFieldWriter::SetTurntable(const Turntable& turntable) {
+  if (state_->light_field.turntable == turntable) return;
+  state_->journal.SetTurntable(turntable);
+  state_->light_field.turntable = turntable;
+}
+
+void LightFieldWriter::SetMasks(const std::map<int, cv::Mat>& masks) {
+  const fs::path& root = state_->light_field.root;
+  MakeFolder(root / "masks");
+  FileBatch batch(FileBatch::Existing::kKeep);
+  std::map<int, std::string> paths;
+  std::vector<std::string> contents, replaced;
+  contents.reserve(masks.size());
+  for (const View& view : state_->light_field.views) {
+    const auto mask = masks.find(view.id);
+    if (mask == masks.end()) continue;
+    std::string path = fmt::format("masks/{:06}.png", view.id);
+    for (int i = 2; fs::exists(root / path); ++i) path = fmt::format("masks/{:06}-{}.png", view.id, i);
+    batch.Write(root / path, ContentOf(contents.emplace_back(PngBytes(mask->second))));
+    paths[view.id] = path;
+    if (!view.mask_path.empty()) replaced.push_back(view.mask_path);
+  }
+  if (paths.empty()) return;
+  batch.Commit();
+  try {
+    state_->journal.SetMasks(paths);
+  } catch (...) {
+    batch.TakeBack();
+    throw;
+  }
+  for (View& view : state_->light_field.views)
+    if (const auto path = paths.find(view.id); path != paths.end()) view.mask_path = path->second;
+  for (const std::string& path : replaced) {
+    MakeFolder(FolderOf(root / "kept" / path));
+    MoveToKept(root, path, path);
+  }
 }
 
 void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {

@@ -122,6 +122,9 @@ class LightFieldWriter {
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetGoal(const CoverageGoal& goal);
   void SetReadout(const ShutterReadout& readout);
+  void SetTurntable(const Turntable& turntable);
+  // CV_8UC1 of the photograph's size by view id, 0: excluded. Masks that were there move to kept/.
+  void SetMasks(const std::map<int, cv::Mat>& masks);
   // Replaces the points, unless `points` is empty. Existing points without observations came from another
   // program: their files go to kept/.
   void SetPoints(std::vector<ScenePoint> points);

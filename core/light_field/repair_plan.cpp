@@ -69,6 +69,7 @@ bool HeaderFromTransforms(const fs::path& dir, Found& found) {
   found.header->up_in_world.reset();
   found.header->goal.reset();
   found.header->readout.reset();
+  found.header->turntable.reset();
   found.header->capture_s = 0;
   found.header->reasons.clear();
   return true;

@@ -51,7 +51,8 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
       subject_(record_, outlook_, poses_, lens_,
                {.size = options.subject_size,
                 .rectangle_share = options.limits.rectangle_share,
-                .stable_frames = options.stable_frames},
+                .stable_frames = options.stable_frames,
+                .stands_on = options.turntable ? std::optional(options.turntable->Middle()) : std::nullopt},
                say_),
       gaps_(record_.spool(), say_),
       recorder_(device_, poses_, lens_, record_, std::move(light),
@@ -67,7 +68,9 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
       proposer_(lens_, {.coverage_width_px = options.coverage_width_px,
                         .threshold_px = options.threshold_px,
                         .cap = options.cap,
-                        .until_share = options.until_share}) {}
+                        .until_share = options.until_share}) {
+  if (options.turntable) turntable_.emplace(options.turntable->Text());
+}
 
 void RunningCapture::AnnouncePrediction() {
   if (!record_.map() || !outlook_.IsDue() || !latest_.track.cam_from_world) return;
@@ -323,6 +326,8 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   if (!options_.without_subject) subject_.FindFirst(track);
   AnnouncePrediction();
   NoteZoom(track);
+  if (turntable_)
+    if (const std::string words = turntable_->After(now_s, track.cam_from_world); !words.empty()) Say(words);
   UpdatePreflight(*frame);
   BeginWhenPossible();
   subject_.Watch(track, now_s);

@@ -61,6 +61,9 @@ struct CaptureOptions {
   // Set: photographs of this camera, which the device takes, are recorded instead of live frames
   // (still_capture.h).
   std::optional<CameraModel> still_camera;
+  // Set: the camera stands, and the subject turns on these markers, in whose frame the poses are: the subject is
+  // looked for above them, and the capture says when nothing turns or the camera was moved (turntable_watch.h).
+  std::optional<tracking::MarkerSpec> turntable;
   // Set: no subject, no coverage map and no cap; photographs of a walk (posed_photographs.h).
   std::optional<PhotographSpacing> without_subject;
   // Frames of a place whose way to the recorded views is not known (TrackState::kApart) are kept in unposed/, as many as

@@ -54,10 +54,40 @@ PhotographSpacing SpacingWithoutSubject(const CaptureArgs& args) {
   return spacing;
 }
 
+// What a turntable cannot be captured with.
+void RequireForTurntable(const CaptureArgs& args) {
+  if (args.turntable.empty()) return;
+  if (args.no_subject)
+    throw UsageError("--turntable and --no-subject: what turns is the subject; leave out one of the two");
+  if (args.cover != Name(CoverBy::kBound) || !args.error_map.empty())
+    throw UsageError(
+        "--turntable {}: errors are measured while the background is not masked yet; leave out --cover and "
+        "--error-map",
+        args.turntable);
+}
+
 }  // namespace
+
+tracking::PosesSpec PosesFrom(const CaptureArgs& args) {
+  if (args.turntable.empty()) return tracking::PosesSpec::Parse(args.poses_text);
+  if (const CaptureArgs usual; args.poses_text != usual.poses_text)
+    throw UsageError(
+        "--turntable {0} and --poses {1}: the poses are the camera's about the board that turns; leave out "
+        "--poses",
+        args.turntable, args.poses_text);
+  tracking::PosesSpec poses = tracking::PosesSpec::Parse("markers:" + args.turntable);
+  if (poses.ChoosesWorldAnew())
+    throw UsageError(
+        "--turntable {}: of several markers the first that is seen would be the world; give a board "
+        "(charuco:5x5:54:40:DICT_4X4_50) or one marker's number ({}:0)",
+        args.turntable, args.turntable);
+  return poses;
+}
 
 CaptureOptions OptionsFrom(const CaptureArgs& args) {
   CaptureOptions options;
+  RequireForTurntable(args);
+  if (!args.turntable.empty()) options.turntable = args.poses.markers();
   if (args.parallax_deg && !args.no_subject)
     throw UsageError(
         "--parallax-deg {:g}: is the spacing of photographs without a subject; give --no-subject, too, or "
@@ -87,7 +117,8 @@ CaptureOptions OptionsFrom(const CaptureArgs& args) {
   options.deterministic = args.deterministic;
   options.begins_on_request = !args.headless;
   options.checks_hold_start = !args.force_start;
-  options.geometry = !args.no_geometry;
+  // Of a turntable it is made when the background is masked.
+  options.geometry = !args.no_geometry && args.turntable.empty();
   options.cover = CoverGoal::Parse(args.cover);
   if (options.cover.by != CoverBy::kBound && args.no_geometry)
     throw UsageError("--cover {} and --no-geometry: errors are measured over the geometry; leave one out",
@@ -399,6 +430,15 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     if (!args.no_subject) header.threshold_px = options->threshold_px;
     header.coverage_width_px = options->coverage_width_px;
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
+  }
+  if (options->turntable) {
+    prepared.writer->SetTurntable({options->turntable->kind == tracking::MarkerSpec::Kind::kBoard
+                                       ? options->turntable->board.Text()
+                                       : std::string()});
+    if (!prepared.writer->Contents().up_in_world) prepared.writer->SetUp(-Eigen::Vector3d::UnitZ());
+  } else if (prepared.writer->Contents().turntable && !args.poses.ComeWithFrames()) {
+    throw UsageError("{}: its subject turned; go on with --turntable {}", args.dir,
+                     prepared.writer->Contents().turntable->board);
   }
   if (options->cap) prepared.writer->SetGoal({options->cap->Degrees(), options->until_share});
   // A photograph's shutter is another than live view's, which is tracked.

@@ -37,6 +37,8 @@ struct CaptureArgs {
   std::optional<int> coverage_width_px;
   acquisition::IntrinsicsArgs intrinsics;
   std::string poses_text = "features";
+  // The markers on which the subject turns, as --poses markers: has them; empty: the subject stands still.
+  std::string turntable;
   tracking::ReadoutArgs readout;
   tracking::LensUse lens = tracking::LensUse::kCheck;
   int tracking_side_px = tracking::TrackerOptions{}.max_side_px;
@@ -62,6 +64,9 @@ struct CaptureArgs {
   std::string error_map;
   std::string truth;
 };
+
+// `--poses` and `--turntable` as one. Throws UsageError where they contradict each other.
+tracking::PosesSpec PosesFrom(const CaptureArgs& args);
 
 // The options that do not depend on the device. Throws UsageError.
 CaptureOptions OptionsFrom(const CaptureArgs& args);

@@ -26,6 +26,16 @@ std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>&
   return sum / static_cast<double>(to - from);
 }
 
+std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board) {
+  const Eigen::Vector3d at = cam_from_board * foot, up = cam_from_board.rotation * -Eigen::Vector3d::UnitZ();
+  // The point of the line that is nearest to the optical axis: where it is nearest to it as seen along the axis.
+  constexpr double kLeastSlant = 0.02;  // of a line that is seen as a line. Guessed.
+  const double slant = up.head<2>().squaredNorm();
+  if (slant < kLeastSlant * kLeastSlant) return std::nullopt;
+  const double depth = at.z() - at.head<2>().dot(up.head<2>()) / slant * up.z();
+  return depth > 0 ? std::optional(depth) : std::nullopt;
+}
+
 std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {
   if (!(subject.radius > 0) || !std::isfinite(subject.radius) || !subject.center_in_world.allFinite())
     return fmt::format(
@@ -109,7 +119,8 @@ void CaptureSubject::FindFirst(const tracking::Track& track) {
       Anchor(track);
     return;
   }
-  const auto depth = DepthNearCenter(poses_.VisiblePoints(), lens_.live());
+  const auto depth = options_.stands_on ? DepthOfUpright(*options_.stands_on, *track.cam_from_world)
+                                        : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   finding_ = depth.has_value();
   if (!depth || tracked_in_a_row_ < options_.stable_frames) return;
   Set(SubjectOnAxis(lens_.live(), *track.cam_from_world, *depth, options_.size));

@@ -32,6 +32,10 @@ struct MiddleDepthOptions {
 std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>& points,
                                       const CameraModel& camera, const MiddleDepthOptions& options = {});
 
+// The depth at which the optical axis passes nearest to the line that stands upright on a board at `foot`, metres
+// in the board's frame (z into the sheet). None where it looks along the line, or the line is behind the camera.
+std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board);
+
 // What is wrong with a subject for a camera at this pose, and the way out; empty: nothing.
 std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
 
@@ -83,6 +87,8 @@ class CaptureSubject {
     double size = 0.28;            // the sphere's image, share of the image's width
     double rectangle_share = 0.8;  // no larger
     int stable_frames = 10;        // tracked in a row before it is found by itself
+    // Set: it stands on a board, whose frame is the world, above this point of it.
+    std::optional<Eigen::Vector3d> stands_on = {};
     // Of the radius: a corrected map moves the sphere when it would move or grow by more than the first; more
     // than the second is told. Guessed.
     double worth_following = 0.01, worth_telling = 0.05;

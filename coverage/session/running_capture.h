@@ -22,6 +22,7 @@
 #include "coverage/session/record/capture_record.h"
 #include "coverage/session/record/capture_recorder.h"
 #include "coverage/session/subject_proposal.h"
+#include "coverage/session/turntable_watch.h"
 
 namespace ulf::coverage {
 
@@ -105,6 +106,7 @@ class RunningCapture {
   Guide guide_;
   LightAndFocusCheck light_and_focus_;
   SubjectProposer proposer_;
+  std::optional<TurntableWatch> turntable_;
   bool waits_to_begin_ = false;
   std::optional<SetRecording> begin_asked_;  // while there is no subject
   std::vector<std::string> said_;            // of late

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <vector>
@@ -27,6 +28,46 @@ cv::Mat LightFor(const Rendering& picture, const PictureEncoding& encoding) {
   return encoding.closes_narrow_gaps ? WithNarrowGapsClosed(picture.linear, picture.drawn) : picture.linear;
 }
 
+// As `light`, after a brightening by the exposure that the background does not get.
+cv::Mat OverBackground(const cv::Mat& light, const cv::Mat& alpha, const PictureEncoding& encoding) {
+  cv::Vec3f behind(0, 0, 0);
+  if (encoding.background)
+    for (int c = 0; c < 3; ++c)
+      behind[c] = LinearFromSrgb(static_cast<float>((*encoding.background)[c])) /
+                  static_cast<float>(std::exp2(encoding.exposure_stops));
+  cv::Mat over(light.size(), CV_32FC3);
+  for (int y = 0; y < light.rows; ++y)
+    for (int x = 0; x < light.cols; ++x) {
+      const float a = alpha.at<float>(y, x);
+      over.at<cv::Vec3f>(y, x) = a * light.at<cv::Vec3f>(y, x) + (1 - a) * behind;
+    }
+  return over;
+}
+
+// B G R and alpha, not multiplied by it.
+template <typename Value>
+cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
+  constexpr float kFull = static_cast<float>(std::numeric_limits<Value>::max());
+  cv::Mat with(bgr.size(), CV_MAKETYPE(bgr.depth(), 4));
+  for (int y = 0; y < bgr.rows; ++y)
+    for (int x = 0; x < bgr.cols; ++x) {
+      const auto color = bgr.at<cv::Vec<Value, 3>>(y, x);
+      const auto a = cv::saturate_cast<Value>(kFull * alpha.at<float>(y, x));
+      with.at<cv::Vec<Value, 4>>(y, x) =
+          a == 0 ? cv::Vec<Value, 4>() : cv::Vec<Value, 4>(color[0], color[1], color[2], a);
+    }
+  return with;
+}
+
+bool KeepsAlpha(const Rendering& picture, const PictureEncoding& encoding) {
+  return !picture.alpha.empty() && !encoding.background;
+}
+
+cv::Mat ShownLight(const Rendering& picture, const PictureEncoding& encoding) {
+  const cv::Mat light = LightFor(picture, encoding);
+  return picture.alpha.empty() ? light : OverBackground(light, picture.alpha, encoding);
+}
+
 cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
   const auto gain = static_cast<float>(std::exp2(exposure_stops));
   cv::Mat encoded(linear.size(), CV_16UC3);
@@ -40,9 +81,11 @@ cv::Mat DisplaySrgb16(const cv::Mat& linear, double exposure_stops) {
 }
 
 std::string ExrOf(const Rendering& picture, const PictureEncoding& encoding) {
-  const cv::Mat color = HalfFromFloat(picture.linear);
-  cv::Mat alpha;
-  picture.drawn.convertTo(alpha, CV_32F, 1.0 / 255);
+  // Light that is multiplied by its alpha, as EXR has it.
+  const cv::Mat color = HalfFromFloat(
+      picture.alpha.empty() ? picture.linear : OverBackground(picture.linear, picture.alpha, encoding));
+  cv::Mat alpha = picture.alpha;
+  if (!KeepsAlpha(picture, encoding)) picture.drawn.convertTo(alpha, CV_32F, 1.0 / 255);
   std::vector<ExrChannel> channels{{"B", color, 0},
                                    {"G", color, 1},
                                    {"R", color, 2},
@@ -133,14 +176,24 @@ cv::Mat DisplaySrgb8(const cv::Mat& linear, double exposure_stops) {
   return Srgb8FromLinear(exposure_stops == 0 ? linear : cv::Mat(linear * std::exp2(exposure_stops)));
 }
 
+cv::Mat DisplayPicture(const Rendering& picture, const PictureEncoding& encoding) {
+  return DisplaySrgb8(ShownLight(picture, encoding), encoding.exposure_stops);
+}
+
 std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding) {
   switch (encoding.format) {
     case PictureFormat::kPng16:
-      return PngBytes(DisplaySrgb16(LightFor(picture, encoding), encoding.exposure_stops));
+      if (KeepsAlpha(picture, encoding))
+        return PngBytes(WithAlpha<std::uint16_t>(
+            DisplaySrgb16(LightFor(picture, encoding), encoding.exposure_stops), picture.alpha));
+      return PngBytes(DisplaySrgb16(ShownLight(picture, encoding), encoding.exposure_stops));
     case PictureFormat::kExr:
       return ExrOf(picture, encoding);
     default:
-      return PngBytes(DisplaySrgb8(LightFor(picture, encoding), encoding.exposure_stops));
+      if (KeepsAlpha(picture, encoding))
+        return PngBytes(WithAlpha<std::uint8_t>(
+            DisplaySrgb8(LightFor(picture, encoding), encoding.exposure_stops), picture.alpha));
+      return PngBytes(DisplayPicture(picture, encoding));
   }
 }
 

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "core/image/exr_file.h"
@@ -26,7 +27,9 @@ enum class PictureFormat {
 
 struct PictureEncoding {
   PictureFormat format = PictureFormat::kPng;
-  double exposure_stops = 0;       // makes PNG and video brighter; EXR keeps the light
+  double exposure_stops = 0;  // makes PNG and video brighter; EXR keeps the light
+  // B G R, 0 to 1 as PNG and video have them: what is laid behind a picture with alpha; none: PNG and EXR keep the alpha.
+  std::optional<cv::Vec3d> background = {};
   bool closes_narrow_gaps = true;  // of PNG (render/output/narrow_gaps.h)
   ExrCompression exr_compression = ExrCompression::kZip;
   bool knows_colors = true;  // RenderScene::knows_colors: whether an EXR may name its colour space
@@ -40,6 +43,8 @@ bool IsSinglePicture(const std::filesystem::path& out);
 bool IsVideo(const std::filesystem::path& out);
 
 std::string PictureBytes(const Rendering& picture, const PictureEncoding& encoding);
+// The picture as a display shows it, 8-bit sRGB: over the background, or over black.
+cv::Mat DisplayPicture(const Rendering& picture, const PictureEncoding& encoding);
 // 8-bit sRGB, brighter by `exposure_stops`.
 cv::Mat DisplaySrgb8(const cv::Mat& linear, double exposure_stops);
 

@@ -75,6 +75,7 @@ Rendering RenderInTiles(Renderer& renderer, const CameraModel& camera, const Rig
       Place(tile.linear, at, size, whole.linear);
       Place(tile.confidence, at, size, whole.confidence);
       Place(tile.drawn, at, size, whole.drawn);
+      Place(tile.alpha, at, size, whole.alpha);
       Place(tile.depth, at, size, whole.depth);
       for (const ViewWeights& view : tile.weights) {
         auto found = std::ranges::find_if(whole.weights,

@@ -131,7 +131,8 @@ PhotographStore::State::State(const LightField& the_light_field, const Photograp
     made_from += fmt::format("{}:{} ", camera, FlatFieldToJson(flat_field).dump());
   for (const auto& [camera, profile] : light_field.color_profiles)
     made_from += fmt::format("{}:{} ", camera, ColorProfileToJson(profile).dump());
-  keeps_files = options.size_limit_px == 0 && fs::exists(light_field.root / "journal.jsonl");
+  keeps_files =
+      options.size_limit_px == 0 && !options.masks && fs::exists(light_field.root / "journal.jsonl");
   if (keeps_files) RemoveOldTemporaries(light_field.root / kPyramidFolder);
 }
 
@@ -208,7 +209,7 @@ cv::Mat PhotographStore::State::Level(const Photograph& photograph, std::size_t 
 }
 
 cv::Mat PhotographStore::State::FromFile(const Photograph& photograph, std::size_t index, int level) {
-  if (options.size_limit_px > 0) return {};
+  if (options.size_limit_px > 0 || options.masks) return {};
   const fs::path file = FileOf(index);
   if (!fs::exists(file)) return {};
   const auto found = ReadPyramidFile(file, FileKey(index), photograph, level);
@@ -229,7 +230,13 @@ ViewPyramid PhotographStore::State::Decode(const Photograph& photograph, std::si
   ViewPyramid pyramid;
   PixelCounts found;
   cv::Mat clipped;
-  if (options.linear) {
+  if (options.masks) {
+    cv::Mat mask = ReadViewMask(light_field, view), white;
+    const CameraModel& camera = light_field.CameraOf(view);
+    if (mask.empty()) mask = cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(255));
+    cv::cvtColor(mask > 0, white, cv::COLOR_GRAY2BGR);
+    pyramid = MakePyramid(ResizedInLight(white, photograph.size()));
+  } else if (options.linear) {
     cv::Mat light = LinearFloat(ReadViewLight(light_field, view, &clipped));
     found.gaps = NotFinite(light);
     if (const cv::Mat mask = ReadViewMask(light_field, view); !mask.empty())

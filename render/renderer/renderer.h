@@ -59,6 +59,8 @@ struct Rendering {
   // the hull of the viewpoints, less in wide triangles; 0 where filled or empty.
   cv::Mat confidence;
   cv::Mat drawn;  // CV_8U, 255 where any view gives light
+  cv::Mat
+      alpha;  // CV_32F, the share of a pixel that shows the subject (CutOutRenderer); empty: all of it does
   cv::Mat depth;  // CV_32F, the proxy's depth along the optical axis, world units; empty unless requested
   // Of the views that give light to any pixel, in order of id; they sum to one where there is light. Empty
   // unless requested.

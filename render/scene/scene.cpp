@@ -58,6 +58,11 @@ bool ReadsLinear(const LightField& light_field, const std::vector<float>& scales
          });
 }
 
+bool IsCutOut(const LightField& light_field) {
+  return light_field.turntable &&
+         std::ranges::all_of(light_field.views, [](const View& view) { return !view.mask_path.empty(); });
+}
+
 // Poses of another convention render as empty pictures.
 void WarnWhenAllLookAway(const LightField& light_field, const Subject& subject) {
   if (std::ranges::any_of(light_field.views, [&](const View& view) {
@@ -138,6 +143,7 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
   scene->in_metres = light_field.units == "metres";
   scene->knows_exposures = KnowsExposures(light_field);
   scene->knows_colors = KnowsColors(light_field);
+  scene->is_cut_out = IsCutOut(light_field);
   WarnWhenAllLookAway(light_field, scene->subject);
   scene->up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
   const ExposureScales exposures = ScalesOf(light_field);
@@ -145,7 +151,8 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
   const std::vector<float>& scales = exposures.scales;
   scene->store = std::make_shared<PhotographStore>(
       light_field,
-      PhotographStoreOptions{.linear = ReadsLinear(light_field, scales, options),
+      PhotographStoreOptions{.linear = !options.of_masks && ReadsLinear(light_field, scales, options),
+                             .masks = options.of_masks,
                              .size_limit_px = options.size_limit_px,
                              .memory_limit_mb = options.memory_limit_mb,
                              .masks_clipped = options.masks_clipped
@@ -161,8 +168,8 @@ std::shared_ptr<const RenderScene> LoadScene(const LightField& light_field, cons
         light_field.CameraOf(view).ScaledTo(out.photograph->size().width, out.photograph->size().height);
     out.cam_from_world = view.cam_from_world;
     out.center_in_world = view.CenterInWorld();
-    out.black = static_cast<float>(view.black_level);
-    out.scale = scales[i];
+    out.black = options.of_masks ? 0 : static_cast<float>(view.black_level);
+    out.scale = options.of_masks ? 1 : scales[i];
   }
   scene->mesh_in_plane = options.mesh_in_plane;
   scene->MakeMesh();
@@ -189,6 +196,7 @@ std::shared_ptr<const RenderScene> Without(const RenderScene& scene, const std::
   rest->store = scene.store;
   rest->knows_exposures = scene.knows_exposures;
   rest->knows_colors = scene.knows_colors;
+  rest->is_cut_out = scene.is_cut_out;
   for (std::size_t i = 0; i < scene.views.size(); ++i)
     if (std::ranges::count(left_out, static_cast<int>(i)) == 0) rest->views.push_back(scene.views[i]);
   rest->proxy = scene.proxy;

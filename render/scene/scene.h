@@ -75,6 +75,8 @@ struct RenderScene {
   // Whether its light is linear sRGB: by a colour profile, a raw file's own matrix, or because the camera encoded its
   // pictures so. Else (linear masters without a profile) colours are the sensor's own.
   bool knows_colors = true;
+  // Whether what masks leave out is no part of the scene (LightField::turntable), and pictures are empty there.
+  bool is_cut_out = false;
   std::shared_ptr<const Proxy> proxy;
   std::shared_ptr<const PhotographStore> store;  // reads the photographs; null: they are in memory
 
@@ -100,6 +102,7 @@ struct SceneOptions {
   // bits would be brightened; and clipped pixels of exposures that are so much longer than the shortest have hardly any
   // weight. Guessed: a third of a stop.
   float most_exposure_ratio = 1.26f;
+  bool of_masks = false;      // the views' masks in place of their photographs: light 1 inside, 0 outside
   bool masks_clipped = true;  // false: clipped pixels are light like others, for comparison
 };
 

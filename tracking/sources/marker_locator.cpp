@@ -109,17 +109,19 @@ std::string MarkerLocator::WorldInWords() const {
 
 MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
   Detections found;
-  if (spec_.kind == MarkerSpec::Kind::kBoard && spec_.board.kind == BoardKind::kCharuco) {
+  const bool charuco = spec_.kind == MarkerSpec::Kind::kBoard && spec_.board.kind == BoardKind::kCharuco;
+  if (charuco) {
     const auto points = spec_.board.Points();
     const BoardView view = DetectBoard(spec_.board, gray);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
       found.board.push_back({0.001 * points[At(view.ids[i])], view.img[i], options_.corner_sigma_px});
       found.all.emplace_back(static_cast<float>(view.img[i].x()), static_cast<float>(view.img[i].y()));
     }
-    return found;
+    // Where something stands on the board, few of its squares meet in sight: the markers' own corners help.
+    if (2 * view.ids.size() >= points.size()) return found;
   }
   const bool board = spec_.kind == MarkerSpec::Kind::kBoard;
-  const auto points = board ? spec_.board.Points() : std::vector<Vector3d>();
+  const auto points = board ? spec_.board.MarkerPoints() : std::vector<Vector3d>();
   std::map<int, int> times;
   for (const auto& [id, img] : DetectMarkers(spec_.dictionary, gray)) {
     const auto first = At(4 * id);

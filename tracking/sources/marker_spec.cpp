@@ -44,6 +44,12 @@ MarkerSpec MarkerSpec::Parse(const std::string& text) {
   return spec;
 }
 
+std::string MarkerSpec::Text() const {
+  if (kind == Kind::kBoard) return board.Text();
+  return fmt::format("marker:{:g}:{}{}", 1000 * side_m, dictionary,
+                     kind == Kind::kOne ? fmt::format(":{}", id) : "");
+}
+
 Eigen::Vector3d MarkerSpec::Middle() const {
   if (kind != Kind::kBoard) return Eigen::Vector3d::Zero();
   return {0.0005 * board.WidthMm(), 0.0005 * board.HeightMm(), 0};

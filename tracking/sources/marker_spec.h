@@ -27,6 +27,7 @@ struct MarkerSpec {
   std::string dictionary;
 
   static MarkerSpec Parse(const std::string& text);  // throws UsageError
+  std::string Text() const;
   // The middle of the board, in its own frame; zero for single markers.
   Eigen::Vector3d Middle() const;
 };

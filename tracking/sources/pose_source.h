@@ -134,6 +134,8 @@ class PosesSpec {
   void RequireFor(LensUse lens) const;
   // The source builds a map of features, which a resumed capture must restore.
   bool UseFeatures() const { return kind_ == Kind::kFeatures || kind_ == Kind::kBoth; }
+  // Of markers:SPEC and features+markers:SPEC.
+  const MarkerSpec& markers() const { return markers_; }
   std::unique_ptr<PoseSource> Open(const CameraModel& camera, const PoseSourceOptions& options) const;
 
  private:

@@ -18,5 +18,6 @@ std::shared_ptr<const Scene> BuildRoom();
 std::shared_ptr<const Scene> BuildPicture();
 std::shared_ptr<const Scene> BuildBranch();
 std::shared_ptr<const Scene> BuildLightbox();
+std::shared_ptr<const Scene> BuildTurntable();
 
 }  // namespace ulf::acquisition

@@ -229,41 +229,48 @@ F4 Posters(const PaintedPoint& at) {
 }
 
 // Whether a point of the sheet is dark, by a raster of a quarter of a millimetre, finer than any texel.
-bool IsInk(double x_mm, double y_mm) {
-  constexpr int kPerMm = 4;
-  struct Raster {
-    int width, height;
-    std::vector<bool> ink;
-  };
-  static const Raster raster = [] {
-    const Board board = MarkerSheet::PrintedBoard();
-    const auto cells = [](double mm) { return static_cast<int>(std::lround(mm * kPerMm)); };
-    Raster drawn{cells(board.WidthMm()), cells(board.HeightMm()), {}};
-    drawn.ink.resize(static_cast<std::size_t>(drawn.width) * static_cast<std::size_t>(drawn.height));
+// Where a board is printed, in cells of a quarter of a millimetre.
+class Ink {
+ public:
+  explicit Ink(const Board& board) : width_(Cells(board.WidthMm())), height_(Cells(board.HeightMm())) {
+    ink_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
     for (const RectangleMm& dark : board.Dark())
-      for (int y = cells(dark.y); y < cells(dark.y + dark.height); ++y)
-        for (int x = cells(dark.x); x < cells(dark.x + dark.width); ++x)
-          drawn.ink[static_cast<std::size_t>(y) * static_cast<std::size_t>(drawn.width) +
-                    static_cast<std::size_t>(x)] = true;
-    return drawn;
-  }();
-  const int x = static_cast<int>(std::floor(x_mm * kPerMm)), y = static_cast<int>(std::floor(y_mm * kPerMm));
-  return x >= 0 && y >= 0 && x < raster.width && y < raster.height &&
-         raster.ink[static_cast<std::size_t>(y) * static_cast<std::size_t>(raster.width) +
-                    static_cast<std::size_t>(x)];
-}
+      for (int y = Cells(dark.y); y < Cells(dark.y + dark.height); ++y)
+        for (int x = Cells(dark.x); x < Cells(dark.x + dark.width); ++x) ink_[Index(x, y)] = true;
+  }
+  bool At(double x_mm, double y_mm) const {
+    const int x = static_cast<int>(std::floor(x_mm * kPerMm)),
+              y = static_cast<int>(std::floor(y_mm * kPerMm));
+    return x >= 0 && y >= 0 && x < width_ && y < height_ && ink_[Index(x, y)];
+  }
 
-F4 PrintedSheet(const PaintedPoint& at) {
-  const Board board = MarkerSheet::PrintedBoard();
+ private:
+  static constexpr int kPerMm = 4;
+  static int Cells(double mm) { return static_cast<int>(std::lround(mm * kPerMm)); }
+  std::size_t Index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
+  int width_, height_;
+  std::vector<bool> ink_;
+};
+
+F4 OnSheet(const PaintedPoint& at, const Board& board, const Ink& printed) {
   const double x_mm = 1000 * static_cast<double>(at.local.x()) + 0.5 * board.WidthMm(),
                y_mm = 0.5 * board.HeightMm() - 1000 * static_cast<double>(at.local.z());
   int ink = 0;
   constexpr int kSide = 4;
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i)
-      ink += IsInk(x_mm + ((i + 0.5) / kSide - 0.5) * 1000 * at.texel_m,
-                   y_mm + ((j + 0.5) / kSide - 0.5) * 1000 * at.texel_m);
+      ink += printed.At(x_mm + ((i + 0.5) / kSide - 0.5) * 1000 * at.texel_m,
+                        y_mm + ((j + 0.5) / kSide - 0.5) * 1000 * at.texel_m);
   return Mix(Rgb(.82f, .82f, .80f), Rgb(.04f, .04f, .04f), static_cast<float>(ink) / (kSide * kSide));
+}
+
+template <int kSheet>
+F4 PrintedSheet(const PaintedPoint& at) {
+  static const Board& board = MarkerSheet::BoardOf(kSheet);
+  static const Ink printed(board);
+  return OnSheet(at, board, printed);
 }
 
 F4 Stucco(const PaintedPoint& at) {
@@ -330,16 +337,34 @@ F4 Painting(const PaintedPoint& at) {
 
 }  // namespace
 
-Board MarkerSheet::PrintedBoard() {
-  static const Board board = Board::Parse("aruco:3x4:45:9:DICT_4X4_50");
-  return board;
+const Board& MarkerSheet::BoardOf(int material) {
+  static const Board on_easel = Board::Parse("aruco:3x4:45:9:DICT_4X4_50"),
+                     on_turntable = Board::Parse("charuco:5x5:54:40:DICT_4X4_50");
+  return material == material::kTurntableSheet ? on_turntable : on_easel;
 }
 
 F4 Reflectance(int material, const PaintedPoint& at) {
   using Paint = F4 (*)(const PaintedPoint&);
-  static constexpr Paint kPaints[] = {
-      Terrazzo,    Fieldstone, Plaster,      TileMosaic, Marbled,   Glaze, Printed, Label, Patchwork, Banded,
-      RedTerrazzo, Posters,    PrintedSheet, Stucco,     Porcelain, Leaf,  Bark,    Wood,  Painting};
+  static constexpr Paint kPaints[] = {Terrazzo,
+                                      Fieldstone,
+                                      Plaster,
+                                      TileMosaic,
+                                      Marbled,
+                                      Glaze,
+                                      Printed,
+                                      Label,
+                                      Patchwork,
+                                      Banded,
+                                      RedTerrazzo,
+                                      Posters,
+                                      PrintedSheet<material::kMarkerSheet>,
+                                      Stucco,
+                                      Porcelain,
+                                      Leaf,
+                                      Bark,
+                                      Wood,
+                                      Painting,
+                                      PrintedSheet<material::kTurntableSheet>};
   F4 color = kPaints[material](at);
   for (int i = 0; i < 3; ++i) color[i] = std::clamp(color[i], 0.01f, 0.92f);
   return color;

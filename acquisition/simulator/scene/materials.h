@@ -9,12 +9,12 @@
 
 namespace ulf::acquisition {
 
-// The sheet of material kMarkerSheet: a board with a white rim.
+// A sheet of material kMarkerSheet or kTurntableSheet: a board with a white rim.
 struct MarkerSheet {
-  static Board PrintedBoard();
+  static const Board& BoardOf(int material);
   static constexpr double kRimMm = 15;
-  static double WidthM() { return 0.001 * (PrintedBoard().WidthMm() + 2 * kRimMm); }
-  static double HeightM() { return 0.001 * (PrintedBoard().HeightMm() + 2 * kRimMm); }
+  static double WidthM(const Board& board) { return 0.001 * (board.WidthMm() + 2 * kRimMm); }
+  static double HeightM(const Board& board) { return 0.001 * (board.HeightMm() + 2 * kRimMm); }
 };
 
 namespace material {
@@ -36,8 +36,9 @@ enum Name : int {
   kPorcelain,    // white with blue strokes
   kLeaf,
   kBark,
-  kWood,      // boards
-  kPainting,  // brush strokes over a landscape
+  kWood,            // boards
+  kPainting,        // brush strokes over a landscape
+  kTurntableSheet,  // the marker board on the turntable, on the box's face towards -y
 };
 }
 

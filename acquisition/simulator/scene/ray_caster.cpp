@@ -411,4 +411,18 @@ cv::Mat RayCaster::RayLength(const Rigid3& cam_from_world, double sway_angle) co
   return hits.t.colRange(0, camera_.width).clone();
 }
 
+cv::Mat RayCaster::MovingPixels(const Rigid3& cam_from_world, double sway_angle) const {
+  const Pose pose(*scene_, cam_from_world, rays_->pixel_angle, sway_angle);
+  Hits hits{0, camera_.height, {}, {}, {}, {}};
+  Trace(pose, hits);
+  cv::Mat moving = cv::Mat::zeros(camera_.height, camera_.width, CV_8UC1);
+  for (int y = 0; y < camera_.height; ++y)
+    for (int x = 0; x < camera_.width; ++x) {
+      const int part = hits.which.at<int>(y, x);
+      if (part >= 0 && scene_->primitives()[static_cast<std::size_t>(part)].moves)
+        moving.at<std::uint8_t>(y, x) = 255;
+    }
+  return moving;
+}
+
 }  // namespace ulf::acquisition

@@ -36,6 +36,9 @@ class RayCaster {
   // Distance along each pixel's ray, metres: CV_32FC1.
   cv::Mat RayLength(const Rigid3& cam_from_world, double sway_angle = 0) const;
 
+  // Where the first surface along a pixel's ray is one that moves (Primitive::moves): CV_8UC1, 255 there.
+  cv::Mat MovingPixels(const Rigid3& cam_from_world, double sway_angle) const;
+
  private:
   struct Rays;
   struct Tile;

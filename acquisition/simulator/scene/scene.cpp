@@ -19,9 +19,10 @@ struct NamedScene {
   std::shared_ptr<const Scene> (*build)();
 };
 constexpr NamedScene kScenes[] = {
-    {"studio", BuildStudio},   {"easel", BuildEasel},   {"wall", BuildWall},        {"gloss", BuildGloss},
-    {"glass", BuildGlass},     {"plant", BuildPlant},   {"bust", BuildBust},        {"room", BuildRoom},
-    {"picture", BuildPicture}, {"branch", BuildBranch}, {"lightbox", BuildLightbox}};
+    {"studio", BuildStudio}, {"easel", BuildEasel},       {"wall", BuildWall},
+    {"gloss", BuildGloss},   {"glass", BuildGlass},       {"plant", BuildPlant},
+    {"bust", BuildBust},     {"room", BuildRoom},         {"picture", BuildPicture},
+    {"branch", BuildBranch}, {"lightbox", BuildLightbox}, {"turntable", BuildTurntable}};
 
 constexpr double kSwayEasesS = 0.7;  // in which a swing grows, and dies away
 
@@ -44,7 +45,7 @@ std::shared_ptr<const Scene> Scene::Named(const std::string& name) {
 }
 
 double Scene::SwayAngle(double since_s, double lasts_s) const {
-  if (!sway_ || since_s <= 0 || since_s >= lasts_s) return 0;
+  if (!sway_ || sway_->goes_round || since_s <= 0 || since_s >= lasts_s) return 0;
   const double ease = std::min({since_s / kSwayEasesS, (lasts_s - since_s) / kSwayEasesS, 1.0});
   const double share = ease * ease * (3 - 2 * ease);
   return sway_->amplitude * share * std::sin(2 * M_PI * since_s / sway_->period_s);

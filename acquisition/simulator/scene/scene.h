@@ -12,6 +12,7 @@
 //   picture  one framed picture, flat on a plain wall
 //   branch   a branch in a pot, which sways for a while (SimulationOptions::sways_from_s)
 //   lightbox things in bright boxes of light beside things behind dark glass: sixteen stops of light in one picture
+//   turntable  a still life on a printed board on a turntable, in the studio (its frame is the board's)
 //
 // The lamps do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
 // textures: reflectance times irradiance (a large area light with exact penumbras, ambient light with
@@ -44,11 +45,12 @@ struct StandingBoard {
   Rigid3 board_from_world;  // metres, the frame of core/fiducials/board.h
 };
 
-// A pendulum: what moves turns about an axis through a pivot, world.
+// A pendulum, or a turntable: what moves turns about an axis through a pivot, world.
 struct Sway {
   Eigen::Vector3d pivot = Eigen::Vector3d::Zero(), axis = Eigen::Vector3d::UnitY();
   double amplitude = 0;  // radians
   double period_s = 1;
+  bool goes_round = false;  // a turntable, as fast as SimulationOptions::turn_speed says
 };
 
 // The first surface along a ray.
@@ -70,16 +72,17 @@ class Scene {
   // The sphere that encloses the subject: exact geometry, no estimate.
   const Subject& subject() const { return subject_; }
   Eigen::Vector3d UpInWorld() const { return Eigen::Vector3d::UnitZ(); }
-  // Only in the scene `easel`.
+  // Only in the scenes `easel` and `turntable`; where the turntable is at rest.
   const std::optional<StandingBoard>& board() const { return board_; }
   // From the subject to where a capture starts, unit, and how far away.
   const Eigen::Vector3d& FirstDirection() const { return first_direction_; }
   double FirstDistance() const { return first_distance_; }
 
-  // Only in the scene `branch`.
+  // Only in the scenes `branch` and `turntable`.
   const std::optional<Sway>& sway() const { return sway_; }
+  bool IsTurntable() const { return sway_ && sway_->goes_round; }
   // The angle of what moves, `since_s` after it has begun to: a swing that grows and dies away within
-  // `lasts_s`; 0 before and after, and in scenes where nothing moves.
+  // `lasts_s`; 0 before and after, and in scenes where nothing sways.
   double SwayAngle(double since_s, double lasts_s) const;
   // From where a moving part is at rest to where it is at that angle.
   Rigid3 MovedFromRest(double sway_angle) const;

@@ -83,18 +83,19 @@ void SceneBuilder::AddLight(const Vector3f& center, const Vector3f& at, float ha
   scene_->lights_.push_back({center, half_width * u, half_height * v, normal, power});
 }
 
-void SceneBuilder::AddBoard(const Rigid3& world_from_local) {
-  const Board board = MarkerSheet::PrintedBoard();
+void SceneBuilder::AddBoard(const Rigid3& world_from_local, int material, bool moves) {
+  const Board& board = MarkerSheet::BoardOf(material);
   constexpr float kHalfThickness = 0.003f;
   constexpr int kFront = 3;
   Add({.shape = Shape::kBox,
-       .size = {static_cast<float>(0.5 * MarkerSheet::WidthM()), kHalfThickness,
-                static_cast<float>(0.5 * MarkerSheet::HeightM())},
+       .size = {static_cast<float>(0.5 * MarkerSheet::WidthM(board)), kHalfThickness,
+                static_cast<float>(0.5 * MarkerSheet::HeightM(board))},
        .position = world_from_local.translation,
-       .material = material::kMarkerSheet,
+       .material = material,
        .texel_m = 0.0005f,
        .light_m = 0.01f,
        .of_subject = false,
+       .moves = moves,
        .main_chart = kFront,
        .world_from_local = world_from_local.rotation});
   // Local x to the right, z up, -y towards the viewer; of the board x to the right, y down, z into the

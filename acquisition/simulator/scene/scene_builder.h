@@ -29,8 +29,8 @@ class SceneBuilder {
   void Add(const Solid& solid);
   // A round rod between two points of the world; `solid` says the rest.
   void AddRod(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius, Solid solid);
-  // A sheet of markers whose front faces -y of `world_from_local`.
-  void AddBoard(const Rigid3& world_from_local);
+  // A sheet of markers (kMarkerSheet, kTurntableSheet) whose front faces -y of `world_from_local`.
+  void AddBoard(const Rigid3& world_from_local, int material, bool moves = false);
   // The plaster room that encloses a scene, 4.6 by 4.4 by 3.1 m; its far wall is 5 cm beyond `wall_y`.
   void AddRoom(double wall_y);
   // That room, a stone wall 0.55 m behind the origin, and a terrazzo table whose top is at z = 0.

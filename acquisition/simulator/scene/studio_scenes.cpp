@@ -52,7 +52,8 @@ std::shared_ptr<const Scene> BuildStudioWith(bool easel) {
                .material = material::kBanded,
                .world_from_local = TurnedAbout(z, -28) * TurnedAbout(Vector3d::UnitX(), 68)});
   if (easel)
-    builder.AddBoard({TurnedAbout(z, 18) * TurnedAbout(Vector3d::UnitX(), -22), {-0.3, 0.12, 0.125}});
+    builder.AddBoard({TurnedAbout(z, 18) * TurnedAbout(Vector3d::UnitX(), -22), {-0.3, 0.12, 0.125}},
+                     material::kMarkerSheet);
   builder.EncloseSubject({0, 0, 0.07});
   builder.AddStudioLamps();
   constexpr double kElevation = Radians(33);
@@ -63,6 +64,54 @@ std::shared_ptr<const Scene> BuildStudioWith(bool easel) {
 
 std::shared_ptr<const Scene> BuildStudio() { return BuildStudioWith(false); }
 std::shared_ptr<const Scene> BuildEasel() { return BuildStudioWith(true); }
+
+// What turns is a plate, a printed board on it and the things that stand on the board.
+std::shared_ptr<const Scene> BuildTurntable() {
+  SceneBuilder builder;
+  builder.AddStudio();
+  const Vector3d z = Vector3d::UnitZ();
+  constexpr double kPlate = 0.02, kSheet = 0.006, kTop = kPlate + kSheet;
+  const auto add = [&](Solid solid) {
+    solid.moves = true;
+    builder.Add(solid);
+  };
+  add({.shape = Shape::kFrustum,
+       .size = {0.222f, 0.222f, kPlate},
+       .material = material::kWood,
+       .texel_m = 0.002f,
+       .of_subject = false});
+  // The sheet's front, -y of its own frame, looks up.
+  builder.AddBoard({TurnedAbout(Vector3d::UnitX(), -90), {0, 0, kPlate + 0.5 * kSheet}},
+                   material::kTurntableSheet, true);
+  add({.shape = Shape::kBox,
+       .size = {0.036f, 0.03f, 0.055f},
+       .position = {-0.035, 0.03, kTop + 0.055},
+       .material = material::kPrinted,
+       .world_from_local = TurnedAbout(z, 24)});
+  add({.shape = Shape::kSphere,
+       .size = {0.027f, 0, 0},
+       .position = {-0.035, 0.03, kTop + 0.11 + 0.027},
+       .material = material::kRedTerrazzo});
+  add({.shape = Shape::kSphere,
+       .size = {0.042f, 0, 0},
+       .position = {0.05, 0.022, kTop + 0.042},
+       .material = material::kMarbled,
+       .world_from_local = TurnedAbout({1, 2, 0.5}, 40)});
+  add({.shape = Shape::kFrustum,
+       .size = {0.026f, 0.006f, 0.09f},
+       .position = {0.04, -0.055, kTop},
+       .material = material::kPatchwork});
+  add({.shape = Shape::kTorus,
+       .size = {0.033f, 0.011f, 0},
+       .position = {-0.04, -0.05, kTop + 0.043},
+       .material = material::kBanded,
+       .world_from_local = TurnedAbout(z, -28) * TurnedAbout(Vector3d::UnitX(), 84)});
+  builder.SetSway({.pivot = Vector3d::Zero(), .axis = z, .goes_round = true});
+  builder.EncloseSubject({0, 0, 0.075});
+  builder.AddStudioLamps();
+  constexpr double kElevation = Radians(33), kDistance = 0.7;
+  return builder.Finish({0, -std::cos(kElevation), std::sin(kElevation)}, kDistance);
+}
 
 std::shared_ptr<const Scene> BuildWall() {
   SceneBuilder builder;

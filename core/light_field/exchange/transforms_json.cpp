@@ -90,6 +90,9 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   if (ours.Has("goal")) light_field.goal = CoverageGoalFromJson({ours.Raw("goal"), ours.where + ", goal"});
   if (ours.Has("readout"))
     light_field.readout = ReadoutFromJson({ours.Raw("readout"), ours.where + ", readout"});
+  if (ours.Has("turntable"))
+    light_field.turntable =
+        Turntable{JsonPlace{ours.Raw("turntable"), ours.where + ", turntable"}.Text("board", "")};
   ReadCaptureJson(ours, light_field);
   light_field.capture_s = ours.Number("capture_s", 0);
   if (ours.Has("reasons"))
@@ -294,6 +297,7 @@ json OurKeys(const LightField& light_field) {
   if (light_field.threshold_px) ours["threshold_px"] = *light_field.threshold_px;
   if (light_field.goal) ours["goal"] = CoverageGoalToJson(*light_field.goal);
   if (light_field.readout) ours["readout"] = ReadoutToJson(*light_field.readout);
+  if (light_field.turntable) ours["turntable"] = {{"board", light_field.turntable->board}};
   if (!light_field.device_uri.empty()) ours["device_uri"] = light_field.device_uri;
   if (!light_field.device_serial.empty()) ours["device_serial"] = light_field.device_serial;
   if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;

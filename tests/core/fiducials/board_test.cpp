@@ -83,6 +83,12 @@ TEST(Board, IsOpenCvs) {
         EXPECT_FLOAT_EQ(static_cast<float>(points[i].x()), charuco->chessboardCorners[i].x);
         EXPECT_FLOAT_EQ(static_cast<float>(points[i].y()), charuco->chessboardCorners[i].y);
       }
+      const auto markers = board.MarkerPoints();
+      ASSERT_EQ(markers.size(), 4 * charuco->objPoints.size());
+      for (std::size_t i = 0; i < markers.size(); ++i) {
+        EXPECT_FLOAT_EQ(static_cast<float>(markers[i].x()), charuco->objPoints[i / 4][i % 4].x);
+        EXPECT_FLOAT_EQ(static_cast<float>(markers[i].y()), charuco->objPoints[i / 4][i % 4].y);
+      }
     } else {
       const auto grid =
           cv::aruco::GridBoard::create(board.columns, board.rows, static_cast<float>(board.marker_mm),

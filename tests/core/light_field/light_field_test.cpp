@@ -472,6 +472,45 @@ TEST(LightFieldOnDisk, OfSeveralReadoutsTheLastCountsAndTheJournalsBeforeTransfo
   EXPECT_THAT(read.doubts, Contains(HasSubstr("a readout of 3 s is not possible")));
 }
 
+// The journal tells them, transforms.json too; masks that are made anew leave the former ones in kept/.
+TEST(LightFieldOnDisk, ATurntableAndItsMasksAreRemembered) {
+  test::ScratchFolder scratch;
+  const fs::path dir = scratch / "field";
+  const auto mask_of = [](int edge) {
+    cv::Mat mask(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
+    mask.colRange(0, edge) = 0;
+    return mask;
+  };
+  {
+    LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
+    for (int i = 0; i < 3; ++i) writer.AddView(NoiseFrame(i), ViewNumber(i));
+    writer.SetTurntable({"charuco:5x5:54:40:DICT_4X4_50"});
+    writer.SetMasks({{1, mask_of(5)}, {2, mask_of(6)}, {3, mask_of(7)}});
+    writer.Close(1);
+  }
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir);
+    EXPECT_EQ(writer.Contents().views[1].mask_path, "masks/000002.png");
+    writer.SetMasks({{2, mask_of(20)}});
+    writer.Close(1);
+  }
+  const auto expect_both = [&](const LightField& read) {
+    ASSERT_TRUE(read.turntable);
+    EXPECT_EQ(read.turntable->board, "charuco:5x5:54:40:DICT_4X4_50");
+    ASSERT_EQ(read.views.size(), 3u);
+    EXPECT_EQ(cv::norm(ReadViewMask(read, read.views[0]), mask_of(5), cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(ReadViewMask(read, read.views[1]), mask_of(20), cv::NORM_INF), 0);
+  };
+  const LightField read = ReadLightField(dir);
+  expect_both(read);
+  EXPECT_TRUE(read.doubts.empty());
+  EXPECT_EQ(cv::norm(cv::imread((dir / "kept/masks/000002.png").string(), cv::IMREAD_UNCHANGED), mask_of(6),
+                     cv::NORM_INF),
+            0);
+  fs::remove(dir / "journal.jsonl");
+  expect_both(ReadLightField(dir / "transforms.json"));
+}
+
 TEST(LightFieldOnDisk, AGoalThatNothingReachesIsNamed) {
   ScratchFolder scratch;
   LightFieldWriter::Create(scratch / "lf", Header());

@@ -29,6 +29,35 @@ TEST(CaptureArguments, BecomeWhatTheSessionIsAskedFor) {
   EXPECT_FALSE(OptionsFrom(args).cap);
 }
 
+TEST(CaptureArguments, OfATurntableAreAMarkersSpec) {
+  CaptureArgs args;
+  args.turntable = "charuco:5x5:54:40:DICT_4X4_50";
+  args.poses = PosesFrom(args);
+  EXPECT_EQ(args.poses.Text(), "markers:charuco:5x5:54:40:DICT_4X4_50");
+  const CaptureOptions options = OptionsFrom(args);
+  ASSERT_TRUE(options.turntable);
+  EXPECT_EQ(options.turntable->Text(), args.turntable);
+  EXPECT_FALSE(options.geometry) << "it is made when the background is masked";
+
+  const auto refused = [](const auto& change, const char* words) {
+    CaptureArgs args;
+    args.turntable = "charuco:5x5:54:40:DICT_4X4_50";
+    EXPECT_THAT(
+        [&] {
+          change(args);
+          args.poses = PosesFrom(args);
+          OptionsFrom(args);
+        },
+        ThrowsMessage<UsageError>(HasSubstr(words)));
+  };
+  refused([](CaptureArgs& args) { args.poses_text = "known"; }, "leave out --poses");
+  refused([](CaptureArgs& args) { args.no_subject = true; }, "leave out one of the two");
+  refused([](CaptureArgs& args) { args.cover = "measured"; }, "leave out --cover");
+  refused([](CaptureArgs& args) { args.error_map = "errors.png"; }, "leave out --cover and --error-map");
+  refused([](CaptureArgs& args) { args.turntable = "marker:80:DICT_4X4_50"; }, "one marker's number");
+  refused([](CaptureArgs& args) { args.turntable = "dots:3"; }, "markers 'dots:3'");
+}
+
 TEST(CaptureArguments, ThatContradictEachOtherAreRefused) {
   const auto refused = [](const auto& change, const char* words) {
     CaptureArgs args;

@@ -125,6 +125,28 @@ TEST(Markers, ABoardsPoseIsMetric) {
   }
 }
 
+// Something stands on the middle of a ChArUco board, so that few of its squares meet in sight.
+TEST(Markers, OfABoardThatIsHalfHiddenTheMarkersCount) {
+  const char* board = "charuco:5x5:54:40:DICT_4X4_50";
+  const BoardScene scene = SceneOf(board, "barrel");
+  const auto source = PosesSpec::Parse("markers:" + std::string(board)).Open(scene.options().camera, {});
+  std::vector<double> errors_mm;
+  constexpr int kStops = 12;
+  for (int stop = 0; stop < kStops; ++stop) {
+    const Rigid3 truth = scene.HeldAt(static_cast<std::uint64_t>(stop), 0);
+    cv::Mat gray = Picture(scene, truth, stop);
+    const auto middle = scene.options().camera.ImgFromCam(truth * Vector3d(135, 135, 0));
+    const auto rim = scene.options().camera.ImgFromCam(truth * Vector3d(135 + 75, 135, 0));
+    ASSERT_TRUE(middle && rim);
+    cv::circle(gray, {static_cast<int>(middle->x()), static_cast<int>(middle->y())},
+               static_cast<int>((*rim - *middle).norm()), cv::Scalar(90), cv::FILLED);
+    const Track track = source->Step(FrameOf(gray, stop / 30.0));
+    if (track.cam_from_world) errors_mm.push_back(CentreErrorMm(*track.cam_from_world, InMetres(truth)));
+  }
+  EXPECT_GE(errors_mm.size(), 11u);
+  EXPECT_LT(Median(errors_mm), 2);
+}
+
 // A small marker far away, without history: either the right one of its two poses or none. The nearer one in
 // the image alone would have been wrong in some.
 TEST(Markers, OfTwoEquallyLikelyPosesNoneIsGuessed) {

@@ -1,0 +1,138 @@
+// ulf mask: leaves out what stands still in a light field whose subject turned.
+
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "acquisition/simulator/simulated_camera.h"
+#include "commands/commands.h"
+#include "commands/rendering/mask_command.h"
+#include "core/base/counted.h"
+#include "core/base/device_uri.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/base/quantile.h"
+#include "core/geometry/angles.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf::commands {
+namespace {
+
+struct MaskArgs {
+  std::string dir;
+  std::string truth;
+  render::TurntableMaskOptions options;
+  bool json = false;
+};
+
+// The share of the pixels of either that belong to both.
+double OverlapOf(const cv::Mat& a, const cv::Mat& b) {
+  const int both = cv::countNonZero(a & b), either = cv::countNonZero(a | b);
+  return either > 0 ? static_cast<double>(both) / either : 1;
+}
+
+// Of each view, by the simulator that took it.
+std::vector<double> OverlapsWithTruth(const std::string& truth, const LightField& light_field,
+                                      const std::map<int, cv::Mat>& masks) {
+  const DeviceUri uri = DeviceUri::Parse(truth);
+  if (uri.scheme != "sim") throw UsageError("--truth {}: give the simulator's URI that was captured", truth);
+  const acquisition::SimulatedCamera camera(acquisition::SimulationOptions::FromUri(uri));
+  if (!camera.scene().IsTurntable())
+    throw UsageError("--truth {}: nothing turns in that scene; give sim:turntable with the captured options",
+                     truth);
+  std::vector<double> overlaps;
+  for (const View& view : light_field.views) {
+    const cv::Mat& mask = masks.at(view.id);
+    const cv::Mat moving = camera.MovingPixels(view.device_time_s);
+    if (moving.size() != mask.size())
+      throw UsageError(
+          "--truth {}: its pictures are {}x{}, those of {} {}x{}; give the options that were captured", truth,
+          moving.cols, moving.rows, light_field.root.string(), mask.cols, mask.rows);
+    overlaps.push_back(OverlapOf(mask, moving));
+  }
+  return overlaps;
+}
+
+int RunMask(const MaskArgs& args) {
+  const render::TurntableMasks masks = WriteTurntableMasks(args.dir, args.options);
+  std::optional<std::vector<double>> overlaps;
+  if (!args.truth.empty()) overlaps = OverlapsWithTruth(args.truth, ReadLightField(args.dir), masks.masks);
+  if (args.json) {
+    nlohmann::ordered_json json{{"views", masks.masks.size()},
+                                {"stands", nlohmann::json::array()},
+                                {"views_between", masks.views_between},
+                                {"turning_share", masks.turning_share}};
+    for (const render::Stand& stand : masks.stands)
+      json["stands"].push_back({{"views", stand.views.size()},
+                                {"turned_deg", Degrees(stand.turned)},
+                                {"shift_px", stand.shift_px}});
+    if (overlaps)
+      json["truth"] = {{"iou_median", Quantile(*overlaps, 0.5)}, {"iou_least", Quantile(*overlaps, 0)}};
+    fmt::print("{}\n", json.dump(1));
+    return kOk;
+  }
+  fmt::print("{}: {}", args.dir, InWords(masks));
+  if (overlaps)
+    fmt::print("against the truth: intersection over union {:.4f} (median), {:.4f} (least)\n",
+               Quantile(*overlaps, 0.5), Quantile(*overlaps, 0));
+  return kOk;
+}
+
+}  // namespace
+
+render::TurntableMasks WriteTurntableMasks(const std::filesystem::path& dir,
+                                           const render::TurntableMaskOptions& options) {
+  LightFieldWriter writer = LightFieldWriter::Resume(dir);
+  Progress progress("mask");
+  render::TurntableMasks masks = render::MakeTurntableMasks(writer.Contents(), options, &progress);
+  if (!writer.Contents().turntable) writer.SetTurntable({});
+  writer.SetMasks(masks.masks);
+  writer.Close(writer.Contents().capture_s, writer.Contents().reasons);
+  return masks;
+}
+
+std::string InWords(const render::TurntableMasks& masks) {
+  std::string words = fmt::format("{} masked, {:.0f} % of the pixels turn\n",
+                                  Counted(masks.masks.size(), "view"), 100 * masks.turning_share);
+  for (const render::Stand& stand : masks.stands) {
+    words += fmt::format("  the camera stood for {}, while the table turned by {:.0f}°",
+                         Counted(stand.views.size(), "view"), Degrees(stand.turned));
+    constexpr double kWobbles = 0.5, kUnsteady = 2.5;  // pixels; guessed
+    if (stand.shift_px > kUnsteady)
+      words +=
+          fmt::format("; it was moved by up to {:.1f} px meanwhile, masks may be off: let it stand still",
+                      stand.shift_px);
+    else if (stand.shift_px > kWobbles)
+      words += fmt::format("; it wobbled by up to {:.1f} px, which is evened out", stand.shift_px);
+    words += "\n";
+  }
+  if (masks.views_between > 0)
+    words += fmt::format("  {} between, while the camera was moved: masked by the subject's hull alone\n",
+                         Counted(masks.views_between, "view"));
+  return words;
+}
+
+void AddMaskCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<MaskArgs>();
+  CLI::App* command = app.add_subcommand(
+      "mask", "Mask the background of a light field whose subject turned before a camera that stood");
+  command->add_option("DIR", args->dir, "Light field")->required();
+  command
+      ->add_option(
+          "--size", args->options.size_px,
+          "Longer side of the pictures that are compared, in pixels; masks have the photographs' size")
+      ->check(CLI::Range(64, 4096))
+      ->capture_default_str();
+  command->add_option("--truth", args->truth,
+                      "Simulator that was captured (sim:turntable?...): print how well the masks fit");
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer("Example: ulf mask jug");
+  command->callback([args, &chosen] { chosen = [args] { return RunMask(*args); }; });
+}
+
+}  // namespace ulf::commands

@@ -1,0 +1,132 @@
+#include "core/geometry/turn_axis.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kMostTurn = Radians(170);  // near half a turn the axis's sense is lost
+constexpr std::size_t kMostGuesses = 200, kFewestPairs = 3;
+
+// Two poses' turn of the world: a world point at `from` has come to where it is seen at rotation * from + shift.
+struct Turn {
+  Matrix3d rotation;
+  Vector3d shift, axis;  // axis: unit
+  double weight;         // how well it tells the axis
+  double distance;       // of the cameras from the world's origin
+};
+
+std::vector<Turn> TurnsBetween(std::span<const Rigid3> poses, const TurnAxisOptions& options) {
+  std::vector<Turn> turns;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    for (std::size_t j = i + 1;
+         j < std::min(poses.size(), i + 1 + static_cast<std::size_t>(options.neighbours)); ++j) {
+      const Rigid3 motion = poses[i].Inverse() * poses[j];
+      const double angle = RotationAngle(motion.rotation);
+      if (angle < options.least_turn || angle > kMostTurn) continue;
+      const Eigen::AngleAxisd turn(motion.rotation);
+      turns.push_back({motion.RotationMatrix(), motion.translation, turn.axis(), std::sin(0.5 * angle),
+                       poses[i].OriginInSource().norm()});
+    }
+  return turns;
+}
+
+// The point nearest to the origin on the axis about which all these turn; `axis` keeps it from sliding.
+Vector3d PointOn(const Vector3d& axis, std::span<const Turn* const> turns) {
+  Matrix3d normal = axis * axis.transpose();
+  Vector3d right = Vector3d::Zero();
+  for (const Turn* turn : turns) {
+    const Matrix3d a = Matrix3d::Identity() - turn->rotation;
+    normal += a.transpose() * a;
+    right += a.transpose() * turn->shift;
+  }
+  Vector3d point = normal.ldlt().solve(right);
+  return point - axis.dot(point) * axis;
+}
+
+bool Agrees(const Turn& turn, const Vector3d& axis, const Vector3d& point, const TurnAxisOptions& options) {
+  return std::abs(turn.axis.dot(axis)) > std::cos(options.same_direction / std::min(1.0, 2 * turn.weight)) &&
+         (turn.rotation * point + turn.shift - point).norm() < options.same_place_share * turn.distance;
+}
+
+TurnAxis FitTo(std::span<const Turn* const> turns) {
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const Turn* turn : turns) scatter += turn->weight * turn->axis * turn->axis.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(scatter);
+  const Vector3d axis = axes.eigenvectors().col(2);
+  return {PointOn(axis, turns), axis};
+}
+
+std::vector<const Turn*> Agreeing(const std::vector<Turn>& turns, const TurnAxis& axis,
+                                  const TurnAxisOptions& options) {
+  std::vector<const Turn*> agreeing;
+  for (const Turn& turn : turns)
+    if (Agrees(turn, axis.direction_in_world, axis.point_in_world, options)) agreeing.push_back(&turn);
+  return agreeing;
+}
+
+}  // namespace
+
+std::optional<TurnAxis> FitTurnAxis(std::span<const Rigid3> cam_from_world, const TurnAxisOptions& options) {
+  const std::vector<Turn> turns = TurnsBetween(cam_from_world, options);
+  const auto enough = std::max<std::size_t>(
+      kFewestPairs, static_cast<std::size_t>(options.least_agreeing * static_cast<double>(turns.size())));
+  std::vector<const Turn*> most;
+  const std::size_t step = std::max<std::size_t>(1, turns.size() / kMostGuesses);
+  for (std::size_t i = 0; i < turns.size(); i += step) {
+    const Turn* one = &turns[i];
+    auto agreeing = Agreeing(turns, FitTo({&one, 1}), options);
+    if (agreeing.size() > most.size()) most = std::move(agreeing);
+  }
+  if (most.size() < enough) return std::nullopt;
+  TurnAxis axis = FitTo(most);
+  constexpr int kRounds = 2;
+  for (int i = 0; i < kRounds; ++i) {
+    most = Agreeing(turns, axis, options);
+    if (most.size() < enough) return std::nullopt;
+    axis = FitTo(most);
+  }
+  return axis;
+}
+
+StandShift ShiftBetween(const TurnAxis& axis, const Rigid3& a_from_world, const Rigid3& b_from_world) {
+  const Vector3d in_a = a_from_world * axis.point_in_world, in_b = b_from_world * axis.point_in_world;
+  const Vector3d along_a = a_from_world.rotation * axis.direction_in_world,
+                 along_b = b_from_world.rotation * axis.direction_in_world;
+  return {std::atan2(along_a.cross(along_b).norm(), along_a.dot(along_b)),
+          (in_a - in_b).norm() / in_a.norm()};
+}
+
+bool IsSameStand(const StandShift& shift, const TurnAxisOptions& options) {
+  return shift.direction < options.same_direction && shift.place_share < options.same_place_share;
+}
+
+std::vector<int> StandsOf(const TurnAxis& axis, std::span<const Rigid3> cam_from_world,
+                          const TurnAxisOptions& options) {
+  std::vector<int> stands;
+  int stand = -1;
+  std::size_t first = 0;  // of the stand
+  for (std::size_t i = 0; i < cam_from_world.size(); ++i) {
+    // One pose that is off must not end a stand: the middle one of those so far stands for all.
+    const std::size_t middle = first + (i - first) / 2;
+    const bool same =
+        i > 0 && (IsSameStand(ShiftBetween(axis, cam_from_world[middle], cam_from_world[i]), options) ||
+                  IsSameStand(ShiftBetween(axis, cam_from_world[i - 1], cam_from_world[i]), options));
+    const bool crept = same && !IsSameStand(ShiftBetween(axis, cam_from_world[middle], cam_from_world[i]),
+                                            {.same_direction = 2 * options.same_direction,
+                                             .same_place_share = 2 * options.same_place_share});
+    if (!same || crept) {
+      ++stand;
+      first = i;
+    }
+    stands.push_back(stand);
+  }
+  return stands;
+}
+
+}  // namespace ulf

@@ -1,0 +1,80 @@
+#include "coverage/session/turntable_watch.h"
+
+#include <fmt/format.h>
+
+namespace ulf::coverage {
+namespace {
+
+double TurnFrom(const Rigid3& a, const Rigid3& b) {
+  return RotationAngle(a.rotation * b.rotation.conjugate());
+}
+
+}  // namespace
+
+std::string TurntableWatch::After(double time_s, const std::optional<Rigid3>& cam_from_board) {
+  std::string words = IfUnseen(time_s, cam_from_board.has_value());
+  if (!cam_from_board) return words;
+  if (words.empty()) words = IfStill(time_s, *cam_from_board);
+  const std::string moved = IfMoved(time_s, *cam_from_board);
+  return words.empty() ? moved : words;
+}
+
+std::string TurntableWatch::IfUnseen(double time_s, bool seen) {
+  if (seen) {
+    unseen_since_s_.reset();
+    said_unseen_ = false;
+    return {};
+  }
+  if (!unseen_since_s_) unseen_since_s_ = time_s;
+  if (said_unseen_ || time_s - *unseen_since_s_ < options_.unseen_s) return {};
+  said_unseen_ = true;
+  return fmt::format(
+      "the board {} is not seen, and without it there is no pose: aim at it from higher up, leave more of it "
+      "free "
+      "round the subject, light it evenly, and check that it is the one that was printed",
+      board_);
+}
+
+std::string TurntableWatch::IfStill(double time_s, const Rigid3& pose) {
+  if (!still_pose_ || TurnFrom(*still_pose_, pose) > options_.still_turn) {
+    still_pose_ = pose;
+    still_since_s_ = time_s;
+    said_still_ = false;
+    return {};
+  }
+  if (said_still_ || time_s - *still_since_s_ < options_.still_s) return {};
+  said_still_ = true;
+  return fmt::format(
+      "the subject does not turn: less than {:.0f}° in {:.0f} s; start the turntable, and lay the board on "
+      "it, "
+      "under the subject",
+      Degrees(options_.still_turn), options_.still_s);
+}
+
+std::string TurntableWatch::IfMoved(double time_s, const Rigid3& pose) {
+  const bool elsewhere =
+      axis_ && !stand_.empty() && !IsSameStand(ShiftBetween(*axis_, stand_[stand_.size() / 2], pose));
+  if (!elsewhere) {
+    moved_since_s_.reset();
+    if (stand_.empty() || TurnFrom(stand_.back(), pose) > options_.sampled_turn) {
+      stand_.push_back(pose);
+      if (stand_.size() > options_.most_poses) stand_.erase(stand_.begin());
+      // The axis is the table's; it does not change with the camera's place.
+      if (stand_.size() >= options_.fewest_poses && (!axis_ || stand_.size() % options_.fewest_poses == 0))
+        if (const auto fitted = FitTurnAxis(stand_)) axis_ = fitted;
+    }
+    return {};
+  }
+  if (!moved_since_s_) moved_since_s_ = time_s;
+  if (time_s - *moved_since_s_ < options_.moved_s) return {};
+  const StandShift shift = ShiftBetween(*axis_, stand_[stand_.size() / 2], pose);
+  stand_ = {pose};
+  moved_since_s_.reset();
+  return fmt::format(
+      "the camera has been moved, by {:.1f}° and {:.1f} % of its distance: let it stand now for a whole "
+      "turn, "
+      "because the background is learnt anew from here",
+      Degrees(shift.direction), 100 * shift.place_share);
+}
+
+}  // namespace ulf::coverage

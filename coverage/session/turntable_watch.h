@@ -1,0 +1,48 @@
+// What goes wrong before a turntable, said while it can still be put right: the board is not seen, the subject
+// does not turn, the camera was moved. Each is said once, when it begins.
+//
+// World: the board's frame. A camera that stands sees the turntable's axis in one place (core/geometry/turn_axis.h).
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/angles.h"
+#include "core/geometry/rigid3.h"
+#include "core/geometry/turn_axis.h"
+
+namespace ulf::coverage {
+
+class TurntableWatch {
+ public:
+  struct Options {
+    // All guessed.
+    double unseen_s = 2, still_s = 4;  // so long, and it is said
+    double still_turn = Radians(1);    // less than this is no turn
+    double sampled_turn = Radians(2);  // between two poses that tell the axis
+    double moved_s = 0.5;              // so long elsewhere: one wrong pose is no move
+    std::size_t most_poses = 240, fewest_poses = 8;
+  };
+  explicit TurntableWatch(std::string board) : TurntableWatch(std::move(board), Options()) {}
+  TurntableWatch(std::string board, const Options& options) : board_(std::move(board)), options_(options) {}
+
+  // After every frame: what is to be said; empty: nothing.
+  std::string After(double time_s, const std::optional<Rigid3>& cam_from_board);
+
+ private:
+  std::string IfUnseen(double time_s, bool seen);
+  std::string IfStill(double time_s, const Rigid3& pose);
+  std::string IfMoved(double time_s, const Rigid3& pose);
+
+  std::string board_;
+  Options options_;
+  std::optional<double> unseen_since_s_, still_since_s_, moved_since_s_;
+  bool said_unseen_ = false, said_still_ = false;
+  std::optional<Rigid3> still_pose_;
+  std::vector<Rigid3> stand_;  // poses since the camera was set up
+  std::optional<TurnAxis> axis_;
+};
+
+}  // namespace ulf::coverage

@@ -1,0 +1,118 @@
+#include "render/masks/background_cut.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/imgproc/detail/gcgraph.hpp>
+#include <vector>
+
+namespace ulf::render {
+namespace {
+
+float LargestOf(const cv::Vec3f& v) { return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}); }
+
+// How many deviations each pixel is off the background.
+cv::Mat DeviationsFrom(const StillBackground& background, const cv::Mat& picture, float wobble_px) {
+  cv::Mat grey, dx, dy, steepness;
+  cv::cvtColor(background.color, grey, cv::COLOR_BGR2GRAY);
+  cv::Sobel(grey, dx, CV_32F, 1, 0, 3, 1.0 / 4);
+  cv::Sobel(grey, dy, CV_32F, 0, 1, 3, 1.0 / 4);
+  cv::magnitude(dx, dy, steepness);
+  cv::Mat deviations(picture.size(), CV_32F);
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) {
+      const float sigma = 1.3f * background.noise.at<float>(y, x) + 1 + wobble_px * steepness.at<float>(y, x);
+      const cv::Vec3b own = picture.at<cv::Vec3b>(y, x);
+      deviations.at<float>(y, x) =
+          LargestOf(cv::Vec3f(own[0], own[1], own[2]) - background.color.at<cv::Vec3f>(y, x)) / sigma;
+    }
+  return deviations;
+}
+
+float EdgeOf(const cv::Mat& pixels, const cv::Point& a, const cv::Point& b) {
+  if (pixels.type() == CV_32FC3) {
+    const cv::Vec3f d = pixels.at<cv::Vec3f>(a) - pixels.at<cv::Vec3f>(b);
+    return d.dot(d);
+  }
+  const cv::Vec3b p = pixels.at<cv::Vec3b>(a), q = pixels.at<cv::Vec3b>(b);
+  const cv::Vec3f d(static_cast<float>(p[0] - q[0]), static_cast<float>(p[1] - q[1]),
+                    static_cast<float>(p[2] - q[2]));
+  return d.dot(d);
+}
+
+// The mean of the squared differences between neighbours.
+float ContrastOf(const cv::Mat& picture) {
+  double sum = 0, count = 0;
+  for (int y = 0; y < picture.rows; y += 2)
+    for (int x = 1; x < picture.cols; x += 2, ++count) sum += EdgeOf(picture, {x, y}, {x - 1, y});
+  return std::max(20.0f, static_cast<float>(sum / std::max(1.0, count)));
+}
+
+}  // namespace
+
+cv::Mat CutFromBackground(const cv::Mat& picture, const StillBackground& background, const cv::Mat& labels,
+                          const cv::Mat& leans, const CutOptions& options) {
+  const cv::Size size = picture.size();
+  const cv::Mat deviations = DeviationsFrom(background, picture, options.wobble_px);
+  const float contrast = ContrastOf(picture);
+  const auto label_at = [&](int y, int x) { return static_cast<CutLabel>(labels.at<std::uint8_t>(y, x)); };
+  cv::Mat index(size, CV_32S, cv::Scalar(-1));
+  int unknown = 0;
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      if (label_at(y, x) == CutLabel::kUnknown) index.at<int>(y, x) = unknown++;
+  cv::Mat turning = labels == static_cast<int>(CutLabel::kTurning);
+  if (unknown == 0) return turning;
+  cv::detail::GCGraph<float> graph(static_cast<unsigned>(unknown), static_cast<unsigned>(8 * unknown));
+  for (int i = 0; i < unknown; ++i) graph.addVtx();
+
+  const auto border_between = [&](const cv::Point& a, const cv::Point& b) {
+    // An edge that the background shows there, too, is the background's as far as both pixels look like it.
+    const float off = std::max(deviations.at<float>(a), deviations.at<float>(b));
+    const float known = std::min(background.known.at<float>(a), background.known.at<float>(b));
+    const float like = known * std::exp(-off * off / 18);
+    const float behind = EdgeOf(background.color, a, b);
+    const float edge = EdgeOf(picture, a, b) / (1 + like * behind / 25);
+    return options.border * std::exp(-edge / (2 * contrast));
+  };
+  constexpr int kAcross[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
+  constexpr float kShare[4] = {1, 1, 0.7071f, 0.7071f};
+  std::vector<float> source(static_cast<std::size_t>(unknown)), sink(static_cast<std::size_t>(unknown));
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      const cv::Point here(x, y);
+      const int own = index.at<int>(here);
+      if (own >= 0) {
+        const float known = background.known.at<float>(here), off = deviations.at<float>(here);
+        const float still = known * std::min(0.5f * off * off, options.most) +
+                            (1 - known) * (options.undecided + options.unknown_leans) +
+                            (leans.empty() ? 0.0f : leans.at<float>(here));
+        source[static_cast<std::size_t>(own)] += std::max(0.0f, still);
+        sink[static_cast<std::size_t>(own)] += options.undecided + std::max(0.0f, -still);
+      }
+      for (int k = 0; k < 4; ++k) {
+        const cv::Point there = here + cv::Point(kAcross[k][0], kAcross[k][1]);
+        if (there.x < 0 || there.x >= size.width || there.y >= size.height) continue;
+        const int other = index.at<int>(there);
+        if (own < 0 && other < 0) continue;
+        const float border = kShare[k] * border_between(here, there);
+        if (own >= 0 && other >= 0) {
+          graph.addEdges(own, other, border, border);
+          continue;
+        }
+        const bool known_turns =
+            label_at(own >= 0 ? there.y : y, own >= 0 ? there.x : x) == CutLabel::kTurning;
+        (known_turns ? source : sink)[static_cast<std::size_t>(std::max(own, other))] += border;
+      }
+    }
+  for (int i = 0; i < unknown; ++i)
+    graph.addTermWeights(i, source[static_cast<std::size_t>(i)], sink[static_cast<std::size_t>(i)]);
+  graph.maxFlow();
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      if (const int own = index.at<int>(y, x); own >= 0 && graph.inSourceSegment(own))
+        turning.at<std::uint8_t>(y, x) = 255;
+  return turning;
+}
+
+}  // namespace ulf::render

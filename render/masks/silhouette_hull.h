@@ -1,0 +1,48 @@
+// The visual hull of what silhouettes show (Laurentini 1994), in cells: a cell is empty where several silhouettes that
+// have it in their picture leave it out. One silhouette alone may be wrong.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "core/geometry/camera_model.h"
+#include "core/geometry/rigid3.h"
+
+namespace ulf::render {
+
+struct Silhouette {
+  CameraModel camera;  // of the mask's size
+  Rigid3 cam_from_world;
+  cv::Mat mask;  // CV_8U, 0 outside
+};
+
+struct HullOptions {
+  int cells = 112;  // along a side of the cube
+  // So many silhouettes leave a cell out, of those that have it in their picture, and it is empty. Guessed.
+  double empty_share = 0.06;
+  int fewest_empty = 2;
+};
+
+class SilhouetteHull {
+ public:
+  SilhouetteHull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& center_in_world,
+                 double half_side, const HullOptions& options = {});
+
+  bool empty() const { return surface_.empty(); }
+  double CellSize() const { return 2 * half_side_ / cells_; }
+  // The hull as a camera sees it, CV_8U, 255 there: half a cell too large all around.
+  cv::Mat SeenFrom(const CameraModel& camera, const Rigid3& cam_from_world) const;
+  // The size of a cell in such a picture, pixels.
+  double CellPx(const CameraModel& camera, const Rigid3& cam_from_world) const;
+
+ private:
+  Eigen::Vector3d center_in_world_;
+  double half_side_;
+  int cells_;
+  std::vector<Eigen::Vector3f> surface_;  // centres of full cells beside empty ones
+};
+
+}  // namespace ulf::render
