@@ -69,7 +69,9 @@ TEST(ExposureMerge, SixteenStopsAreThereWhereOneExposureHasEight) {
     for (int band = 0; band < kStops; ++band) {
       // The shortest exposure that is not clipped has at least an eighth of full scale.
       EXPECT_LT(ErrorInBand(seven.light, band), band == 0 ? 0.03 : 0.04) << band << ", seed " << seed;
-      if (band > 10) EXPECT_GT(ErrorInBand(one.light, band), 0.3) << "clipped, band " << band;
+      if (band > 10) {
+        EXPECT_GT(ErrorInBand(one.light, band), 0.3) << "clipped, band " << band;
+      }
     }
     EXPECT_GT(ErrorInBand(one.light, 0), 0.5) << "noise";
     EXPECT_GT(cv::countNonZero(one.clipped), 0);
