@@ -36,7 +36,9 @@ Rigid3 Moved(double by) {
 
 // Two views, the first with two more exposures.
 LightFieldWriter TwoViews(const fs::path& dir) {
-  LightFieldWriter writer = LightFieldWriter::Create(dir, {.camera = kSmall});
+  CaptureHeader header;
+  header.camera = kSmall;
+  LightFieldWriter writer = LightFieldWriter::Create(dir, header);
   for (int i = 0; i < 2; ++i) {
     View view;
     view.cam_from_world = Moved(0.1 * i);

@@ -39,7 +39,9 @@ inline LightField TakeBracket(const SimulatedCamera& camera, const BracketedView
                                .format = SensorFormat::kBayerRg12,
                                .id = number + 1});
   };
-  LightFieldWriter writer = LightFieldWriter::Create(dir, {.camera = camera.camera()});
+  CaptureHeader header;
+  header.camera = camera.camera();
+  LightFieldWriter writer = LightFieldWriter::Create(dir, header);
   const Frame own = take(0, 0);
   View view;
   view.cam_from_world = *own.known_cam_from_world;

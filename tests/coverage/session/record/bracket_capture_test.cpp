@@ -67,7 +67,9 @@ Bracketed Capture(const std::filesystem::path& dir, Device& device, PoseSource& 
   options.max_frames = frames;
   options.bracket = ExposureBracket::Parse("3x2EV");
   device.Start();
-  LightFieldWriter writer = LightFieldWriter::Create(dir, {.camera = *device.Camera()});
+  CaptureHeader header;
+  header.camera = *device.Camera();
+  LightFieldWriter writer = LightFieldWriter::Create(dir, header);
   Bracketed result;
   result.summary = RunCapture(device, *device.Camera(), poses, std::move(writer), options);
   result.light_field = ReadLightField(dir);
@@ -178,7 +180,9 @@ Track TrackAt(double x) {
 TEST(BracketCapture, WhatDoesNotComeIsWaitedForOnlySoLongAndALostFrameGetsAPoseBetween) {
   const ScratchFolder scratch;
   const CameraModel camera = CameraModel::Pinhole(32, 24, 30);
-  LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", {.camera = camera});
+  CaptureHeader header;
+  header.camera = camera;
+  LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", header);
   View view;
   writer.AddView(FrameAt(0), view);
   ViewSpool spool(std::move(writer), 4, false);
