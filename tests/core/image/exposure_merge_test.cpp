@@ -67,8 +67,8 @@ TEST(ExposureMerge, SixteenStopsAreThereWhereOneExposureHasEight) {
     EXPECT_EQ(cv::countNonZero(seven.clipped), 0);
     EXPECT_LT(seven.ghost_share, 0.002) << seed;
     for (int band = 0; band < kStops; ++band) {
-      // The shortest exposure that is not clipped has at least an eighth of full scale.
-      EXPECT_LT(ErrorInBand(seven.light, band), band == 0 ? 0.05 : 0.04) << band << ", seed " << seed;
+      // The darkest band has a sixteenth of full scale in the longest exposure: 4.6 % of noise in that alone.
+      EXPECT_LT(ErrorInBand(seven.light, band), band == 0 ? 0.046 : 0.04) << band << ", seed " << seed;
       if (band > 10) {
         EXPECT_GT(ErrorInBand(one.light, band), 0.3) << "clipped, band " << band;
       }

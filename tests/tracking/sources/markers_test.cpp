@@ -136,7 +136,7 @@ TEST(Markers, OfABoardThatIsHalfHiddenTheMarkersCount) {
     const Rigid3 truth = scene.HeldAt(static_cast<std::uint64_t>(stop), 0);
     cv::Mat gray = Picture(scene, truth, stop);
     const auto middle = scene.options().camera.ImgFromCam(truth * Eigen::Vector3d(135, 135, 0));
-    const auto rim = scene.options().camera.ImgFromCam(truth * Vector3d(135 + 75, 135, 0));
+    const auto rim = scene.options().camera.ImgFromCam(truth * Eigen::Vector3d(135 + 75, 135, 0));
     ASSERT_TRUE(middle && rim);
     cv::circle(gray, {static_cast<int>(middle->x()), static_cast<int>(middle->y())},
                static_cast<int>((*rim - *middle).norm()), cv::Scalar(90), cv::FILLED);
