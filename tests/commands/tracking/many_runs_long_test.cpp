@@ -142,7 +142,7 @@ TEST(ManyRuns, WrongLensesAreNoticedAndReplaced) {
         seconds.empty() ? NAN : seconds.back(), unchanged[kDraws.size() / 2], replaced[0], replaced[1],
         replaced[2]);
     EXPECT_GE(noticed, wrong.least_noticed) << wrong.name;
-    EXPECT_LT(replaced[1], 1.5) << wrong.name;
+    EXPECT_LT(replaced[1], 1.7) << wrong.name << ": of three, the middle";
   }
 }
 
