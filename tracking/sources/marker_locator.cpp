@@ -107,7 +107,7 @@ std::string MarkerLocator::WorldInWords() const {
                      1000 * spec_.side_m, spec_.dictionary, map_.First(), Counted(map_.Size(), "marker"));
 }
 
-MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
+MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray, bool is_part) const {
   Detections found;
   const bool charuco = spec_.kind == MarkerSpec::Kind::kBoard && spec_.board.kind == BoardKind::kCharuco;
   if (charuco) {
@@ -117,8 +117,10 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
       found.board.push_back({0.001 * points[At(view.ids[i])], view.img[i], options_.corner_sigma_px});
       found.all.emplace_back(static_cast<float>(view.img[i].x()), static_cast<float>(view.img[i].y()));
     }
-    // Where something stands on the board, few of its squares meet in sight: the markers' own corners help.
-    if (2 * view.ids.size() >= points.size()) return found;
+    // Where something stands on the board, hardly any of its squares meet in sight: the markers' own corners, which are
+    // less exact, have to do.
+    constexpr std::size_t kEnough = 4;  // for a pose
+    if (is_part || view.ids.size() >= kEnough) return found;
   }
   const bool board = spec_.kind == MarkerSpec::Kind::kBoard;
   const auto points = board ? spec_.board.MarkerPoints() : std::vector<Vector3d>();
@@ -143,7 +145,7 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray) const {
 MarkerLocator::Detections MarkerLocator::DetectNearLast(const cv::Mat& gray) const {
   const cv::Rect part = *last_seen_ & cv::Rect({}, gray.size());
   if (std::min(part.width, part.height) < options_.least_part_px) return {};
-  Detections found = Detect(gray(part));
+  Detections found = Detect(gray(part), true);
   const Vector2d shift(part.x, part.y);
   for (PointObservation& corner : found.board) corner.img += shift;
   for (auto& [id, img] : found.markers)
@@ -259,7 +261,7 @@ std::optional<MarkerPose> MarkerLocator::Locate(const cv::Mat& gray, double time
     ++frames_near_;
   }
   if (found.all.empty()) {
-    found = Detect(gray);
+    found = Detect(gray, false);
     frames_near_ = 0;
   }
   last_seen_.reset();

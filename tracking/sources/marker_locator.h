@@ -97,7 +97,8 @@ class MarkerLocator {
     std::vector<PointObservation> board;  // corners of a board
     std::vector<cv::Point2f> all;         // in OpenCV's pixels
   };
-  Detections Detect(const cv::Mat& gray) const;
+  // `is_part`: of the image, so that the whole may show more.
+  Detections Detect(const cv::Mat& gray, bool is_part) const;
   Detections DetectNearLast(const cv::Mat& gray) const;
   std::vector<PointObservation> KnownCorners(const Detections& detections) const;
   // `ambiguous`: set where nothing decides between two poses.
