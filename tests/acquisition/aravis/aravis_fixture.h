@@ -47,6 +47,7 @@ class CameraInNamespace : public ::testing::Test {
                    const std::string& address = "127.0.0.1", const std::string& description = "") {
     std::vector<std::string> command{FAKE_GIGE_CAMERA, serial, loss, address};
     if (!description.empty()) command.push_back(description);
+    camera_.reset();  // before the next one wants its port
     camera_ = std::make_unique<ChildProcess>(command);
     ASSERT_THAT(camera_->ReadUntil("ready", 20), ::testing::HasSubstr("ready"));
   }
