@@ -347,14 +347,13 @@ ChosenRenderer RendererOf(const RenderArgs& args, const render::PictureEncoding&
                                       .weights = args.weights,
                                       .gpu_memory_mb = args.gpu_memory_mb};
   auto renderer = render::MakeRenderer(render::WithProxy(*scene, choice.proxy), options);
-  if (!scene->is_cut_out) return {std::move(renderer), explained};
-  render::SceneOptions of_masks = OptionsOf(args);
-  of_masks.of_masks = true;
+  const auto masks = LoadMasks(args, *scene);
+  if (!masks) return {std::move(renderer), explained};
   render::RenderOptions plainly = options;
   plainly.show_field = plainly.depth = plainly.weights = false;
-  auto masks = render::MakeRenderer(
-      render::WithProxy(*render::LoadScene(ReadLightField(args.dir), of_masks), choice.proxy), plainly);
-  return {std::make_unique<render::CutOutRenderer>(std::move(renderer), std::move(masks)), explained};
+  return {std::make_unique<render::CutOutRenderer>(
+              std::move(renderer), render::MakeRenderer(render::WithProxy(*masks, choice.proxy), plainly)),
+          explained};
 }
 
 int RunRender(const RenderArgs& args) {

@@ -69,6 +69,14 @@ std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args) {
   return render::LoadScene(ReadLightField(args.dir), OptionsOf(args));
 }
 
+std::shared_ptr<const render::RenderScene> LoadMasks(const SceneArgs& args,
+                                                     const render::RenderScene& scene) {
+  if (!scene.is_cut_out) return nullptr;
+  render::SceneOptions options = OptionsOf(args);
+  options.of_masks = true;
+  return render::LoadScene(ReadLightField(args.dir), options);
+}
+
 std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::RenderScene& scene,
                                         const std::shared_ptr<const render::Proxy>& mesh) {
   if (args.light == "as-recorded" || (args.light == "auto" && scene.knows_exposures)) return std::nullopt;

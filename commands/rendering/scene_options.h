@@ -34,6 +34,8 @@ render::RendererKind RendererFromName(const std::string& name);
 // Throws UsageError for a subject or direction that is none.
 render::SceneOptions OptionsOf(const SceneArgs& args);
 std::shared_ptr<const render::RenderScene> Load(const SceneArgs& args);
+// The masks of the same views in place of their photographs; null where nothing of them is cut out.
+std::shared_ptr<const render::RenderScene> LoadMasks(const SceneArgs& args, const render::RenderScene& scene);
 // What --light asks for: the light of the scene's views, fitted over a mesh, said in a line. None where light stays as
 // recorded.
 std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::RenderScene& scene,

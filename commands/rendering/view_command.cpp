@@ -272,6 +272,7 @@ int RunView(const ViewArgs& args) {
         scene = render::WithLight(*scene, *light);
     render::ViewerOptions options{.field = field,
                                   .proxies = proxies,
+                                  .masks = LoadMasks(args, *scene),
                                   .out = args.out,
                                   .gpu_memory_mb = args.gpu_memory_mb,
                                   .sensor_width_mm = args.aperture.sensor_width_mm,

@@ -14,6 +14,7 @@
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_renderer_state.h"
+#include "render/renderer/cut_out_renderer.h"
 #include "render/renderer/reference_renderer.h"
 
 namespace ulf::render {
@@ -23,6 +24,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr unsigned kProxyDepthUnit = 12, kShadowMapsUnit = 13;  // photographs come before
+constexpr unsigned kShownMasksUnit = 14, kShownUnit = 15;       // of Show()
 
 }  // namespace
 
@@ -263,7 +265,10 @@ void GlRenderer::Show(const DisplayTransform& transform) const {
   s.show.Set("brighter", static_cast<float>(std::exp2(transform.exposure_stops)));
   s.show.Set("hatches_doubt", transform.hatches_doubt ? 1 : 0);
   s.show.Set("depth", 0.0f);
-  s.resolved.BindTexture(15);
+  s.show.Set("is_cut_out", transform.of_masks ? 1 : 0);
+  s.show.Set("shares", MakeVec4(kOutsideShare, kInsideShare, 0, 0));
+  s.resolved.BindTexture(kShownUnit);
+  if (transform.of_masks) transform.of_masks->state_->resolved.BindTexture(kShownMasksUnit);
   s.no_vertices.Bind();
   const cv::Size drawn(s.last_camera.width, s.last_camera.height);
   if (drawn == cv::Size(viewport[2], viewport[3])) {

@@ -3,13 +3,6 @@
 #include <algorithm>
 
 namespace ulf::render {
-namespace {
-
-// Where the views' masks agree but for so much, a pixel is on one side of the outline. Guessed: geometry that is off by
-// a pixel at the rim makes views disagree there, and a mean would leave a veil.
-constexpr float kOutsideShare = 0.3f, kInsideShare = 0.7f;
-
-}  // namespace
 
 Rendering CutOutRenderer::Render(const CameraModel& camera, const Rigid3& cam_from_world) {
   Rendering picture = light_->Render(camera, cam_from_world);

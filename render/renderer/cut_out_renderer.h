@@ -11,6 +11,10 @@
 
 namespace ulf::render {
 
+// Where the views' masks agree but for so much, a pixel is on one side of the outline. Guessed: geometry that is off by
+// a pixel at the rim makes views disagree there, and a mean would leave a veil.
+constexpr float kOutsideShare = 0.3f, kInsideShare = 0.7f;
+
 class CutOutRenderer : public Renderer {
  public:
   // `of_masks` renders the same views from their masks (SceneOptions::of_masks).

@@ -52,6 +52,11 @@ Viewer::Viewer(Surface& surface, std::shared_ptr<const RenderScene> scene, const
       coarse_mesh_(scene_, 0),
       input_(StartOf(*scene_, options.field), static_cast<int>(options.proxies.size()), gizmo_.Spacing()) {
   proxies_.front() = renderer_->scene().proxy;
+  if (options_.masks)
+    masks_ = std::make_unique<GlRenderer>(
+        WithProxy(*options_.masks, proxies_.front()),
+        RenderOptions{.field = options.field, .gpu_memory_mb = options.gpu_memory_mb, .complete = false},
+        GlContextKind::kCurrent);
   if (!options_.seconds) options_.seconds = SteadySeconds;
 }
 
@@ -119,14 +124,15 @@ void Viewer::SelectProxy(std::size_t index) {
     input_.SelectProxy(static_cast<int>(used - proxies_.begin()));
     return ShowNotice(error.what());
   }
-  if (renderer_->scene().proxy != proxy) renderer_->SetProxy(proxy);
+  if (renderer_->scene().proxy != proxy) ToRenderers([&](GlRenderer& renderer) { renderer.SetProxy(proxy); });
 }
 
 void Viewer::ApplyState() {
   const ViewerState& now = state();
   SelectProxy(static_cast<std::size_t>(now.proxy));
-  if (!shown_ || shown_->field != now.field) renderer_->SetField(now.field);
-  renderer_->SetAperture(now.OpenAperture());
+  if (!shown_ || shown_->field != now.field)
+    ToRenderers([&](GlRenderer& renderer) { renderer.SetField(now.field); });
+  ToRenderers([&](GlRenderer& renderer) { renderer.SetAperture(now.OpenAperture()); });
   renderer_->ShowField(now.shows_field);
   if (now.shows_mesh) {
     constexpr int kMostLevels = 2;  // more levels cover the picture with lines. Guessed.
@@ -179,11 +185,13 @@ void Viewer::Paint(const cv::Size& drawn_size) {
   const Rigid3 cam_from_world = now.camera.CamFromWorld();
   if (shown_ && shown_->camera != now.camera) {
     const ViewerCamera ahead = Extrapolated(shown_->camera, now.camera, options_.movements_ahead);
-    renderer_->Prefetch(ahead.For(screen), ahead.CamFromWorld());
+    ToRenderers([&](GlRenderer& renderer) { renderer.Prefetch(ahead.For(screen), ahead.CamFromWorld()); });
   }
-  renderer_->Draw(now.camera.For(drawn_size), cam_from_world);
+  ToRenderers([&](GlRenderer& renderer) { renderer.Draw(now.camera.For(drawn_size), cam_from_world); });
   surface_.Bind();
-  renderer_->Show({.exposure_stops = now.exposure_stops, .hatches_doubt = now.shows_doubt});
+  renderer_->Show({.exposure_stops = now.exposure_stops,
+                   .hatches_doubt = now.shows_doubt,
+                   .of_masks = now.shows_field ? nullptr : masks_.get()});
   picture_ms_ = 1000 * (options_.seconds() - start_s);
   painter_.Begin(screen, ScaleOf(surface_));
   DrawOverlays(camera, cam_from_world);

@@ -27,7 +27,9 @@ struct OfferedProxy {
 
 struct ViewerOptions {
   FieldOptions field;
-  std::vector<OfferedProxy> proxies;     // not empty; the first is shown first
+  std::vector<OfferedProxy> proxies;  // not empty; the first is shown first
+  std::shared_ptr<const RenderScene> masks =
+      {};                                // SceneOptions::of_masks, where views are cut out; else null
   std::filesystem::path out = ".";       // folder for pictures and keyframes
   double gpu_memory_mb = 0;              // RenderOptions::gpu_memory_mb
   double sensor_width_mm = 36;           // for f-numbers
@@ -55,13 +57,19 @@ class Viewer {
   const ViewerState& state() const { return input_.state(); }
   void Place(const ViewerCamera& camera) { input_.Place(camera); }
   void Open(const Aperture& aperture) { input_.Open(aperture); }
-  bool loading() const { return renderer_->loading(); }
+  bool loading() const { return renderer_->loading() || (masks_ && masks_->loading()); }
   const GlRenderer& renderer() const { return *renderer_; }
   int frames() const { return frames_; }
   const cv::Size& drawn_size() const { return drawn_size_; }         // of the light field in the last frame
   const std::vector<double>& frame_ms() const { return frame_ms_; }  // of the last frames
 
  private:
+  // Does it to the renderer, and to that of the masks.
+  template <typename Does>
+  void ToRenderers(Does&& does) {
+    does(*renderer_);
+    if (masks_) does(*masks_);
+  }
   void Execute(const ViewerRequest& request);
   void ApplyState();
   void FocusOn(const Eigen::Vector2d& img);
@@ -82,6 +90,7 @@ class Viewer {
   ViewerOptions options_;
   std::vector<std::shared_ptr<const Proxy>> proxies_;  // null: not made yet
   std::unique_ptr<GlRenderer> renderer_;
+  std::unique_ptr<GlRenderer> masks_;  // the same, of the masks; null: nothing is cut out
   Painter painter_;
   ViewpointGizmo gizmo_;
   MeshField coarse_mesh_;

@@ -18,6 +18,7 @@
 #include "render/output/path_files.h"
 #include "render/output/picture_files.h"
 #include "render/viewer/viewer_files.h"
+#include "tests/render/scenes/disc_masks.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -390,6 +391,42 @@ TEST(Viewer, PicturesAndKeyframesGoToFiles) {
   EXPECT_FALSE(std::filesystem::exists(scratch / "ulf_view_002.png"));
   std::ifstream file(scratch / kKeyframeFile);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "{\"frames\": []}");
+}
+
+// What the views' masks leave out is grey, whatever the photographs show there, and the rest is as without masks;
+// over another proxy the masks are drawn over it, too.
+TEST(Viewer, WhatTheMasksLeaveOutIsGrey) {
+  constexpr double kDisc = 0.3;
+  const std::vector<std::string> keys{"Left", "p", "p,Up"};
+  std::vector<cv::Mat> without;
+  {
+    Stage plain;
+    for (const std::string& pressed : keys) without.push_back(plain.Press(pressed));
+  }
+  ViewerOptions options;
+  options.masks = DiscMasks(kSpec, kDisc);
+  Stage cut_out({192, 144}, MakeScene(kSpec), options);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const cv::Mat with = cut_out.Press(keys[i]);
+    const ViewerState& state = cut_out.viewer.state();
+    if (state.proxy == 1) {
+      EXPECT_GT(MeanDifference(with, without[i]), 1);
+      continue;
+    }
+    const CameraModel camera = state.camera.For(with.size());
+    const double pixel = 2.0 / camera.fx;
+    int inside_px = 0, outside_px = 0;
+    for (int y = 0; y < with.rows; ++y)
+      for (int x = 0; x < with.cols; ++x) {
+        const double inside = InsideDisc(kDisc, camera, state.camera.CamFromWorld(), x, y);
+        if (std::abs(inside) < 2 * pixel) continue;
+        ++(inside > 0 ? inside_px : outside_px);
+        ASSERT_EQ(with.at<cv::Vec3b>(y, x), inside > 0 ? without[i].at<cv::Vec3b>(y, x) : cv::Vec3b::all(64))
+            << keys[i] << " " << x << " " << y;
+      }
+    EXPECT_GT(inside_px, 1000);
+    EXPECT_GT(outside_px, 1000);
+  }
 }
 
 }  // namespace
