@@ -86,8 +86,9 @@ Decision Decide(const FrameToDecide& input, const CoverageMap* map, const Decisi
   const Eigen::Vector3d center_in_cam = cam_from_world * subject.center_in_world;
   if (center_in_cam.norm() <= subject.radius) return {Reason::kInsideSphere, {}};
   const CriterionView candidate = CriterionView::From(input.camera, cam_from_world, input.coverage_width_px);
-  if (track.center_sigma && PoseErrorPx(*track.center_sigma, candidate.fx, center_in_cam.norm(),
-                                        subject.radius) > limits.max_pose_error_px)
+  const auto sigma = track.PictureSigma();
+  if (sigma &&
+      PoseErrorPx(*sigma, candidate.fx, center_in_cam.norm(), subject.radius) > limits.max_pose_error_px)
     return {Reason::kTracking, {}};
   if (center_in_cam.z() <= 0) return {Reason::kBehind, {}};
   const auto outline = SphereOutline(input.camera, cam_from_world, subject);
@@ -107,7 +108,8 @@ Decision DecideWithoutSubject(const FrameToDecide& input, bool shown_already, co
   const tracking::Track& track = input.track;
   if (!IsTracked(track)) return {};
   if (track.focal_ratio) return {Reason::kZoomed, {}};
-  if (track.center_sigma && track.quality < limits.min_quality) return {};
+  if (const auto sigma = track.PictureSigma(); sigma && *sigma > limits.max_error_share * track.distance)
+    return {};
   if (shown_already) return {Reason::kCovered, {}};
   const double width = input.camera.width, height = input.camera.height;
   return {ImageReason(input, {{0, 0}, {width, height}}, limits), {}};

@@ -58,11 +58,11 @@ double PoseErrorPx(double center_sigma, double focal_px, double distance, double
 
 // Beyond any of these a frame is not recorded. All but the pose's are guessed.
 struct DecisionLimits {
-  double rectangle_share = 0.8;   // of the picture's width and height (thesis, section 3.2)
-  double max_pose_error_px = 1;   // PoseErrorPx; derived there
-  double min_quality = 0.5;       // Track::quality without a subject: an error of a hundredth of the distance
-  double min_sharpness = 0.5;     // of the recent frames' median
-  double max_motion_blur_px = 2;  // during the exposure, coverage image pixels
+  double rectangle_share = 0.8;    // of the picture's width and height (thesis, section 3.2)
+  double max_pose_error_px = 1;    // PoseErrorPx; derived there
+  double max_error_share = 0.01;   // the same without a subject, of the distance of what is seen
+  double min_sharpness = 0.5;      // of the recent frames' median
+  double max_motion_blur_px = 2;   // during the exposure, coverage image pixels
   double max_clipped_share = 0.3;  // of the sphere's image; highlights may clip, surfaces may not
   double min_brightest = 0.08;     // display-encoded, of the brightest tenth of the sphere's image
 };

@@ -146,10 +146,10 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
 
 std::optional<double> RunningCapture::PoseErrorNow() const {
   const tracking::Track& track = latest_.track;
-  if (!record_.map() || !track.cam_from_world || !track.center_sigma) return std::nullopt;
+  const auto sigma = track.PictureSigma();
+  if (!record_.map() || !track.cam_from_world || !sigma) return std::nullopt;
   const Subject& subject = record_.map()->subject();
-  return PoseErrorPx(*track.center_sigma,
-                     CriterionView::From(lens_.recorded(), {}, options_.coverage_width_px).fx,
+  return PoseErrorPx(*sigma, CriterionView::From(lens_.recorded(), {}, options_.coverage_width_px).fx,
                      (*track.cam_from_world * subject.center_in_world).norm(), subject.radius);
 }
 
@@ -239,7 +239,6 @@ SharedCaptureState RunningCapture::State() {
         CameraTurn{last_turn_ ? *track.turn * last_turn_->conjugate() : *track.turn, last_turn_.has_value()};
   if (track.state != tracking::TrackState::kTracking) state->tracking_words = InWords(track, state->turned);
   state->cam_from_world = track.cam_from_world;
-  state->quality = track.quality;
   state->start = track.start;
   if (track.cam_from_world) state->points = poses_.VisiblePoints();
 

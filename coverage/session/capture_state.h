@@ -55,7 +55,6 @@ struct CaptureState {
   std::string tracking_words;  // what to do while there is no pose; empty while there is one
   std::optional<Rigid3> cam_from_world;
   std::optional<CameraTurn> turned;  // while there is no pose; none: not known
-  double quality = 0;
   std::optional<tracking::StartProgress> start;
   std::vector<tracking::VisiblePoint> points;  // found in this frame
 

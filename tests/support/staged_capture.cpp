@@ -58,7 +58,6 @@ std::shared_ptr<CaptureState> StagedCapture::At(const Rigid3& cam_from_world) co
                            : cv::Mat(camera().height, camera().width, CV_8UC3, cv::Scalar::all(kGrey));
   state->tracking = TrackState::kTracking;
   state->cam_from_world = cam_from_world;
-  state->quality = 0.9;
   for (const Vector3d& point : points_) {
     const auto img = camera().ImgFromCam(cam_from_world * point);
     if (img && camera().Contains(*img)) state->points.push_back({point, *img, (cam_from_world * point).z()});
@@ -129,7 +128,6 @@ std::shared_ptr<CaptureState> StagedCapture::Lost() const {
   state->tracking_words = InWords(track);
   state->cam_from_world.reset();
   state->points.clear();
-  state->quality = 0;
   state->decision.reason = Reason::kTracking;
   return state;
 }

@@ -65,6 +65,7 @@ nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check) {
           {"given_center_px", {check->given_center_px.x(), check->given_center_px.y()}},
           {"fitted_center_px", {check->fitted_center_px.x(), check->fitted_center_px.y()}},
           {"center_sigma_px", check->center_sigma_px},
+          {"error_share", check->error_share},
           {"determined", check->determined},
           {"no_lens_fits", check->no_lens_fits},
           {"wrong", check->Wrong()}};
@@ -128,6 +129,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
                            bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence;
   // A focal length that is fitted without the distortion makes up for it.
   if (check.distortion_wrong) check.fitted_focal_px = bent.lens.MeanFocalPx();
+  check.error_share = (check.distortion_wrong ? bent : fit).centers_moved;
   check.given_center_px = check.fitted_center_px = {given.cx, given.cy};
   check.no_lens_fits =
       bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence && !IsPlausible(bent.lens, given);
@@ -142,6 +144,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
                        moved.gain > std::max({0.0, fits[0].gain, bent.gain}) + options.fit.strong_evidence;
   if (!check.center_wrong) return check;
   // What was fitted with the given principal point makes up for it.
+  check.error_share = moved.centers_moved;
   check.fitted_focal_px = moved.lens.MeanFocalPx();
   check.focal_wrong = check.focal_wrong && off(moved) > options.least_difference;
   check.fitted_k1 = moved.lens.coefficients[0];

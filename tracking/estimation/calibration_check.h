@@ -44,6 +44,9 @@ struct CalibrationCheck {
   // What would fit the images is no lens (IsPlausible()); then no value is reported.
   bool no_lens_fits = false;
   bool Wrong() const { return focal_wrong || distortion_wrong || center_wrong || no_lens_fits; }
+  // By what share of the distance of what they see the cameras' centres move (RMS, after an alignment) when the lens is
+  // freed that the images ask for.
+  double error_share = 0;
   // A rolling shutter was found and not compensated: it stretches images as another focal length does, and
   // the other way round.
   bool rows_uncompensated = false;
@@ -73,7 +76,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
                                                  int lens = 0, const CalibrationCheckOptions& options = {});
 
 // {given_focal_px, fitted_focal_px, sigma_px, given_k1, fitted_k1, k1_sigma, given_center_px, fitted_center_px,
-// center_sigma_px, determined, no_lens_fits, wrong}; null without a check.
+// center_sigma_px, error_share, determined, no_lens_fits, wrong}; null without a check.
 nlohmann::ordered_json ToJson(const std::optional<CalibrationCheck>& check);
 
 class Map;

@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "core/base/at.h"
+#include "core/base/quantile.h"
+#include "core/geometry/similarity3.h"
 #include "core/geometry/small_matrices.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/residuals.h"
@@ -103,6 +105,25 @@ void AddSigmas(const BundleProblem& solved, double scale, double gate_sigmas, Le
   }
   if (fit.free.k1) fit.k1_sigma = sigma(at++);
   if (fit.free.k2) fit.k2_sigma = sigma(at++);
+}
+
+std::vector<Eigen::Vector3d> CentersOf(const BundleProblem& problem) {
+  std::vector<Eigen::Vector3d> centers;
+  for (const Rigid3& cam_from_world : problem.cam_from_world)
+    centers.push_back(cam_from_world.OriginInSource());
+  return centers;
+}
+
+double CentersMoved(const BundleProblem& before, const BundleProblem& after) {
+  const std::vector<Eigen::Vector3d> from = CentersOf(before), to = CentersOf(after);
+  const auto aligned = AlignPoints(from, to);
+  if (!aligned) return 0;
+  double squares = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) squares += (*aligned * from[i] - to[i]).squaredNorm();
+  std::vector<double> distances;
+  for (const BundleObservation& seen : after.observations)
+    distances.push_back((after.cam_from_world[At(seen.camera)] * after.points[At(seen.point)]).norm());
+  return std::sqrt(squares / static_cast<double>(from.size())) / std::max(1e-9, Median(std::move(distances)));
 }
 
 BundleOptions Options(const LensEvidenceOptions& evidence, const FreeIntrinsics& free) {
@@ -205,6 +226,7 @@ std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem&
                RobustCost(freed, solved, scale, options.huber_sigmas) -
                free.Count() * std::log(2.0 * static_cast<double>(part.observations.size()));
     AddSigmas(solved, scale, 2 * options.huber_sigmas, fit);
+    fit.centers_moved = CentersMoved(base, solved);
     fits.push_back(std::move(fit));
   }
   return fits;

@@ -133,6 +133,8 @@ class FeaturesAndMarkers : public PoseSource {
     tracker_.MoveWorld(*board_from_map);
     track.cam_from_world = tracker_.PoseOf(*track.anchor);
     if (track.center_sigma) *track.center_sigma *= board_from_map->scale;
+    track.rows_sigma *= board_from_map->scale;
+    track.distance *= board_from_map->scale;
     if (track.twist) track.twist->tail<3>() *= board_from_map->scale;
     if (track.middle_row_from_picture) track.middle_row_from_picture->translation *= board_from_map->scale;
   }

@@ -292,6 +292,8 @@ void Describe(const MarkerPose& pose, Track& track) {
   track.cam_from_world = pose.cam_from_world;
   track.matched_points = static_cast<int>(pose.corners.size());
   track.center_sigma = pose.center_sigma;
+  track.rows_sigma = track.lens_error_share = 0;
+  track.distance = pose.distance;
   track.quality = QualityOf(pose.center_sigma, pose.distance);
 }
 

@@ -1,6 +1,7 @@
 #include "tracking/tracker/tracker.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -8,6 +9,10 @@
 #include "tracking/tracker/tracker_state.h"
 
 namespace ulf::tracking {
+
+std::optional<double> Track::PictureSigma() const {
+  return center_sigma ? std::optional(std::hypot(*center_sigma, rows_sigma)) : std::nullopt;
+}
 
 Tracker::Tracker(const CameraModel& camera, const TrackerOptions& options) {
   camera.Validate("tracker");

@@ -72,18 +72,26 @@ struct Track {
   std::optional<Rigid3> middle_row_from_picture;
   // The camera's velocity while the rows were read, in the middle row's frame; set where middle_row_from_picture is.
   std::optional<Twist> twist;
-  // 0 to 1, from center_sigma and, with a rolling shutter, from how far one pose is from those of the rows: one half where
-  // that is a hundredth of the distance of what is seen.
+  // 0 to 1, from PictureSigma() and lens_error_share: one half where they come to a hundredth of the distance of what is
+  // seen.
   double quality = 0;
   int matched_points = 0;       // map points that support the pose
   std::optional<int> features;  // corners detected in the image; none: the source detects none
   // Predicted standard deviation of the camera's centre, world units: from the matches and the map's error.
   std::optional<double> center_sigma;
+  // With a rolling shutter, how far the picture's one pose is from those of its rows, world units.
+  double rows_sigma = 0;
+  double distance = 0;  // of the points that support the pose, median, world units; 0: unknown
+  // The predicted error of the centre, rows included; none: center_sigma is none.
+  std::optional<double> PictureSigma() const;
   std::optional<StartProgress> start;  // while initializing, and for the frame that started the map
   double sharpness = 1;                // fine detail over the recent frames' median: well below 1 is blurred
   double speed_px = 0;      // median image motion of the tracked points since the frame before; 0: unknown
   bool keyframe = false;    // the mapper took this frame as a keyframe
   bool wrong_lens = false;  // the map contradicts the given lens: Statistics() says how
+  // By what share of the distance that lens puts poses wrong. `quality` alone counts it: a view under a wrong lens is worth
+  // recording, because `ulf refine` finds the lens.
+  double lens_error_share = 0;
   // A zoom was moved: the focal length that the image was taken with, over the lens's. The pose is right; whoever uses the
   // image needs its own lens.
   std::optional<double> focal_ratio;

@@ -180,9 +180,11 @@ void Tracker::State::Describe(const FramePose& frame_pose, const std::optional<T
   track.center_sigma = std::hypot(frame_pose.center_sigma, bend, map_drift.CenterSigma(shared.map, distance));
   if (shared.world_given && world_information > 0)
     track.center_sigma = std::hypot(*track.center_sigma, 1 / std::sqrt(world_information));
-  track.quality =
-      QualityOf(std::hypot(*track.center_sigma, RowsApart(frame_pose, between, distance)), distance);
+  track.rows_sigma = RowsApart(frame_pose, between, distance);
+  track.distance = distance;
   track.wrong_lens = shared.wrong_lens.has_value();
+  track.lens_error_share = shared.wrong_lens ? shared.wrong_lens->error_share : 0;
+  track.quality = QualityOf(std::hypot(*track.PictureSigma(), track.lens_error_share * distance), distance);
 }
 
 // Anchors the pose of a tracked frame and keeps what the next frame needs. False where parts of the map were joined

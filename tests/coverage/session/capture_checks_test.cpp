@@ -203,6 +203,27 @@ TEST(Decide, RecordsNoViewWhosePoseMovesTheSubjectByMoreThanAPixel) {
   track.center_sigma = 1.02 * at_the_limit;
   EXPECT_EQ(reason(640), Reason::kTracking);
   EXPECT_EQ(reason(320), Reason::kRecorded) << "of the coverage image, never of the sensor";
+  track.center_sigma = 0.1 * at_the_limit;
+  track.rows_sigma = 1.02 * at_the_limit;
+  EXPECT_EQ(reason(640), Reason::kTracking) << "rows that one pose cannot be right for";
+  track.rows_sigma = 0;
+  track.lens_error_share = 0.1;
+  track.quality = 0.01;
+  EXPECT_EQ(reason(640), Reason::kRecorded) << "a wrong lens is found after the capture";
+
+  const auto without_subject = [&] {
+    return DecideWithoutSubject({.frame = frame, .track = track, .camera = camera, .coverage_width_px = 640},
+                                false)
+        .reason;
+  };
+  track.distance = 2;
+  track.center_sigma = 0.019;
+  EXPECT_EQ(without_subject(), Reason::kRecorded);
+  track.center_sigma = 0.021;
+  EXPECT_EQ(without_subject(), Reason::kTracking);
+  track.center_sigma = 0.001;
+  track.rows_sigma = 0.021;
+  EXPECT_EQ(without_subject(), Reason::kTracking);
 }
 
 TEST(Preflight, OfACaptureIsShownAndSaidOnce) {
