@@ -11,6 +11,13 @@
 #include "tracking/map/map.h"
 
 namespace ulf::tracking {
+namespace {
+
+// True errors over what the centres move by: 1.1 to 1.5 in ten simulated runs with lenses that are 5 and 15 % off (seeds 21
+// to 24), 1.7 to 3.4 on handheld_kitchen.
+constexpr double kHeldBack = 1.5;
+
+}  // namespace
 CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
   CalibrationCheck check = *this;
   const double scale = resized.MeanFocalPx() / given_focal_px;
@@ -129,7 +136,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
                            bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence;
   // A focal length that is fitted without the distortion makes up for it.
   if (check.distortion_wrong) check.fitted_focal_px = bent.lens.MeanFocalPx();
-  check.error_share = (check.distortion_wrong ? bent : fit).centers_moved;
+  check.error_share = kHeldBack * (check.distortion_wrong ? bent : fit).centers_moved;
   check.given_center_px = check.fitted_center_px = {given.cx, given.cy};
   check.no_lens_fits =
       bent.gain > std::max(0.0, fits[0].gain) + options.fit.strong_evidence && !IsPlausible(bent.lens, given);
@@ -144,7 +151,7 @@ std::optional<CalibrationCheck> CheckCalibration(const CameraModel& given, const
                        moved.gain > std::max({0.0, fits[0].gain, bent.gain}) + options.fit.strong_evidence;
   if (!check.center_wrong) return check;
   // What was fitted with the given principal point makes up for it.
-  check.error_share = moved.centers_moved;
+  check.error_share = kHeldBack * moved.centers_moved;
   check.fitted_focal_px = moved.lens.MeanFocalPx();
   check.focal_wrong = check.focal_wrong && off(moved) > options.least_difference;
   check.fitted_k1 = moved.lens.coefficients[0];

@@ -44,8 +44,8 @@ struct CalibrationCheck {
   // What would fit the images is no lens (IsPlausible()); then no value is reported.
   bool no_lens_fits = false;
   bool Wrong() const { return focal_wrong || distortion_wrong || center_wrong || no_lens_fits; }
-  // By what share of the distance of what they see the cameras' centres move (RMS, after an alignment) when the lens is
-  // freed that the images ask for.
+  // By what share of the distance of what they see the cameras' centres are wrong: how far they move when the lens is freed
+  // that the images ask for, and half as far again, because a map that was made under the given lens holds them back.
   double error_share = 0;
   // A rolling shutter was found and not compensated: it stretches images as another focal length does, and
   // the other way round.

@@ -154,9 +154,9 @@ Chart MapSizeChart(const ChartEffort& effort) {
 }
 
 Chart PredictedErrorChart(const ChartEffort& effort) {
-  std::map<std::string, std::vector<PredictedError>> errors;
-  const auto add = [&](const std::string& run, const std::vector<PredictedError>& more) {
-    errors[run].insert(errors[run].end(), more.begin(), more.end());
+  std::vector<std::pair<std::string, std::vector<ErrorBin>>> runs;  // of each series one or several
+  const auto add = [&](const std::string& series, const std::vector<PredictedError>& errors) {
+    runs.emplace_back(series, BinErrors(errors, 4));
   };
   for (const unsigned seed : effort.Of(std::vector{1u}, {1u, 2u}))
     for (const double noise : effort.Of(std::vector{4.0}, {1.0, 4.0, 12.0}))
@@ -173,23 +173,32 @@ Chart PredictedErrorChart(const ChartEffort& effort) {
   for (const std::string& recording :
        effort.Of(std::vector<std::string>{}, {"scan_synthetic", "handheld_kitchen"}))
     if (const auto folder = TestData(recording)) add(recording, RecordingErrors(*folder));
+  const auto rises = [](const auto& run) {
+    return std::ranges::is_sorted(run.second, {}, &ErrorBin::actual);
+  };
+  const auto ends_right = [](const auto& run) {
+    return run.second.front().actual < run.second.back().actual;
+  };
   Chart chart;
   chart.title = "What the tracker predicts about its error, against the error";
-  chart.about =
+  chart.about = fmt::format(
       "Every pose as it was given live, errors after one alignment of a whole run; quarters of each run by "
-      "what "
-      "was predicted, medians. Right is the diagonal. The prediction was made on simulated scenes and drawn "
-      "rooms.";
+      "what was "
+      "predicted, medians. Right is the diagonal. The prediction was made on simulated scenes and drawn "
+      "rooms. True errors "
+      "rise from quarter to quarter in {} of {} runs; the surest quarter is more exact than the least sure "
+      "in {}.",
+      std::ranges::count_if(runs, rises), runs.size(), std::ranges::count_if(runs, ends_right));
   ChartPanel panel{"the camera's centre",
                    {"predicted [% of the distance]", true},
                    {"true [% of the distance]", true},
                    {},
                    false};
   panel.diagonal = true;
-  for (const auto& [run, of_run] : errors)
-    for (const ErrorBin& bin : BinErrors(of_run, 4))
+  for (const auto& [series, bins] : runs)
+    for (const ErrorBin& bin : bins)
       panel.points.push_back(
-          {run, "", Spread::Exactly(100 * bin.predicted), Spread::Exactly(100 * bin.actual)});
+          {series, "", Spread::Exactly(100 * bin.predicted), Spread::Exactly(100 * bin.actual)});
   chart.panels.push_back(panel);
   return chart;
 }

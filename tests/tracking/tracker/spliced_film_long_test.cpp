@@ -104,16 +104,18 @@ TEST(SplicedFilm, WhatIsJoinedOrClosedIsRight) {
       {{{450, 600}, {0, 450}}},
       {{{599, 450}, {150, -1}}},
       {{{0, 100}, {200, 300}, {400, 500}, {499, 0}}},
-      {{{0, 300}, {299, 0}, {0, 300}}},            // there, back and there again
-      {{{0, 100}, {599, 300}, {0, 100}}},          // from one end to the other, and home
-      {{{0, 600}, {300, 0}, {599, 300}, {0, 60}}}  // all of it, then parts in another order
+      {{{0, 300}, {299, 0}, {0, 300}}},             // there, back and there again
+      {{{0, 100}, {599, 300}, {0, 100}}},           // from one end to the other, and home
+      {{{0, 600}, {300, 0}, {599, 300}, {0, 60}}},  // all of it, then parts in another order
+      {{{0, 600}, {0, 90}}}                         // all of it, and the beginning again
   };
   for (const auto& [cuts, least_joined] : splices) {
-    const SplicedRun run = Follow(film, cuts);
+    const bool is_forwards = std::ranges::all_of(cuts, [](const Cut& cut) { return cut.from < cut.to; });
+    const SplicedRun run = is_forwards ? Follow(film, cuts, {}) : Follow(film, cuts);
     EXPECT_GE(run.map.parts_joined, least_joined);
     ASSERT_TRUE(run.error);
     EXPECT_LT(run.error->ate_rmse, 0.02);
-    EXPECT_LT(run.error->ate_max, 0.08) << "4 % of the distance";
+    EXPECT_LT(run.error->ate_max, 0.06) << "3 % of the distance";
     EXPECT_GT(run.with_pose, 0.7 * run.frames);
   }
 }
