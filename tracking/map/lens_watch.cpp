@@ -22,7 +22,10 @@ bool LensWatch::Agree(const CalibrationCheck& earlier, const CalibrationCheck& l
 void LensWatch::Note(const std::optional<CalibrationCheck>& check, int keyframes) {
   next_ = std::max(keyframes + 1, static_cast<int>(std::lround(keyframes * options_.growth)));
   const bool agree = check && before_ && Agree(*before_, *check);
-  contradiction_ = agree ? check : std::nullopt;
+  if (agree)
+    contradiction_ = check;
+  else if (!check || !check->Wrong())
+    contradiction_.reset();
   before_ = check;
 }
 

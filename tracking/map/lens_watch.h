@@ -1,7 +1,8 @@
 // Checks the given lens against a map that grows, and says when the images contradict it.
 //
 // A young map can fit a wrong lens by chance, and the deviations of a few keyframes are too small. So two checks in
-// succession, the later on a map that has grown, must find the lens wrong and agree about it.
+// succession, the later on a map that has grown, must find the lens wrong and agree about it. It then counts as wrong until
+// a check finds it right: what fits a map that a wrong lens bends changes as the map grows.
 #pragma once
 
 #include <optional>
@@ -31,7 +32,7 @@ class LensWatch {
 
   bool IsDue(int keyframes) const { return keyframes >= next_; }
   void Note(const std::optional<CalibrationCheck>& check, int keyframes);
-  // The last of two checks that agree that the lens is wrong; none: the lens is not contradicted.
+  // The last of two checks that agreed that the lens is wrong; none: the lens is not contradicted.
   const std::optional<CalibrationCheck>& contradiction() const { return contradiction_; }
   void Reset();  // for another map
   // For another lens under the same map of so many keyframes.
