@@ -195,6 +195,7 @@ Chart PredictedErrorChart(const ChartEffort& effort) {
                    {},
                    false};
   panel.diagonal = true;
+  panel.joined = false;  // the quarters of one run belong together, not those of all
   for (const auto& [series, bins] : runs)
     for (const ErrorBin& bin : bins)
       panel.points.push_back(
