@@ -56,6 +56,7 @@ Json HeadJson(const Chart& chart) {
                       {"error", AxisJson(panel.error)},
                       {"compared", panel.compared},
                       {"joined", panel.joined},
+                      {"all_named", panel.all_named},
                       {"diagonal", panel.diagonal}});
   return {{"name", chart.name},       {"title", chart.title}, {"about", chart.about},
           {"caption", chart.caption}, {"panels", panels},     {"same_costs", chart.same_costs}};
@@ -127,6 +128,7 @@ Chart ReadChart(const std::filesystem::path& table) {
                             {},
                             panel.at("compared"),
                             panel.at("joined"),
+                            panel.value("all_named", false),
                             panel.value("diagonal", false)});
   std::getline(file, line);
   while (std::getline(file, line)) {

@@ -75,7 +75,9 @@ Chart Sample() {
 
 TEST(ChartTable, ComesBackAsItWas) {
   const ScratchFolder scratch;
-  WriteChart(scratch / "sample.csv", Sample());
+  Chart chart = Sample();
+  chart.panels[0].all_named = chart.panels[1].diagonal = true;
+  WriteChart(scratch / "sample.csv", chart);
   const Chart read = ReadChart(scratch / "sample.csv");
   WriteChart(scratch / "again.csv", read);
   const auto text = [&](const char* name) {
@@ -88,6 +90,8 @@ TEST(ChartTable, ComesBackAsItWas) {
               HasSubstr("\"left, of two\",\"a, b\",\"850 \"\"in use\"\"\",2,1,4,30,29,31,1,1\n"));
   EXPECT_THAT(text("sample.csv"), HasSubstr("\"right\",\"c_d\",\"x\",5,5,5,6,6,6,0,0\n"));
   ASSERT_EQ(read.panels.size(), 2u);
+  EXPECT_TRUE(read.panels[0].all_named && read.panels[1].diagonal);
+  EXPECT_FALSE(read.panels[0].diagonal || read.panels[1].all_named);
   EXPECT_TRUE(read.panels[0].points[0].is_default);
   EXPECT_FALSE(read.panels[0].points[1].is_default);
   EXPECT_TRUE(std::isnan(read.panels[0].points[2].error.median));
