@@ -461,6 +461,7 @@ Instruction InstructionFor(const CaptureState& state, const InstructionLimits& l
   if (!state.recording) return {"paused: Space goes on", true};
   if (const char* words = WordsFor(state.decision.reason, kRefusalWords)) return {words, true};
   if (!state.subject) return {"walk on", false};
+  if (state.table_up_in_world) return {WayInWords(state), false};
   const double now = (state.cam_from_world->OriginInSource() - state.subject->center_in_world).norm();
   const double wanted = state.guidance.distance;
   if (wanted > 0 && now > limits.distance * wanted)

@@ -78,8 +78,10 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
     moved_ += step;
   }
   const Cap& cap = *map.options().cap;
-  if (reported_ || moved_ < std::max(options_.ways_round * (cap.width + cap.height), options_.least_way))
-    return std::nullopt;
+  const double most_way = turns_
+                              ? options_.whole_turn
+                              : std::max(options_.ways_round * (cap.width + cap.height), options_.least_way);
+  if (reported_ || moved_ < most_way) return std::nullopt;
   reported_ = true;
   std::string smaller = "ask for a smaller cap";
   if (const std::optional<Cap> largest = LargestCovered(map, share_)) {
@@ -88,6 +90,12 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
                           degrees.x(), degrees.y(), 100 * share_);
   }
   const double open = 1 - covered;
+  if (turns_)
+    return fmt::format(
+        "no new coverage in a whole turn of the table; {:.{}f} % still open{}: set the camera higher or "
+        "lower. Or finish "
+        "now, or {}",
+        100 * open, open < 0.1 ? 1 : 0, LargestHoleInWords(map), smaller);
   return fmt::format(
       "no new coverage in the last {:.0f}° of movement; {:.{}f} % still open{}. Finish now, or {}",
       Degrees(moved_), 100 * open, open < 0.1 ? 1 : 0, LargestHoleInWords(map), smaller);

@@ -22,9 +22,11 @@ class CapWatch {
     // every hole that can be reached, and at least so many radians. Less reports too early, more too late.
     double ways_round = 2;
     double least_way = M_PI / 2;
+    double whole_turn = 1.1 * 2 * M_PI;  // of a turntable
   };
-  // `share` of the cap ends the capture.
-  explicit CapWatch(double share) : share_(share) {}
+  // `share` of the cap ends the capture. `turns`: the subject does, before a camera that stands; then only whole turns
+  // without a gain count.
+  explicit CapWatch(double share, bool turns = false) : share_(share), turns_(turns) {}
   // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
   // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the
   // operator, at most once between two gains.
@@ -33,6 +35,7 @@ class CapWatch {
 
  private:
   const double share_;
+  const bool turns_;
   const Options options_{};
   double most_covered_ = 0;
   std::optional<Eigen::Vector3d> from_;  // where the present step began

@@ -242,6 +242,7 @@ SharedCaptureState RunningCapture::State() {
   state->start = track.start;
   if (track.cam_from_world) state->points = poses_.VisiblePoints();
 
+  if (options_.turntable) state->table_up_in_world = -Eigen::Vector3d::UnitZ();  // of the board's frame
   state->without_subject = options_.without_subject.has_value();
   state->finding_subject = subject_.Finding();
   record_.Describe(*state);

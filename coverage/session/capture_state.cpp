@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "core/geometry/angles.h"
 
@@ -12,6 +14,22 @@ namespace {
 std::string Part(double amount, const char* unit, const char* forward, const char* backward) {
   if (std::abs(amount) < 1) return {};
   return fmt::format("{:.0f}{} {}", std::abs(amount), unit, amount > 0 ? forward : backward);
+}
+
+// How far `there` is from `here` about the axis and along it, degrees: counterclockwise as seen from above, and up.
+Eigen::Vector2d AboutAxis(const Eigen::Vector3d& up, const Eigen::Vector3d& here,
+                          const Eigen::Vector3d& there) {
+  const Eigen::Vector3d a = here - up * up.dot(here), b = there - up * up.dot(there);
+  return {Degrees(std::atan2(up.dot(a.cross(b)), a.dot(b))),
+          Degrees(std::asin(std::clamp(up.dot(there), -1.0, 1.0)) -
+                  std::asin(std::clamp(up.dot(here), -1.0, 1.0)))};
+}
+
+std::string Joined(std::initializer_list<std::string> parts) {
+  std::string words;
+  for (const std::string& part : parts)
+    if (!part.empty()) words += (words.empty() ? "" : ", ") + part;
+  return words;
 }
 
 }  // namespace
@@ -28,17 +46,20 @@ std::string WayInWords(const CaptureState& state) {
   const double distance = offset.norm();
   if (!(distance > 0)) return {};
   const Eigen::Vector3d here = offset / distance, there = *state.guidance.toward;
+  const double wanted = state.guidance.distance;
+  const std::string farther = Part(wanted > 0 ? 100 * (wanted / distance - 1) : 0, " %", "back", "nearer");
+  if (state.table_up_in_world) {
+    const Eigen::Vector2d to_go = AboutAxis(*state.table_up_in_world, here, there);
+    const std::string turn = Part(to_go.x(), "°", "clockwise", "counterclockwise"),
+                      rise = Part(to_go.y(), "°", "up", "down");
+    return Joined({turn.empty() ? "" : "turn the table " + turn, rise.empty() ? "" : "the camera " + rise,
+                   farther.empty() ? "" : "the camera " + farther});
+  }
   const Eigen::Vector3d along = there - here * here.dot(there);
   if (!(along.norm() > 0)) return {};
   const double degrees = Degrees(std::atan2(along.norm(), here.dot(there)));
   const Eigen::Vector3d in_cam = degrees * (state.cam_from_world->rotation * along.normalized());
-  const double wanted = state.guidance.distance;
-  const double farther = wanted > 0 ? 100 * (wanted / distance - 1) : 0;
-  std::string words;
-  for (const std::string& part : {Part(in_cam.x(), "°", "right", "left"), Part(in_cam.y(), "°", "down", "up"),
-                                  Part(farther, " %", "back", "nearer")})
-    if (!part.empty()) words += (words.empty() ? "" : ", ") + part;
-  return words;
+  return Joined({Part(in_cam.x(), "°", "right", "left"), Part(in_cam.y(), "°", "down", "up"), farther});
 }
 
 }  // namespace ulf::coverage

@@ -58,6 +58,8 @@ struct CaptureState {
   std::optional<tracking::StartProgress> start;
   std::vector<tracking::VisiblePoint> points;  // found in this frame
 
+  // Of a turntable: up along its axis. The camera stands, and the subject turns.
+  std::optional<Eigen::Vector3d> table_up_in_world;
   bool without_subject = false;  // posed photographs are recorded, no subject is looked for
   bool finding_subject = false;  // the subject's distance is being found from the middle of the image
   std::optional<Subject> subject;
@@ -98,7 +100,8 @@ struct CaptureState {
 };
 
 // The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 % nearer", in the camera's
-// axes. Empty when there is no target, or less than a degree to go.
+// axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above. Empty when there is no
+// target, or less than a degree to go.
 std::string WayInWords(const CaptureState& state);
 
 // Hands the newest state from the session's thread to the display's. Older states are dropped: what must not

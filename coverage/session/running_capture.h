@@ -91,7 +91,7 @@ class RunningCapture {
   CaptureMeters meters_;
   CaptureRecorder recorder_;
 
-  CapWatch cap_watch_{options_.until_share};
+  CapWatch cap_watch_{options_.until_share, options_.turntable.has_value()};
   CaptureSummary summary_;
   std::vector<double> ms_track_;
   int map_revision_ = 0;  // of the tracker, as last seen

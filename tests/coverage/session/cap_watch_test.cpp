@@ -89,6 +89,23 @@ TEST(CapWatch, SaysOnceThatNothingIsGainedAndWhatIsThere) {
   EXPECT_FALSE(watch.After(map, ViewAt(25, 0).center_in_world, true));
 }
 
+// A table turns on past what is asked for: only a whole turn that brings nothing says something.
+TEST(CapWatch, OfATurntableWaitsForAWholeTurn) {
+  CoverageMap map = AskedFor("60x40");
+  Fill(map, 30, 6);
+  CapWatch watch(0.98, true);
+  std::vector<std::string> said;
+  for (int degree = 0; degree < 720; ++degree)
+    if (const auto words = watch.After(map, ViewAt(degree, 0).center_in_world, true)) {
+      said.push_back(*words);
+      EXPECT_GT(degree, 360);
+      EXPECT_LT(degree, 440);
+    }
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_THAT(said[0], ::testing::AllOf(::testing::HasSubstr("in a whole turn of the table"),
+                                        ::testing::HasSubstr("set the camera higher or lower")));
+}
+
 TEST(CapWatch, IsSilentWhileSomethingIsGained) {
   CoverageMap map = AskedFor("60x40");
   map.Add(ViewAt(0, 0));

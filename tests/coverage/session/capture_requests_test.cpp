@@ -338,6 +338,28 @@ TEST(CaptureStateTest, TheWayIsSaidAsTheCameraIsHeld) {
   EXPECT_EQ(WayInWords(state), "");
 }
 
+// The camera stands: to see more of the right side the table turns clockwise.
+TEST(CaptureStateTest, TheWayBeforeATurntableIsTheTables) {
+  CaptureState state;
+  state.subject = Subject{{0, 0, 0}, 0.2};
+  state.table_up_in_world = -Eigen::Vector3d::UnitY();
+  const auto from = [](double azimuth_deg, double elevation_deg) {
+    const double azimuth = azimuth_deg * M_PI / 180, elevation = elevation_deg * M_PI / 180;
+    return Eigen::Vector3d{std::sin(azimuth) * std::cos(elevation), -std::sin(elevation),
+                           -std::cos(azimuth) * std::cos(elevation)};
+  };
+  state.cam_from_world = LookAt(2 * from(0, 30), {0, 0, 0}, {0, -1, 0});
+  state.guidance.toward = from(50, 30);
+  EXPECT_EQ(WayInWords(state), "turn the table 50° clockwise") << "although a great circle leads upwards";
+  state.guidance.toward = from(-50, 42);
+  state.guidance.distance = 1.8;
+  EXPECT_EQ(WayInWords(state),
+            "turn the table 50° counterclockwise, the camera 12° up, the camera 10 % nearer");
+  state.guidance.distance = 0;
+  state.guidance.toward = from(0, 25);
+  EXPECT_EQ(WayInWords(state), "the camera 5° down");
+}
+
 TEST(CaptureStateTest, RequestsAreCountedWhenTheyAreAnswered) {
   const ScratchFolder scratch;
   Asked asked;
