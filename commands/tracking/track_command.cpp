@@ -212,7 +212,7 @@ void WritePoses(const TrackRun& run, const std::string& path, std::vector<TimedP
     if ((maps[i].*which).empty()) continue;
     const std::filesystem::path file = OfEarlierMap(path, i + 1);
     WriteTum(file, maps[i].*which);
-    spdlog::warn("{}: {} of a map that was given up or is apart from the rest, in a world of its own",
+    spdlog::warn("{}: {} of another map, which nothing joins to the last one: in a world of its own",
                  file.string(), Counted((maps[i].*which).size(), "pose"));
   }
 }

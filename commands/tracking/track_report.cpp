@@ -10,6 +10,7 @@
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
+#include "tracking/estimation/pose_error.h"
 
 namespace ulf::commands {
 namespace {
@@ -45,6 +46,8 @@ struct Counts {
   double focal_ratio = 1;     // of them, the farthest from 1
   int apart = 0, joined = 0;  // followed without a live pose; of these with one in the last map after the run
   std::optional<int> first_tracked;
+  std::vector<double> predicted;  // errors of the live poses, shares of the distance
+  int unsure = 0;                 // of these, those of more than a hundredth
   std::vector<double> wall_ms, cpu_ms;
   std::array<double, kStages.size()> stage_ms{};  // CPU, mean over the frames
   double longest_ms = 0;
@@ -65,6 +68,10 @@ Counts Count(const TrackRun& run) {
     const TrackedFrame& frame = run.frames[At(i)];
     const tracking::Track& track = frame.track;
     counts.tracked += track.cam_from_world.has_value();
+    if (track.cam_from_world && track.center_sigma) {
+      counts.predicted.push_back(tracking::ErrorShareOf(track.quality));
+      counts.unsure += track.quality < 0.5;
+    }
     counts.found_again += track.relocalized;
     counts.turned += track.turn && track.state != tracking::TrackState::kApart;
     if (track.focal_ratio) {
@@ -226,8 +233,9 @@ std::string ErrorLine(const std::string& which, const TrajectoryError& error) {
 std::string ToText(const TrackErrors& errors) {
   if (!errors.live || !errors.final)
     return fmt::format(
-        "error against {}: not known; fewer than three of its poses belong to tracked frames, or they lie on "
-        "a line\n",
+        "error against {}: not known; fewer than three of its poses belong to frames that have one in the "
+        "run's "
+        "last map, or they lie on a line\n",
         errors.truth_name);
   std::string text =
       fmt::format("error against {} ({}, its unit taken as metres; scaled by {:.4g}):\n", errors.truth_name,
@@ -307,6 +315,11 @@ Json ToJson(const TrackRun& run, const TrackErrors* errors) {
   if (counts.zoomed > 0)
     report["zoom_moved"] = {
         {"frames", counts.zoomed}, {"from_s", *counts.zoomed_from_s}, {"focal_ratio", counts.focal_ratio}};
+  report["predicted_error"] = nullptr;
+  if (!counts.predicted.empty())
+    report["predicted_error"] = {{"median", Quantile(counts.predicted, 0.5)},
+                                 {"p95", Quantile(counts.predicted, 0.95)},
+                                 {"above_1_percent", counts.unsure}};
   report["apart"] = counts.apart;
   report["apart_joined"] = counts.joined;
   report["ms_median"] = Quantile(counts.wall_ms, 0.5);
@@ -375,14 +388,28 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
                         Counted(counts.turned, "frame"));
   if (counts.zoomed > 0)
     text += fmt::format(
-        "the zoom was moved {:.1f} s after the first frame, to {:.3f} times the focal length: {} followed "
-        "so, with poses "
-        "that allow for it\n",
+        "the zoom was moved {:.1f} s after the first frame, to some {:.3f} times the focal length: {} "
+        "followed under "
+        "that, with poses that are unsure\n",
         *counts.zoomed_from_s, counts.focal_ratio, Counted(counts.zoomed, "frame"));
   if (counts.apart > 0)
     text += fmt::format(
-        "{} followed apart from the rest of the map, without a live pose; {} of them {} one after the run\n",
+        "{} followed apart from the rest of the map, without a live pose; {} of them {} one in its world "
+        "after the "
+        "run\n",
         Counted(counts.apart, "frame"), counts.joined, counts.joined == 1 ? "has" : "have");
+  if (const int left = run.map.parts - run.map.parts_joined; run.map.parts > 1 && left > 1)
+    text += fmt::format(
+        "the map has {} parts that no picture joins: poses of the last one that was followed are the run's; "
+        "-o writes "
+        "the others to files of their own\n",
+        left);
+  if (!counts.predicted.empty())
+    text += fmt::format(
+        "predicted error of the live poses: {:.2g} % of the distance (median; 95 %: {:.2g}), above 1 %: {} "
+        "of {}\n",
+        100 * Quantile(counts.predicted, 0.5), 100 * Quantile(counts.predicted, 0.95), counts.unsure,
+        counts.predicted.size());
   text += SizeLine(run.map.size);
   if (run.map.keyframes > 0) text += MapLine(run.map);
   if (counts.longest_frame >= 0)

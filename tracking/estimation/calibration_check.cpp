@@ -85,6 +85,7 @@ std::string RefinedLens::Text() const {
           : fmt::format("a focal length of {:.1f} px (as given)", camera.MeanFocalPx());
   if (camera.coefficients[0] != 0)
     text += fmt::format(" and a distortion k1 of {:.3f}", camera.coefficients[0]);
+  if (center_is_found) text += fmt::format(" and a principal point of {:.0f}, {:.0f}", camera.cx, camera.cy);
   return text;
 }
 

@@ -149,6 +149,46 @@ bool HasMoved(const LensEstimate& larger, const FreeIntrinsics& smaller, const C
          sigmas * (k1 ? larger.k1_sigma : larger.k2_sigma);
 }
 
+// A part of a problem, adjusted under the given lens or with some of it free.
+struct Fitted {
+  FreeIntrinsics free;
+  std::vector<CameraModel> lens;  // one
+  BundleProblem problem;
+  double scale = 1;  // of its errors, in their deviations
+
+  static std::optional<Fitted> AsGiven(const CameraModel& given, const BundleProblem& part,
+                                       const LensEvidenceOptions& options) {
+    if (part.cam_from_world.size() < options.min_cameras ||
+        part.observations.size() < options.min_observations)
+      return std::nullopt;
+    Fitted base{{}, {given}, part};
+    return AdjustBundle(base.lens, base.problem, Options(options, {})).usable ? std::optional(std::move(base))
+                                                                              : std::nullopt;
+  }
+  // From here, with `part`'s observations.
+  std::optional<Fitted> With(const FreeIntrinsics& freed, const BundleProblem& part,
+                             const LensEvidenceOptions& options) const {
+    Fitted fit{freed, lens, part};
+    fit.problem.cam_from_world = problem.cam_from_world;
+    fit.problem.points = problem.points;
+    if (!AdjustBundle(fit.lens, fit.problem, Options(options, freed)).usable) return std::nullopt;
+    fit.scale = std::max(1e-6, ErrorScale(fit.lens, fit.problem));
+    return fit;
+  }
+  double GainOver(const Fitted& base, double unit, const LensEvidenceOptions& options) const {
+    return RobustCost(base.lens, base.problem, unit, options.huber_sigmas) -
+           RobustCost(lens, problem, unit, options.huber_sigmas) -
+           free.Count() * std::log(2.0 * static_cast<double>(problem.observations.size()));
+  }
+  LensEstimate Estimate(const Fitted& base, double unit, const LensEvidenceOptions& options) const {
+    LensEstimate estimate{free, lens.front()};
+    estimate.gain = GainOver(base, unit, options);
+    AddSigmas(problem, scale, 2 * options.huber_sigmas, estimate);
+    estimate.centers_moved = CentersMoved(base.problem, problem);
+    return estimate;
+  }
+};
+
 }  // namespace
 
 double DistortionAtCorner(const CameraModel& lens) {
@@ -207,54 +247,42 @@ BundleProblem PartForLens(const BundleProblem& problem, int lens, const LensEvid
 std::vector<LensEstimate> FitLens(const CameraModel& given, const BundleProblem& part,
                                   const std::vector<FreeIntrinsics>& choices,
                                   const LensEvidenceOptions& options) {
+  const auto base = Fitted::AsGiven(given, part, options);
+  if (!base) return {};
+  std::vector<Fitted> solved;
+  for (const FreeIntrinsics& free : choices)
+    if (auto fit = base->With(free, part, options)) solved.push_back(std::move(*fit));
+  // Gains are compared, so they are counted in one unit: the noise that the best of them leaves.
+  double scale = std::numeric_limits<double>::infinity();
+  for (const Fitted& fit : solved) scale = std::min(scale, fit.scale);
   std::vector<LensEstimate> fits;
-  if (part.cam_from_world.size() < options.min_cameras || part.observations.size() < options.min_observations)
-    return fits;
-  std::vector<CameraModel> lenses{given};
-  BundleProblem base = part;
-  if (!AdjustBundle(lenses, base, Options(options, {})).usable) return fits;
-  for (const FreeIntrinsics& free : choices) {
-    LensEstimate fit{free, given};
-    std::vector<CameraModel> freed{given};
-    BundleProblem solved = part;
-    solved.cam_from_world = base.cam_from_world;
-    solved.points = base.points;
-    if (!AdjustBundle(freed, solved, Options(options, free)).usable) continue;
-    fit.lens = freed[0];
-    const double scale = std::max(1e-6, ErrorScale(freed, solved));
-    fit.gain = RobustCost(lenses, base, scale, options.huber_sigmas) -
-               RobustCost(freed, solved, scale, options.huber_sigmas) -
-               free.Count() * std::log(2.0 * static_cast<double>(part.observations.size()));
-    AddSigmas(solved, scale, 2 * options.huber_sigmas, fit);
-    fit.centers_moved = CentersMoved(base, solved);
-    fits.push_back(std::move(fit));
-  }
+  for (const Fitted& fit : solved) fits.push_back(fit.Estimate(*base, scale, options));
   return fits;
 }
 
 std::optional<LensEstimate> ChooseLens(const CameraModel& given, const BundleProblem& part,
                                        const LensEvidenceOptions& options, std::vector<LensTrial>* trials) {
-  std::optional<LensEstimate> best;
-  FreeIntrinsics free;
+  const auto base = Fitted::AsGiven(given, part, options);
+  if (!base) return std::nullopt;
+  std::optional<Fitted> best;
   for (const auto step :
        {&FreeIntrinsics::focal, &FreeIntrinsics::k1, &FreeIntrinsics::principal_point, &FreeIntrinsics::k2}) {
+    const FreeIntrinsics free = best ? best->free : FreeIntrinsics{};
     FreeIntrinsics next = free;
     next.*step = true;
-    const std::vector<LensEstimate> fits = FitLens(given, part, {next}, options);
-    if (fits.empty()) return best;
-    const LensEstimate& fit = fits.front();
-    const double gain_before = best ? best->gain : 0;
-    const bool moved = HasMoved(fit, free, best ? best->lens : given, options.moved_sigmas);
+    auto solved = base->With(next, part, options);
+    if (!solved) break;
+    const LensEstimate fit = solved->Estimate(*base, solved->scale, options);
+    const double gain_before = best ? best->GainOver(*base, solved->scale, options) : 0;
+    const bool moved = HasMoved(fit, free, best ? best->lens.front() : given, options.moved_sigmas);
     const bool strong = moved && fit.gain > gain_before + options.strong_evidence;
     const bool plausible = IsPlausible(fit.lens, given);
     const LensTrial trial{fit, gain_before, moved, strong && plausible, plausible};
     if (trials) trials->push_back(trial);
     if (strong && !plausible) return std::nullopt;
-    if (!trial.kept) continue;
-    best = fit;
-    free = next;
+    if (trial.kept) best = std::move(solved);
   }
-  return best;
+  return best ? std::optional(best->Estimate(*base, best->scale, options)) : std::nullopt;
 }
 
 }  // namespace ulf::tracking

@@ -443,7 +443,7 @@ std::optional<RefinedLens> Mapper::RefineLens() {
   const MapLock lock(owned_.shared);
   owned_.map.SetCamera(lens);
   ++owned_.shared.revision;
-  return RefinedLens{lens, chosen->focal_sigma_px};
+  return RefinedLens{lens, chosen->focal_sigma_px, chosen->free.principal_point};
 }
 
 BundleOptions Mapper::BundleOptionsFor(const AdjustmentEffort& effort) const {

@@ -26,7 +26,7 @@ CameraModel Zoomed(const CameraModel& lens, double log_ratio) {
 std::optional<RefinedLens> Tracker::State::RefinedLensInOriginalPixels() const {
   if (!refined_lens) return std::nullopt;
   const double scale = size.original().MeanFocalPx() / size.working().MeanFocalPx();
-  return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale};
+  return RefinedLens{size.original(), refined_lens->focal_sigma_px * scale, refined_lens->center_is_found};
 }
 
 bool Tracker::State::ContradictsLens() const {
@@ -102,9 +102,11 @@ void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track
         zoom.Disagrees() ? ": no keyframe" : "");
   if (zoom.log_ratio() != before) FollowWith(Zoomed(size.working(), zoom.log_ratio()));
   if (zoom.IsMoved()) track.focal_ratio = std::exp(zoom.log_ratio());
-  if (!zoom.Disagrees() || !change || !track.center_sigma) return;
-  // Magnified by so much, a camera seems to have come nearer by that share of the distance.
-  track.center_sigma = std::hypot(*track.center_sigma, change->log_ratio * distance);
+  // Magnified by so much, a camera seems to have come nearer by that share of the distance. How far a zoom was moved is
+  // measured against a map that it does not fit: a jump may be told as a tenth of itself.
+  const double off = std::hypot(zoom.Disagrees() && change ? change->log_ratio : 0, zoom.log_ratio());
+  if (off == 0 || !track.center_sigma) return;
+  track.center_sigma = std::hypot(*track.center_sigma, off * distance);
   track.quality = std::min(track.quality, QualityOf(*track.center_sigma, distance));
 }
 

@@ -134,8 +134,11 @@ TEST(ZoomWatch, TheTrackerFollowsAZoomAndLeavesItsMapAsItWas) {
         }
       }
       truth.push_back({frame.device_time_s, TexturedRoom::HandAt(i)});
+      if (track.focal_ratio) {
+        EXPECT_LT(track.quality, 0.5) << "how far it was moved may be told wrong";
+      }
       // Frames in which it is not known yet that the zoom moves say that they are unsure.
-      if (track.cam_from_world && track.quality > 0.5)
+      if (track.cam_from_world && (track.quality > 0.5 || track.focal_ratio))
         found.push_back({frame.device_time_s, *track.cam_from_world});
     }
     ASSERT_TRUE(first && last);
