@@ -398,12 +398,11 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
         "after the "
         "run\n",
         Counted(counts.apart, "frame"), counts.joined, counts.joined == 1 ? "has" : "have");
-  if (const int left = run.map.parts - run.map.parts_joined; run.map.parts > 1 && left > 1)
+  if (run.map.parts > 1)
     text += fmt::format(
-        "the map has {} parts that no picture joins: poses of the last one that was followed are the run's; "
-        "-o writes "
-        "the others to files of their own\n",
-        left);
+        "the map has {} parts that no picture joins; the run's poses are those of the part that was followed last, and "
+        "-o writes the others to files of their own\n",
+        run.map.parts);
   if (!counts.predicted.empty())
     text += fmt::format(
         "predicted error of the live poses: {:.2g} % of the distance (median; 95 %: {:.2g}), above 1 %: {} "
