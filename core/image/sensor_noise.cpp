@@ -16,6 +16,8 @@ constexpr int kBlock = 16;                 // pixels across
 constexpr std::size_t kBrightnesses = 24;  // groups of blocks
 // Of the blocks of one brightness, which have texture besides noise.
 constexpr double kSmoothest = 0.2;
+// Of noise alone, the variance that is measured in the smoothest blocks: estimates from 64 numbers differ by a seventh.
+constexpr double kOfSmoothest = 0.75;
 // Of a block's numbers that may be 0: the median of what is measured is hardly touched then.
 constexpr double kMostAtBlack = 0.05;
 constexpr std::size_t kPhases = 4;  // of a mosaic
@@ -63,7 +65,7 @@ std::vector<NoiseOfLight> SmoothestOfEachBrightness(std::vector<NoiseOfLight> bl
       variances.push_back(blocks[i].variance);
       lights.push_back(blocks[i].light);
     }
-    smoothest.push_back({Median(lights), Quantile(variances, kSmoothest)});
+    smoothest.push_back({Median(lights), Quantile(variances, kSmoothest) / kOfSmoothest});
   }
   return smoothest;
 }
