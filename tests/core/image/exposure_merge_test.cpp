@@ -1,4 +1,4 @@
-// Tests: core/image/exposure_merge, core/image/exposure_alignment.
+// Tests: core/image/exposure_merge, core/image/exposure_alignment, core/image/exposure_ghosts, core/image/sensor_noise.
 #include "core/image/exposure_merge.h"
 
 #include <gtest/gtest.h>
