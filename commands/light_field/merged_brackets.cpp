@@ -14,6 +14,11 @@
 #include "render/stereo/bracket_merge.h"
 
 namespace ulf::commands {
+namespace {
+
+constexpr double kSaidBlurPx = 2;  // guessed
+
+}  // namespace
 
 BracketReport MergeBrackets(const std::filesystem::path& dir) {
   BracketReport report;
@@ -41,6 +46,8 @@ BracketReport MergeBrackets(const std::filesystem::path& dir) {
     report.clipped_most =
         std::max(report.clipped_most, cv::countNonZero(merged.merged.clipped) /
                                           static_cast<double>(merged.merged.clipped.total()));
+    if (merged.most_blur_px > report.blur_most_px) report.blur_most_view = views[i].id;
+    report.blur_most_px = std::max(report.blur_most_px, merged.most_blur_px);
     if (ghosts.empty() || share > report.ghosts_most) report.ghosts_most_view = views[i].id;
     report.ghosts_most = std::max(report.ghosts_most, share);
     ghosts.push_back(share);
@@ -54,13 +61,19 @@ std::string ToText(const BracketReport& report) {
   if (report.views == 0) return "merged         nothing: no view has other exposures\n";
   std::string text = fmt::format(
       "merged         {} of {} over {:.1f} stops, aligned by {}: merged/\n"
-      "ghosts         {:.1f} % of a view's pixels (median; most {:.1f} %, view {}), where one exposure "
-      "stands alone\n",
+      "ghosts         {:.1f} % of a view's pixels (median; most {:.1f} %, view {}), where exposures "
+      "that disagree are left out\n",
       Counted(report.views, "view"), Counted(report.exposures, "exposure"), report.stops, report.geometry,
       100 * report.ghosts_median, 100 * report.ghosts_most, report.ghosts_most_view);
   if (report.clipped_most > 0)
     text += fmt::format("clipped        in all exposures: at most {:.2f} % of a view's pixels\n",
                         100 * report.clipped_most);
+  if (report.blur_most_px > kSaidBlurPx)
+    text += fmt::format(
+        "blurred        at most {:.1f} px (view {}): long exposures in a moving hand count less at edges; "
+        "hold "
+        "the camera still, or begin with a shorter exposure\n",
+        report.blur_most_px, report.blur_most_view);
   if (report.left_out > 0)
     text += fmt::format("left out       {}, whose light is not what its time tells\n",
                         Counted(report.left_out, "exposure"));
@@ -76,7 +89,9 @@ nlohmann::json ToJson(const BracketReport& report) {
           {"ghosts_median", report.ghosts_median},
           {"ghosts_most", report.ghosts_most},
           {"ghosts_most_view", report.ghosts_most_view},
-          {"clipped_most", report.clipped_most}};
+          {"clipped_most", report.clipped_most},
+          {"blur_most_px", report.blur_most_px},
+          {"blur_most_view", report.blur_most_view}};
 }
 
 }  // namespace ulf::commands

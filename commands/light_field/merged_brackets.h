@@ -19,6 +19,9 @@ struct BracketReport {
   double ghosts_median = 0, ghosts_most = 0;
   int ghosts_most_view = 0;
   double clipped_most = 0;
+  // Of any exposure, by how the camera moved during it.
+  double blur_most_px = 0;
+  int blur_most_view = 0;
 };
 
 // Nothing where no view has other exposures. Throws Error.

@@ -6,27 +6,21 @@
 // is shot noise and read noise at the merged light: at the noisy number itself it would favour numbers that are too low.
 // A clipped pixel has no weight.
 //
-// Where exposures differ by more than their noise, something moved, or the alignment is wrong there (a ghost): the pixel
-// keeps the reference exposure alone, or where this is clipped the one next to it. Allowed for: half a pixel of wrong
-// alignment, two per cent between the exposures' times as told and as they are, and noise that the alignment has made
-// larger than it was measured (a factor common to all pixels).
+// An exposure that may be misaligned or blurred by so many pixels is less sure where the light changes: it makes flat parts
+// less noisy and leaves edges to the others. What disagrees with the reference by more than all that (a ghost) is left out
+// there (exposure_ghosts.h).
 //
 // Light is a share of the exposure's full scale, above black; B G R in memory.
 #pragma once
 
 #include <opencv2/core.hpp>
 #include <span>
+#include <vector>
 
 #include "core/image/image.h"
+#include "core/image/sensor_noise.h"
 
 namespace ulf {
-
-// The variance of a photograph's light: per_light * light + floor.
-struct SensorNoise {
-  double per_light = 0;  // shot noise: gain over the full well
-  double floor = 0;      // read noise and rounding
-  double VarianceAt(double light) const { return per_light * (light > 0 ? light : 0) + floor; }
-};
 
 // A photograph as light, with what a merge has to know of it.
 struct ExposedLight {
@@ -35,8 +29,14 @@ struct ExposedLight {
   SensorNoise noise;
 };
 
-// Measures the noise on what is smooth in the picture. `black_level` as in Frame.
-ExposedLight ExposedLightOf(const Image& image, double black_level);
+struct SensorPicture {
+  Image image;
+  double black_level = 0;  // as in Frame
+  double gain = 1;
+};
+
+// Of photographs by one sensor. Their noise is measured in all of them that have the same gain.
+std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> pictures);
 
 // In the reference's pixels (exposure_alignment.h).
 struct AlignedExposure {
@@ -44,16 +44,22 @@ struct AlignedExposure {
   cv::Mat seen;     // CV_8UC1, 255 where the exposure shows what the reference's pixel shows
   cv::Mat clipped;  // CV_8UC1
   SensorNoise noise;
-  double ratio = 1;  // exposure time times gain, over the reference's
+  double ratio = 1;          // exposure time times gain, over the reference's
+  double misaligned_px = 0;  // how far it may lie off, or is blurred
+
+  cv::Mat Told() const;                      // CV_8UC1, 255 where it is seen and not clipped
+  cv::Vec3f LightAt(int y, int x) const;     // in the reference's terms: over the ratio
+  double VarianceAt(double at_light) const;  // of that
 };
 
-// The exposure's light over the reference's for the same light, where both tell it well; 0: too few pixels do.
+// The exposure's light over the reference's for the same light, where both tell it: means of small blocks, so that noise
+// and misalignment hardly count. 0: it is not known to half a per cent.
 double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& reference);
 
 struct MergedLight {
   cv::Mat light;    // CV_32FC3, in shares of the reference's full scale: above 1 where only others tell it
   cv::Mat clipped;  // CV_8UC1, 255 where no exposure tells the light: a lower bound
-  cv::Mat ghosts;   // CV_8UC1, 255 where one exposure stands alone because they disagree
+  cv::Mat ghosts;   // CV_8UC1, 255 where an exposure is left out because it disagrees (exposure_ghosts.h)
   double ghost_share = 0;  // of all pixels
 };
 

@@ -13,7 +13,7 @@ namespace ulf {
 
 inline constexpr const char* kExposuresFolder = "exposures";
 inline constexpr const char* kMergedFolder = "merged";
-// Of merged/*.exr, besides R, G and B: 1 where no exposure tells the light; 1 where one exposure stands alone.
+// Of merged/*.exr, besides R, G and B: 1 where no exposure tells the light; 1 where an exposure is left out.
 inline constexpr const char* kClippedChannel = "clipped";
 inline constexpr const char* kGhostsChannel = "ghosts";
 

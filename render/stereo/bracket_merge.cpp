@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/quantile.h"
 #include "core/image/exposure_alignment.h"
 #include "core/image/exr_file.h"
 #include "core/light_field/light_field_io.h"
@@ -16,8 +17,15 @@
 namespace ulf::render {
 namespace {
 
-ExposedLight LightOf(const LightField& light_field, const View& photograph) {
-  return ExposedLightOf(ReadViewMaster(light_field, photograph), photograph.black_level);
+constexpr double kBlurAtEdges =
+    0.25;  // an even blur moves light at an edge by a quarter of its length, on average
+
+// The view's own first.
+std::vector<ExposedLight> LightsOf(const LightField& light_field, const std::vector<View>& photographs) {
+  std::vector<SensorPicture> pictures;
+  for (const View& each : photographs)
+    pictures.push_back({ReadViewMaster(light_field, each), each.black_level, each.gain});
+  return ExposedLightsOf(pictures);
 }
 
 // The light that the sensor gets for the same scene, over the reference's.
@@ -26,6 +34,37 @@ double ToldRatio(const View& photograph, const View& reference) {
   if (photograph.f_number && reference.f_number)
     ratio *= std::pow(*reference.f_number / *photograph.f_number, 2);
   return ratio;
+}
+
+// How long the path of what the view shows is in the picture while the exposure lasts: of a photograph in the order of time,
+// by the poses before and after it. Poses are from_view. 0 where times are not known.
+double BlurPx(const std::vector<View>& photographs, std::size_t index, const CameraModel& camera,
+              const cv::Mat& depth) {
+  const View& exposed = photographs[index];
+  const View *before = &exposed, *after = &exposed;
+  for (const View& each : photographs) {
+    const double off_s = each.device_time_s - exposed.device_time_s;
+    if (off_s < 0 && (before == &exposed || each.device_time_s > before->device_time_s)) before = &each;
+    if (off_s > 0 && (after == &exposed || each.device_time_s < after->device_time_s)) after = &each;
+  }
+  const double between_s = after->device_time_s - before->device_time_s;
+  if (!(between_s > 0)) return 0;
+  const Rigid3 view_from_world = photographs.front().cam_from_world;
+  const Rigid3 before_from_view = before->cam_from_world * view_from_world.Inverse(),
+               after_from_view = after->cam_from_world * view_from_world.Inverse();
+  std::vector<double> paths;
+  constexpr int kGrid = 5;
+  for (int i = 0; i < kGrid * kGrid; ++i) {
+    const int x = (2 * (i % kGrid) + 1) * camera.width / (2 * kGrid),
+              y = (2 * (i / kGrid) + 1) * camera.height / (2 * kGrid);
+    const auto ray = camera.RayFromImg({x + 0.5, y + 0.5});
+    if (!ray) continue;
+    const Eigen::Vector3d point = depth.at<float>(y, x) * (*ray / ray->z());
+    const auto from = camera.ImgFromCam(before_from_view * point),
+               to = camera.ImgFromCam(after_from_view * point);
+    if (from && to) paths.push_back((*to - *from).norm());
+  }
+  return Median(paths) * exposed.exposure_s / between_s;
 }
 
 cv::Mat OneWhere(const cv::Mat& mask) {
@@ -69,15 +108,17 @@ MergedView MergeExposuresOf(const LightField& light_field, const View& view, con
                      light_field.root.string(), view.id);
   const CameraModel& camera = light_field.CameraOf(view);
   MergedView result;
-  std::vector<AlignedExposure> exposures{AsItLies(LightOf(light_field, view), 1)};
+  std::vector<View> photographs{view};
+  for (const ViewExposure& each : view.exposures) photographs.push_back(PhotographOf(view, each));
+  const std::vector<ExposedLight> lights = LightsOf(light_field, photographs);
+  std::vector<AlignedExposure> exposures{AsItLies(lights.front(), 1)};
   const cv::Mat depth = options.align ? DepthOfView(light_field, view, proxy) : cv::Mat();
-  for (const ViewExposure& each : view.exposures) {
-    const View photograph = PhotographOf(view, each);
-    const double told = ToldRatio(photograph, view);
-    const ExposedLight light = LightOf(light_field, photograph);
+  for (std::size_t i = 1; i < photographs.size(); ++i) {
+    const ViewExposure& each = view.exposures[i - 1];
+    const double told = ToldRatio(photographs[i], view);
     AlignedExposure aligned = options.align
-                                  ? AlignExposure(light, camera, depth, each.exposure_from_view, told)
-                                  : AsItLies(light, told);
+                                  ? AlignExposure(lights[i], camera, depth, each.exposure_from_view, told)
+                                  : AsItLies(lights[i], told);
     const double measured = MeasuredRatio(aligned, exposures.front());
     if (measured > 0 && std::abs(std::log2(measured / told)) > options.most_contradiction) {
       result.left_out.push_back(fmt::format(
@@ -86,6 +127,11 @@ MergedView MergeExposuresOf(const LightField& light_field, const View& view, con
       continue;
     }
     if (measured > 0 && std::abs(measured / told - 1) > options.trusted_ratio) aligned.ratio = measured;
+    if (options.align) {
+      const double blur_px = BlurPx(photographs, i, camera, depth);
+      aligned.misaligned_px = std::hypot(options.misaligned_px, kBlurAtEdges * blur_px);
+      result.most_blur_px = std::max(result.most_blur_px, blur_px);
+    }
     result.shortest = std::min(result.shortest, aligned.ratio);
     result.longest = std::max(result.longest, aligned.ratio);
     exposures.push_back(std::move(aligned));

@@ -5,6 +5,9 @@
 // How the exposures' light relates is told by their times, gains and apertures; where the pictures say something else by
 // more than two per cent (shutters are not exact) it is measured; by more than half a stop, the exposure is left out.
 //
+// A long exposure in a moving hand is blurred. How much is told by the poses around it and its time; such an exposure counts
+// less where the light changes.
+//
 // Light is in shares of the full scale of the view's own exposure, above black; flat field and colour profile are not
 // applied, as in masters.
 #pragma once
@@ -24,12 +27,16 @@ struct BracketMergeOptions {
   bool align = true;                // false: as if the camera had stood still, for comparison
   double trusted_ratio = 0.02;      // a told ratio that the pictures contradict by less stands. Guessed
   double most_contradiction = 0.5;  // stops. Guessed
+  // How far an aligned exposure may lie off: poses that were tracked are right to 0.02 to 0.16 px (sim:lightbox, 5x2EV); the
+  // rest is geometry. Settled on seed 1 of sim:lightbox and sim:branch.
+  double misaligned_px = 0.2;
 };
 
 struct MergedView {
   MergedLight merged;
   int exposures = 1;                  // that went into it
   double shortest = 1, longest = 1;   // of them, over the view's own
+  double most_blur_px = 0;            // of them, by how the camera moved
   std::vector<std::string> left_out;  // a sentence each
 };
 

@@ -2,6 +2,7 @@
 // and not.
 #include <cmath>
 #include <map>
+#include <opencv2/imgproc.hpp>
 
 #include "render/stereo/bracket_merge.h"
 #include "tests/charts/makers.h"
@@ -33,6 +34,56 @@ std::vector<double> StopsOf(int exposures) {
   return stops;
 }
 
+// The scene at a time, things that move where they are then: as SimulatedCamera::CleanLinear().
+cv::Mat CleanAt(const SimulatedCamera& camera, const Rigid3& cam_from_world, double time_s) {
+  cv::Mat radiance = cv::Mat::zeros(camera.camera().height, camera.camera().width, CV_32FC4);
+  camera.caster().AccumulateRows(cam_from_world, 1, 0, radiance.rows, radiance, camera.SwayAngle(time_s));
+  cv::Mat light;
+  cv::cvtColor(radiance, light, cv::COLOR_BGRA2BGR);
+  return light * camera.LightScale();
+}
+
+struct Found {
+  double precision = 0, recall = 0;  // percent
+};
+
+// Of the pixels that show something else in some exposure: by a fifth of the light and a hundredth of full scale.
+Found GhostsFound(unsigned seed, int exposures) {
+  const BracketedView how{.seed = seed,
+                          .width = 480,
+                          .height = 360,
+                          .exposure_s = 0.01,
+                          .between_s = 0.2,
+                          .at_s = 8 + 0.37 * seed,
+                          .scene = "branch",
+                          .speed_deg_s = 0};
+  const SimulatedCamera camera = LightboxCamera(how);
+  const ScratchFolder scratch;
+  std::vector<double> stops = StopsOf(exposures);
+  for (double& each : stops) each /= 2;
+  const LightField light_field = TakeBracket(camera, how, scratch / "lf", stops);
+  const View& view = light_field.views.at(0);
+  const auto geometry = PointsSeen(camera, view.cam_from_world, kTracked);
+  const cv::Mat ghosts = MergeExposuresOf(light_field, view, *geometry).merged.ghosts;
+  const cv::Mat truth = CleanAt(camera, view.cam_from_world, view.device_time_s);
+  cv::Mat moved = cv::Mat::zeros(truth.size(), CV_8UC1);
+  for (const ViewExposure& each : view.exposures) {
+    const cv::Mat other = CleanAt(camera, view.cam_from_world, each.device_time_s);
+    for (int y = 0; y < truth.rows; ++y)
+      for (int x = 0; x < truth.cols; ++x)
+        for (int c = 0; c < 3; ++c) {
+          const float here = truth.at<cv::Vec3f>(y, x)[c], there = other.at<cv::Vec3f>(y, x)[c];
+          if (std::abs(there - here) > 0.2f * here + 0.01f) moved.at<std::uint8_t>(y, x) = 255;
+        }
+  }
+  cv::Mat around;
+  cv::dilate(moved, around, cv::Mat::ones(5, 5, CV_8UC1));
+  const auto percent = [](const cv::Mat& those, const cv::Mat& of) {
+    return 100.0 * cv::countNonZero(those & of) / std::max(1, cv::countNonZero(of));
+  };
+  return {percent(around, ghosts), percent(ghosts, moved)};
+}
+
 }  // namespace
 
 Chart BracketsChart(const ChartEffort& effort) {
@@ -41,12 +92,11 @@ Chart BracketsChart(const ChartEffort& effort) {
   chart.title = "Exposure brackets: the merged light against the light that is there";
   chart.about = fmt::format(
       "Simulated scene lightbox (sixteen stops), 480 x 360, 12-bit mosaic with noise; a hand that moves at 5 "
-      "degrees a second, "
-      "50 ms from one exposure to the next, two stops apart; poses exact, {} points as geometry. {} views of "
-      "each of the seeds "
-      "1 to {}, by the whole stop of the true light (0: full scale of the view's own exposure, of 1 ms). "
-      "Bars: lowest to "
-      "highest seed. Ringed: what is done.",
+      "degrees a second, 50 ms from one exposure to the next, two stops apart; poses exact, {} points as "
+      "geometry. {} views of each of the seeds 1 to {}, by the whole stop of the true light (0: full scale "
+      "of "
+      "the view's own exposure, of 1 ms). Things that move: scene branch from a stand, 0.2 s and one stop "
+      "apart; precision within two pixels. Bars: lowest to highest seed. Ringed: what is done.",
       kTracked, views, effort.Of(1, 3));
   const auto by_light = [](const char* title) {
     return ChartPanel{title,
@@ -57,7 +107,12 @@ Chart BracketsChart(const ChartEffort& effort) {
   };
   ChartPanel aligned = by_light("aligned by poses and geometry"), lying = by_light("as they lie"),
              ghosts{
-                 "ghosts", {"exposures"}, {"ghosts [% of the pixels]", false, false, false, true}, {}, false};
+                 "ghosts", {"exposures"}, {"ghosts [% of the pixels]", false, false, false, true}, {}, false},
+             moving{"things that move: precision and recall of ghosts",
+                    {"exposures"},
+                    {"share found [%]", false, true, false, true},
+                    {},
+                    false};
   for (const int exposures : effort.Of(std::vector{1, 3}, {1, 3, 5, 7})) {
     std::map<bool, std::map<int, std::vector<double>>> medians;
     std::map<bool, std::vector<double>> shares;
@@ -96,11 +151,34 @@ Chart BracketsChart(const ChartEffort& effort) {
         (align ? aligned : lying)
             .points.push_back({name, "", Spread::Exactly(stop + 0.5), Spread::Of(values), false});
     if (exposures == 1) continue;
+    std::vector<double> precisions, recalls, of_stand;
+    for (unsigned seed = 1; seed <= effort.Of(1u, 3u); ++seed) {
+      const Found found = GhostsFound(seed, exposures);
+      precisions.push_back(found.precision);
+      recalls.push_back(found.recall);
+      const BracketedView how{.seed = seed,
+                              .width = 480,
+                              .height = 360,
+                              .exposure_s = 0.001,
+                              .between_s = 0.05,
+                              .speed_deg_s = 0};
+      const SimulatedCamera camera = LightboxCamera(how);
+      const ScratchFolder scratch;
+      const LightField light_field = TakeBracket(camera, how, scratch / "lf", StopsOf(exposures));
+      const View& view = light_field.views.at(0);
+      const auto geometry = PointsSeen(camera, view.cam_from_world, kTracked);
+      of_stand.push_back(100 * MergeExposuresOf(light_field, view, *geometry).merged.ghost_share);
+    }
+    const std::string count = fmt::format("{}", exposures);
+    const Spread cost = Spread::Exactly(exposures);
+    moving.points.push_back({"precision", count, cost, Spread::Of(precisions), false});
+    moving.points.push_back({"recall", count, cost, Spread::Of(recalls), false});
+    ghosts.points.push_back({"aligned, on a stand", count, cost, Spread::Of(of_stand), false});
     for (const auto& [align, values] : shares)
       ghosts.points.push_back({align ? "aligned" : "as they lie", fmt::format("{}", exposures),
                                Spread::Exactly(exposures), Spread::Of(values), align});
   }
-  chart.panels = {aligned, lying, ghosts};
+  chart.panels = {aligned, lying, ghosts, moving};
   return chart;
 }
 

@@ -1,4 +1,4 @@
-// Tests: core/image/exposure_merge, core/image/exposure_alignment.
+// Tests: core/image/exposure_merge, core/image/exposure_alignment, core/image/exposure_ghosts, core/image/sensor_noise.
 #include "core/image/exposure_merge.h"
 
 #include <gtest/gtest.h>
@@ -32,11 +32,10 @@ cv::Mat Bands() {
 }
 
 ExposedLight Exposed(const cv::Mat& radiance, double stops, std::uint64_t seed) {
-  return ExposedLightOf(
-      Expose(
-          radiance, {},
-          {.exposure_s = kReferenceS * std::exp2(stops), .format = SensorFormat::kRgb8, .noise_seed = seed}),
-      0);
+  const SensorPicture picture{Expose(
+      radiance, {},
+      {.exposure_s = kReferenceS * std::exp2(stops), .format = SensorFormat::kRgb8, .noise_seed = seed})};
+  return ExposedLightsOf({&picture, 1}).front();
 }
 
 std::vector<AlignedExposure> Bracket(const cv::Mat& radiance, const std::vector<double>& stops,
@@ -108,16 +107,59 @@ TEST(ExposureMerge, NoiseIsMeasuredInTheScene) {
       radiance.at<cv::Vec4f>(y, x) = {light, 0.8f * light, 0.5f * light, 0};
     }
   for (const double gain : {1.0, 4.0}) {
-    const ExposedLight exposed = ExposedLightOf(
-        Expose(
-            radiance, {},
-            {.exposure_s = kReferenceS / gain, .gain = gain, .format = SensorFormat::kRgb8, .noise_seed = 3}),
-        0);
+    const SensorPicture picture{Expose(
+        radiance, {},
+        {.exposure_s = kReferenceS / gain, .gain = gain, .format = SensorFormat::kRgb8, .noise_seed = 3})};
+    const ExposedLight exposed = ExposedLightsOf({&picture, 1}).front();
     const double electrons = SensorOptions{}.full_well_electrons / gain;
     const double at = 0.5,
                  true_variance = at / electrons + std::pow(8 / electrons, 2) + 1.0 / (255 * 255 * 12);
     EXPECT_NEAR(exposed.noise.VarianceAt(at) / true_variance, 1, 0.25) << gain;
   }
+}
+
+// A demosaicking makes most pixels means of others: what is measured between neighbours there is no noise of the sensor.
+TEST(ExposureMerge, NoiseIsMeasuredInDemosaickedPictures) {
+  cv::Mat radiance(480, 640, CV_32FC4);
+  for (int y = 0; y < radiance.rows; ++y)
+    for (int x = 0; x < radiance.cols; ++x) {
+      const float light = 0.01f + 0.6f * static_cast<float>(x) / 640;
+      radiance.at<cv::Vec4f>(y, x) = {light, light, light, 0};
+    }
+  std::vector<SensorPicture> pictures;
+  for (const double stops : {0.0, -2.0, -4.0, -6.0})
+    pictures.push_back({Demosaiced(Expose(radiance, {},
+                                          {.exposure_s = kReferenceS * std::exp2(stops),
+                                           .format = SensorFormat::kBayerRg12,
+                                           .noise_seed = static_cast<std::uint64_t>(40 + stops)}))});
+  for (const ExposedLight& exposed : ExposedLightsOf(pictures))
+    for (const double at : {0.003, 0.03, 0.3}) {
+      const double electrons = SensorOptions{}.full_well_electrons;
+      const double true_sigma = std::sqrt(at / electrons + std::pow(8 / electrons, 2));
+      EXPECT_NEAR(std::sqrt(exposed.noise.VarianceAt(at)) / true_sigma, 1, 0.25) << at;
+    }
+}
+
+// Of an exposure that is blurred or lies off the edge is left to the others, what is flat becomes less noisy by it.
+TEST(ExposureMerge, AnExposureThatLiesOffDoesNotBlurEdges) {
+  cv::Mat radiance(96, 128, CV_32FC4, cv::Scalar(0.02, 0.02, 0.02, 0)), beside = radiance.clone();
+  radiance.colRange(64, 128).setTo(cv::Scalar(0.06, 0.06, 0.06, 0));
+  beside.colRange(65, 128).setTo(cv::Scalar(0.06, 0.06, 0.06, 0));
+  std::vector<AlignedExposure> exposures = Bracket(radiance, {0, 3}, 11);
+  exposures[1] = AsItLies(Exposed(beside, 3, 12), 8);
+  const auto error = [&](int from, int to) {
+    const MergedLight merged = MergeExposures(exposures);
+    double sum = 0;
+    for (int y = 8; y < 88; ++y)
+      for (int x = from; x < to; ++x)
+        sum += std::abs(merged.light.at<cv::Vec3f>(y, x)[1] / radiance.at<cv::Vec4f>(y, x)[1] - 1);
+    return sum / (80 * (to - from));
+  };
+  exposures[1].misaligned_px = 1;
+  const double at_edge = error(64, 65), flat = error(20, 50);
+  exposures.resize(1);
+  EXPECT_LT(at_edge, 2 * error(64, 65));
+  EXPECT_LT(flat, 0.6 * error(20, 50));
 }
 
 TEST(ExposureMerge, WhatMovedIsAGhostAndKeepsTheReference) {

@@ -20,13 +20,27 @@ struct BracketedView {
   double exposure_s = 0.001;  // of the view; a light of 0.2 is full scale
   double between_s = 0.1;     // from one exposure to the next
   double at_s = 1;            // of the hand's motion
+  std::string scene = "lightbox";
+  double speed_deg_s = 5;  // 0: on a stand
+};
+
+class Stand : public HandMotion {
+ public:
+  explicit Stand(const Rigid3& cam_from_world) : cam_from_world_(cam_from_world) {}
+  Rigid3 CamFromWorld(double) const override { return cam_from_world_; }
+
+ private:
+  Rigid3 cam_from_world_;
 };
 
 inline SimulatedCamera LightboxCamera(const BracketedView& view) {
-  return SimulatedCamera(SimulationOptions::FromUri(DeviceUri::Parse(
-      "sim:lightbox?format=bayerrg12&speed_deg_s=5&look_away=0&seed=" + std::to_string(view.seed) +
+  const SimulatedCamera in_hand(SimulationOptions::FromUri(DeviceUri::Parse(
+      "sim:" + view.scene + "?format=bayerrg12&look_away=0&seed=" + std::to_string(view.seed) +
+      "&speed_deg_s=" + std::to_string(view.speed_deg_s > 0 ? view.speed_deg_s : 5) +
       "&width=" + std::to_string(view.width) + "&height=" + std::to_string(view.height) +
       "&exposure_us=" + std::to_string(1e6 * view.exposure_s))));
+  if (view.speed_deg_s > 0) return SimulatedCamera(in_hand.options());
+  return SimulatedCamera(in_hand.options(), std::make_shared<Stand>(in_hand.hand().CamFromWorld(view.at_s)));
 }
 
 // One view with exposures so many stops from its own. `camera`: of LightboxCamera().

@@ -1,0 +1,164 @@
+#include "core/image/exposure_ghosts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <vector>
+
+#include "core/base/quantile.h"
+
+namespace ulf {
+namespace {
+
+constexpr double kWrongTimes = 0.02, kGhostSigmas = 4;  // guessed
+constexpr double kMostNoisier = 4;                      // than measured, in variance; guessed
+constexpr std::size_t kFewPixels = 500;                 // to measure that
+constexpr int kAcross = 3;                              // pixels of a mean
+
+// First the reference, then the nearest to it, shorter before longer.
+std::vector<std::size_t> InOrderOfTrust(std::span<const AlignedExposure> exposures) {
+  std::vector<std::size_t> order(exposures.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto stops = [&](std::size_t i) { return std::log2(exposures[i].ratio); };
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
+    const double off_a = std::abs(stops(a)), off_b = std::abs(stops(b));
+    return off_a != off_b ? off_a < off_b : stops(a) < stops(b);
+  });
+  return order;
+}
+
+// Of the light, in each of three colours.
+cv::Mat VarianceOf(const AlignedExposure& exposure, const cv::Mat& light) {
+  cv::Mat variance(light.size(), CV_32FC3);
+  for (int y = 0; y < light.rows; ++y)
+    for (int x = 0; x < light.cols; ++x)
+      for (int c = 0; c < 3; ++c)
+        variance.at<cv::Vec3f>(y, x)[c] =
+            static_cast<float>(exposure.VarianceAt(light.at<cv::Vec3f>(y, x)[c]));
+  return variance;
+}
+
+cv::Mat InThreeColors(const cv::Mat& one) {
+  cv::Mat three;
+  cv::merge(std::vector<cv::Mat>(3, one), three);
+  return three;
+}
+
+cv::Mat LargestColor(const cv::Mat& three) {
+  cv::Mat largest;
+  cv::reduce(three.reshape(1, static_cast<int>(three.total())), largest, 1, cv::REDUCE_MAX);
+  return largest.reshape(1, three.rows);
+}
+
+cv::Mat SumAround(const cv::Mat& numbers) {
+  cv::Mat sum;
+  cv::boxFilter(numbers, sum, -1, {kAcross, kAcross}, {-1, -1}, false, cv::BORDER_CONSTANT);
+  return sum;
+}
+
+// What may lie between the exposure and the light alone besides noise, squared.
+cv::Mat AllowedSquares(std::span<const AlignedExposure> exposures, std::size_t index,
+                       const LightAlone& alone) {
+  const cv::Mat slope = SlopeOf(alone.light, alone.variance);
+  cv::Mat allowed(slope.size(), CV_32FC3);
+  for (int y = 0; y < slope.rows; ++y)
+    for (int x = 0; x < slope.cols; ++x) {
+      const double off = std::hypot(exposures[index].misaligned_px,
+                                    exposures[alone.which.at<std::uint8_t>(y, x)].misaligned_px);
+      for (int c = 0; c < 3; ++c)
+        allowed.at<cv::Vec3f>(y, x)[c] =
+            static_cast<float>(std::pow(off * slope.at<cv::Vec3f>(y, x)[c], 2) +
+                               std::pow(kWrongTimes * alone.light.at<cv::Vec3f>(y, x)[c], 2));
+    }
+  return allowed;
+}
+
+// By how much noise in the means is more than in pixels that know nothing of each other, in variance: from those pixels in
+// which nothing else can be large.
+double Noisier(const cv::Mat& squares, const cv::Mat& variance, const cv::Mat& allowed,
+               const cv::Mat& compared) {
+  constexpr double kMedianOfChiSquare = 0.4549;
+  std::vector<double> of_noise;
+  for (int y = 0; y < squares.rows; ++y)
+    for (int x = 0; x < squares.cols; ++x) {
+      if (compared.at<std::uint8_t>(y, x) == 0) continue;
+      for (int c = 0; c < 3; ++c) {
+        const double noise = variance.at<cv::Vec3f>(y, x)[c];
+        if (allowed.at<cv::Vec3f>(y, x)[c] < noise)
+          of_noise.push_back(squares.at<cv::Vec3f>(y, x)[c] / noise);
+      }
+    }
+  if (of_noise.size() < kFewPixels) return 1;
+  return std::clamp(Median(of_noise) / kMedianOfChiSquare, 1.0, kMostNoisier);
+}
+
+}  // namespace
+
+LightAlone AloneAt(std::span<const AlignedExposure> exposures) {
+  const std::vector<std::size_t> order = InOrderOfTrust(exposures);
+  const cv::Size size = exposures[0].light.size();
+  LightAlone alone{cv::Mat(size, CV_8UC1), cv::Mat(size, CV_32FC3), cv::Mat(size, CV_32FC3),
+                   cv::Mat::zeros(size, CV_8UC1)};
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      std::optional<std::size_t> chosen;
+      std::size_t shortest = 0;
+      for (const std::size_t i : order) {
+        if (exposures[i].seen.at<std::uint8_t>(y, x) == 0) continue;
+        if (exposures[i].ratio < exposures[shortest].ratio) shortest = i;
+        if (!chosen && exposures[i].clipped.at<std::uint8_t>(y, x) == 0) chosen = i;
+      }
+      if (!chosen) alone.clipped.at<std::uint8_t>(y, x) = 255;
+      const std::size_t which = chosen.value_or(shortest);
+      const cv::Vec3f light = exposures[which].LightAt(y, x);
+      alone.which.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(which);
+      alone.light.at<cv::Vec3f>(y, x) = light;
+      for (int c = 0; c < 3; ++c)
+        alone.variance.at<cv::Vec3f>(y, x)[c] = static_cast<float>(exposures[which].VarianceAt(light[c]));
+    }
+  return alone;
+}
+
+cv::Mat SlopeOf(const cv::Mat& light, const cv::Mat& variance) {
+  cv::Mat by_x, by_y, slope;
+  cv::Sobel(light, by_x, CV_32F, 1, 0, 3, 1.0 / 8);
+  cv::Sobel(light, by_y, CV_32F, 0, 1, 3, 1.0 / 8);
+  cv::Mat squares = by_x.mul(by_x) + by_y.mul(by_y);
+  constexpr double kOfNoise = 2 * 12.0 / 64;  // squares of the kernels' numbers
+  if (!variance.empty()) squares -= kOfNoise * variance;
+  cv::sqrt(cv::max(squares, 0), slope);
+  cv::dilate(slope, slope, cv::Mat::ones(3, 3, CV_8UC1));
+  return slope;
+}
+
+cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const LightAlone& alone) {
+  const AlignedExposure& exposure = exposures[index];
+  const cv::Mat lower_bound = exposure.seen & exposure.clipped & ~alone.clipped;
+  const cv::Mat compared =
+      ((exposure.Told() & ~alone.clipped) | lower_bound) & (alone.which != static_cast<double>(index));
+  // Nothing in pixels that do not count, and where the exposure's lower bound holds.
+  cv::Mat difference = exposure.light / exposure.ratio - alone.light;
+  const cv::Mat too_bright = cv::max(difference, 0);
+  too_bright.copyTo(difference, lower_bound);
+  difference.setTo(0, ~compared);
+  cv::Mat variance = VarianceOf(exposure, alone.light) + alone.variance;
+  variance.setTo(0, ~compared);
+  cv::Mat ones;
+  compared.convertTo(ones, CV_32F, 1.0 / 255);
+  const cv::Mat count = InThreeColors(cv::max(SumAround(ones), 1));
+  const cv::Mat mean = SumAround(difference) / count;
+  const cv::Mat squares = mean.mul(mean), noise = SumAround(variance) / count.mul(count);
+  const cv::Mat allowed = AllowedSquares(exposures, index, alone);
+  const double noisier = Noisier(squares, noise, allowed, compared & ~lower_bound);
+  cv::Mat ghosts = LargestColor(squares / (noisier * noise + allowed)) > kGhostSigmas * kGhostSigmas;
+  ghosts &= compared;
+  // A single pixel is noise; what moved has a border that is mixed.
+  const cv::Mat around = cv::Mat::ones(3, 3, CV_8UC1);
+  cv::morphologyEx(ghosts, ghosts, cv::MORPH_OPEN, around);
+  cv::dilate(ghosts, ghosts, around);
+  return ghosts & compared;
+}
+
+}  // namespace ulf

@@ -1,0 +1,167 @@
+#include "core/image/sensor_noise.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/quantile.h"
+
+namespace ulf {
+namespace {
+
+constexpr int kBlock = 16;                 // pixels across
+constexpr std::size_t kBrightnesses = 24;  // groups of blocks
+// Of the blocks of one brightness, which have texture besides noise.
+constexpr double kSmoothest = 0.2;
+// Of noise alone, the variance that is measured in the smoothest blocks: estimates from 64 numbers differ by a seventh.
+constexpr double kOfSmoothest = 0.75;
+// Of a block's numbers that may be 0: the median of what is measured is hardly touched then.
+constexpr double kMostAtBlack = 0.05;
+constexpr std::size_t kPhases = 4;  // of a mosaic
+constexpr double kLeastVariance = 1e-12;
+
+// Of rounding to whole numbers: constant in linear numbers; of display-encoded ones nearly in proportion to the light,
+// because a step of light is 2.4 light^0.58 steps of the number.
+SensorNoise RoundingOf(const Image& image) {
+  if (image.pixels.depth() != CV_8U && image.pixels.depth() != CV_16U) return {0, kLeastVariance};
+  const double step = 1 / FullScale(image.pixels.depth()), variance = step * step / 12;
+  if (image.transfer == Transfer::kLinear) return {0, variance};
+  constexpr double kSlopeAtBlack = 1 / 12.92;
+  return {2.4 * 2.4 * variance, kSlopeAtBlack * kSlopeAtBlack * variance};
+}
+
+// CV_8UC1, 255 where any number is 0; empty for floats, which go on below black.
+cv::Mat AtBlack(const Image& image) {
+  if (image.pixels.depth() == CV_32F) return {};
+  const cv::Mat zero = image.pixels == cv::Scalar::all(0);
+  if (zero.channels() == 1) return zero;
+  cv::Mat any;
+  cv::reduce(zero.reshape(1, static_cast<int>(zero.total())), any, 1, cv::REDUCE_MAX);
+  return any.reshape(1, zero.rows);
+}
+
+// Of one colour in every other pixel of every other row.
+double VarianceIn(const cv::Mat& differences, int color, std::size_t phase) {
+  std::vector<double> sizes;
+  for (int y = static_cast<int>(phase / 2); y < differences.rows; y += 2)
+    for (int x = static_cast<int>(phase % 2); x < differences.cols; x += 2)
+      sizes.push_back(std::abs(differences.at<cv::Vec3f>(y, x)[color]));
+  const double sigma = Median(sizes) / (0.6745 * 6);
+  return sigma * sigma;
+}
+
+std::vector<NoiseOfLight> SmoothestOfEachBrightness(std::vector<NoiseOfLight> blocks) {
+  std::ranges::sort(blocks, {}, &NoiseOfLight::light);
+  std::vector<NoiseOfLight> smoothest;
+  for (std::size_t group = 0; group < kBrightnesses; ++group) {
+    const std::size_t from = group * blocks.size() / kBrightnesses,
+                      end = (group + 1) * blocks.size() / kBrightnesses;
+    if (from == end) continue;
+    std::vector<double> variances, lights;
+    for (std::size_t i = from; i < end; ++i) {
+      variances.push_back(blocks[i].variance);
+      lights.push_back(blocks[i].light);
+    }
+    smoothest.push_back({Median(lights), Quantile(variances, kSmoothest) / kOfSmoothest});
+  }
+  return smoothest;
+}
+
+// Least squares from normal equations, no unknown negative: the best of all choices of unknowns that are above 0.
+Eigen::Vector3d NotNegative(const Eigen::Matrix3d& products, const Eigen::Vector3d& right) {
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
+  double least = 0;  // squares, less those of nothing
+  for (unsigned chosen = 1; chosen < 8; ++chosen) {
+    Eigen::Matrix3d those = products;
+    Eigen::Vector3d of_those = right;
+    for (int i = 0; i < 3; ++i)
+      if ((chosen >> i & 1u) == 0) {
+        those.row(i).setZero();
+        those.col(i).setZero();
+        those(i, i) = 1;
+        of_those[i] = 0;
+      }
+    const Eigen::Vector3d unknowns = those.ldlt().solve(of_those);
+    const double squares = unknowns.dot(products * unknowns) - 2 * unknowns.dot(right);
+    if (unknowns.minCoeff() < 0 || !(squares < least)) continue;
+    least = squares;
+    best = unknowns;
+  }
+  return best;
+}
+
+// Read noise, shot noise in proportion to the light, and what texture and uneven pixels add in proportion to its square
+// (EMVA 1288's photon transfer), by errors relative to the curve, whose weights follow from it: weights by the measured
+// variances would draw it to those that are too low.
+SensorNoise PhotonTransferThrough(const std::vector<NoiseOfLight>& points) {
+  constexpr int kRounds = 8;
+  double mean = 0;
+  for (const NoiseOfLight& point : points) mean += point.variance / static_cast<double>(points.size());
+  Eigen::Vector3d parts(mean, 0, 0);
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const auto& [light, variance] : points) {
+      const Eigen::Vector3d row(1, light, light * light);
+      const double weight = std::pow(std::max(kLeastVariance, row.dot(parts)), -2);
+      products += weight * row * row.transpose();
+      right += weight * variance * row;
+    }
+    parts = NotNegative(products, right);
+  }
+  return {parts[1], parts[0]};
+}
+
+SensorNoise NotBelow(const SensorNoise& least, const SensorNoise& noise) {
+  return {std::max(noise.per_light, least.per_light), std::max(noise.floor, least.floor)};
+}
+
+}  // namespace
+
+void NoiseSamples::Add(const Image& image, const cv::Mat& light, const cv::Mat& clipped) {
+  rounding_ = NotBelow(rounding_, RoundingOf(image));
+  const cv::Mat at_black = AtBlack(image);
+  // Between pixels two apart, which are of one kind in a mosaic.
+  const cv::Mat along = (cv::Mat_<float>(1, 5) << 1, 0, -2, 0, 1);
+  cv::Mat differences;
+  cv::sepFilter2D(light, differences, CV_32F, along, along);
+  std::array<std::array<std::vector<NoiseOfLight>, kPhases>, 3> of_blocks;  // by colour
+  for (int y = 0; y + kBlock <= light.rows; y += kBlock)
+    for (int x = 0; x + kBlock <= light.cols; x += kBlock) {
+      const cv::Rect block(x, y, kBlock, kBlock);
+      if (cv::countNonZero(clipped(block)) > 0) continue;
+      const cv::Scalar mean = cv::mean(light(block));
+      const bool is_cut =
+          !at_black.empty() && cv::countNonZero(at_black(block)) > kMostAtBlack * block.area();
+      for (int c = 0; c < 3; ++c) {
+        if (is_cut) dark_light_.push_back(mean[c]);
+        for (std::size_t phase = 0; phase < kPhases && !is_cut; ++phase)
+          of_blocks[static_cast<std::size_t>(c)][phase].push_back(
+              {std::max(0.0, mean[c]), VarianceIn(differences(block), c, phase)});
+      }
+    }
+  // A demosaicing has made the others of those of one phase, and less noisy.
+  for (const auto& of_phases : of_blocks) {
+    const auto noisiest =
+        std::ranges::max_element(of_phases, {}, [](const std::vector<NoiseOfLight>& blocks) {
+          double sum = 0;
+          for (const NoiseOfLight& each : blocks) sum += std::sqrt(each.variance);
+          return sum;
+        });
+    blocks_.insert(blocks_.end(), noisiest->begin(), noisiest->end());
+  }
+}
+
+SensorNoise NoiseSamples::Fit() const {
+  if (blocks_.empty()) {
+    // Noise about nothing of which only the upper half is left has a mean of 0.4 sigma.
+    const double sigma = dark_light_.empty() ? 0 : std::max(0.0, Quantile(dark_light_, kSmoothest)) / 0.3989;
+    return {rounding_.per_light, std::max(rounding_.floor, sigma * sigma)};
+  }
+  return NotBelow(rounding_, PhotonTransferThrough(SmoothestOfEachBrightness(blocks_)));
+}
+
+}  // namespace ulf

@@ -1,0 +1,36 @@
+// What a LightFieldWriter knows between its calls, for the files that implement it: light_field_io.cpp opens a light field,
+// light_field_writer.cpp adds to it.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+
+#include "core/image/raw_file.h"
+#include "core/light_field/journal.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf {
+
+struct LightFieldWriter::State {
+  explicit State(const std::filesystem::path& dir) : journal(dir / kJournalFile) { light_field.root = dir; }
+  void TakeOutOfJournal(int view_id);
+  void RequireReserved(int view_id, int last_id) const;
+
+  Journal journal;
+  LightField light_field;
+  std::atomic<int> next_view_id = 1;
+  int next_unposed = 1;
+  // Of views that the journal no longer names, by id: files that are still to be moved, and their targets.
+  std::map<int, std::map<std::string, std::filesystem::path>> to_unposed;
+  bool keep_mosaics = false;
+  LockedWhiteBalance white_balance;
+  std::set<int> moved_since_points;  // views
+};
+
+// The name in unposed/: of a master beside the photograph's, which may have the same ending.
+std::filesystem::path UnposedName(const std::filesystem::path& file);
+
+}  // namespace ulf
