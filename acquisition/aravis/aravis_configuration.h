@@ -39,7 +39,4 @@ AravisConfigured ConfigureAravis(const AravisSession& session, const std::string
 // Reads the present exposure, gain and black level into `configured`.
 void ReadLight(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
-// Lets the camera adjust its white balance once. The camera must be streaming.
-void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
-
 }  // namespace ulf::acquisition

@@ -18,6 +18,7 @@
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_stream.h"
 #include "acquisition/aravis/aravis_usb.h"
+#include "acquisition/aravis/aravis_white_balance.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/device/background_closer.h"
 #include "acquisition/device/frame_id_counter.h"
