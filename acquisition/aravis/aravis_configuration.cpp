@@ -372,4 +372,12 @@ void ReadLight(const AravisSession& session, const std::string& who, AravisConfi
   Configurator(session, who).ReadLightInto(configured);
 }
 
+void SwitchChunksOff(const AravisSession& session, const std::string& who, AravisConfigured& configured) {
+  ArvCamera* camera = session.Camera();
+  Must(who, "chunk data off", [&](GError** e) { arv_camera_set_chunk_mode(camera, FALSE, e); });
+  configured.chunks.clear();
+  configured.payload_bytes =
+      Must(who, "payload", [&](GError** e) { return arv_camera_get_payload(camera, e); });
+}
+
 }  // namespace ulf::acquisition
