@@ -85,7 +85,7 @@ struct Maker {
 };
 
 // As the makers' own descriptions name and type them (docs/devices_measured.md says which). What was not read there is left out
-// here. The library drives GigE Vision and USB3 Vision; of CoaXPress cameras it reads the description alone.
+// here, but for PixelFormat, which the standard demands. The library drives GigE Vision and USB3 Vision; of CoaXPress cameras it reads the description alone.
 std::vector<Maker> Makers() {
   return {
       {"SFNC 2",
@@ -102,8 +102,7 @@ std::vector<Maker> Makers() {
       {"Basler acA1300",
        {"f ExposureTimeAbs|us", "i ExposureTimeRaw", "e ExposureAuto:Off,Once,Continuous", "i GainRaw",
         "e GainSelector:AnalogAll,DigitalAll,All,Tap1,Tap2", "i BlackLevelRaw",
-        "f AcquisitionFrameRateAbs|Hz", "e PixelFormat:Mono8,Mono12Packed",
-        "e TriggerSelector:AcquisitionStart,FrameStart", "e TriggerMode:Off,On",
+        "f AcquisitionFrameRateAbs|Hz", "e PixelFormat:Mono8,Mono12Packed", "e TriggerMode:Off,On",
         "e TriggerSource:Software,Line1,Line4,CC1,Action1", "e TriggerActivation:RisingEdge,FallingEdge",
         "c TriggerSoftware", "e BalanceRatioSelector:Red,Green,Blue", "f BalanceRatioAbs",
         "i BalanceRatioRaw"},
@@ -111,7 +110,6 @@ std::vector<Maker> Makers() {
         .gain_raw = "GainRaw",
         .gain_of_all = "All",
         .software_source = "Software",
-        .frame_trigger = "FrameStart",
         .balance_ratio = "BalanceRatioAbs"}},
       {"Allied Vision Prosilica GC",
        {"f ExposureTimeAbs", "i ExposureValue", "e ExposureAuto:other,Off,Continuous,Once", "k Exposure",
@@ -176,13 +174,13 @@ std::vector<Maker> Makers() {
         .software_source = "Software",
         .frame_trigger = "FrameStart"}},
       {"Mikrotron MC206xS11 (CoaXPress)",
-       {"i ExposureTime", "e AnalogGain:G1,G2", "f DigitalGain||1.00", "i AcquisitionFrameRate",
+       {"i ExposureTime", "e AnalogGain", "f DigitalGain||1.00", "i AcquisitionFrameRate",
         "e PixelFormat:Mono8,Mono10", "e TriggerSelector:FrameStart", "e TriggerMode:Off,On",
         "e TriggerSource:Software,LinkTrigger0,Line0,Line1", "c TriggerSoftware"},
        {.exposure = "ExposureTime", .software_source = "Software", .frame_trigger = "FrameStart"}},
       {"Adimec Q-12A180 (CoaXPress)",
        {"f ExposureTime|us|1", "i ExposureTimeRaw", "e ExposureMode:Timed,TriggerWidth,TimedTriggerControl",
-        "e PixelFormat:Mono8", "e TriggerSource:CoaXPress", "e TriggerActivation:FallingEdge,RisingEdge",
+        "e PixelFormat:Mono8", "e TriggerSource", "e TriggerActivation:FallingEdge,RisingEdge",
         "i InterfaceUtilization||50"},
        {.exposure = "ExposureTime"}},
       {"Vieworks VNP-604 (CoaXPress)",
