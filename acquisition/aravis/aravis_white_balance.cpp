@@ -72,6 +72,7 @@ void WriteWhiteBalance(const AravisSession& session, const std::string& who, con
 }
 
 double WhiteBalanceStep(const AravisSession& session, const FeatureNames& names) {
+  const BackToAll back(session, names);
   return AravisNumber(session, names.balance_ratio).Step() / GreenOf(session, names);
 }
 

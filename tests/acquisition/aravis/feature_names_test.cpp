@@ -85,7 +85,8 @@ struct Maker {
 };
 
 // As the makers' own descriptions name and type them (docs/devices_measured.md says which). What was not read there is left out
-// here, but for PixelFormat, which the standard demands. The library drives GigE Vision and USB3 Vision; of CoaXPress cameras it reads the description alone.
+// here, but for PixelFormat, which the standard demands. The library drives GigE Vision and USB3 Vision; of CoaXPress cameras it
+// reads the description alone.
 std::vector<Maker> Makers() {
   return {
       {"SFNC 2",
