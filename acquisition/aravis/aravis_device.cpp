@@ -386,7 +386,7 @@ bool AravisDevice::ChunksFail() const {
 void AravisDevice::GiveUpChunks() {
   Say(DeviceEventKind::kNotice,
       fmt::format(
-          "chunk data are switched on, but none of the first {} frames came whole: the camera perhaps "
+          "chunk data are switched on, but none of the first frames ({}) came whole: the camera perhaps "
           "sends none. They are switched off, and exposure, gain and time are taken from the settings and "
           "the stream (chunks=off says so from the start)",
           broken_));
