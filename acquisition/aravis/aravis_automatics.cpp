@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "acquisition/aravis/aravis_description.h"
+#include "acquisition/aravis/aravis_number.h"
+#include "acquisition/aravis/aravis_white_balance.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -38,81 +41,52 @@ bool IsOnUnasked(const AravisSession& session, const AravisOptions& options, con
   return !mode.empty() && mode != "Off";
 }
 
-// The first of these features that the camera has and that is a number, with its value.
 struct Held {
   const char* option;
-  std::string feature;
-  double value;
-  bool is_whole;
+  AravisNumber number;
+  double value;  // of the number
+  double option_value;
 };
-std::optional<Held> FirstNumber(const AravisSession& session,
-                                std::initializer_list<std::pair<const char*, std::string>> candidates) {
-  for (const auto& [option, name] : candidates) {
-    const char* feature = name.c_str();
-    ArvGcNode* node = name.empty() ? nullptr : arv_device_get_feature(session.Device(), feature);
-    const bool is_whole = node && ARV_IS_GC_INTEGER(node) && !ARV_IS_GC_FLOAT(node);
-    if (!node || (!is_whole && !ARV_IS_GC_FLOAT(node))) continue;
-    GError* error = nullptr;
-    const double value = is_whole
-                             ? static_cast<double>(arv_camera_get_integer(session.Camera(), feature, &error))
-                             : arv_camera_get_float(session.Camera(), feature, &error);
-    if (!error) return Held{option, name, value, is_whole};
-    g_clear_error(&error);
-  }
+std::optional<Held> HeldNumber(const char* option, const AravisNumber& number) {
+  const std::optional<double> value = number.Read();
+  return value ? std::optional(Held{option, number, *value, *value}) : std::nullopt;
+}
+
+std::optional<Held> HeldGain(const AravisSession& session, const FeatureNames& names) {
+  auto held = HeldNumber("gain_db", {session, names.gain});
+  if (!held) return HeldNumber("gain_raw", {session, names.gain_raw});
+  if (names.gain_is_factor) held->option_value = 20 * std::log10(held->value);
+  return held;
+}
+
+std::optional<Held> ControlledValue(const AravisSession& session, const Automatic& automatic,
+                                    const FeatureNames& names) {
+  const std::string_view feature = automatic.feature;
+  if (feature == "ExposureAuto")
+    return HeldNumber("exposure_us", {session, names.exposure, names.exposure_us});
+  if (feature == "GainAuto") return HeldGain(session, names);
+  if (feature != "BlackLevelAuto") return std::nullopt;
+  for (const char* name : {"BlackLevel", "BlackLevelRaw"})
+    if (KindOf(arv_device_get_feature(session.Device(), name)) != NodeKind::kNone)
+      if (auto held = HeldNumber("black_level", {session, name})) return held;
   return std::nullopt;
 }
 
-std::optional<Held> ControlledValue(const AravisSession& session, const Automatic& automatic) {
-  const std::string_view feature = automatic.feature;
-  const FeatureNames names = FindFeatureNames(FeaturesOf(session.Camera()));
-  if (feature == "ExposureAuto") return FirstNumber(session, {{"exposure_us", names.exposure}});
-  if (feature == "BlackLevelAuto")
-    return FirstNumber(session, {{"black_level", "BlackLevel"}, {"black_level", "BlackLevelRaw"}});
-  if (feature != "GainAuto") return std::nullopt;
-  return FirstNumber(session, {{"gain_db", names.gain_db}, {"gain_raw", names.gain_raw}});
-}
-
-void WriteBack(const AravisSession& session, const Held& held) {
-  Try([&](GError** e) {
-    if (held.is_whole)
-      arv_camera_set_integer(session.Camera(), held.feature.c_str(), static_cast<gint64>(held.value), e);
-    else
-      arv_camera_set_float(session.Camera(), held.feature.c_str(), held.value, e);
-  });
-}
-
-struct ColourRatios {
-  std::string feature, selector;
-  double red = 0, blue = 0;
-};
-std::optional<ColourRatios> ReadRatios(const AravisSession& session) {
-  const FeatureNames names = FindFeatureNames(FeaturesOf(session.Camera()));
-  ColourRatios ratios{.feature = names.balance_ratio, .selector = names.balance_selector};
-  if (ratios.feature.empty()) return std::nullopt;
-  for (const auto& [colour, value] : {std::pair("Red", &ratios.red), std::pair("Blue", &ratios.blue)}) {
-    GError* error = nullptr;
-    arv_camera_set_string(session.Camera(), ratios.selector.c_str(), colour, &error);
-    if (!error) *value = arv_camera_get_float(session.Camera(), ratios.feature.c_str(), &error);
-    if (!error) continue;
-    g_clear_error(&error);
-    return std::nullopt;
-  }
-  return ratios;
-}
-
-void WriteBack(const AravisSession& session, const ColourRatios& ratios) {
-  for (const auto& [colour, value] : {std::pair("Red", ratios.red), std::pair("Blue", ratios.blue)}) {
-    Try([&, c = colour](GError** e) {
-      arv_camera_set_string(session.Camera(), ratios.selector.c_str(), c, e);
-    });
-    Try([&, v = value](GError** e) { arv_camera_set_float(session.Camera(), ratios.feature.c_str(), v, e); });
+// Some cameras have kept the value by themselves and refuse it now.
+template <typename Write>
+void TryToWrite(Write&& write) {
+  try {
+    write();
+  } catch (const Error&) {
   }
 }
 
 void Freeze(const AravisSession& session, const Automatic& automatic, AravisFrozen& frozen) {
-  const auto controlled = ControlledValue(session, automatic);
-  const auto ratios =
-      std::string_view(automatic.feature) == "BalanceWhiteAuto" ? ReadRatios(session) : std::nullopt;
+  const FeatureNames names = FindFeatureNames(FeaturesOf(session.Camera()));
+  const auto controlled = ControlledValue(session, automatic, names);
+  const auto ratios = std::string_view(automatic.feature) == "BalanceWhiteAuto"
+                          ? ReadWhiteBalance(session, names)
+                          : std::nullopt;
   GError* error = nullptr;
   arv_camera_set_string(session.Camera(), automatic.feature, "Off", &error);
   const std::string reason = error ? Text(error->message) : "the camera does not switch it off";
@@ -124,10 +98,10 @@ void Freeze(const AravisSession& session, const Automatic& automatic, AravisFroz
   }
   std::pair<std::string, std::string> value;
   if (controlled) {
-    WriteBack(session, *controlled);
-    value = {controlled->option, fmt::format("{}", controlled->value)};
+    TryToWrite([&] { controlled->number.Write("the camera", controlled->value); });
+    value = {controlled->option, fmt::format("{}", controlled->option_value)};
   } else if (ratios) {
-    WriteBack(session, *ratios);
+    TryToWrite([&] { WriteWhiteBalance(session, "the camera", names, *ratios); });
     value = {"white_balance", fmt::format("{},{}", ratios->red, ratios->blue)};
   }
   const std::string held =

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cfloat>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -11,11 +10,20 @@
 #include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_description.h"
 #include "acquisition/aravis/aravis_link.h"
+#include "acquisition/aravis/aravis_number.h"
 #include "acquisition/aravis/aravis_region.h"
+#include "acquisition/aravis/aravis_trigger.h"
+#include "acquisition/aravis/aravis_white_balance.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 
 namespace ulf::acquisition {
 namespace {
+
+// Units and back: a bound that is given exactly must not be out of range.
+constexpr double kRounding = 1e-9;
+
+double FactorOf(double decibels) { return std::pow(10.0, decibels / 20); }
+double Decibels(double factor) { return 20 * std::log10(factor); }
 
 class Configurator {
  public:
@@ -32,19 +40,20 @@ class Configurator {
     if (Has("AcquisitionMode"))
       Must(who_, "continuous acquisition",
            [&](GError** e) { arv_camera_set_acquisition_mode(camera_, ARV_ACQUISITION_MODE_CONTINUOUS, e); });
-    Try([&](GError** e) { arv_camera_clear_triggers(camera_, e); });
+    ClearAravisTriggers(session_, names_);
     configured_.format = WriteFormat(options.format);
-    WriteBinning(options.binning);
+    WriteAravisBinning(session_, who_, options.binning);
     limits_ = WriteAravisRegion(session_, who_, options.region, configured_.format.mosaic != Mosaic::kNone);
     WriteAravisAutomatics(session_, who_, options);
     WriteExposure(options.exposure_us);
     WriteGain(options);
     WriteBlackLevel(options.black_level);
-    WriteWhiteBalance(options.white_balance);
+    WriteBalance(options.white_balance);
     WriteFrameRate(options.fps);
-    WriteTrigger(options);  // after the frame rate, because setting that switches the trigger off
+    WriteAravisTrigger(session_, who_, names_,
+                       options);  // after the frame rate, because setting that switches the trigger off
     WriteChunks(options.chunks);
-    WriteAravisLink(session_, who_, options, configured_);
+    WriteAravisLink(session_, who_, options, names_, configured_);
     ReadBack(options);
     return configured_;
   }
@@ -97,20 +106,9 @@ class Configurator {
          [&](GError** e) { arv_camera_execute_command(camera_, "UserSetLoad", e); });
   }
 
-  void WriteTrigger(const AravisOptions& options) {
-    if (!options.Triggered()) return;
-    if (!names_.CanTrigger()) throw UsageError("{}: the camera cannot be triggered; leave trigger out", who_);
-    if (options.SoftwareTriggered() && names_.software_source.empty())
-      throw UsageError(
-          "{}: the camera has no software trigger; give one of its lines ({}), or leave trigger out", who_,
-          fmt::join(Choices(names_.trigger_source.c_str()), ", "));
-    const std::string source = options.SoftwareTriggered() ? names_.software_source : options.trigger;
-    RequireChoice("trigger", names_.trigger_source.c_str(), source);
-    Must(who_, "trigger " + source, [&](GError** e) { arv_camera_set_trigger(camera_, source.c_str(), e); });
-  }
-
   void CheckRange(const char* option, double value, double low, double high) {
-    if (value < low || value > high)
+    const double rounding = kRounding * std::abs(value);
+    if (value < low - rounding || value > high + rounding)
       throw UsageError("{}: {}={} is out of the camera's range, {} to {}", who_, option, value, low, high);
   }
   template <typename Bound>
@@ -120,12 +118,6 @@ class Configurator {
     Must(who_, what, [&](GError** e) { get_bounds(camera_, &low, &high, e); });
     CheckRange(option, value, static_cast<double>(low), static_cast<double>(high));
   }
-  void CheckFloatRange(const char* option, double value, const char* what, const char* feature) {
-    double low = 0, high = 0;
-    Must(who_, what, [&](GError** e) { arv_camera_get_float_bounds(camera_, feature, &low, &high, e); });
-    CheckRange(option, value, low, high);
-  }
-
   PixelFormat WriteFormat(const std::optional<std::string>& asked) {
     guint count = 0;
     const char** names = Must(who_, "pixel formats", [&](GError** e) {
@@ -149,67 +141,43 @@ class Configurator {
     return *format;
   }
 
-  void WriteBinning(const AravisBinning& asked) {
-    const bool wanted = asked.x != 1 || asked.y != 1;
-    if (!Can(arv_camera_is_binning_available)) {
-      if (wanted) throw UsageError("{}: the camera cannot bin; leave binning out", who_);
-      return;
-    }
-    if (wanted) {
-      CheckRange("binning", asked.x, "binning", arv_camera_get_x_binning_bounds);
-      CheckRange("binning", asked.y, "binning", arv_camera_get_y_binning_bounds);
-      Must(who_, "binning", [&](GError** e) { arv_camera_set_binning(camera_, asked.x, asked.y, e); });
-    } else {
-      Try([&](GError** e) { arv_camera_set_binning(camera_, 1, 1, e); });
-    }
+  void WriteNumber(const char* option, const AravisNumber& number, double value) {
+    const auto [low, high] = number.Bounds(who_);
+    CheckRange(option, value, low, high);
+    number.Write(who_, value);
   }
-
-  bool IsWhole(const std::string& feature) {
-    return KindOf(arv_device_get_feature(session_.Device(), feature.c_str())) == NodeKind::kInteger;
-  }
-  // A number, which some cameras have whole and others not.
-  void WriteNumber(const char* option, const std::string& feature, double value) {
-    const char* name = feature.c_str();
-    if (!IsWhole(feature)) {
-      CheckFloatRange(option, value, name, name);
-      Must(who_, feature, [&](GError** e) { arv_camera_set_float(camera_, name, value, e); });
-      return;
-    }
-    gint64 low = 0, high = 0;
-    Must(who_, feature, [&](GError** e) { arv_camera_get_integer_bounds(camera_, name, &low, &high, e); });
-    CheckRange(option, value, static_cast<double>(low), static_cast<double>(high));
-    Must(who_, feature, [&](GError** e) { arv_camera_set_integer(camera_, name, std::llround(value), e); });
-  }
-  double ReadNumber(const std::string& feature) {
-    if (feature.empty()) return 0;
-    const char* name = feature.c_str();
-    return IsWhole(feature)
-               ? static_cast<double>(
-                     Maybe([&](GError** e) { return arv_camera_get_integer(camera_, name, e); }, gint64{0}))
-               : Maybe([&](GError** e) { return arv_camera_get_float(camera_, name, e); }, 0.0);
-  }
+  AravisNumber Exposure() { return {session_, names_.exposure, names_.exposure_us}; }
 
   void WriteExposure(std::optional<double> exposure_us) {
     if (!exposure_us) return;
     if (names_.exposure.empty())
-      throw UsageError("{}: the camera's exposure cannot be set; leave exposure_us out", who_);
+      throw UsageError(
+          "{}: the camera has no exposure in a unit of time; leave exposure_us out ('ulf features' shows "
+          "what "
+          "it has)",
+          who_);
     if (!names_.exposure_auto.empty()) SetText(names_.exposure_auto.c_str(), "Off");
-    WriteNumber("exposure_us", names_.exposure, *exposure_us);
+    WriteNumber("exposure_us", Exposure(), *exposure_us);
   }
 
   void WriteGain(const AravisOptions& options) {
     if (!options.gain_db && !options.gain_raw) return;
     if (!names_.gain_auto.empty()) SetText(names_.gain_auto.c_str(), "Off");
+    if (!names_.gain_of_all.empty()) SetText(names_.gain_selector.c_str(), names_.gain_of_all);
     if (options.gain_raw) {
       if (names_.gain_raw.empty()) throw UsageError("{}: the camera has no raw gain; give gain_db", who_);
-      return WriteNumber("gain_raw", names_.gain_raw, *options.gain_raw);
+      return WriteNumber("gain_raw", {session_, names_.gain_raw}, *options.gain_raw);
     }
-    if (names_.gain_db.empty())
+    if (names_.gain.empty())
       throw UsageError("{}: the camera has no gain in dB{}", who_,
                        names_.gain_raw.empty()
                            ? "; leave gain_db out"
                            : "; it has units of its own: give gain_raw ('ulf features' shows its range)");
-    WriteNumber("gain_db", names_.gain_db, *options.gain_db);
+    const AravisNumber gain(session_, names_.gain);
+    if (!names_.gain_is_factor) return WriteNumber("gain_db", gain, *options.gain_db);
+    const auto [low, high] = gain.Bounds(who_);
+    CheckRange("gain_db", *options.gain_db, Decibels(low), Decibels(high));
+    gain.Write(who_, std::clamp(FactorOf(*options.gain_db), low, high));
   }
 
   void WriteBlackLevel(std::optional<double> black_level) {
@@ -223,7 +191,7 @@ class Configurator {
     Must(who_, "black level", [&](GError** e) { arv_camera_set_black_level(camera_, *black_level, e); });
   }
 
-  void WriteWhiteBalance(const std::optional<AravisWhiteBalance>& balance) {
+  void WriteBalance(const std::optional<AravisWhiteBalance>& balance) {
     if (!balance) return;
     if (balance->by_camera) {
       if (names_.white_balance_auto.empty())
@@ -234,11 +202,7 @@ class Configurator {
     if (names_.balance_ratio.empty())
       throw UsageError("{}: the camera has no ratios for red and blue; leave white_balance out", who_);
     if (!names_.white_balance_auto.empty()) SetText(names_.white_balance_auto.c_str(), "Off");
-    for (const auto& [colour, value] : {std::pair("Red", balance->red), std::pair("Blue", balance->blue)}) {
-      RequireChoice("white_balance", names_.balance_selector.c_str(), colour);
-      SetText(names_.balance_selector.c_str(), colour);
-      WriteNumber("white_balance", names_.balance_ratio, value);
-    }
+    WriteWhiteBalance(session_, who_, names_, *balance);
   }
 
   // Enables the chunk data that the camera offers.
@@ -270,17 +234,9 @@ class Configurator {
 
   void ReadWindow() {
     SensorWindow& window = configured_.window;
-    gint binning_x = 1, binning_y = 1;
-    if (Can(arv_camera_is_binning_available))
-      Try([&](GError** e) { arv_camera_get_binning(camera_, &binning_x, &binning_y, e); });
-    const auto decimation = [&](const char* feature) {
-      return Has(feature)
-                 ? static_cast<int>(Maybe(
-                       [&](GError** e) { return arv_camera_get_integer(camera_, feature, e); }, gint64{1}))
-                 : 1;
-    };
-    window.binning_x = std::max(1, binning_x * decimation("DecimationHorizontal"));
-    window.binning_y = std::max(1, binning_y * decimation("DecimationVertical"));
+    window.binning_x =
+        ReductionOf(session_, "BinningHorizontal") * ReductionOf(session_, "DecimationHorizontal");
+    window.binning_y = ReductionOf(session_, "BinningVertical") * ReductionOf(session_, "DecimationVertical");
     gint x = 0, y = 0;
     Must(who_, "region", [&](GError** e) {
       arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
@@ -313,7 +269,13 @@ class Configurator {
     configured_.black_level = value / (percent ? 100 : std::pow(2.0, configured_.format.bits) - 1);
   }
 
-  double ReadExposureSeconds() { return 1e-6 * ReadNumber(names_.exposure); }
+  double ReadExposureSeconds() { return 1e-6 * Exposure().Read().value_or(0); }
+  // 1: unknown.
+  double ReadGain() {
+    const std::optional<double> value = AravisNumber(session_, names_.gain).Read();
+    if (!value || (names_.gain_is_factor && *value <= 0)) return 1;
+    return names_.gain_is_factor ? *value : FactorOf(*value);
+  }
 
   // Exposure and gain of every frame; 0 and 1 (unknown) while an automatic controls them.
   void ReadLight() {
@@ -326,29 +288,29 @@ class Configurator {
     const bool auto_gain =
         Can(arv_camera_is_gain_auto_available) &&
         Maybe([&](GError** e) { return arv_camera_get_gain_auto(camera_, e); }, ARV_AUTO_OFF) != ARV_AUTO_OFF;
-    configured_.gain =
-        !names_.gain_db.empty() && !auto_gain ? std::pow(10.0, ReadNumber(names_.gain_db) / 20.0) : 1;
+    configured_.gain = auto_gain ? 1 : ReadGain();
   }
 
   // Notes a setting that the camera changed by more than its own step, and by more than this share. Guessed:
   // cameras round exposure times and frame rates.
   static constexpr double kSameShare = 0.02;
-  void Compare(const char* option, double asked, double reads, const char* feature) {
-    const double step =
-        feature ? Maybe([&](GError** e) { return arv_camera_get_float_increment(camera_, feature, e); }, 0.0)
-                : 0;
-    const double own_steps = std::isfinite(step) && step > 2 * DBL_MIN && step < 1e300 ? step : 0;
-    if (std::abs(reads - asked) > std::max(1.001 * own_steps, kSameShare * std::abs(asked)))
+  void Compare(const char* option, double asked, double reads, double own_step) {
+    if (std::abs(reads - asked) > std::max(1.001 * own_step, kSameShare * std::abs(asked)))
       configured_.notes.push_back(fmt::format("changed {}={:g} to {:g}", option, asked, reads));
   }
 
+  void CompareGain(double asked_db) {
+    const AravisNumber gain(session_, names_.gain);
+    const double reads = gain.Read().value_or(0);
+    if (!names_.gain_is_factor) return Compare("gain_db", asked_db, reads, gain.Step());
+    Compare("gain_db", asked_db, Decibels(reads), Decibels(reads + gain.Step()) - Decibels(reads));
+  }
+
   void CompareWhiteBalance(const AravisWhiteBalance& asked) {
-    const std::string& ratio = names_.balance_ratio;
-    for (const auto& [colour, name, value] : {std::tuple("Red", "white_balance (red)", asked.red),
-                                              std::tuple("Blue", "white_balance (blue)", asked.blue)}) {
-      SetText(names_.balance_selector.c_str(), colour);
-      Compare(name, value, ReadNumber(ratio), ratio.c_str());
-    }
+    const auto reads = ReadWhiteBalance(session_, names_);
+    const double step = WhiteBalanceStep(session_, names_);
+    Compare("white_balance (red)", asked.red, reads ? reads->red : 0, step);
+    Compare("white_balance (blue)", asked.blue, reads ? reads->blue : 0, step);
   }
 
   // A camera that mirrors or crops its image may shift the mosaic and then change the format's name.
@@ -370,15 +332,16 @@ class Configurator {
     const double exposure_s = ReadExposureSeconds();
     const double fps = Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0);
     configured_.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
-    if (options.fps) Compare("fps", *options.fps, fps, nullptr);
+    if (options.fps) Compare("fps", *options.fps, fps, 0);
     if (options.exposure_us)
-      Compare("exposure_us", *options.exposure_us, 1e6 * exposure_s, names_.exposure.c_str());
-    if (options.gain_db)
-      Compare("gain_db", *options.gain_db, ReadNumber(names_.gain_db), names_.gain_db.c_str());
-    if (options.gain_raw) Compare("gain_raw", *options.gain_raw, ReadNumber(names_.gain_raw), nullptr);
+      Compare("exposure_us", *options.exposure_us, 1e6 * exposure_s, Exposure().Step());
+    if (options.gain_db) CompareGain(*options.gain_db);
+    if (options.gain_raw)
+      Compare("gain_raw", *options.gain_raw, AravisNumber(session_, names_.gain_raw).Read().value_or(0), 0);
     if (options.black_level)
       Compare("black_level", *options.black_level,
-              Maybe([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0), "BlackLevel");
+              Maybe([&](GError** e) { return arv_camera_get_black_level(camera_, e); }, 0.0),
+              AravisNumber(session_, Has("BlackLevel") ? "BlackLevel" : "").Step());
     if (options.white_balance && !options.white_balance->by_camera)
       CompareWhiteBalance(*options.white_balance);
     const SensorWindow& window = configured_.window;
@@ -409,9 +372,12 @@ void ReadLight(const AravisSession& session, const std::string& who, AravisConfi
   Configurator(session, who).ReadLightInto(configured);
 }
 
-void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
-  Must(who, "white balance",
-       [&](GError** e) { arv_camera_set_string(session.Camera(), "BalanceWhiteAuto", "Once", e); });
+void SwitchChunksOff(const AravisSession& session, const std::string& who, AravisConfigured& configured) {
+  ArvCamera* camera = session.Camera();
+  Must(who, "chunk data off", [&](GError** e) { arv_camera_set_chunk_mode(camera, FALSE, e); });
+  configured.chunks.clear();
+  configured.payload_bytes =
+      Must(who, "payload", [&](GError** e) { return arv_camera_get_payload(camera, e); });
 }
 
 }  // namespace ulf::acquisition

@@ -39,7 +39,7 @@ AravisConfigured ConfigureAravis(const AravisSession& session, const std::string
 // Reads the present exposure, gain and black level into `configured`.
 void ReadLight(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
-// Lets the camera adjust its white balance once. The camera must be streaming.
-void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
+// For a camera that promises chunk data and sends none. Its payload becomes smaller. Throws Error.
+void SwitchChunksOff(const AravisSession& session, const std::string& who, AravisConfigured& configured);
 
 }  // namespace ulf::acquisition

@@ -10,7 +10,7 @@ namespace ulf::acquisition {
 NodeKind KindOf(ArvGcNode* node);
 // What the description names, whether or not a camera has it at this moment: it is not asked, and need not be there.
 NamedFeatures FeaturesOf(ArvGc* description);
-// What the camera has at this moment.
+// What the camera has, whether or not it is available at this moment, with the choices that are.
 NamedFeatures FeaturesOf(ArvCamera* camera);
 
 }  // namespace ulf::acquisition

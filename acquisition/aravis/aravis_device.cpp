@@ -18,12 +18,13 @@
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_stream.h"
 #include "acquisition/aravis/aravis_usb.h"
+#include "acquisition/aravis/aravis_watch.h"
+#include "acquisition/aravis/aravis_white_balance.h"
 #include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/device/background_closer.h"
 #include "acquisition/device/frame_id_counter.h"
 #include "acquisition/device/frame_queue.h"
 #include "core/base/clock_offset.h"
-#include "core/base/counted.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
 #include "core/base/signal_stack.h"
@@ -35,11 +36,12 @@ using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
 // How long the capture thread waits for a frame before it does its other work, how long it waits for the
-// camera's answer about its control (in the thread, and at Stop()), and the pause between two readings of the
-// library's counters. All guessed.
+// camera's answer about its control at Stop(), the pause between two readings of the library's counters, and after how many
+// broken frames at the beginning chunk data are given up. All guessed.
 constexpr std::uint64_t kFrameWaitMicroseconds = 50'000;
-constexpr milliseconds kAskWhileCapturing(200), kAskAtStop(500);
+constexpr milliseconds kAskAtStop(500);
 constexpr double kCountersEverySeconds = 0.1;
+constexpr int kBrokenByChunks = 3;
 
 class AravisDevice : public Device {
  public:
@@ -117,12 +119,12 @@ class AravisDevice : public Device {
  private:
   void Open(const std::string& open_by);
   void Capture();
-  std::optional<std::string> LossReason(double silence_s);
+  bool ChunksFail() const;
+  void GiveUpChunks();
   void Take(ArvBuffer* buffer);
   void CountSettling(ArvBuffer* buffer, ArvBufferStatus status);
   void CountId(ArvBuffer* buffer, FrameStatus status) ULF_REQUIRES(mutex_);
   void Freeze();
-  void ReportOnce();
   void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status);
   void Fire();
   void Lose(const std::string& problem);
@@ -147,9 +149,6 @@ class AravisDevice : public Device {
     transport.emplace_back("frames with wrong packet ids", static_cast<double>(wrong_packet_ids_));
     transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
     statistics_.transport = std::move(transport);
-  }
-  double StallSeconds() const {
-    return std::max(options_.patience.stall_s, options_.patience.stall_periods * configured_.period_s);
   }
   // Whether frames are expected: always without a trigger; with the software's, from firing to its frame.
   bool TellsExposures() const {
@@ -179,11 +178,10 @@ class AravisDevice : public Device {
 
   // Used by the capture thread.
   bool first_of_stream_ = true;
+  bool one_was_whole_ = false;  // of this stream
+  int broken_ = 0;              // before the first that was
   bool said_incomplete_ = false;
-  bool said_priority_ = false, said_socket_buffer_ = false, said_refused_ = false;
   std::optional<Clock::time_point> settled_at_;  // frames until then are discarded; none: none are
-  Clock::time_point asked_control_at_;
-  bool control_answered_ = true;
 
   std::atomic<bool> some_stay_on_{false};  // automatics that could not be switched off
 
@@ -224,7 +222,8 @@ void AravisDevice::Start() {
     started_ = Clock::now();
   }
   first_of_stream_ = true;
-  said_priority_ = said_socket_buffer_ = said_refused_ = false;
+  one_was_whole_ = false;
+  broken_ = 0;
   trigger_out_ = false;
   settled_at_.reset();
   exposures_ = std::make_unique<AravisExposures>(*session_, TellsExposures(), options_.SoftwareTriggered());
@@ -290,7 +289,7 @@ void AravisDevice::Fire() {
   GError* error = nullptr;
   arv_camera_software_trigger(session_->Camera(), &error);
   if (!error) return;
-  spdlog::debug("{}: software trigger: {}", uri_, error->message);  // LossReason() finds the cause
+  spdlog::debug("{}: software trigger: {}", uri_, error->message);  // the watch finds the cause
   g_clear_error(&error);
 }
 
@@ -327,11 +326,9 @@ void AravisDevice::Stop() {
 // The capture thread: moves frames from the library's buffers to the queue until Stop() or the camera is
 // lost.
 void AravisDevice::Capture() {
-  const double stall_s = StallSeconds();
+  AravisWatch watch(*session_, options_, configured_.period_s);
   auto last_frame = Clock::now(), remembered = Clock::time_point{};
   bool stalled = false, frozen = false;
-  asked_control_at_ = Clock::now();
-  control_answered_ = true;
   while (!stop_) {
     ArvBuffer* buffer = arv_stream_timeout_pop_buffer(session_->Stream(), kFrameWaitMicroseconds);
     if (settled_at_ && Clock::now() >= *settled_at_ && !frozen) {
@@ -350,17 +347,19 @@ void AravisDevice::Capture() {
         Say(DeviceEventKind::kRestored,
             fmt::format("frames come again after {:.1f} s", SecondsSince(last_frame)));
       last_frame = Clock::now();
+      if (ChunksFail()) GiveUpChunks();
     }
     if (SecondsSince(remembered) > kCountersEverySeconds) {
       RememberTransport();
       remembered = Clock::now();
     }
-    ReportOnce();
+    for (std::string& note : stream_->TakeNotes(!first_of_stream_))
+      Say(DeviceEventKind::kNotice, std::move(note));
     if (const auto words = buffer ? clock_of_camera_->Look() : std::nullopt)  // a camera that is gone blocks
       Say(DeviceEventKind::kNotice, *words);
     const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
-    if (silence_s > stall_s && !std::exchange(stalled, true)) {
+    if (silence_s > watch.StallSeconds() && !std::exchange(stalled, true)) {
       Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
       if (stream_->RefusedPackets() > 0 && stream_->AllowAnyPort())
         Say(DeviceEventKind::kNotice,
@@ -368,7 +367,8 @@ void AravisDevice::Capture() {
             "address");
     }
     if (!FramesAreDue()) stalled = false;
-    if (const auto why = LossReason(silence_s)) {
+    const bool waits_for_trigger = options_.Triggered() && !trigger_out_;
+    if (const auto why = watch.LossReason(silence_s, waits_for_trigger, stream_->RefusedPackets())) {
       Lose(*why);
       break;
     }
@@ -376,71 +376,35 @@ void AravisDevice::Capture() {
   RememberTransport();
 }
 
-// Reports once what the system did not grant, and packets that were refused.
-void AravisDevice::ReportOnce() {
-  if (!said_priority_ && stream_->PriorityGranted() == false) {
-    said_priority_ = true;
-    Say(DeviceEventKind::kNotice,
-        "the system refused the thread priority of the URI; allow it with 'setcap cap_sys_nice+ep' on the "
-        "program, or an rtprio line in /etc/security/limits.conf");
-  }
-  if (!said_refused_ && stream_->RefusedPackets() > 0) {
-    said_refused_ = true;
-    Say(DeviceEventKind::kNotice,
-        "packets came that are not the camera's, or of a kind that it was not set to send: ulf refuses them "
-        "and counts them as 'packets refused'");
-  }
-  if (said_socket_buffer_ || first_of_stream_) return;
-  said_socket_buffer_ = true;
-  if (const auto& why = stream_->UnguardedReason())
-    Say(DeviceEventKind::kNotice,
-        "the camera's stream is not protected from packets of other senders: " + *why);
-  if (const auto words = stream_->SocketBufferWarning()) Say(DeviceEventKind::kNotice, *words);
+// A USB3 Vision camera that promises chunk data and sends none sends less than was agreed, and the library takes none of its
+// frames for a whole one. On GigE Vision it does (AravisFrames).
+bool AravisDevice::ChunksFail() const {
+  return session_->IsUsb() && !configured_.chunks.empty() && broken_ >= kBrokenByChunks && !one_was_whole_;
 }
 
-// The library's heartbeat reports a broken control channel up to five seconds later. While no frame comes,
-// this function asks the camera directly, which is sooner: a camera that was restarted has no controller.
-std::optional<std::string> AravisDevice::LossReason(double silence_s) {
-  if (session_->ControlLost() && session_->IsUsb())
-    return "the camera is no longer on the bus: its cable was pulled, or it lost its power";
-  if (session_->ControlLost())
-    return "the camera no longer answers, or another program took control of it; check power and cable";
-  const bool waiting_for_trigger = options_.Triggered() && !trigger_out_;
-  const AravisPatience& patience = options_.patience;
-  if (silence_s < StallSeconds() && !waiting_for_trigger) return std::nullopt;
-  const double silent_s = std::max(patience.silent_s, patience.silent_periods * configured_.period_s);
-  if (gige_address_.empty()) {
-    if (waiting_for_trigger || silence_s < silent_s) return std::nullopt;
-    // Opening it anew clears an endpoint that is halted, which the library does not do while it streams.
-    return session_->UsbAnswers()
-               ? fmt::format(
-                     "no frame for {:.1f} s although the camera answers: its stream has stopped; check "
-                     "whether "
-                     "it waits for a trigger, and use a shorter cable or another port if this comes again",
-                     silence_s)
-               : fmt::format("no frame for {:.1f} s, and the camera does not answer; check power and cable",
-                             silence_s);
+// Begins the stream anew, without.
+void AravisDevice::GiveUpChunks() {
+  Say(DeviceEventKind::kNotice,
+      fmt::format(
+          "chunk data are switched on, but none of the first frames ({}) came whole: the camera perhaps "
+          "sends none. They are switched off, and exposure, gain and time are taken from the settings and "
+          "the stream (chunks=off says so from the start)",
+          broken_));
+  Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
+  frames_.reset();
+  stream_.reset();
+  session_->ReleaseStream();
+  SwitchChunksOff(*session_, uri_, configured_);
+  stream_ = std::make_unique<AravisStream>(*session_, uri_, options_, configured_);
+  frames_ = std::make_unique<AravisFrames>(*session_, configured_);
+  exposures_->LookAgain(TellsExposures());
+  {
+    const MutexLock lock(mutex_);
+    ids_.Restarted();
   }
-  if (SecondsSince(asked_control_at_) > (waiting_for_trigger ? patience.ask_idle_s : patience.ask_again_s)) {
-    const GigeControl control = AskGigeControl(gige_address_, kAskWhileCapturing);
-    asked_control_at_ = Clock::now();
-    control_answered_ = control != GigeControl::kNoAnswer;
-    if (control == GigeControl::kFree)
-      return "the camera was restarted, or lost its network: it no longer knows this program";
-  }
-  if (waiting_for_trigger) return std::nullopt;
-  if (!control_answered_ && silence_s > std::max(patience.gone_s, silent_s))
-    return fmt::format("the camera has not answered for {:.1f} s; check power and cable", silence_s);
-  if (control_answered_ && silence_s > silent_s)
-    return fmt::format(
-        "no frame for {:.1f} s although the camera answers; check the firewall, the packet size "
-        "(?packet_size=1400), and whether the camera waits for a trigger{}",
-        silence_s,
-        stream_->RefusedPackets() == 0
-            ? ""
-            : fmt::format("; ulf refused {} of a kind that the camera was not set to send",
-                          Counted(stream_->RefusedPackets(), "packet")));
-  return std::nullopt;
+  first_of_stream_ = true;
+  Must(uri_, "start of acquisition",
+       [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
 }
 
 void AravisDevice::Lose(const std::string& problem) {
@@ -458,6 +422,8 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   const ArvBufferStatus status = arv_buffer_get_status(buffer);
   if (status == ARV_BUFFER_STATUS_CLEARED || status == ARV_BUFFER_STATUS_ABORTED)
     return;  // stopping, not a loss
+  one_was_whole_ |= status == ARV_BUFFER_STATUS_SUCCESS;
+  if (!one_was_whole_) ++broken_;
   if (settled_at_) return CountSettling(buffer, status);
   // The library enlarges its receive buffer only when the first packet arrives. A large first frame may have
   // lost packets by then.

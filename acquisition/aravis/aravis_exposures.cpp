@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/aravis_description.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -22,8 +23,13 @@ bool Has(ArvDevice* device, const char* feature) {
          FALSE;
 }
 
-double ExposureOf(const AravisSession& session) {
-  return 1e-6 * Maybe([&](GError** e) { return arv_camera_get_exposure_time(session.Camera(), e); }, 0.0);
+// 0 and 0: not told.
+std::pair<double, double> BoundsOf(const AravisNumber& number) {
+  try {
+    return number.Bounds("the camera");
+  } catch (const Error&) {
+    return {0, 0};
+  }
 }
 
 // All or nothing: the first refusal ends it.
@@ -35,6 +41,16 @@ class FeatureWrites {
   }
   FeatureWrites& Whole(const char* feature, gint64 value) {
     return Call([&](GError** e) { arv_device_set_integer_feature_value(device_, feature, value, e); });
+  }
+  FeatureWrites& Number(const AravisNumber& number, double value) {
+    if (!ok_) return *this;
+    try {
+      number.Write("the camera", value);
+    } catch (const Error& error) {
+      ok_ = false;
+      why_ = error.what();
+    }
+    return *this;
   }
   FeatureWrites& Do(const char* command) {
     return Call([&](GError** e) { arv_device_execute_command(device_, command, e); });
@@ -74,9 +90,9 @@ void AravisExposures::LookAgain() {
       Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera, e); }, FALSE) &&
       Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera, e); }, ARV_AUTO_OFF) !=
           ARV_AUTO_OFF;
-  const bool is_there =
-      Maybe([&](GError** e) { return arv_camera_is_exposure_time_available(camera, e); }, FALSE) != FALSE;
-  if (is_automatic || !is_there) {
+  const FeatureNames names = FindFeatureNames(FeaturesOf(camera));
+  exposure_ = {session_, names.exposure, names.exposure_us};
+  if (is_automatic || !exposure_.Read()) {
     kind_ = ExposureRequests::kNone;
     return;
   }
@@ -96,13 +112,13 @@ StillRequest AravisExposures::Ask(const std::vector<double>& stops) {
 
 bool AravisExposures::SetTime(double exposure_s) {
   FeatureWrites writes(session_.Device());
-  writes.Call([&](GError** e) { arv_camera_set_exposure_time(session_.Camera(), 1e6 * exposure_s, e); });
+  writes.Number(exposure_, 1e6 * exposure_s);
   if (!writes.ok())
     notes_.push_back(
         fmt::format("the camera does not take an exposure of {:g} s: {}", exposure_s, writes.why()));
   frames_since_set_ = 0;
   set_at_ = Clock::now();
-  set_s_ = ExposureOf(session_);
+  set_s_ = 1e-6 * exposure_.Read().value_or(0);
   return writes.ok();
 }
 
@@ -115,7 +131,7 @@ bool AravisExposures::StartSequencer() {
   for (gint64 set = 0; set < sets; ++set) {
     writes.Whole("SequencerSetSelector", set);
     const double exposure_s = wanted_[static_cast<std::size_t>(set)].exposure_s;
-    writes.Call([&](GError** e) { arv_camera_set_exposure_time(session_.Camera(), 1e6 * exposure_s, e); });
+    writes.Number(exposure_, 1e6 * exposure_s);
     if (Has(device, "SequencerPathSelector")) writes.Whole("SequencerPathSelector", 0);
     if (Has(device, "SequencerTriggerSource")) writes.Text("SequencerTriggerSource", "FrameStart");
     writes.Whole("SequencerSetNext", (set + 1) % sets).Do("SequencerSetSave");
@@ -147,17 +163,11 @@ void AravisExposures::Step() {
     stops = std::exchange(asked_, {});
   }
   if (stops.empty()) return;
-  before_s_ = ExposureOf(session_);
-  double least_us = 0, most_us = 0;
-  const bool bounded = Maybe(
-      [&](GError** e) {
-        arv_camera_get_exposure_time_bounds(session_.Camera(), &least_us, &most_us, e);
-        return true;
-      },
-      false);
+  before_s_ = 1e-6 * exposure_.Read().value_or(0);
+  const auto [least_us, most_us] = BoundsOf(exposure_);
   for (const double each : stops) {
     double exposure_s = before_s_ * std::exp2(each);
-    if (bounded && most_us > least_us) {
+    if (most_us > least_us) {
       const double possible_s = std::clamp(exposure_s, 1e-6 * least_us, 1e-6 * most_us);
       if (!AreTheSame(possible_s, exposure_s) && !std::exchange(said_bounds_, true))
         notes_.push_back(

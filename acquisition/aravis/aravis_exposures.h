@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/aravis/aravis_number.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/device/device.h"
 #include "core/base/mutex.h"
@@ -30,8 +31,12 @@ class AravisExposures {
   AravisExposures(const AravisSession& session, bool frames_tell, bool triggered_by_software);
 
   ExposureRequests Kind() const { return kind_; }  // from any thread
-  // Asks the camera what it can, as at the beginning: an automatic may have been switched off.
+  // Asks the camera what it can, as at the beginning: an automatic may have been switched off, or the chunk data.
   void LookAgain();
+  void LookAgain(bool frames_tell) {
+    frames_tell_ = frames_tell;
+    LookAgain();
+  }
   // From any thread.
   StillRequest Ask(const std::vector<double>& stops) ULF_EXCLUDES(mutex_);
   // Sets what is due.
@@ -55,7 +60,9 @@ class AravisExposures {
   void Next();
 
   const AravisSession& session_;
-  const bool frames_tell_, triggered_by_software_;
+  AravisNumber exposure_;  // microseconds
+  bool frames_tell_;
+  const bool triggered_by_software_;
   std::atomic<ExposureRequests> kind_{ExposureRequests::kNone};
   mutable Mutex mutex_;
   std::vector<double> asked_ ULF_GUARDED_BY(mutex_);

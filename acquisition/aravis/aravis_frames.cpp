@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "acquisition/aravis/aravis_description.h"
+
 namespace ulf::acquisition {
 
 std::string BufferStatusText(ArvBufferStatus status) {
@@ -27,6 +29,14 @@ AravisFrames::AravisFrames(const AravisSession& session, AravisConfigured config
     : configured_(std::move(configured)) {
   if (configured_.chunks.empty()) return;
   chunks_ = arv_camera_create_chunk_parser(session.Camera());
+  // Chunks seldom tell a unit; then it is that of the setting.
+  const NamedFeatures features = FeaturesOf(session.Camera());
+  const FeatureNames names = FindFeatureNames(features);
+  const std::string exposure_unit = features.unit_of("ChunkExposureTime");
+  chunk_exposure_us_ = exposure_unit.empty() ? names.exposure_us : MicrosecondsIn(exposure_unit).value_or(0);
+  const bool gain_in_decibels = IsDecibel(features.unit_of("ChunkGain"));
+  chunk_gain_is_factor_ = names.gain_is_factor && !gain_in_decibels;
+  chunk_gain_is_known_ = gain_in_decibels || !names.gain.empty();
   // Cameras of GigE Vision 1.x count ticks of their own.
   if (!ARV_IS_GV_DEVICE(session.Device())) return;
   const guint64 ticks_per_s = Maybe(
@@ -118,11 +128,11 @@ void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
     return std::find(configured_.chunks.begin(), configured_.chunks.end(), chunk) != configured_.chunks.end();
   };
   if (has("ExposureTime"))
-    if (const double exposure_us = real("ChunkExposureTime"); exposure_us > 0)
-      frame.exposure_s = 1e-6 * exposure_us;
-  if (has("Gain"))
-    if (const double gain_db = real("ChunkGain"); std::isfinite(gain_db))
-      frame.gain = std::pow(10, gain_db / 20);
+    if (const double exposure = chunk_exposure_us_ * real("ChunkExposureTime"); exposure > 0)
+      frame.exposure_s = 1e-6 * exposure;
+  if (has("Gain") && chunk_gain_is_known_)
+    if (const double gain = real("ChunkGain"); std::isfinite(gain) && (!chunk_gain_is_factor_ || gain > 0))
+      frame.gain = chunk_gain_is_factor_ ? gain : std::pow(10, gain / 20);
   if (has("BlackLevel"))
     if (const double level = real("ChunkBlackLevel"); std::isfinite(level))
       frame.black_level = level / (std::pow(2.0, configured_.format.bits) - 1);

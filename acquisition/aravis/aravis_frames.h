@@ -41,7 +41,9 @@ class AravisFrames {
 
   AravisConfigured configured_;
   ArvChunkParser* chunks_ = nullptr;
-  double tick_s_ = 1e-9;  // of the chunk timestamp
+  double tick_s_ = 1e-9;          // of the chunk timestamp
+  double chunk_exposure_us_ = 1;  // microseconds in one of the chunk's
+  bool chunk_gain_is_factor_ = false, chunk_gain_is_known_ = true;
   std::vector<std::string> notes_;
   bool on_shared_clock_ = false;
   bool said_unexpected_ = false, said_no_chunks_ = false;

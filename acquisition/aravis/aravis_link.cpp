@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/aravis/aravis_number.h"
+
 namespace ulf::acquisition {
 namespace {
 
@@ -69,59 +71,55 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
         fmt::format("changed packet_delay_ns={} to {}", delay_ns, configured.packet_delay_ns));
 }
 
-bool IsThere(ArvCamera* camera, const char* feature) {
-  return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera, feature, e); }, false);
+std::string SwitchOf(const AravisSession& session, const FeatureNames& names) {
+  return Text(Maybe(
+      [&](GError** e) { return arv_camera_get_string(session.Camera(), names.throughput_mode.c_str(), e); },
+      static_cast<const char*>(nullptr)));
 }
 
-constexpr char kLimitMode[] =
-    "DeviceLinkThroughputLimitMode";  // a switch that some cameras have beside the limit
-
-// Null: the camera has none.
-const char* LimitOf(ArvCamera* camera) {
-  for (const char* name : {"DeviceLinkThroughputLimit", "StreamBytesPerSecond"})
-    if (IsThere(camera, name)) return name;
-  return nullptr;
+AravisNumber LimitOf(const AravisSession& session, const FeatureNames& names) {
+  return {session, names.throughput_limit, names.throughput_bytes};
 }
 
-void WriteThroughputLimit(ArvCamera* camera, const std::string& who, double limit) {
-  const char* name = LimitOf(camera);
-  if (!name)
+void WriteThroughputLimit(const AravisSession& session, const std::string& who, const FeatureNames& names,
+                          double limit) {
+  if (names.throughput_limit.empty())
     throw UsageError("{}: the camera does not limit its own throughput; leave throughput_limit out", who);
-  if (IsThere(camera, kLimitMode))
-    Must(who, kLimitMode, [&](GError** e) { arv_camera_set_string(camera, kLimitMode, "On", e); });
-  gint64 low = 0, high = 0;
-  Must(who, name, [&](GError** e) { arv_camera_get_integer_bounds(camera, name, &low, &high, e); });
-  if (limit < static_cast<double>(low) || limit > static_cast<double>(high))
-    throw UsageError("{}: throughput_limit={:.0f} is out of the camera's range, {} to {} bytes a second", who,
-                     limit, low, high);
-  const gint64 step = std::max<gint64>(
-      1, Maybe([&](GError** e) { return arv_camera_get_integer_increment(camera, name, e); }, gint64{1}));
-  const gint64 steps =
-      static_cast<gint64>(std::ceil((limit - static_cast<double>(low)) / static_cast<double>(step)));
-  Must(who, name,
-       [&](GError** e) { arv_camera_set_integer(camera, name, std::min(high, low + steps * step), e); });
+  if (names.throughput_bytes == 0)
+    throw UsageError(
+        "{}: the camera counts {} in a unit that ulf does not know; leave throughput_limit out and set it by "
+        "'ulf features'",
+        who, names.throughput_limit);
+  // Before the limit: some cameras have none while the switch is off.
+  if (!names.throughput_mode.empty())
+    Must(who, names.throughput_mode, [&](GError** e) {
+      arv_camera_set_string(session.Camera(), names.throughput_mode.c_str(), "On", e);
+    });
+  const AravisNumber number = LimitOf(session, names);
+  const auto [low, high] = number.Bounds(who);
+  if (limit < low || limit > high)
+    throw UsageError(
+        "{}: throughput_limit={:.0f} is out of the camera's range, {:.0f} to {:.0f} bytes a second", who,
+        limit, low, high);
+  const double step = number.Step();
+  number.Write(who, step > 0 ? std::min(high, low + std::ceil((limit - low) / step) * step) : limit);
 }
 
-std::optional<double> ThroughputLimitOf(ArvCamera* camera) {
-  const char* name = LimitOf(camera);
-  if (!name) return std::nullopt;
-  if (IsThere(camera, kLimitMode) &&
-      Text(Maybe([&](GError** e) { return arv_camera_get_string(camera, kLimitMode, e); },
-                 static_cast<const char*>(nullptr))) != "On")
-    return std::nullopt;
-  const gint64 limit = Maybe([&](GError** e) { return arv_camera_get_integer(camera, name, e); }, gint64{0});
-  return limit > 0 ? std::optional(static_cast<double>(limit)) : std::nullopt;
+std::optional<double> ThroughputLimitOf(const AravisSession& session, const FeatureNames& names) {
+  if (names.throughput_limit.empty() || names.throughput_bytes == 0) return std::nullopt;
+  if (!names.throughput_mode.empty() && SwitchOf(session, names) != "On") return std::nullopt;
+  const std::optional<double> limit = LimitOf(session, names).Read();
+  return limit && *limit > 0 ? limit : std::nullopt;
 }
 
 }  // namespace
 
 void WriteAravisLink(const AravisSession& session, const std::string& who, const AravisOptions& options,
-                     AravisConfigured& configured) {
-  ArvCamera* camera = session.Camera();
+                     const FeatureNames& names, AravisConfigured& configured) {
   if (const std::string address = session.GigeAddress(); !address.empty())
-    WritePackets(camera, address, who, options, configured);
-  if (options.throughput_limit) WriteThroughputLimit(camera, who, *options.throughput_limit);
-  configured.throughput_limit = ThroughputLimitOf(camera);
+    WritePackets(session.Camera(), address, who, options, configured);
+  if (options.throughput_limit) WriteThroughputLimit(session, who, names, *options.throughput_limit);
+  configured.throughput_limit = ThroughputLimitOf(session, names);
 }
 
 }  // namespace ulf::acquisition

@@ -1,8 +1,14 @@
 #include "acquisition/aravis/aravis_region.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <numeric>
+#include <vector>
+
+#include "acquisition/aravis/aravis_description.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -34,7 +40,73 @@ std::string Text(const Steps& steps) {
                      steps.step > 1 ? fmt::format(" in steps of {}", steps.step) : "");
 }
 
+bool IsThere(const AravisSession& session, const char* feature) {
+  return Maybe([&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature, e); },
+               false);
+}
+
+bool IsChoice(const AravisSession& session, const char* feature) {
+  return KindOf(arv_device_get_feature(session.Device(), feature)) == NodeKind::kChoice;
+}
+
+// "BinningHorizontal2": 2; "Off": 1; none: the name has no number.
+std::optional<int> ReductionIn(const std::string& choice) {
+  if (choice == "Off") return 1;
+  const std::size_t last = choice.find_last_not_of("0123456789");
+  const std::size_t from = last == std::string::npos ? 0 : last + 1;
+  int factor = 0;
+  const auto [end, error] = std::from_chars(choice.data() + from, choice.data() + choice.size(), factor);
+  return error == std::errc() && factor > 0 ? std::optional(factor) : std::nullopt;
+}
+
+void WriteReduction(const AravisSession& session, const std::string& who, const char* feature, int factor) {
+  ArvCamera* camera = session.Camera();
+  if (!IsChoice(session, feature)) {
+    const Steps steps = StepsOf(session, who, feature);
+    if (factor < steps.low || factor > steps.high)
+      throw UsageError("{}: binning={} is out of the camera's range, {}", who, factor, Text(steps));
+    Must(who, feature, [&](GError** e) { arv_camera_set_integer(camera, feature, factor, e); });
+    return;
+  }
+  const std::vector<std::string> choices = MaybeNames([&](guint* count, GError** e) {
+    return arv_camera_dup_available_enumerations_as_strings(camera, feature, count, e);
+  });
+  const auto choice = std::find_if(choices.begin(), choices.end(),
+                                   [&](const std::string& name) { return ReductionIn(name) == factor; });
+  if (choice == choices.end())
+    throw UsageError("{}: binning={}: the camera has {}", who, factor,
+                     choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", ")));
+  Must(who, feature, [&](GError** e) { arv_camera_set_string(camera, feature, choice->c_str(), e); });
+}
+
 }  // namespace
+
+int ReductionOf(const AravisSession& session, const char* feature) {
+  if (!IsThere(session, feature)) return 1;
+  if (IsChoice(session, feature))
+    return ReductionIn(
+               Text(Maybe([&](GError** e) { return arv_camera_get_string(session.Camera(), feature, e); },
+                          static_cast<const char*>(nullptr))))
+        .value_or(1);
+  return static_cast<int>(std::max(
+      gint64{1},
+      Maybe([&](GError** e) { return arv_camera_get_integer(session.Camera(), feature, e); }, gint64{1})));
+}
+
+void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked) {
+  for (const auto& [feature, factor] :
+       {std::pair("BinningHorizontal", asked.x), std::pair("BinningVertical", asked.y)}) {
+    if (factor != 1) {
+      if (!IsThere(session, feature)) throw UsageError("{}: the camera cannot bin; leave binning out", who);
+      WriteReduction(session, who, feature, factor);
+    } else if (ReductionOf(session, feature) != 1) {
+      try {
+        WriteReduction(session, who, feature, 1);
+      } catch (const Error&) {  // then the window tells the binning that stays
+      }
+    }
+  }
+}
 
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
                                     const std::optional<AravisRegion>& asked, bool is_mosaic) {

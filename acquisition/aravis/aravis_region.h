@@ -1,4 +1,4 @@
-// Sets the part of the sensor that a camera sends.
+// Sets the part of the sensor that a camera sends, and how many of its pixels become one.
 //
 // A camera accepts widths, heights and offsets within limits and in steps of its own, and these limits depend
 // on each other. They follow from the pixel format, the binning and offsets of zero, which are therefore
@@ -24,5 +24,13 @@ struct AravisImageLimits {
 // the nearest region that the camera can send.
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
                                     const std::optional<AravisRegion>& asked, bool is_mosaic);
+
+// Pixels of the sensor that become one of the image along one axis: 1 where the camera has no such feature
+// (BinningHorizontal, DecimationVertical, ...). Some cameras have a number, others a choice whose name ends with it
+// (BinningHorizontal2).
+int ReductionOf(const AravisSession& session, const char* feature);
+
+// Throws UsageError for a binning that the camera does not have. What the last program set is undone where none is asked for.
+void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked);
 
 }  // namespace ulf::acquisition

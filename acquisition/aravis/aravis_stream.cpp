@@ -174,6 +174,24 @@ std::optional<std::size_t> AravisStream::GrantedSocketBuffer() const {
   return static_cast<std::size_t>(bytes / 2);  // the kernel reports twice the size, for its own bookkeeping
 }
 
+std::vector<std::string> AravisStream::TakeNotes(bool frames_came) {
+  std::vector<std::string> notes;
+  if (PriorityGranted() == false && !std::exchange(said_priority_, true))
+    notes.emplace_back(
+        "the system refused the thread priority of the URI; allow it with 'setcap cap_sys_nice+ep' on the "
+        "program, or an rtprio line in /etc/security/limits.conf");
+  if (RefusedPackets() > 0 && !std::exchange(said_refused_, true))
+    notes.emplace_back(
+        "packets came that are not the camera's, or of a kind that it was not set to send: ulf refuses them "
+        "and counts them as 'packets refused'");
+  if (!frames_came || std::exchange(said_socket_buffer_, true)) return notes;
+  if (unguarded_reason_)
+    notes.push_back("the camera's stream is not protected from packets of other senders: " +
+                    *unguarded_reason_);
+  if (const auto words = SocketBufferWarning()) notes.push_back(*words);
+  return notes;
+}
+
 std::optional<std::string> AravisStream::SocketBufferWarning() const {
   const auto granted = GrantedSocketBuffer();
   // A buffer smaller than a frame loses packets. A larger one is needed only where the URI asks for it.

@@ -23,13 +23,11 @@ class AravisStream {
   AravisStream(AravisSession& session, const std::string& who, const AravisOptions& options,
                const AravisConfigured& configured);
 
-  // Whether the system granted the priority; none: not yet known, or no priority was asked for.
-  std::optional<bool> PriorityGranted() const;
   // A warning where the system granted a smaller receive buffer than asked for; none: it is large enough.
   // Known when the first packets have arrived.
   std::optional<std::string> SocketBufferWarning() const;
-  // Why the packet filter could not be installed; none: it is active.
-  const std::optional<std::string>& UnguardedReason() const { return unguarded_reason_; }
+  // What the system did not grant and which packets were refused, each said once. `frames_came`: the first has.
+  std::vector<std::string> TakeNotes(bool frames_came);
   std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
   // Stops checking the source port, for a camera that reports a wrong one; true where it was checked until
   // now.
@@ -51,12 +49,15 @@ class AravisStream {
   AravisConfigured configured_;
   std::shared_ptr<Thread> thread_;
   void Guard();
+  // Whether the system granted the priority; none: not yet known, or no priority was asked for.
+  std::optional<bool> PriorityGranted() const;
   // The receive buffer that the kernel granted, in bytes; none where the socket was not found.
   std::optional<std::size_t> GrantedSocketBuffer() const;
 
-  int socket_ = -1;                     // the library's; -1: another bus, or not found
-  std::shared_ptr<StreamGuard> guard_;  // none: see unguarded_reason_
-  std::optional<std::string> unguarded_reason_;
+  int socket_ = -1;                              // the library's; -1: another bus, or not found
+  std::shared_ptr<StreamGuard> guard_;           // none: see unguarded_reason_
+  std::optional<std::string> unguarded_reason_;  // why there is no packet filter
+  bool said_priority_ = false, said_socket_buffer_ = false, said_refused_ = false;
   std::size_t buffers_ = 0;
   std::size_t socket_buffer_bytes_ = 0;  // asked for
 };

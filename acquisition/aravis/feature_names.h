@@ -1,9 +1,10 @@
-// By which names a camera calls what a light field needs of it: exposure, gain, pixel format, trigger, white balance. The
-// Standard Features Naming Convention has one name for each; cameras before it, and some beside it, have others. What is
-// found here is what the driver sets (aravis_configuration.h).
+// By which names and in which units a camera has what a light field needs of it: exposure, gain, pixel format, trigger,
+// white balance, limit of throughput. The Standard Features Naming Convention has one name for each; cameras before it, and
+// some beside it, have others. What is found here is what the driver sets (aravis_configuration.h).
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,28 +12,46 @@ namespace ulf::acquisition {
 
 enum class NodeKind { kNone, kInteger, kReal, kChoice, kBoolean, kCommand, kText };
 
-// A camera's description as far as names go. `kind_of`: kNone for a feature that it does not have; `choices_of`: of an
-// enumeration.
+// A camera's description as far as names go.
 struct NamedFeatures {
-  std::function<NodeKind(const std::string& name)> kind_of;
-  std::function<std::vector<std::string>(const std::string& name)> choices_of;
+  std::function<NodeKind(const std::string& name)> kind_of;   // kNone: no such feature
+  std::function<bool(const std::string& name)> is_available;  // at this moment; another setting may bring it
+  std::function<std::vector<std::string>(const std::string& name)> choices_of;  // of an enumeration
+  std::function<std::string(const std::string& name)> unit_of;                  // empty: it does not tell
+  std::function<std::optional<double>(const std::string& name)> least_of;       // none: it does not tell
 };
 
 // Empty: the camera does not have it.
 struct FeatureNames {
-  std::string exposure = {};  // microseconds
-  std::string gain_db = {};   // decibels
-  std::string gain_raw = {};  // a whole number, in units of the camera's own
+  std::string exposure = {};
+  double exposure_us = 1;  // microseconds in one of its unit
+  // In decibels, or a factor: one without a unit that cannot be 0.
+  std::string gain = {};
+  bool gain_is_factor = false;
+  std::string gain_raw = {};  // a number in units of the camera's own
+  // Which of several gains is set, and its choice that means all pixels.
+  std::string gain_selector = {}, gain_of_all = {};
   std::string pixel_format = {};
   std::string trigger_mode = {}, trigger_source = {}, trigger_software = {};
   std::string software_source = {};  // the choice of trigger_source that means trigger_software
+  // Which of several triggers is set, and its choice that starts a frame.
+  std::string trigger_selector = {}, frame_trigger = {};
   std::string white_balance_auto = {};
   std::string balance_selector = {}, balance_ratio = {};  // the colour, and its ratio to green
+  bool balance_is_gain = false;                           // each colour's own gain, green's among them
   std::string exposure_auto = {}, gain_auto = {};
+  std::string throughput_limit = {};
+  // Bytes a second in one of its unit; 0: in a unit that is not known.
+  double throughput_bytes = 1;
+  std::string throughput_mode = {};  // a switch beside the limit
 
   bool CanTrigger() const { return !trigger_source.empty(); }
   bool CanBalance() const { return !white_balance_auto.empty() || !balance_ratio.empty(); }
 };
 FeatureNames FindFeatureNames(const NamedFeatures& camera);
+
+// Microseconds in one of a unit of time as descriptions write it; of none at all 1. None: no unit of time.
+std::optional<double> MicrosecondsIn(const std::string& unit);
+bool IsDecibel(const std::string& unit);
 
 }  // namespace ulf::acquisition

@@ -14,6 +14,8 @@ namespace ulf::acquisition {
 class FrameIdCounter {
  public:
   void Arrived(std::uint64_t id);
+  // The camera counts from its beginning again.
+  void Restarted() { newest_.reset(); }
   void ArrivedWithoutId() { ++without_id_; }
   std::uint64_t Missing() const { return missing_; }
   // Frames that arrived after a later one.

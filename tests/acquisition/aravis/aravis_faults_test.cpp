@@ -1,4 +1,4 @@
-// Tests: acquisition/aravis/aravis_device, acquisition/aravis/aravis_discovery,
+// Tests: acquisition/aravis/aravis_watch, acquisition/aravis/aravis_device, acquisition/aravis/aravis_discovery,
 // acquisition/aravis/gige_vision_probe, acquisition/device/frame_id_counter.
 //
 // What goes wrong between a GigE Vision camera and its program, and how soon that is known. (Killed cameras

@@ -135,6 +135,15 @@ TEST(FrameIdCounter, LateFramesAreNotLost) {
   EXPECT_EQ(MissingAfter({3, 3, 4}), 0u) << "a number twice is no gap";
 }
 
+TEST(FrameIdCounter, ACameraThatBeginsAnewIsNeitherLateNorLacking) {
+  FrameIdCounter counter;
+  for (const std::uint64_t id : {0, 1, 4}) counter.Arrived(id);
+  counter.Restarted();
+  for (const std::uint64_t id : {0, 1}) counter.Arrived(id);
+  EXPECT_EQ(counter.Missing(), 2u) << "those of before";
+  EXPECT_EQ(counter.OutOfOrder(), 0u);
+}
+
 TEST(FrameIdCounter, AFrameWithoutItsNumberFillsItsGap) {
   FrameIdCounter counter;
   counter.Arrived(10);

@@ -163,9 +163,9 @@ UsbIdentity IdentityOf(const U3vOptions& options) {
 // Of the bootstrap maps: ABRM at 0, SBRM, SIRM, EIRM, and the manifest.
 constexpr std::uint64_t kManifest = 0x400, kSbrm = 0x1000, kSirm = 0x1100, kEirm = 0x1200, kXml = 0x10000;
 constexpr std::uint64_t kHeight = 0x2004, kOffsetX = 0x2008, kOffsetY = 0x200c, kPixelFormat = 0x2010,
-                        kAcquisition = 0x2018, kTriggerSource = 0x2020, kChunkMode = 0x202c,
-                        kChunkEnable = 0x2034, kThroughputMode = 0x2078, kPayload = 0x2080,
-                        kSensorWidth = 0x2084, kSensorHeight = 0x2088;
+                        kAcquisition = 0x2018, kTriggerSource = 0x2020, kChunkEnable = 0x2034,
+                        kThroughputMode = 0x2078, kPayload = 0x2080, kSensorWidth = 0x2084,
+                        kSensorHeight = 0x2088;
 constexpr int kMostTransfer = 1024;       // of a command and an answer
 constexpr double kHighSpeedBytes = 40e6;  // a second, what USB 2 really carries
 // Frames that the camera itself can hold while the host does not ask.

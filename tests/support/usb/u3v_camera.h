@@ -87,8 +87,9 @@ class EmulatedU3vCamera {
 
   // Addresses of registers, for tests that look.
   static constexpr std::uint64_t kSpeed = 0x1040, kStreamControl = 0x1104, kWidth = 0x2000,
-                                 kTriggerMode = 0x201c, kTriggerSoftware = 0x2024, kExposure = 0x2050,
-                                 kGain = 0x2058, kFrameRate = 0x2060, kThroughputLimit = 0x2070;
+                                 kTriggerMode = 0x201c, kTriggerSoftware = 0x2024, kChunkMode = 0x202c,
+                                 kExposure = 0x2050, kGain = 0x2058, kFrameRate = 0x2060,
+                                 kThroughputLimit = 0x2070;
   static constexpr std::uint8_t kControlIn = 0x81, kControlOut = 0x01, kStreamIn = 0x83;
 
  private:

@@ -1,0 +1,70 @@
+#include "acquisition/aravis/aravis_watch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "acquisition/aravis/gige_vision_probe.h"
+#include "core/base/counted.h"
+#include "core/base/host_time.h"
+
+namespace ulf::acquisition {
+namespace {
+
+// How long the camera's answer about its control is awaited. Guessed.
+constexpr std::chrono::milliseconds kAskWhileCapturing(200);
+
+}  // namespace
+
+AravisWatch::AravisWatch(const AravisSession& session, const AravisOptions& options, double period_s)
+    : session_(session),
+      patience_(options.patience),
+      period_s_(period_s),
+      gige_address_(session.GigeAddress()) {}
+
+double AravisWatch::StallSeconds() const {
+  return std::max(patience_.stall_s, patience_.stall_periods * period_s_);
+}
+
+std::optional<std::string> AravisWatch::LossReason(double silence_s, bool waits_for_trigger,
+                                                   std::uint64_t refused_packets) {
+  if (session_.ControlLost() && session_.IsUsb())
+    return "the camera is no longer on the bus: its cable was pulled, or it lost its power";
+  if (session_.ControlLost())
+    return "the camera no longer answers, or another program took control of it; check power and cable";
+  if (silence_s < StallSeconds() && !waits_for_trigger) return std::nullopt;
+  const double silent_s = std::max(patience_.silent_s, patience_.silent_periods * period_s_);
+  if (gige_address_.empty()) {
+    if (waits_for_trigger || silence_s < silent_s) return std::nullopt;
+    // Opening it anew clears an endpoint that is halted, which the library does not do while it streams.
+    return session_.UsbAnswers()
+               ? fmt::format(
+                     "no frame for {:.1f} s although the camera answers: its stream has stopped; check "
+                     "whether "
+                     "it waits for a trigger, and use a shorter cable or another port if this comes again",
+                     silence_s)
+               : fmt::format("no frame for {:.1f} s, and the camera does not answer; check power and cable",
+                             silence_s);
+  }
+  if (SecondsSince(asked_control_at_) > (waits_for_trigger ? patience_.ask_idle_s : patience_.ask_again_s)) {
+    const GigeControl control = AskGigeControl(gige_address_, kAskWhileCapturing);
+    asked_control_at_ = Clock::now();
+    control_answered_ = control != GigeControl::kNoAnswer;
+    if (control == GigeControl::kFree)
+      return "the camera was restarted, or lost its network: it no longer knows this program";
+  }
+  if (waits_for_trigger) return std::nullopt;
+  if (!control_answered_ && silence_s > std::max(patience_.gone_s, silent_s))
+    return fmt::format("the camera has not answered for {:.1f} s; check power and cable", silence_s);
+  if (control_answered_ && silence_s > silent_s)
+    return fmt::format(
+        "no frame for {:.1f} s although the camera answers; check the firewall, the packet size "
+        "(?packet_size=1400), and whether the camera waits for a trigger{}",
+        silence_s,
+        refused_packets == 0 ? ""
+                             : fmt::format("; ulf refused {} of a kind that the camera was not set to send",
+                                           Counted(refused_packets, "packet")));
+  return std::nullopt;
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,37 @@
+// Tells when a camera that sends no frames counts as stalled, and when it is lost. One object for one stream.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "acquisition/aravis/aravis_options.h"
+#include "acquisition/aravis/aravis_session.h"
+
+namespace ulf::acquisition {
+
+class AravisWatch {
+ public:
+  // `period_s`: of the frames; 0: unknown.
+  AravisWatch(const AravisSession& session, const AravisOptions& options, double period_s);
+
+  double StallSeconds() const;
+  // Why the camera is lost; none: it is not. The library's heartbeat reports a broken control channel up to five seconds later.
+  // While no frame comes, this asks the camera directly, which is sooner: a camera that was restarted has no controller.
+  // `silence_s`: without a frame that is due. `refused_packets`: of a kind that the camera was not set to send.
+  std::optional<std::string> LossReason(double silence_s, bool waits_for_trigger,
+                                        std::uint64_t refused_packets);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  const AravisSession& session_;
+  const AravisPatience patience_;
+  const double period_s_;
+  const std::string gige_address_;  // empty: another bus
+  Clock::time_point asked_control_at_ = Clock::now();
+  bool control_answered_ = true;
+};
+
+}  // namespace ulf::acquisition
