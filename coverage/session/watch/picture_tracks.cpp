@@ -27,6 +27,14 @@ const cv::Mat& LogLightTable() {
   return table;
 }
 
+float Between(const cv::Mat& values, cv::Point2f at) {
+  const int x = static_cast<int>(at.x), y = static_cast<int>(at.y);  // inside, see IsInside()
+  const float right = at.x - static_cast<float>(x), down = at.y - static_cast<float>(y);
+  const float *upper = values.ptr<float>(y) + x, *lower = values.ptr<float>(y + 1) + x;
+  return (1 - down) * ((1 - right) * upper[0] + right * upper[1]) +
+         down * ((1 - right) * lower[0] + right * lower[1]);
+}
+
 bool IsKnown(float log_light) {
   static const float low = std::log(LinearFromSrgb(kDarkest)), high = std::log(LinearFromSrgb(kBrightest));
   return log_light > low && log_light < high;
@@ -62,7 +70,7 @@ PictureTracks::Reduced PictureTracks::Reduce(double time_s, const Image& image) 
              cv::INTER_AREA);
   Reduced reduced{.time_s = time_s, .log_light = {}, .smooth = {}, .detail = {}, .pyramid = {}};
   cv::LUT(small, LogLightTable(), reduced.log_light);
-  constexpr double kSmooth = 1.5, kFine = 1, kSlow = 7;
+  constexpr double kSmooth = 3, kFine = 1, kSlow = 7;
   cv::GaussianBlur(reduced.log_light, reduced.smooth, {}, kSmooth);
   cv::Mat slow;
   cv::GaussianBlur(reduced.log_light, slow, {}, kFine);
@@ -116,8 +124,8 @@ std::optional<PicturePair> PictureTracks::After(double time_s, const Image& imag
     }
     pair.motion = {static_cast<float>(Median(std::move(right))), static_cast<float>(Median(std::move(down)))};
     for (PictureTrack& track : pair.tracks) {
-      const float light_before = before->smooth.at<float>(cv::Point(track.before)),
-                  light_now = now.smooth.at<float>(cv::Point(track.now));
+      const float light_before = Between(before->smooth, track.before),
+                  light_now = Between(now.smooth, track.now);
       if (IsKnown(light_before) && IsKnown(light_now)) track.log_light = light_now - light_before;
       const cv::Point2f moved = track.now - track.before;
       const float length = std::hypot(moved.x, moved.y);
