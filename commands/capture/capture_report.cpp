@@ -123,6 +123,13 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
     text += fmt::format("lens           {}, found from the images\n", summary.refined_lens->Text());
   if (summary.calibration && summary.calibration->Wrong())
     text += fmt::format("calibration    {}\n", summary.calibration->Advice());
+  for (const coverage::NoticedMistake& noticed : summary.mistakes) {
+    using enum coverage::Mistake;
+    const bool has_a_line =
+        noticed.mistake == kRollingShutter || (noticed.mistake == kWrongLens && summary.calibration);
+    if (!has_a_line)
+      text += fmt::format("mistake        {} (from {:.0f} s on)\n", noticed.InWords(), noticed.first_s);
+  }
   if (summary.rolling_shutter) text += fmt::format("shutter        {}\n", summary.rolling_shutter->InWords());
   return text + fmt::format("ended          {}\n", InWords(summary.stopped_because));
 }
@@ -168,6 +175,13 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
   if (summary.measured) json["ms_measure_median"] = summary.measured->ms_median;
   json["calibration"] = ToJson(summary.calibration);
   json["refined_lens"] = ToJson(summary.refined_lens);
+  json["mistakes"] = nlohmann::json::array();
+  for (const coverage::NoticedMistake& noticed : summary.mistakes)
+    json["mistakes"].push_back({{"name", Name(noticed.mistake)},
+                                {"finding", noticed.finding},
+                                {"cure", noticed.cure},
+                                {"first_s", noticed.first_s},
+                                {"last_s", noticed.last_s}});
   json["rolling_shutter"] = ToJson(summary.rolling_shutter);
   json["set_aside"] = nlohmann::json::object();
   for (const auto& [folder, count] : summary.set_aside) json["set_aside"][folder.string()] = count;

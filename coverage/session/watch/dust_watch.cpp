@@ -15,16 +15,43 @@ cv::Mat SpotContrast(const cv::Mat& log_light) {
   cv::Mat near, far;
   cv::blur(log_light, near, {spot, spot});
   cv::blur(log_light, far, {around, around});
-  constexpr float kMost = 0.5f;  // the scene's own edges count for no more
-  return cv::min(cv::max(near - far, -kMost), kMost);
+  return near - far;
 }
 
 }  // namespace
 
-void DustWatch::LookAt(const cv::Rect& cell, const cv::Mat& contrast) {
-  const cv::Mat part = contrast(cell);
-  sum_(cell) += part;
-  cv::accumulateSquare(part, sum2_(cell));
+cv::Rect DustWatch::Area(int row, int column) const {
+  const cv::Size size = sum_.size();
+  return {cv::Point(column * size.width / kColumns, row * size.height / kRows),
+          cv::Point((column + 1) * size.width / kColumns, (row + 1) * size.height / kRows)};
+}
+
+void DustWatch::Look(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell) {
+  if (cell.contrast.empty()) return;
+  // Where this piece of the scene was in the look before: near where its points say.
+  const int search = std::max(2, log_light.cols / 100);
+  const cv::Rect near(area.x - cvRound(cell.moved.x) - search, area.y - cvRound(cell.moved.y) - search,
+                      area.width + 2 * search, area.height + 2 * search);
+  if ((near & cv::Rect({0, 0}, log_light.size())) != near) return;
+  const cv::Mat piece = log_light(area);
+  cv::Mat alike;
+  cv::matchTemplate(cell.log_light(near), piece, alike, cv::TM_CCOEFF_NORMED);
+  double best = 0;
+  cv::Point at;
+  cv::minMaxLoc(alike, nullptr, &best, nullptr, &at);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(piece, mean, deviation);
+  if (deviation[0] < options_.plain)
+    at = {search, search};
+  else if (best < options_.alike)
+    return;
+  constexpr float kMost = 0.5f;  // what does not fit counts for no more
+  const cv::Mat there = cell.contrast(cv::Rect(near.tl() + at, area.size()));
+  const cv::Mat change = cv::min(cv::max(contrast(area) - there, -kMost), kMost);
+  sum_(area) += change;
+  cv::accumulateSquare(change, sum2_(area));
+  cv::add(darker_(area), 1, darker_(area), change < -0.5 * options_.least_kept_off);
+  ++cell.looks;
 }
 
 void DustWatch::After(const PicturePair& pair) {
@@ -32,8 +59,8 @@ void DustWatch::After(const PicturePair& pair) {
   if (sum_.size() != size) {
     sum_ = cv::Mat::zeros(size, CV_32F);
     sum2_ = cv::Mat::zeros(size, CV_32F);
-    looks_.assign(kColumns * kRows, 0);
-    moved_.assign(kColumns * kRows, {});
+    darker_ = cv::Mat::zeros(size, CV_32F);
+    cells_.assign(kColumns * kRows, {});
     spots_.clear();
   }
   // Of the points in each cell and around it; where there is none, of all.
@@ -51,15 +78,16 @@ void DustWatch::After(const PicturePair& pair) {
   cv::Mat contrast;
   for (int row = 0; row < kRows; ++row)
     for (int column = 0; column < kColumns; ++column) {
-      const auto cell = static_cast<std::size_t>(row * kColumns + column);
-      moved_[cell] += points[cell] > 0 ? motion[cell] / static_cast<float>(points[cell]) : pair.motion;
-      if (std::hypot(moved_[cell].x, moved_[cell].y) < options_.moved * size.width) continue;
+      const auto index = static_cast<std::size_t>(row * kColumns + column);
+      Cell& cell = cells_[index];
+      cell.moved += points[index] > 0 ? motion[index] / static_cast<float>(points[index]) : pair.motion;
+      const bool is_first = cell.contrast.empty();
+      if (!is_first && std::hypot(cell.moved.x, cell.moved.y) < options_.moved * size.width) continue;
       if (contrast.empty()) contrast = SpotContrast(pair.log_light);
-      const cv::Point from(column * size.width / kColumns, row * size.height / kRows),
-          to((column + 1) * size.width / kColumns, (row + 1) * size.height / kRows);
-      LookAt({from, to}, contrast);
-      ++looks_[cell];
-      moved_[cell] = {};
+      Look(Area(row, column), pair.log_light, contrast, cell);
+      cell.log_light = pair.log_light;
+      cell.contrast = contrast;
+      cell.moved = {};
     }
   if (pair.now_s - looked_s_ < options_.every_s && pair.now_s >= looked_s_) return;
   looked_s_ = pair.now_s;
@@ -69,17 +97,18 @@ void DustWatch::After(const PicturePair& pair) {
 void DustWatch::LookForSpots() {
   spots_.clear();
   const cv::Size size = sum_.size();
-  cv::Mat mean = cv::Mat::zeros(size, CV_32F), sigma = cv::Mat::ones(size, CV_32F);
+  cv::Mat mean = cv::Mat::zeros(size, CV_32F), sigma = cv::Mat::ones(size, CV_32F),
+          darker = cv::Mat::zeros(size, CV_32F);
   for (int row = 0; row < kRows; ++row)
     for (int column = 0; column < kColumns; ++column) {
-      const int looks = looks_[static_cast<std::size_t>(row * kColumns + column)];
+      const double looks = cells_[static_cast<std::size_t>(row * kColumns + column)].looks;
       if (looks < options_.fewest_looks) continue;
-      const cv::Rect cell({column * size.width / kColumns, row * size.height / kRows},
-                          cv::Point((column + 1) * size.width / kColumns, (row + 1) * size.height / kRows));
-      cv::Mat cell_mean = sum_(cell) / looks, variance = sum2_(cell) / looks - cell_mean.mul(cell_mean);
-      cell_mean.copyTo(mean(cell));
-      constexpr double kNoise = 1e-5;
-      cv::sqrt(cv::max(variance, kNoise) / looks, sigma(cell));
+      const cv::Rect area = Area(row, column);
+      const cv::Mat mean_here = sum_(area) / looks, variance = sum2_(area) / looks - mean_here.mul(mean_here);
+      mean_here.copyTo(mean(area));
+      cv::Mat(darker_(area) / looks).copyTo(darker(area));
+      constexpr double kNoise = 4e-4;  // the deviations of few looks may be small by chance
+      cv::sqrt(cv::max(variance, kNoise) / looks, sigma(area));
     }
   const int reach = std::max(2, static_cast<int>(0.02 * size.width));
   cv::Mat least;
@@ -89,7 +118,7 @@ void DustWatch::LookForSpots() {
     for (int x = reach; x < size.width - reach; ++x) {
       const float here = mean.at<float>(y, x);
       if (here > -options_.least_kept_off || here > least.at<float>(y, x) ||
-          here > -options_.sigmas * sigma.at<float>(y, x))
+          here > -options_.sigmas * sigma.at<float>(y, x) || darker.at<float>(y, x) < options_.most_looks)
         continue;
       const auto at = [&](int dx, int dy) { return mean.at<float>(y + dy * step, x + dx * step); };
       const float xx = at(1, 0) + at(-1, 0) - 2 * here, yy = at(0, 1) + at(0, -1) - 2 * here,

@@ -40,6 +40,7 @@ void FocusWatch::After(const PicturePair& pair) {
   while (!swings_.empty() && pair.now_s - swings_.front().time_s > options_.within_s) swings_.pop_front();
   if (static_cast<int>(swings_.size()) < options_.swings) return;
   const auto [low, high] = std::ranges::minmax(swings_, {}, &Moment::log_detail);
+  last_swing_s_ = swings_.back().time_s;
   hunts_ = std::max(hunts_.value_or(1), std::exp(high.log_detail - low.log_detail));
 }
 

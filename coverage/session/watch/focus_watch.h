@@ -29,6 +29,8 @@ class FocusWatch {
   void After(const PicturePair& pair);
   // How far it swings: the sharpest picture's fine detail over the softest one's. None: it does not go to and fro.
   std::optional<double> Hunts() const { return hunts_; }
+  // When a swing of such a focus was seen last.
+  double LastSwing_s() const { return last_swing_s_; }
 
  private:
   struct Moment {
@@ -40,6 +42,7 @@ class FocusWatch {
   int direction_ = 0;                // of the last swing; 0: none yet
   std::deque<Moment> swings_;        // their ends
   std::optional<double> hunts_;
+  double last_swing_s_ = 0;
 };
 
 }  // namespace ulf::coverage

@@ -95,8 +95,9 @@ void LightWatch::LookForChange() {
   const double change = Mean(now) - Mean(before);
   // What flickers changes as much at once.
   if (std::abs(change) < std::max(high_before - low_before, high_now - low_now)) return;
-  if (std::abs(change) >= std::max(options_.least_change, std::abs(finding_.changed.value_or(0))))
-    finding_.changed = change;
+  if (std::abs(change) < options_.least_change) return;
+  finding_.changed_s = now_s;
+  if (std::abs(change) >= std::abs(finding_.changed.value_or(0))) finding_.changed = change;
 }
 
 // Of light against the mean of its neighbours in time: slow changes are gone, and an amplitude a at a frequency f is
@@ -107,13 +108,13 @@ void LightWatch::LookForFlicker() {
   if (moments_.size() < kFewest || span_s < 0.8 * options_.flicker_s) return;
   const double period_s = span_s / static_cast<double>(moments_.size() - 1);
   std::vector<double> quick;
-  double power = 0, steps = 0;
+  double power = 0;
   for (std::size_t i = 1; i + 1 < moments_.size(); ++i) {
     quick.push_back(moments_[i].log_light - 0.5 * (moments_[i - 1].log_light + moments_[i + 1].log_light));
     power += quick.back() * quick.back();
   }
-  for (std::size_t i = 4; i < moments_.size(); i += 4)
-    steps += std::abs(moments_[i].log_light - moments_[i - 4].log_light) / 4;
+  const double step = std::abs(moments_.back().log_light - moments_.front().log_light) /
+                      static_cast<double>(moments_.size() - 1);
   const double n = static_cast<double>(quick.size());
   // Cycles from one picture to the next. Slower ones are no flicker to the eye, nor to this measure.
   constexpr double kSlowest = 0.08, kStep = 0.01;
@@ -148,7 +149,9 @@ void LightWatch::LookForBands() {
   if (*best < options_.explained_by_bands * deviations) return;
   // From picture to picture light changes by up to twice the lamp's amplitude.
   const double amplitude = 0.5 * std::sqrt(2 * *best / points);
-  if (amplitude < std::max(options_.least_flicker, finding_.flickers.value_or(0))) return;
+  if (amplitude < options_.least_flicker) return;
+  finding_.flickered_s = moments_.back().time_s;
+  if (amplitude < finding_.flickers.value_or(0)) return;
   finding_.flickers = amplitude;
   finding_.bands = BandsOf(static_cast<int>(best - explained.begin()));
 }

@@ -21,6 +21,7 @@ struct LightFinding {
   std::optional<double> changed;
   // The largest flicker so far, amplitude as a share of the light; none: not seen.
   std::optional<double> flickers;
+  double changed_s = 0, flickered_s = 0;  // when it was seen last
   // Whole periods of its bands over the picture's height; none: the whole picture flickers at once.
   std::optional<double> bands;
 };
