@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace ulf::coverage {
 namespace {
@@ -61,6 +62,7 @@ void DustWatch::After(const PicturePair& pair) {
     sum2_ = cv::Mat::zeros(size, CV_32F);
     darker_ = cv::Mat::zeros(size, CV_32F);
     cells_.assign(kColumns * kRows, {});
+    candidates_.clear();
     spots_.clear();
   }
   // Of the points in each cell and around it; where there is none, of all.
@@ -95,7 +97,7 @@ void DustWatch::After(const PicturePair& pair) {
 }
 
 void DustWatch::LookForSpots() {
-  spots_.clear();
+  std::vector<Candidate> found;
   const cv::Size size = sum_.size();
   cv::Mat mean = cv::Mat::zeros(size, CV_32F), sigma = cv::Mat::ones(size, CV_32F),
           darker = cv::Mat::zeros(size, CV_32F);
@@ -125,10 +127,20 @@ void DustWatch::LookForSpots() {
                   xy = 0.25f * (at(1, 1) + at(-1, -1) - at(1, -1) - at(-1, 1));
       const float middle = 0.5f * (xx + yy), off = std::hypot(0.5f * (xx - yy), xy);
       if (middle - off < options_.round * (middle + off)) continue;
-      spots_.push_back({{(static_cast<float>(x) + 0.5f) / static_cast<float>(size.width),
-                         (static_cast<float>(y) + 0.5f) / static_cast<float>(size.height)},
-                        1 - std::exp(static_cast<double>(here))});
+      const DustSpot spot{{(static_cast<float>(x) + 0.5f) / static_cast<float>(size.width),
+                           (static_cast<float>(y) + 0.5f) / static_cast<float>(size.height)},
+                          1 - std::exp(static_cast<double>(here))};
+      constexpr float kSame = 0.01f;  // share of the picture's sides
+      const auto before = std::ranges::find_if(candidates_, [&](const Candidate& candidate) {
+        return std::abs(candidate.spot.at.x - spot.at.x) < kSame &&
+               std::abs(candidate.spot.at.y - spot.at.y) < kSame;
+      });
+      found.push_back({spot, before == candidates_.end() ? looked_s_ : before->since_s});
     }
+  candidates_ = std::move(found);
+  spots_.clear();
+  for (const Candidate& candidate : candidates_)
+    if (looked_s_ - candidate.since_s >= options_.stays_s) spots_.push_back(candidate.spot);
 }
 
 }  // namespace ulf::coverage

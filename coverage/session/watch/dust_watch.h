@@ -22,12 +22,12 @@ class DustWatch {
   // Settled on simulated scenes (docs/mistakes.md).
   struct Options {
     double moved = 0.03;  // share of the picture's width: what a place showed has moved away
-    int fewest_looks = 8;
-    double alike = 0.7;   // least correlation of a piece of the scene in two looks
-    double plain = 0.03;  // standard deviation of the light of a piece that needs none
-    double every_s = 1;   // spots are looked for so often
+    int fewest_looks = 10;
+    double alike = 0.7;               // least correlation of a piece of the scene in two looks
+    double plain = 0.03;              // standard deviation of the light of a piece that needs none
+    double every_s = 1, stays_s = 3;  // spots are looked for so often, and are there so long
     double least_kept_off = 0.04;
-    double sigmas = 6;         // of the mean over the looks
+    double sigmas = 7;         // of the mean over the looks
     double most_looks = 0.85;  // share of the looks that must show it
     double round = 0.4;        // least curvature over the greatest: less is the edge of something
   };
@@ -54,6 +54,11 @@ class DustWatch {
       darker_;  // over the looks, of each pixel's difference of contrast; how often it is darker
   std::vector<Cell> cells_;
   double looked_s_ = 0;
+  struct Candidate {
+    DustSpot spot;
+    double since_s = 0;
+  };
+  std::vector<Candidate> candidates_;
   std::vector<DustSpot> spots_;
 };
 

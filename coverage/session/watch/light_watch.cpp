@@ -129,9 +129,10 @@ void LightWatch::LookForFlicker() {
   }
   if (best < options_.one_frequency * power) return;
   const double amplitude = std::sqrt(2 * best / n) / (1 - std::cos(2 * M_PI * best_cycles));
-  (void)steps;
-  if (amplitude >= std::max(options_.least_flicker, finding_.flickers.value_or(0)))
-    finding_.flickers = amplitude;
+  // An automatic that follows every second picture goes in steps of its own.
+  if (amplitude < std::max(options_.least_flicker, step)) return;
+  finding_.flickered_s = moments_.back().time_s;
+  finding_.flickers = std::max(amplitude, finding_.flickers.value_or(0));
 }
 
 void LightWatch::LookForBands() {

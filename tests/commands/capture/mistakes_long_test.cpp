@@ -1,0 +1,114 @@
+// Tests: coverage/session/watch/mistake_watch, coverage/session/capture_session, commands/capture/capture_report.
+//
+// The gallery of docs/mistakes.md through the whole program: each mistake in ten captures of different scenes, seeds and
+// motions, ten good captures, and recordings by others. Prints how many were noticed and how many false alarms there
+// were; what is asked for is all and none.
+#include <gmock/gmock.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+
+using nlohmann::json;
+
+struct GoodCapture {
+  const char* scene;
+  const char* motion;
+  int seed;
+};
+// Nothing was settled on these seeds.
+constexpr std::array<GoodCapture, 10> kCaptures{{{"studio", "", 201},
+                                                 {"easel", "&speed_deg_s=20", 202},
+                                                 {"wall", "", 203},
+                                                 {"gloss", "&row_deg=4", 204},
+                                                 {"glass", "&look_away=0", 205},
+                                                 {"plant", "&dolly=1.3", 206},
+                                                 {"room", "", 207},
+                                                 {"picture", "&speed_deg_s=8", 208},
+                                                 {"branch", "&sways_s=0", 209},
+                                                 {"studio", "&fps=30&exposure_us=8000&gain_db=3", 210}}};
+
+// The names of the mistakes that a capture's summary has.
+std::set<std::string> NoticedBy(const std::string& arguments) {
+  const ScratchFolder scratch;
+  const CommandResult run =
+      RunUlf("capture " + arguments + " --headless --json --no-geometry -o " + (scratch / "lf").string());
+  EXPECT_LE(run.exit_code, 1) << run.errors;  // 1: nothing was recorded
+  std::set<std::string> names;
+  if (run.output.empty()) {
+    ADD_FAILURE() << arguments << ": " << run.errors;
+    return names;
+  }
+  for (const json& mistake : json::parse(run.output)["mistakes"]) {
+    names.insert(mistake["name"]);
+    printf("  %s: %s\n", arguments.c_str(), mistake["finding"].get<std::string>().c_str());
+  }
+  return names;
+}
+
+std::string Uri(const GoodCapture& capture, const std::string& more) {
+  return fmt::format("'sim:{}?seed={}{}{}' --max-seconds 25", capture.scene, capture.seed, capture.motion,
+                     more);
+}
+
+// How many of the ten captures name exactly this mistake, and how many name others.
+void NoticesInAll(const std::string& more, const std::string& name, const std::set<std::string>& also = {}) {
+  int noticed = 0, others = 0;
+  for (const GoodCapture& capture : kCaptures) {
+    std::set<std::string> names = NoticedBy(Uri(capture, more));
+    const bool is_noticed = names.erase(name) > 0;
+    for (const std::string& known : also) names.erase(known);
+    noticed += is_noticed;
+    others += !names.empty();
+    EXPECT_TRUE(is_noticed) << capture.scene << " " << capture.seed << more;
+    EXPECT_THAT(names, ::testing::IsEmpty()) << capture.scene << " " << capture.seed << more;
+  }
+  printf("%s (%s): noticed in %d of %zu captures, other mistakes named in %d\n", name.c_str(), more.c_str(),
+         noticed, kCaptures.size(), others);
+}
+
+TEST(MistakesLong, TenGoodCapturesHaveNone) {
+  int alarms = 0;
+  for (const GoodCapture& capture : kCaptures) {
+    const auto names = NoticedBy(Uri(capture, ""));
+    alarms += !names.empty();
+    EXPECT_THAT(names, ::testing::IsEmpty()) << capture.scene << " " << capture.seed;
+  }
+  printf("false alarms: %d of %zu good captures\n", alarms, kCaptures.size());
+}
+
+TEST(MistakesLong, OutOfFocus) { NoticesInAll("&fault=defocus=8", "out of focus"); }
+TEST(MistakesLong, AutoExposureThatIsTold) { NoticesInAll("&fault=auto_exposure=told", "auto exposure"); }
+TEST(MistakesLong, AutoExposureThatIsNotTold) {
+  NoticesInAll("&fault=auto_exposure=untold", "auto exposure");
+}
+TEST(MistakesLong, AutoFocusHunts) { NoticesInAll("&fault=hunting=5:1.6", "auto focus hunts"); }
+TEST(MistakesLong, RollingShutter) { NoticesInAll("&readout_ms=25", "rolling shutter"); }
+TEST(MistakesLong, FlickerOf100Hertz) { NoticesInAll("&fault=flicker=100:0.4", "flickering lamps"); }
+TEST(MistakesLong, FlickerOf50Hertz) { NoticesInAll("&fault=flicker=50:0.2", "flickering lamps"); }
+TEST(MistakesLong, FlickerInBands) {
+  NoticesInAll("&readout_ms=20&fault=flicker=100:0.4", "flickering lamps", {"rolling shutter"});
+}
+TEST(MistakesLong, DustOnTheLens) { NoticesInAll("&fault=dust=6", "dust on the lens"); }
+TEST(MistakesLong, AnotherLens) { NoticesInAll("&fault=lens=0.85", "wrong lens"); }
+
+// By others. The two films were taken with automatic exposure, the kitchen under a rolling shutter: to say so is right.
+TEST(MistakesLong, RecordingsByOthersHaveWhatTheyHave) {
+  ULF_NEED_TEST_DATA(kitchen, "handheld_kitchen");
+  EXPECT_THAT(NoticedBy("'replay:" + kitchen.string() + "?glob=*.color.jpg' --no-subject --calibration " +
+                        (kitchen / "intrinsics.txt").string()),
+              ::testing::ElementsAre("auto exposure", "rolling shutter"));
+  ULF_NEED_TEST_DATA(scan, "scan_synthetic");
+  EXPECT_THAT(NoticedBy("replay:" + scan.string() + " --no-subject --calibration " +
+                        (scan / "intrinsics.txt").string()),
+              ::testing::ElementsAre("auto exposure"));
+}
+
+}  // namespace
+}  // namespace ulf::test
