@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "acquisition/simulator/simulated_camera.h"
-#include "core/geometry/angles.h"
 
 namespace {
 
@@ -22,7 +21,6 @@ struct Cell {
   std::string label, scene;
   std::vector<std::string> faults;
   double readout_s = 0;
-  double speed = ulf::Radians(13);
 };
 
 SimulationOptions OptionsFor(const Cell& cell) {
@@ -30,19 +28,28 @@ SimulationOptions OptionsFor(const Cell& cell) {
   options.scene = cell.scene;
   options.width = 2 * kWidth;
   options.height = 2 * kHeight;
-  options.speed = cell.speed;
   return options;
 }
 
-// The frame in which an automatic exposure is farthest from the one that was set, else one within the first row.
-std::uint64_t FrameToShow(const SimulatedCamera& with, double set_s) {
-  constexpr std::uint64_t kUsual = 72, kLast = 240, kEvery = 6;
-  if (with.options().faults.auto_exposure == ulf::acquisition::AutoExposure::kOff) return kUsual;
-  std::uint64_t best = 0;
-  double farthest = 0;
-  for (std::uint64_t i = 0; i < kLast; i += kEvery) {
-    const double off = std::abs(std::log(with.Capture(i).exposure_s / set_s));
-    if (off > farthest) best = i, farthest = off;
+// The frame in which an automatic exposure is farthest from the one that was set; under a rolling shutter alone the one in
+// which the camera, with the subject in view, moves fastest; else one within the first row.
+std::uint64_t FrameToShow(SimulationOptions options, const Cell& cell) {
+  constexpr std::uint64_t kUsual = 72, kLast = 450;
+  const bool adapts = options.faults.auto_exposure != ulf::acquisition::AutoExposure::kOff;
+  if (!adapts && !cell.faults.empty()) return kUsual;
+  constexpr int kSmaller = 16;
+  options.width /= kSmaller, options.height /= kSmaller;
+  const SimulatedCamera small(options);
+  std::uint64_t best = kUsual;
+  double most = 0;
+  for (std::uint64_t i = 0; i < kLast; ++i) {
+    const double open_s = static_cast<double>(i) / options.fps;
+    const auto img = small.camera().ImgFromCam(small.hand().CamFromWorld(open_s) *
+                                               small.scene().subject().center_in_world);
+    if (!adapts && !(img && small.camera().Contains(*img))) continue;
+    const double much = adapts ? std::abs(std::log(small.Capture(i).exposure_s / options.exposure_s))
+                               : small.BlurPx(open_s, cell.readout_s);
+    if (much > most) best = i, most = much;
   }
   return best;
 }
@@ -53,7 +60,7 @@ cv::Mat PictureOf(const Cell& cell) {
   for (const std::string& fault : cell.faults) options.faults.Add(fault);
   options.readout_s = cell.readout_s;
   const SimulatedCamera with(options);
-  const std::uint64_t frame = FrameToShow(with, options.exposure_s);
+  const std::uint64_t frame = FrameToShow(options, cell);
   cv::Mat picture(kHeight + kLabelHeight, kWidth, CV_8UC3, cv::Scalar::all(255));
   for (const bool mistaken : {false, true}) {
     const cv::Mat large = ulf::Srgb8((mistaken ? with : without).Capture(frame).image);
@@ -76,9 +83,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::vector<Cell> cells{{"out of focus", "studio", {"defocus=8"}},
-                                {"auto exposure", "room", {"auto_exposure=told"}},
+                                {"auto exposure", "gloss", {"auto_exposure=told"}},
                                 {"auto focus hunts", "studio", {"hunting=6:3.2"}},
-                                {"rolling shutter (a fast hand)", "picture", {}, 0.05, ulf::Radians(90)},
+                                {"rolling shutter", "room", {}, 0.06},
                                 {"flickering lamps, rolling shutter", "picture", {"flicker=100:0.4"}, 0.03},
                                 {"unsteady light", "studio", {"drift=-12"}},
                                 {"dust on the lens", "picture", {"dust=24"}},
