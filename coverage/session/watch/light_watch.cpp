@@ -50,16 +50,12 @@ const LightFinding& LightWatch::After(const PicturePair& pair, double told) {
   const double change = Median(changes);
   std::vector<double> off;
   for (const double value : changes) off.push_back(std::abs(value - change));
-  if (changes.size() < options_.fewest || Median(off) > options_.most_deviation) {
+  if (changes.size() < options_.fewest) {
     moments_.clear();
     return finding_;
   }
-  if (moments_.empty() || moments_.back().time_s != pair.before_s) {
-    moments_.clear();
-    moments_.push_back({.time_s = pair.before_s, .log_light = 0, .explained = {}});
-  }
-  Moment now{.time_s = pair.now_s, .log_light = moments_.back().log_light + change - told, .explained = {}};
-  constexpr double kFarOff = 0.5;  // a point that was lost
+  Moment now{.time_s = pair.now_s, .log_light = 0, .explained = {}};
+  constexpr double kFarOff = 1;  // a point that was lost
   std::vector<Deviation> deviations;
   for (const PictureTrack& track : pair.tracks)
     if (track.log_light && std::abs(*track.log_light - change) < kFarOff)
@@ -71,6 +67,17 @@ const LightFinding& LightWatch::After(const PicturePair& pair, double told) {
   now.points = deviations.size();
   for (int i = 0; i < kBandNumbers; ++i)
     now.explained.push_back(static_cast<float>(ExplainedByWave(deviations, BandsOf(i))));
+  const bool is_in_bands = std::ranges::max(now.explained) > options_.explained_by_bands * now.deviations;
+  if (Median(off) > options_.most_deviation && !is_in_bands) {
+    moments_.clear();
+    return finding_;
+  }
+  if (moments_.empty() || moments_.back().time_s != pair.before_s) {
+    moments_.clear();
+    moments_.push_back({.time_s = pair.before_s, .log_light = 0, .explained = {}});
+  }
+  // In bands the points' median says which rows they stand in.
+  now.log_light = moments_.back().log_light + (is_in_bands ? 0 : change - told);
   moments_.push_back(std::move(now));
   while (moments_.back().time_s - moments_.front().time_s >
          std::max(options_.apart_s + options_.mean_s, options_.flicker_s))

@@ -32,7 +32,7 @@ class LightWatch {
   struct Options {
     std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
     double most_deviation =
-        0.15;  // median of their deviations; more is another scene, or a hand before the lens
+        0.15;  // median of their deviations; more, but in bands, is another scene, or a hand before the lens
     double apart_s = 2, mean_s = 0.4;  // two means so far apart are compared
     double least_change = 0.12;        // an eighth
     double flicker_s = 2.5;            // of pictures that a frequency is looked for in

