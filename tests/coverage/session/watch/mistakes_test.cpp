@@ -128,7 +128,7 @@ TEST(PictureTracks, AnotherPictureIsAGapAndNoChange) {
     const cv::Mat& shown = i / 20 % 2 ? other : texture;
     const auto pair = tracks.After(i / 30.0, {.pixels = shown, .transfer = Transfer::kSrgb});
     if (!pair) continue;
-    EXPECT_FALSE(light.After(*pair, 0).changed);
+    ASSERT_FALSE(light.After(*pair, 0).changed) << i;
     focus.After(*pair);
   }
   EXPECT_FALSE(focus.Hunts());
