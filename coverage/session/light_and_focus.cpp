@@ -130,8 +130,11 @@ std::optional<double> FineDetail(const cv::Mat& grey8, const std::vector<Eigen::
     cv::Mat grey;
     reduced.convertTo(grey, CV_32F);
     if (times == 0) slopes = SharpestParts(Slopes(grey, options), inside, options);
-    if (const auto octaves = SharpestParts(Octaves(grey, options), inside, options))
-      return std::min(*octaves, slopes.value_or(*octaves));
+    if (const auto octaves = SharpestParts(Octaves(grey, options), inside, options)) {
+      constexpr double kSurelySharp = 1.1;  // of the photographs above; a soft shade has gentle slopes, too
+      const bool is_sharp = times == 0 && *octaves >= kSurelySharp;
+      return is_sharp ? *octaves : std::min(*octaves, slopes.value_or(*octaves));
+    }
   }
   return slopes;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <utility>
 
 #include "core/base/quantile.h"
@@ -100,11 +101,16 @@ void LightWatch::LookForChange() {
   const auto [low_before, high_before] = std::ranges::minmax(before);
   const auto [low_now, high_now] = std::ranges::minmax(now);
   const double change = Mean(now) - Mean(before);
-  // What flickers changes as much at once, and another picture all at once.
-  double largest_step = 0;
+  // What flickers changes as much at once, and another picture, or a hand before the lens, in very few steps.
+  if (std::abs(change) < std::max(high_before - low_before, high_now - low_now)) return;
+  std::vector<double> steps;
   for (std::size_t i = 1; i < moments_.size(); ++i)
-    largest_step = std::max(largest_step, std::abs(moments_[i].log_light - moments_[i - 1].log_light));
-  if (std::abs(change) < std::max({high_before - low_before, high_now - low_now, 2 * largest_step})) return;
+    steps.push_back(moments_[i].log_light - moments_[i - 1].log_light);
+  constexpr std::size_t kFew = 3;
+  std::ranges::sort(steps, std::greater{}, [](double step) { return std::abs(step); });
+  double others = 0;
+  for (std::size_t i = kFew; i < steps.size(); ++i) others += steps[i];
+  if (std::abs(others) < 0.5 * std::abs(change)) return;
   if (std::abs(change) < options_.least_change) return;
   finding_.changed_s = now_s;
   if (std::abs(change) >= std::abs(finding_.changed.value_or(0))) finding_.changed = change;

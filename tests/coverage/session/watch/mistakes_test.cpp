@@ -21,9 +21,10 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// What is noticed within `seconds` of a scene, small, at 15 frames a second.
-std::vector<NoticedMistake> NoticedIn(const std::string& scene_and_faults, double seconds) {
-  const auto device = OpenDevice("sim:" + scene_and_faults + "&width=320&height=240");
+// What is noticed within `seconds` of a scene, small where no size is given, at 15 frames a second.
+std::vector<NoticedMistake> NoticedIn(const std::string& scene_and_faults, double seconds,
+                                      const std::string& size = "&width=320&height=240") {
+  const auto device = OpenDevice("sim:" + scene_and_faults + size);
   device->Start();
   MistakeWatch watch;
   LightAndFocusCheck light_and_focus;
@@ -54,7 +55,7 @@ TEST(Mistakes, NoneIsNoticedWhereNothingIsWrong) {
 }
 
 TEST(Mistakes, ALensOutOfFocusIsNoticed) {
-  const auto noticed = NoticedIn("studio?seed=6&fault=defocus=8", 6);
+  const auto noticed = NoticedIn("studio?seed=6&fault=defocus=8", 5, "");
   ASSERT_THAT(Kinds(noticed), ElementsAre(Mistake::kOutOfFocus));
   EXPECT_THAT(noticed[0].cure, HasSubstr("Focus on the subject"));
 }
