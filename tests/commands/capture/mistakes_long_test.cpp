@@ -3,6 +3,7 @@
 // The gallery of docs/mistakes.md through the whole program: each mistake in ten captures of different scenes, seeds and
 // motions, ten good captures, and recordings by others. Prints how many were noticed and how many false alarms there
 // were; what is asked for is all and none.
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 
 #include <array>
