@@ -119,11 +119,13 @@ void RunningCapture::NoteZoom(const tracking::Track& track) {
 
 // Before the first view the preflight says what was noticed, but for what the lens and the shutter are.
 void RunningCapture::LookForMistakes(const Frame& frame) {
+  if (frame.asked_stops) return;  // another exposure on purpose
   picture_ =
       light_and_focus_.After(frame.device_time_s, frame.image, lens_.live(), latest_.track.cam_from_world,
                              subject_.IsPlaced() ? record_.subject() : std::nullopt);
-  MistakeSigns signs{
-      .held = device_.Held(), .fine_detail = picture_.fine_detail, .lens_contradicted = lens_.contradicted()};
+  MistakeSigns signs{.held = device_.Held(), .fine_detail = picture_.fine_detail};
+  // Another lens takes the contradicted one's place.
+  if (options_.lens != tracking::LensUse::kRefine) signs.lens_contradicted = lens_.contradicted();
   constexpr double kAsksEvery_s = 1;  // all of the tracker's statistics are made for it
   if (!shutter_asked_s_ || std::abs(frame.device_time_s - *shutter_asked_s_) >= kAsksEvery_s) {
     shutter_asked_s_ = frame.device_time_s;
@@ -385,6 +387,8 @@ void RunningCapture::Close() {
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
   summary_.refined_lens = lens_.found();
+  mistakes_.AtTheEnd(known.calibration, known.rolling_shutter);
+  summary_.mistakes = mistakes_.noticed();
   CorrectPoses(true);
   gaps_.End(meters_.last_time_s());
   summary_.pauses = gaps_.pauses();
@@ -444,7 +448,6 @@ CaptureSummary RunningCapture::Run() {
   summary_.stills = recorder_.stills();
   summary_.brackets = recorder_.brackets();
   summary_.kept_apart = recorder_.kept_apart();
-  summary_.mistakes = mistakes_.noticed();
   summary_.stopped_because = *ended_;
   Close();
   if (failure) std::rethrow_exception(failure);

@@ -21,6 +21,24 @@ std::string NoticedMistake::InWords() const {
   return fmt::format("{}: {}. {}", Name(mistake), finding, cure);
 }
 
+const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& noticed) {
+  using enum Mistake;
+  const auto stands_behind = [reason](Mistake mistake) {
+    switch (reason) {
+      case Reason::kUnsettled:
+        return mistake == kFlicker || mistake == kAutoExposure || mistake == kUnsteadyLight;
+      case Reason::kBlur:
+        return mistake == kOutOfFocus || mistake == kFocusHunts;
+      case Reason::kZoomed:
+        return mistake == kWrongLens;
+      default:
+        return false;
+    }
+  };
+  const auto found = std::ranges::find_if(noticed, stands_behind, &NoticedMistake::mistake);
+  return found == noticed.end() ? nullptr : &*found;
+}
+
 void MistakeWatch::Note(Mistake mistake, std::string finding, std::string cure) {
   const auto known = std::ranges::find(noticed_, mistake, &NoticedMistake::mistake);
   if (known != noticed_.end()) {
@@ -65,21 +83,39 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
            "Clean the lens, and if that does not help the glass before the sensor");
     }
   }
-  if (signs.rolling_shutter &&
-      std::ranges::find(noticed_, Mistake::kRollingShutter, &NoticedMistake::mistake) == noticed_.end())
-    Note(Mistake::kRollingShutter,
-         fmt::format("the rows of a picture are taken one after the other, within {:.0f} ms, which bends "
-                     "what a moving "
-                     "camera sees",
-                     1000 * std::abs(signs.rolling_shutter->readout_s)),
-         signs.rolling_shutter->compensated
-             ? "Move slowly: it is compensated, which leaves about twice the error of a global shutter"
-             : "Let it be compensated (--readout-ms auto), and move slowly; or take a camera with a global "
-               "shutter");
-  if (signs.lens_contradicted && signs.lens_contradicted->Wrong())
-    Note(Mistake::kWrongLens, signs.lens_contradicted->Text(),
-         "Calibrate with this lens at this zoom (ulf calibrate), or begin again with --intrinsics refine");
+  if (signs.rolling_shutter) NoteShutter(*signs.rolling_shutter);
+  if (signs.lens_contradicted) NoteLens(*signs.lens_contradicted);
   return {noticed_.begin() + static_cast<std::ptrdiff_t>(before), noticed_.end()};
+}
+
+void MistakeWatch::AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,
+                            const std::optional<tracking::Readout>& rolling_shutter) {
+  if (rolling_shutter) NoteShutter(*rolling_shutter);
+  if (lens) NoteLens(*lens);
+}
+
+void MistakeWatch::NoteLens(const tracking::CalibrationCheck& lens) {
+  if (!lens.Wrong()) return;
+  Note(Mistake::kWrongLens, lens.Text(),
+       "Calibrate with this lens at this zoom (ulf calibrate), or begin again with --intrinsics refine");
+}
+
+void MistakeWatch::NoteShutter(const tracking::Readout& rolling_shutter) {
+  const auto& contradicted = rolling_shutter.contradicted;
+  const bool was_given = !rolling_shutter.sigma_s && !contradicted;  // whoever gives its time knows of it
+  if (was_given ||
+      std::ranges::find(noticed_, Mistake::kRollingShutter, &NoticedMistake::mistake) != noticed_.end())
+    return;
+  const double readout_s = contradicted ? contradicted->readout_s : rolling_shutter.readout_s;
+  Note(Mistake::kRollingShutter,
+       fmt::format(
+           "the rows of a picture are taken one after the other, within {:.0f} ms, which bends what a moving "
+           "camera sees",
+           1000 * std::abs(readout_s)),
+       rolling_shutter.compensated && !contradicted
+           ? "Move slowly: it is compensated, which leaves about twice the error of a global shutter"
+           : "Let it be compensated (--readout-ms auto), and move slowly; or take a camera with a global "
+             "shutter");
 }
 
 // A camera's own word. Automatics that only settle, and a hand on the dial, are no mistake.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
+#include "coverage/bound/view_decision.h"
 #include "coverage/session/watch/dust_watch.h"
 #include "coverage/session/watch/focus_watch.h"
 #include "coverage/session/watch/light_watch.h"
@@ -41,7 +42,12 @@ struct NoticedMistake {
   double first_s = 0, last_s = 0;  // by the device's clock, since the first frame
   // "flickering lamps: the lamps' light goes up and down by 25 %. Expose for ..."
   std::string InWords() const;
+  // Whether it is seen still, or was so lately.
+  bool IsSeenAt(double seconds) const { return seconds - last_s < 15; }  // guessed
 };
+
+// The mistake that frames are refused for, where this is the reason: it says what to do. Null: it is not that.
+const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& noticed);
 
 // What others know of a frame.
 struct MistakeSigns {
@@ -56,12 +62,17 @@ class MistakeWatch {
  public:
   // After each complete live frame. Returns those that were not noticed before.
   std::vector<NoticedMistake> After(const Frame& frame, const MistakeSigns& signs);
+  // What is known only when the last frame has come.
+  void AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,
+                const std::optional<tracking::Readout>& rolling_shutter);
   const std::vector<NoticedMistake>& noticed() const { return noticed_; }
 
  private:
   void Note(Mistake mistake, std::string finding, std::string cure);
   void NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held);
   void NoteFocus(const MistakeSigns& signs);
+  void NoteLens(const tracking::CalibrationCheck& lens);
+  void NoteShutter(const tracking::Readout& rolling_shutter);
   void NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held);
 
   PictureTracks tracks_;
