@@ -96,7 +96,6 @@ class SimulatedDevice : public Device {
     if (faults_.hunting.radius_px > 0) held.focus.reset();
     return held;
   }
-  HeldAutomatics Held() const override { return {.exposure = true, .white_balance = true, .focus = true}; }
   ExposureRequests TakesExposures() const override { return ExposureRequests::kSequencer; }
   StillRequest RequestExposures(const std::vector<double>& stops) override {
     if (!stops_to_come_.empty()) return StillRequest::kBusy;

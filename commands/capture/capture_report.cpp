@@ -54,8 +54,7 @@ const char* WayOut(coverage::Reason reason) {
     case kPaused:
       return "recording was paused by request and never resumed (record)";
     case kZoomed:
-      return "the zoom was moved while capturing, or another lens is mounted; fix the "
-             "zoom "
+      return "the zoom was moved while capturing, or another lens is mounted; fix the zoom "
              "(tape), calibrate at that focal length, and begin anew";
     case kBracket:
       return "other exposures of views were taken all the time; bracket fewer, or expose shorter";
