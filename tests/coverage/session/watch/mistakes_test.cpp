@@ -98,6 +98,29 @@ TEST(Mistakes, LightThatChangesBeforeACameraThatHoldsItsExposureIsCalledLight) {
   EXPECT_THAT(Kinds(NoticedIn("studio?seed=10&fault=drift=12", 5)), ElementsAre(Mistake::kUnsteadyLight));
 }
 
+// What the tracker finds.
+TEST(Mistakes, ALensAndAShutterAreNamedFromTheMapOnceEachAndNotWhereTheyWereGiven) {
+  const tracking::CalibrationCheck wrong{
+      .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
+  const tracking::Readout measured{.readout_s = 0.025, .sigma_s = 0.001}, given{.readout_s = 0.025};
+  MistakeWatch watch;
+  Frame frame;
+  EXPECT_THAT(watch.After(frame, {.rolling_shutter = given}), IsEmpty());
+  EXPECT_THAT(Kinds(watch.After(frame, {.lens_contradicted = wrong, .rolling_shutter = measured})),
+              ElementsAre(Mistake::kRollingShutter, Mistake::kWrongLens));
+  EXPECT_THAT(watch.After(frame, {.lens_contradicted = wrong, .rolling_shutter = measured}), IsEmpty());
+  watch.AtTheEnd(wrong, measured);
+  ASSERT_THAT(watch.noticed(), SizeIs(2));
+  EXPECT_THAT(watch.noticed()[0].cure, HasSubstr("compensated"));
+  EXPECT_THAT(watch.noticed()[1].finding, HasSubstr("500.0 px"));
+  const tracking::Readout contradicted{
+      .readout_s = 0, .compensated = false, .contradicted = tracking::Readout::Contradiction{0.025, 0.001}};
+  MistakeWatch other;
+  other.AtTheEnd(tracking::CalibrationCheck{}, contradicted);
+  ASSERT_THAT(Kinds(other.noticed()), ElementsAre(Mistake::kRollingShutter));
+  EXPECT_THAT(other.noticed()[0].cure, HasSubstr("--readout-ms auto"));
+}
+
 TEST(Mistakes, StandInThePreflightWithTheirCure) {
   PreflightInput input;
   input.mistakes = {{.mistake = Mistake::kFlicker, .finding = "it flickers", .cure = "Take others"},
