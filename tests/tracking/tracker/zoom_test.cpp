@@ -1,5 +1,7 @@
-// Tests: tracking/estimation/focal_change, tracking/tracker/zoom_watch, tracking/tracker/tracker_lens.
+// Tests: tracking/estimation/focal_change, tracking/tracker/zoom_watch, tracking/tracker/tracker_lens,
+// tracking/map/mapper_lens.
 // A zoom that is moved while the camera is followed.
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -150,6 +152,26 @@ TEST(ZoomWatch, TheTrackerFollowsAZoomAndLeavesItsMapAsItWas) {
     tracker.Finish();
     EXPECT_FALSE(tracker.Statistics().calibration.value().Wrong()) << "no keyframe has another lens";
   }
+}
+
+// A young map under a wrong lens may hold until frames disagree with it.
+TEST(ZoomWatch, AnotherLensThanTheGivenOneIsNoZoom) {
+  for (const unsigned seed : {11u, 12u, 13u})
+    for (const double ratio : {0.85, 1.12}) {
+      SCOPED_TRACE(fmt::format("seed {}, lens of {} times the given one", seed, ratio));
+      const TexturedRoom room({.seed = seed});
+      Tracker tracker(TexturedRoom::Camera(), {.deterministic = true, .seed = seed});
+      bool is_contradicted = false;
+      int zoomed = 0;
+      for (int i = 0; i < 140; ++i) {
+        const tracking::Track track = tracker.Step(room.Take(
+            TexturedRoom::HandAt(i), static_cast<std::uint64_t>(i), Longer(TexturedRoom::Camera(), ratio)));
+        zoomed += track.focal_ratio.has_value();
+        is_contradicted |= track.wrong_lens;
+      }
+      EXPECT_EQ(zoomed, 0);
+      EXPECT_TRUE(is_contradicted);
+    }
 }
 
 TEST(ZoomWatch, AFixedLensIsNotWatched) {
