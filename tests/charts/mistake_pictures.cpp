@@ -1,9 +1,11 @@
-// docs/mistakes.jpg: the simulator's mistakes (docs/mistakes.md), each as the left half of a frame without it and the
-// right half of the same frame with it.
+// docs/mistakes.jpg: the simulator's mistakes (docs/mistakes.md), each as a frame whose left part is without it and
+// whose right part is with it.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +21,9 @@ constexpr int kWidth = 352, kHeight = 264, kLabelHeight = 22;
 
 struct Cell {
   std::string label, scene;
-  std::vector<std::string> faults;
+  std::vector<std::string> faults;  // one beside the other, in parts of the picture that are equally wide
   double readout_s = 0;
+  double dolly = 1;
 };
 
 SimulationOptions OptionsFor(const Cell& cell) {
@@ -28,11 +31,12 @@ SimulationOptions OptionsFor(const Cell& cell) {
   options.scene = cell.scene;
   options.width = 2 * kWidth;
   options.height = 2 * kHeight;
+  options.dolly = cell.dolly;
   return options;
 }
 
-// The frame in which an automatic exposure is farthest from the one that was set; under a rolling shutter alone the one in
-// which the camera, with the subject in view, moves fastest; else one within the first row.
+// With the subject in view, the frame in which an automatic exposure is farthest from the one that was set, or, under a
+// rolling shutter alone, in which the camera moves fastest; else one within the first row.
 std::uint64_t FrameToShow(SimulationOptions options, const Cell& cell) {
   constexpr std::uint64_t kUsual = 72, kLast = 450;
   const bool adapts = options.faults.auto_exposure != ulf::acquisition::AutoExposure::kOff;
@@ -46,7 +50,7 @@ std::uint64_t FrameToShow(SimulationOptions options, const Cell& cell) {
     const double open_s = static_cast<double>(i) / options.fps;
     const auto img = small.camera().ImgFromCam(small.hand().CamFromWorld(open_s) *
                                                small.scene().subject().center_in_world);
-    if (!adapts && !(img && small.camera().Contains(*img))) continue;
+    if (!img || !small.camera().Contains(*img)) continue;
     const double much = adapts ? std::abs(std::log(small.Capture(i).exposure_s / options.exposure_s))
                                : small.BlurPx(open_s, cell.readout_s);
     if (much > most) best = i, most = much;
@@ -55,21 +59,22 @@ std::uint64_t FrameToShow(SimulationOptions options, const Cell& cell) {
 }
 
 cv::Mat PictureOf(const Cell& cell) {
-  SimulationOptions options = OptionsFor(cell);
-  const SimulatedCamera without(options);
-  for (const std::string& fault : cell.faults) options.faults.Add(fault);
-  options.readout_s = cell.readout_s;
-  const SimulatedCamera with(options);
-  const std::uint64_t frame = FrameToShow(options, cell);
+  const int parts = 1 + std::max(1, static_cast<int>(cell.faults.size()));
   cv::Mat picture(kHeight + kLabelHeight, kWidth, CV_8UC3, cv::Scalar::all(255));
-  for (const bool mistaken : {false, true}) {
-    const cv::Mat large = ulf::Srgb8((mistaken ? with : without).Capture(frame).image);
+  std::optional<std::uint64_t> frame;
+  for (int part = parts - 1; part >= 0; --part) {  // the first decides nothing
+    SimulationOptions options = OptionsFor(cell);
+    if (part > 0) options.readout_s = cell.readout_s;
+    if (part > 0 && !cell.faults.empty()) options.faults.Add(cell.faults[static_cast<std::size_t>(part - 1)]);
+    if (!frame) frame = FrameToShow(options, cell);
     cv::Mat small;
-    cv::resize(large, small, {kWidth, kHeight}, 0, 0, cv::INTER_AREA);
-    const cv::Rect half(mistaken ? kWidth / 2 : 0, 0, kWidth / 2, kHeight);
-    small(half).copyTo(picture(half));
+    cv::resize(ulf::Srgb8(SimulatedCamera(options).Capture(*frame).image), small, {kWidth, kHeight}, 0, 0,
+               cv::INTER_AREA);
+    const int left = part * kWidth / parts, right = (part + 1) * kWidth / parts;
+    const cv::Rect shown(left, 0, right - left, kHeight);
+    small(shown).copyTo(picture(shown));
+    if (part > 0) cv::line(picture, {left, 0}, {left, kHeight}, cv::Scalar::all(255), 1);
   }
-  cv::line(picture, {kWidth / 2, 0}, {kWidth / 2, kHeight}, cv::Scalar::all(255), 1);
   cv::putText(picture, cell.label, {2, kHeight + kLabelHeight - 6}, cv::FONT_HERSHEY_DUPLEX, 0.45,
               cv::Scalar::all(40), 1, cv::LINE_AA);
   return picture;
@@ -82,14 +87,15 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: mistake_pictures FOLDER\n");
     return 2;
   }
-  const std::vector<Cell> cells{{"out of focus", "studio", {"defocus=8"}},
-                                {"auto exposure", "gloss", {"auto_exposure=told"}},
-                                {"auto focus hunts", "studio", {"hunting=6:3.2"}},
-                                {"rolling shutter", "room", {}, 0.06},
-                                {"flickering lamps, rolling shutter", "picture", {"flicker=100:0.4"}, 0.03},
-                                {"unsteady light", "studio", {"drift=-12"}},
-                                {"dust on the lens", "picture", {"dust=24"}},
-                                {"wrong lens", "studio", {"lens=0.85"}}};
+  const std::vector<Cell> cells{
+      {"out of focus", "studio", {"defocus=8"}},
+      {"auto exposure", "room", {"auto_exposure=told"}, 0, 2},
+      {"auto focus hunts", "easel", {"hunting=3:3.2", "hunting=8:3.2", "hunting=3:3.2"}},
+      {"rolling shutter", "picture", {}, 0.06},
+      {"flickering lamps, rolling shutter", "picture", {"flicker=100:0.4"}, 0.03},
+      {"unsteady light", "plant", {"drift=-12"}},
+      {"dust on the lens", "picture", {"dust=24"}},
+      {"wrong lens", "picture", {"lens=0.85"}}};
   const int rows = (static_cast<int>(cells.size()) + kColumns - 1) / kColumns;
   const int step_x = kWidth + kGap, step_y = kHeight + kLabelHeight;
   cv::Mat sheet(rows * step_y, kColumns * step_x - kGap, CV_8UC3, cv::Scalar::all(255));

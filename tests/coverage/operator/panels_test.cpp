@@ -53,7 +53,8 @@ TEST(StatusLine, HasTheMistakesThatAreSeen) {
   const StagedCapture stage({.cap = std::nullopt});
   auto state = stage.At(stage.CameraAt(0, 0));
   state->seconds = 100;
-  state->mistakes = {{.mistake = Mistake::kDust, .last_s = 99}, {.mistake = Mistake::kFlicker, .last_s = 20}};
+  state->mistakes = {{.mistake = Mistake::kDust, .finding = "", .cure = "", .last_s = 99},
+                     {.mistake = Mistake::kFlicker, .finding = "", .cure = "", .last_s = 20}};
   EXPECT_THAT(Words(StatusLine(*state)),
               ::testing::AllOf(::testing::Contains("dust on the lens"),
                                ::testing::Not(::testing::Contains("flickering lamps"))));
