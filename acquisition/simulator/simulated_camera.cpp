@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cstdio>
+#include <opencv2/imgproc.hpp>
 
 #include "acquisition/simulator/tripod.h"
 #include "core/base/error.h"
@@ -11,6 +12,7 @@ namespace {
 
 constexpr int kMostInstants = 64;  // of an exposure; guessed
 constexpr int kRowsPerPose = 8;    // of a rolling shutter
+constexpr int kMeterWidth = 32;    // pixels
 
 std::uint64_t SeedOf(const DeviceUri& uri, std::uint64_t otherwise) {
   const auto text = uri.Option("seed");
@@ -76,6 +78,12 @@ cv::Mat InColors(const cv::Mat& radiance, const Eigen::Matrix3d& colors) {
   cv::Mat out;
   cv::transform(radiance, out, bgr);
   return out;
+}
+
+cv::Mat InFourChannels(const cv::Mat& factors) {
+  cv::Mat four;
+  cv::merge(std::vector<cv::Mat>(4, factors), four);
+  return four;
 }
 
 const SimulationOptions& Validated(const SimulationOptions& options) {
@@ -159,10 +167,51 @@ CameraModel SimulatedIntrinsics(int width, int height) {
   return camera;
 }
 
+namespace {
+
+CameraModel LensOf(const SimulationOptions& options) {
+  CameraModel camera = SimulatedIntrinsics(options.width, options.height);
+  camera.fx *= options.faults.focal_ratio;
+  camera.fy *= options.faults.focal_ratio;
+  return camera;
+}
+
+}  // namespace
+
 SimulatedCamera::SimulatedCamera(const SimulationOptions& options, std::shared_ptr<const HandMotion> hand)
     : options_(Validated(options)),
-      caster_(Scene::Named(options.scene), SimulatedIntrinsics(options.width, options.height)),
-      hand_(hand ? std::move(hand) : MotionFor(options, caster_.scene())) {}
+      caster_(Scene::Named(options.scene), LensOf(options)),
+      hand_(hand ? std::move(hand) : MotionFor(options, caster_.scene())) {
+  const SimulatedFaults& faults = options_.faults;
+  if (faults.auto_exposure != AutoExposure::kOff)
+    meter_ = std::make_unique<const RayCaster>(
+        Scene::Named(options.scene),
+        camera().ScaledTo(kMeterWidth, kMeterWidth * options.height / options.width));
+  if (faults.dust_spots > 0) dust_ = DustSpots(camera(), faults.dust_spots, options_.seed);
+}
+
+CameraModel SimulatedCamera::StoredCamera() const {
+  return SimulatedIntrinsics(options_.width, options_.height);
+}
+
+double SimulatedCamera::MeteredExposure(double open_s) const {
+  constexpr double kMiddle = 0.2;  // share of full scale that the mean is brought to
+  constexpr int kLooks = 5;
+  constexpr double kApart_s = 0.1, kShortest_s = 1e-4, kLongest_s = 0.03;
+  double log_mean = 0;
+  for (int back = 1; back <= kLooks; ++back) {
+    const double at_s = std::max(0.0, open_s - kApart_s * back);
+    const cv::Scalar mean = cv::mean(meter_->Radiance(hand_->CamFromWorld(at_s), SwayAngle(at_s)));
+    log_mean += std::log(0.114 * mean[0] + 0.587 * mean[1] + 0.299 * mean[2]) / kLooks;
+  }
+  return std::clamp(SensorOptions{}.reference_exposure_s * kMiddle / std::exp(log_mean), kShortest_s,
+                    kLongest_s);
+}
+
+Frame SimulatedCamera::Capture(std::uint64_t index) const {
+  const double open_s = static_cast<double>(index) / options_.fps;
+  return Capture(index, meter_ ? MeteredExposure(open_s) : options_.exposure_s);
+}
 
 Frame SimulatedCamera::Capture(std::uint64_t index, double exposure_s) const {
   const double open_s = static_cast<double>(index) / options_.fps;
@@ -213,17 +262,23 @@ double SimulatedCamera::BlurPx(double open_s, double exposure_s) const {
 Frame SimulatedCamera::Capture(const Shot& shot) const {
   const int instants =
       std::clamp(static_cast<int>(std::lround(BlurPx(shot.open_s, shot.exposure_s))), 1, kMostInstants);
+  const SimulatedFaults& faults = options_.faults;
   cv::Mat radiance = cv::Mat::zeros(camera().height, camera().width, CV_32FC4);
   const int band = options_.readout_s > 0 ? kRowsPerPose : camera().height;
   for (int row = 0; row < camera().height; row += band) {
     const int end = std::min(row + band, camera().height);
     const double opens_s = shot.open_s + options_.readout_s * 0.5 * (row + end) / camera().height;
+    const auto weight =
+        static_cast<float>(faults.flicker.During(opens_s, shot.exposure_s, options_.seed) / instants);
     for (int i = 0; i < instants; ++i) {
       const double at_s = opens_s + (i + 0.5) / instants * shot.exposure_s;
-      caster_.AccumulateRows(hand_->CamFromWorld(at_s), 1.0f / static_cast<float>(instants), row, end,
-                             radiance, SwayAngle(at_s));
+      caster_.AccumulateRows(hand_->CamFromWorld(at_s), weight, row, end, radiance, SwayAngle(at_s));
     }
   }
+  const double middle_s = shot.open_s + 0.5 * (shot.exposure_s + options_.readout_s);
+  Defocus(radiance, faults.defocus_px + faults.hunting.BlurPx(middle_s));
+  Breathe(radiance, camera(), faults.hunting.FocalRatio(middle_s));
+  if (!dust_.empty()) cv::multiply(radiance, InFourChannels(dust_), radiance);
   const Eigen::Matrix3d camera_from_scene =
       options_.colors.CameraFromSrgb() *
       Eigen::Vector3d(shot.light[0], shot.light[1], shot.light[2]).asDiagonal();
@@ -233,8 +288,8 @@ Frame SimulatedCamera::Capture(const Shot& shot) const {
       Expose(radiance, {.noise = options_.noise},
              {shot.exposure_s, shot.gain, shot.format, options_.seed * 0x9E3779B97F4A7C15u + shot.id});
   frame.id = shot.id;
-  frame.device_time_s = shot.open_s + 0.5 * (shot.exposure_s + options_.readout_s);
-  frame.exposure_s = shot.exposure_s;
+  frame.device_time_s = middle_s;
+  if (faults.auto_exposure != AutoExposure::kUntold) frame.exposure_s = shot.exposure_s;
   frame.gain = shot.gain;
   frame.known_cam_from_world = CamFromRest(frame.device_time_s);
   return frame;

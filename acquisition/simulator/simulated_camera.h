@@ -4,6 +4,10 @@
 // largest displacement of a grid of image points during the exposure, rounded; at least one). Everything is a
 // pure function of the options, the shot and the frame's id.
 //
+// Lens, lamps and automatics of somebody who has not taken care are faults (imperfections.h). With `lens` the camera
+// has another lens than StoredCamera(), the one that is calibrated. With `auto_exposure` the exposure is what a
+// camera's automatic would make of the pictures of the last half second, measured at few points.
+//
 // Rolling shutter (`readout_ms=20`): rows are exposed one after the other, the last one `readout_ms` after
 // the first, each for the whole exposure; bands of eight rows share one pose. The frame's time and pose are
 // those of the middle row, in the middle of its exposure.
@@ -80,12 +84,15 @@ class SimulatedCamera {
 
   const SimulationOptions& options() const { return options_; }
   const CameraModel& camera() const { return caster_.camera(); }
+  // What a calibration of the camera says, made before another lens was mounted; else camera().
+  CameraModel StoredCamera() const;
   const Scene& scene() const { return caster_.scene(); }
   const HandMotion& hand() const { return *hand_; }
   const RayCaster& caster() const { return caster_; }
 
   // Frame `index` of the free-running camera: opened at index / fps with the options' settings.
-  Frame Capture(std::uint64_t index) const { return Capture(index, options_.exposure_s); }
+  Frame Capture(std::uint64_t index) const;
+  // The same with an exposure that was asked for, whatever the automatic would make of it.
   Frame Capture(std::uint64_t index, double exposure_s) const;
   // device_time_s and known_cam_from_world are those of the middle of the exposure (of the middle row).
   Frame Capture(const Shot& shot) const;
@@ -110,7 +117,12 @@ class SimulatedCamera {
 
  private:
   SimulationOptions options_;
+  // Exposure time of the automatic at a time.
+  double MeteredExposure(double open_s) const;
+
   RayCaster caster_;
+  std::unique_ptr<const RayCaster> meter_;  // of few pixels; null where the exposure is held
+  cv::Mat dust_;                            // factors on the light; empty: none
   std::shared_ptr<const HandMotion> hand_;
 };
 

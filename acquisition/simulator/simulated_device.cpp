@@ -81,14 +81,21 @@ class SimulatedDevice : public Device {
             .available = !lost_,
             .problem = lost_ ? "the simulated cable is unplugged" : ""};
   }
-  std::optional<CameraModel> Camera() const override { return camera_.camera(); }
+  std::optional<CameraModel> Camera() const override { return camera_.StoredCamera(); }
   bool IsLive() const override { return false; }
   std::optional<SensorWindow> Window() const override {
     const int width = camera_.options().width, height = camera_.options().height;
     return SensorWindow{
         .sensor_width = width, .sensor_height = height, .x = 0, .y = 0, .width = width, .height = height};
   }
-  HeldAutomatics Held() const override { return {.exposure = true, .white_balance = true, .focus = true}; }
+  // The switch of a lens's own automatic focus is one that the camera does not know.
+  HeldAutomatics Held() const override {
+    HeldAutomatics held{.exposure = true, .white_balance = true, .focus = true};
+    if (faults_.auto_exposure == AutoExposure::kTold) held.exposure = false;
+    if (faults_.auto_exposure == AutoExposure::kUntold) held.exposure.reset();
+    if (faults_.hunting.radius_px > 0) held.focus.reset();
+    return held;
+  }
   ExposureRequests TakesExposures() const override { return ExposureRequests::kSequencer; }
   StillRequest RequestExposures(const std::vector<double>& stops) override {
     if (!stops_to_come_.empty()) return StillRequest::kBusy;

@@ -62,6 +62,25 @@ const std::vector<std::pair<std::string, Setter>>& Setters() {
       {"freeze", [](Faults& f, S n, S t) { f.freezes.push_back(SpanFrom(n, t)); }},
       {"disconnect", [](Faults& f, S n, S t) { f.disconnects.push_back(SpanFrom(n, t)); }},
       {"drift", [](Faults& f, S n, S t) { f.drift_stops_per_minute = NumberFrom(n, t, -60, 60); }},
+      {"flicker",
+       [](Faults& f, S n, S t) {
+         const auto [hz, depth] = PairFrom(n, t, "HERTZ:SHARE, for example 100:0.4", 1000, 1);
+         f.flicker = {hz, depth};
+       }},
+      {"defocus", [](Faults& f, S n, S t) { f.defocus_px = NumberFrom(n, t, 0, 50); }},
+      {"hunting",
+       [](Faults& f, S n, S t) {
+         const auto [radius_px, period_s] = PairFrom(n, t, "PIXELS:SECONDS, for example 4:1.6", 50, 60);
+         if (!(period_s >= 0.2)) Refuse(n, t, "PIXELS:SECONDS with 0.2 seconds at least");
+         f.hunting = {radius_px, period_s};
+       }},
+      {"lens", [](Faults& f, S n, S t) { f.focal_ratio = NumberFrom(n, t, 0.5, 2); }},
+      {"dust", [](Faults& f, S n, S t) { f.dust_spots = static_cast<int>(NumberFrom(n, t, 0, 1000)); }},
+      {"auto_exposure",
+       [](Faults& f, S n, S t) {
+         if (t != "told" && t != "untold") Refuse(n, t, "told or untold");
+         f.auto_exposure = t == "told" ? AutoExposure::kTold : AutoExposure::kUntold;
+       }},
       {"bluer", [](Faults& f, S n, S t) { f.bluer_stops_per_minute = NumberFrom(n, t, -60, 60); }},
   };
   return setters;

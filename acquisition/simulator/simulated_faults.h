@@ -10,6 +10,12 @@
 //   disconnect=5:2     the camera is disconnected from second 5 on, for 2 s
 //   drift=0.5          the light on the sensor grows by so many stops per minute, without being reported
 //   bluer=0.5          the lamp's blue grows, and its red falls, by so many stops per minute
+//   flicker=100:0.4    lamps that flicker, in hertz, by this share of their light
+//   defocus=3          the lens is out of focus: each point's image is a disc of this radius in pixels
+//   hunting=4:1.6      an automatic focus goes to and fro: radius in pixels at its farthest, seconds there and back
+//   lens=0.9           the lens's focal length over that of the calibration stored for the camera
+//   dust=5             so many spots on the lens
+//   auto_exposure=told the exposure follows the picture; `untold`: and the camera does not report it    sim: only
 //
 // Seconds count from the first frame.
 #pragma once
@@ -22,6 +28,7 @@
 #include <vector>
 
 #include "acquisition/simulator/gige/gige_relay.h"
+#include "acquisition/simulator/imperfections.h"
 
 namespace ulf::acquisition {
 
@@ -30,12 +37,20 @@ struct FaultSpan {
   bool Holds(double t_s) const { return t_s >= at_s && t_s < at_s + for_s; }
 };
 
+enum class AutoExposure { kOff, kTold, kUntold };
+
 struct SimulatedFaults {
   GigeLinkFaults link;
   bool resends = true;
   double incomplete = 0;
   std::vector<FaultSpan> freezes, disconnects;
   double drift_stops_per_minute = 0, bluer_stops_per_minute = 0;
+  LampFlicker flicker;
+  double defocus_px = 0;
+  FocusHunt hunting;
+  double focal_ratio = 1;  // of the lens that is mounted
+  int dust_spots = 0;
+  AutoExposure auto_exposure = AutoExposure::kOff;
 
   // Throws UsageError that names an unknown fault or a value out of range.
   void Add(const std::string& text);
@@ -44,7 +59,11 @@ struct SimulatedFaults {
 
   bool Frozen(double t_s) const { return AnyHolds(freezes, t_s); }
   bool Disconnected(double t_s) const { return AnyHolds(disconnects, t_s); }
-  bool LampDrifts() const { return drift_stops_per_minute != 0 || bluer_stops_per_minute != 0; }
+  // Whether a picture depends on when it is taken, not on the hand alone.
+  bool ChangeWithTime() const {
+    return drift_stops_per_minute != 0 || bluer_stops_per_minute != 0 || flicker.depth > 0 ||
+           hunting.radius_px > 0;
+  }
   // The factors on the light's R G B at a time.
   std::array<double, 3> Light(double t_s) const;
 

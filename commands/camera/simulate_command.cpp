@@ -82,7 +82,7 @@ int RunSimulate(const SimulateArgs& args) {
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const auto& server = servers.emplace_back(std::make_unique<acquisition::SimulatedGigeCamera>(cameras[i]));
     if (!args.calibrations.empty())
-      acquisition::WriteCalibration(args.calibrations[i], server->camera().camera(), cameras[i].serial,
+      acquisition::WriteCalibration(args.calibrations[i], server->camera().StoredCamera(), cameras[i].serial,
                                     "exact: the simulated camera of scene " + cameras[i].simulation.scene);
     fmt::print("serving aravis:{} at {}\n", server->DeviceId(), cameras[i].interface);
     std::fflush(stdout);

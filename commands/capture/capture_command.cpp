@@ -141,7 +141,9 @@ double ShareDone(const coverage::CaptureArgs& args, const coverage::CaptureOptio
 std::string ProgressLine(const coverage::CaptureState& now, double until_share) {
   const std::string covered =
       now.covered ? fmt::format(", {:.1f} of {:g} % covered", 100 * *now.covered, 100 * until_share) : "";
-  std::string what = InWords(now.decision.reason);
+  const coverage::NoticedMistake* mistake = Behind(now.decision.reason, now.mistakes);
+  std::string what =
+      mistake && mistake->IsSeenAt(now.seconds) ? Name(mistake->mistake) : InWords(now.decision.reason);
   if (now.waits_to_begin) what = "not begun: Space in the display, or the request record, begins";
   if (!now.why_waiting.empty())
     what = now.why_waiting;

@@ -54,8 +54,8 @@ const char* WayOut(coverage::Reason reason) {
     case kPaused:
       return "recording was paused by request and never resumed (record)";
     case kZoomed:
-      return "the zoom was moved while capturing; fix it (tape), calibrate at that focal length, and begin "
-             "anew";
+      return "the zoom was moved while capturing, or another lens is mounted; fix the zoom "
+             "(tape), calibrate at that focal length, and begin anew";
     case kBracket:
       return "other exposures of views were taken all the time; bracket fewer, or expose shorter";
     case kStill:
@@ -64,6 +64,13 @@ const char* WayOut(coverage::Reason reason) {
       break;
   }
   return "";
+}
+
+// "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake behind it.
+std::string ReasonAndWayOut(coverage::Reason reason, const coverage::CaptureSummary& summary) {
+  const coverage::NoticedMistake* mistake = Behind(reason, summary.mistakes);
+  if (!mistake) return fmt::format("the reason was '{}': {}", InWords(reason), WayOut(reason));
+  return fmt::format("the reason was '{}': {}. {}", Name(mistake->mistake), mistake->finding, mistake->cure);
 }
 
 std::string ToText(const coverage::FinishedGeometry& geometry) {
@@ -123,6 +130,13 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
     text += fmt::format("lens           {}, found from the images\n", summary.refined_lens->Text());
   if (summary.calibration && summary.calibration->Wrong())
     text += fmt::format("calibration    {}\n", summary.calibration->Advice());
+  for (const coverage::NoticedMistake& noticed : summary.mistakes) {
+    using enum coverage::Mistake;
+    const bool has_a_line =
+        noticed.mistake == kRollingShutter || (noticed.mistake == kWrongLens && summary.calibration);
+    if (!has_a_line)
+      text += fmt::format("mistake        {} (from {:.0f} s on)\n", noticed.InWords(), noticed.first_s);
+  }
   if (summary.rolling_shutter) text += fmt::format("shutter        {}\n", summary.rolling_shutter->InWords());
   return text + fmt::format("ended          {}\n", InWords(summary.stopped_because));
 }
@@ -168,6 +182,13 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
   if (summary.measured) json["ms_measure_median"] = summary.measured->ms_median;
   json["calibration"] = ToJson(summary.calibration);
   json["refined_lens"] = ToJson(summary.refined_lens);
+  json["mistakes"] = nlohmann::json::array();
+  for (const coverage::NoticedMistake& noticed : summary.mistakes)
+    json["mistakes"].push_back({{"name", Name(noticed.mistake)},
+                                {"finding", noticed.finding},
+                                {"cure", noticed.cure},
+                                {"first_s", noticed.first_s},
+                                {"last_s", noticed.last_s}});
   json["rolling_shutter"] = ToJson(summary.rolling_shutter);
   json["set_aside"] = nlohmann::json::object();
   for (const auto& [folder, count] : summary.set_aside) json["set_aside"][folder.string()] = count;
@@ -188,8 +209,8 @@ std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t
   }
   const auto commonest = std::max_element(summary.reasons.begin(), summary.reasons.end());
   const auto reason = static_cast<coverage::Reason>(commonest - summary.reasons.begin());
-  return fmt::format("nothing was recorded: for {} of {} the reason was '{}': {}", *commonest,
-                     Counted(summary.frames, "frame"), InWords(reason), WayOut(reason));
+  return fmt::format("nothing was recorded: for {} of {} {}", *commonest, Counted(summary.frames, "frame"),
+                     ReasonAndWayOut(reason, summary));
 }
 
 std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
@@ -224,8 +245,7 @@ std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
   const std::string few =
       fmt::format("only {} of {} recorded: for", summary.recorded, Counted(summary.frames, "frame"));
   if (elsewhere == 0 || (commonest != kRecorded && count(commonest) > elsewhere))
-    return fmt::format("{} {} the reason was '{}': {}", few, count(commonest), InWords(commonest),
-                       WayOut(commonest));
+    return fmt::format("{} {} {}", few, count(commonest), ReasonAndWayOut(commonest, summary));
   return fmt::format(
       "{} {} the reason was {}: the camera did not go round the subject{}. If that is not what you want to "
       "capture, say where it is: ulf track URI -o poses.txt, then --poses tum:poses.txt --subject "

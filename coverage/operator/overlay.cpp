@@ -318,7 +318,7 @@ constexpr ReasonWords kRefusalWords[]{
     {Reason::kUnsettled, "the exposure is still changing: wait, or lock it"},
     {Reason::kSpool, "the disk is behind: wait"},
     {Reason::kDisk, "the disk is full: make room, recording then goes on"},
-    {Reason::kZoomed, "the zoom was moved: put it back"},
+    {Reason::kZoomed, "the zoom was moved, or another lens is mounted: put it back, or calibrate"},
     {Reason::kTracking, "tracking is poor: show more of what was seen before"}};
 
 const char* WordsFor(Reason reason, std::span<const ReasonWords> table) {
@@ -459,6 +459,9 @@ Instruction InstructionFor(const CaptureState& state, const InstructionLimits& l
   if (const char* words = WordsFor(state.decision.reason, kAimWords)) return {words, true};
   if (state.waits_to_begin) return BeforeBeginning(state);
   if (!state.recording) return {"paused: Space goes on", true};
+  if (const NoticedMistake* mistake = Behind(state.decision.reason, state.mistakes);
+      mistake && mistake->IsSeenAt(state.seconds))
+    return {fmt::format("{}. {}", Name(mistake->mistake), mistake->cure), true};
   if (const char* words = WordsFor(state.decision.reason, kRefusalWords)) return {words, true};
   if (!state.subject) return {"walk on", false};
   if (state.table_up_in_world) return {WayInWords(state), false};

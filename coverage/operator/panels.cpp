@@ -47,6 +47,8 @@ std::vector<render::StatusItem> StatusLine(const CaptureState& state, std::uint6
   if (state.exposure_locked)
     items.push_back({*state.exposure_locked ? "exposure locked" : "exposure not locked",
                      *state.exposure_locked ? render::ink::kText : render::ink::kCareful});
+  for (const NoticedMistake& noticed : state.mistakes)
+    if (noticed.IsSeenAt(state.seconds)) items.push_back({Name(noticed.mistake), render::ink::kCareful});
   if (!state.reopened.empty()) items.push_back({"some reopened", render::ink::kCareful});
   if (state.errors) {
     const ErrorSummary errors = Summarize(*state.errors, state.cover.db);

@@ -117,6 +117,27 @@ void RunningCapture::NoteZoom(const tracking::Track& track) {
                   : "the zoom is back");
 }
 
+// Before the first view the preflight says what was noticed, but for what the lens and the shutter are.
+void RunningCapture::LookForMistakes(const Frame& frame) {
+  if (frame.asked_stops) return;  // another exposure on purpose
+  picture_ =
+      light_and_focus_.After(frame.device_time_s, frame.image, lens_.live(), latest_.track.cam_from_world,
+                             subject_.IsPlaced() ? record_.subject() : std::nullopt);
+  MistakeSigns signs{.held = device_.Held(), .fine_detail = picture_.fine_detail};
+  // Another lens takes the contradicted one's place.
+  if (options_.lens != tracking::LensUse::kRefine) signs.lens_contradicted = lens_.contradicted();
+  constexpr double kAsksEvery_s = 1;  // all of the tracker's statistics are made for it
+  if (!shutter_asked_s_ || std::abs(frame.device_time_s - *shutter_asked_s_) >= kAsksEvery_s) {
+    shutter_asked_s_ = frame.device_time_s;
+    signs.rolling_shutter = poses_.Statistics().rolling_shutter;
+  }
+  for (const NoticedMistake& noticed : mistakes_.After(frame, signs)) {
+    const bool said_elsewhere = noticed.mistake == Mistake::kWrongLens ||
+                                (noticed.mistake != Mistake::kRollingShutter && record_.views().empty());
+    if (!said_elsewhere) Say(noticed.InWords());
+  }
+}
+
 void RunningCapture::UpdatePreflight(const Frame& frame) {
   if (!record_.views().empty()) return;
   const auto pixels = [](const CameraModel& camera) {
@@ -129,9 +150,7 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
                   .lens_found = lens_.found(),
                   .lens_contradicted = lens_.contradicted(),
                   .held = device_.Held(),
-                  .picture = light_and_focus_.After(frame.device_time_s, frame.image, lens_.live(),
-                                                    latest_.track.cam_from_world,
-                                                    subject_.IsPlaced() ? record_.subject() : std::nullopt),
+                  .picture = picture_,
                   .prediction = {},
                   .cap = options_.cap,
                   .without_subject = options_.without_subject.has_value(),
@@ -139,6 +158,7 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
                       view_per_frame * static_cast<double>(ViewSpool::MostBytes(frame))),
                   .disk_left_bytes = meters_.DiskLeftBytes(root_),
                   .link = meters_.Link(device_),
+                  .mistakes = mistakes_.noticed(),
                   .has_pose = latest_.track.cam_from_world.has_value(),
                   .pose_error_px = PoseErrorNow(),
                   .limits = options_.limits});
@@ -248,6 +268,8 @@ SharedCaptureState RunningCapture::State() {
   record_.Describe(*state);
   if (!subject_.IsPlaced()) state->subject.reset(), state->coverage.reset();
   outlook_.Describe(*state);
+  state->mistakes = mistakes_.noticed();
+  state->seconds = meters_.DeviceSeconds();
   if (proposer_.proposal()) state->proposed_subject = proposer_.proposal()->subject;
   state->rectangle_share = options_.limits.rectangle_share;
   state->newest_view = recorder_.newest_view();
@@ -328,6 +350,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
   NoteZoom(track);
   if (turntable_)
     if (const std::string words = turntable_->After(now_s, track.cam_from_world); !words.empty()) Say(words);
+  LookForMistakes(*frame);
   UpdatePreflight(*frame);
   BeginWhenPossible();
   subject_.Watch(track, now_s);
@@ -364,6 +387,8 @@ void RunningCapture::Close() {
   summary_.calibration = known.calibration;
   summary_.rolling_shutter = known.rolling_shutter;
   summary_.refined_lens = lens_.found();
+  mistakes_.AtTheEnd(known.calibration, known.rolling_shutter);
+  summary_.mistakes = mistakes_.noticed();
   CorrectPoses(true);
   gaps_.End(meters_.last_time_s());
   summary_.pauses = gaps_.pauses();

@@ -124,6 +124,7 @@ struct CaptureSummary {
   StoppedBecause stopped_because = StoppedBecause::kEnded;
   std::string problem;  // the disk's error; empty: none
   acquisition::DeviceStatistics device;
+  std::vector<NoticedMistake> mistakes;
   std::map<std::string, std::uint64_t> events;  // of the device, by Name(kind)
   std::uint64_t pauses = 0;                     // of the recording, for the disk
   double paused_s = 0;

@@ -22,6 +22,7 @@
 #include "coverage/measured/error_map.h"
 #include "coverage/session/preflight.h"
 #include "coverage/session/turn_back.h"
+#include "coverage/session/watch/mistake_watch.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::coverage {
@@ -92,6 +93,8 @@ struct CaptureState {
   std::optional<std::uint64_t> disk_left_bytes;
   std::optional<bool> exposure_locked;  // none: cannot be known
   std::vector<PreflightItem> preflight;
+  std::vector<NoticedMistake> mistakes;  // so far
+  double seconds = 0;                    // by the device's clock, since the first frame
   // The last lines that the capture reported (CaptureOptions::lines_shown), of `times_said` in all.
   std::vector<std::string> said;
   std::uint64_t times_said = 0;

@@ -17,27 +17,53 @@ struct PicturePart {
   int edges = 0;
 };
 
-std::optional<double> SharpestParts(const cv::Mat& grey8, const cv::Mat& inside,
-                                    const FineDetailOptions& options) {
-  cv::Mat grey, smooth, smoother;
-  grey8.convertTo(grey, CV_32F);
+// Two measures of the same things, the finer over the coarser.
+struct DetailPair {
+  cv::Mat fine, coarse;
+  double least_coarse = 0;
+};
+
+// The finest octave and the next one.
+DetailPair Octaves(const cv::Mat& grey, const FineDetailOptions& options) {
+  cv::Mat smooth, smoother, fine;
   cv::GaussianBlur(grey, smooth, {0, 0}, 1);
   cv::GaussianBlur(grey, smoother, {0, 0}, 2);
-  const cv::Mat fine = cv::abs(grey - smooth), coarse = cv::abs(smooth - smoother);
   // An edge is where the coarser octave is strongest; its finer octave is strongest a little nearer to the step.
-  const cv::Mat around = cv::Mat::ones(5, 5, CV_8U);
-  cv::Mat fine_around, coarse_around;
-  cv::dilate(fine, fine_around, around);
-  cv::dilate(coarse, coarse_around, around);
+  cv::dilate(cv::abs(grey - smooth), fine, cv::Mat::ones(5, 5, CV_8U));
+  return {fine, cv::abs(smooth - smoother), options.least_texture};
+}
+
+// How steep edges are after a little smoothing and after more: of a step, as many times as steep as it was smoothed less.
+// Of edges that are blurred by more than both, as steep.
+DetailPair Slopes(const cv::Mat& grey, const FineDetailOptions& options) {
+  constexpr double kLess = 1, kMore = 2.5;  // pixels
+  const auto slope = [&](double sigma) {
+    cv::Mat smooth, right, down, steep;
+    cv::GaussianBlur(grey, smooth, {0, 0}, sigma);
+    cv::Sobel(smooth, right, CV_32F, 1, 0, 1, 0.5);
+    cv::Sobel(smooth, down, CV_32F, 0, 1, 1, 0.5);
+    cv::magnitude(right, down, steep);
+    return steep;
+  };
+  cv::Mat fine;
+  cv::dilate(slope(kLess), fine, cv::Mat::ones(3, 3, CV_8U));
+  return {fine * (kLess / kMore), slope(kMore), options.least_slope};
+}
+
+std::optional<double> SharpestParts(const DetailPair& detail, const cv::Mat& inside,
+                                    const FineDetailOptions& options) {
+  const cv::Mat &fine = detail.fine, &coarse = detail.coarse;
+  cv::Mat coarse_around;
+  cv::dilate(coarse, coarse_around, cv::Mat::ones(5, 5, CV_8U));
   std::vector<cv::Point> edges;
-  for (int y = 0; y < grey.rows; ++y)
-    for (int x = 0; x < grey.cols; ++x) {
+  for (int y = 0; y < coarse.rows; ++y)
+    for (int x = 0; x < coarse.cols; ++x) {
       const float here = coarse.at<float>(y, x);
-      if (here >= options.least_texture && here >= coarse_around.at<float>(y, x) &&
+      if (here >= detail.least_coarse && here >= coarse_around.at<float>(y, x) &&
           inside.at<std::uint8_t>(y, x))
         edges.push_back({x, y});
     }
-  const int columns = grey.cols / options.part_px + 1, rows = grey.rows / options.part_px + 1;
+  const int columns = coarse.cols / options.part_px + 1, rows = coarse.rows / options.part_px + 1;
   std::vector<PicturePart> parts(static_cast<std::size_t>(columns * rows));
   const auto part_at = [&](const cv::Point& at) -> PicturePart& {
     return parts[static_cast<std::size_t>(at.y / options.part_px * columns + at.x / options.part_px)];
@@ -47,7 +73,7 @@ std::optional<double> SharpestParts(const cv::Mat& grey8, const cv::Mat& inside,
   for (const cv::Point& at : edges) {
     PicturePart& part = part_at(at);
     if (coarse.at<float>(at) < options.strong_share * part.strongest) continue;
-    part.fine += fine_around.at<float>(at);
+    part.fine += fine.at<float>(at);
     part.coarse += coarse.at<float>(at);
     ++part.edges;
   }
@@ -96,13 +122,21 @@ std::optional<double> FineDetail(const cv::Mat& grey8, const std::vector<Eigen::
   for (const Eigen::Vector2d& corner : outline)
     polygon.push_back(cv::Point(static_cast<int>(corner.x()), static_cast<int>(corner.y())) - box.tl());
   cv::fillPoly(inside, polygon, 255);
+  std::optional<double> slopes;
   for (int times = 0; times < options.times_halved; ++times) {
     if (std::min(reduced.cols, reduced.rows) < kLeastPx) break;
     cv::resize(reduced, reduced, {}, 0.5, 0.5, cv::INTER_AREA);
     cv::resize(inside, inside, reduced.size(), 0, 0, cv::INTER_NEAREST);
-    if (const auto detail = SharpestParts(reduced, inside, options)) return detail;
+    cv::Mat grey;
+    reduced.convertTo(grey, CV_32F);
+    if (times == 0) slopes = SharpestParts(Slopes(grey, options), inside, options);
+    if (const auto octaves = SharpestParts(Octaves(grey, options), inside, options)) {
+      constexpr double kSurelySharp = 1.1;  // of the photographs above; a soft shade has gentle slopes, too
+      const bool is_sharp = times == 0 && *octaves >= kSurelySharp;
+      return is_sharp ? *octaves : std::min(*octaves, slopes.value_or(*octaves));
+    }
   }
-  return std::nullopt;
+  return slopes;
 }
 
 const PictureFinding& LightAndFocusCheck::After(double time_s, const Image& image, const CameraModel& camera,

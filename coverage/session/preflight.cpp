@@ -23,6 +23,22 @@ PreflightItem Automatic(const char* name, const std::optional<bool>& held) {
           .holds_start = false};
 }
 
+// What the pictures show of a mistake; none: nothing.
+std::optional<PreflightItem> Noticed(const PreflightInput& input, Mistake mistake, const char* name) {
+  const auto noticed = std::ranges::find(input.mistakes, mistake, &NoticedMistake::mistake);
+  if (noticed == input.mistakes.end()) return std::nullopt;
+  return PreflightItem{.name = name,
+                       .in_order = false,
+                       .words = noticed->finding + ". " + noticed->cure,
+                       .holds_start = false};
+}
+
+PreflightItem Exposure(const PreflightInput& input) {
+  PreflightItem item = Automatic("exposure", input.held.exposure);
+  if (item.in_order == false) return item;
+  return Noticed(input, Mistake::kAutoExposure, "exposure").value_or(std::move(item));
+}
+
 // Holds the start where the pictures are worth nothing for certain; a black thing, or one before white, is not.
 PreflightItem Light(const PreflightInput& input) {
   if (!input.picture.light) return {"light", {}, "not measured yet"};
@@ -63,6 +79,8 @@ PreflightItem Focus(const PreflightInput& input) {
                 "move slowly",
                 *detail, input.least_fine_detail)};
   PreflightItem item = Automatic("focus", input.held.focus);
+  if (item.in_order != false)
+    if (auto hunts = Noticed(input, Mistake::kFocusHunts, "focus")) return *hunts;
   if (detail && !item.in_order) item.words = "sharp now; " + item.words;
   return item;
 }
@@ -132,9 +150,12 @@ void AddLink(const std::vector<acquisition::LinkFact>& facts, std::vector<Prefli
 std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   std::vector<PreflightItem> items{Calibration(input)};
   items.push_back(Light(input));
-  items.push_back(Automatic("exposure", input.held.exposure));
+  items.push_back(Exposure(input));
   items.push_back(Automatic("white balance", input.held.white_balance));
   items.push_back(Focus(input));
+  for (const Mistake mistake : {Mistake::kFlicker, Mistake::kUnsteadyLight})
+    if (auto lamps = Noticed(input, mistake, "lamps")) items.push_back(std::move(*lamps));
+  if (auto dust = Noticed(input, Mistake::kDust, "lens")) items.push_back(std::move(*dust));
   items.push_back(Disk(input));
   AddLink(input.link, items);
   if (input.prediction)

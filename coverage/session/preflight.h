@@ -13,12 +13,13 @@
 #include "coverage/bound/capture_prediction.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/light_and_focus.h"
+#include "coverage/session/watch/mistake_watch.h"
 #include "tracking/estimation/calibration_check.h"
 
 namespace ulf::coverage {
 
 struct PreflightItem {
-  // "calibration", "light", "exposure", "white balance", "focus", "disk", "views", "tracking"; "link", or what of it is
+  // "calibration", "light", "exposure", "white balance", "focus", "disk", "views", "tracking"; "lamps" and "lens" where something is wrong with them; "link", or what of it is
   // not in order (LinkFact::name)
   std::string name;
   std::optional<bool> in_order;  // none: unknown
@@ -41,6 +42,7 @@ struct PreflightInput {
   std::uint64_t bytes_per_view = 0;  // at most
   std::optional<std::uint64_t> disk_left_bytes;
   std::vector<acquisition::LinkFact> link = {};  // empty: the camera has none
+  std::vector<NoticedMistake> mistakes = {};     // so far
   bool has_pose = true;                          // of the present frame
   // Of a view taken now (view_decision.h); none: the pose is given.
   std::optional<double> pose_error_px;

@@ -52,6 +52,7 @@ class RunningCapture {
   void GoOverToLensFrom(const CameraModel& before, bool last);
   void NoteZoom(const tracking::Track& track);
   void UpdatePreflight(const Frame& frame);
+  void LookForMistakes(const Frame& frame);
   std::optional<double> PoseErrorNow() const;
   tracking::Track TrackToRecord(const tracking::Track& track) const;
   bool CorrectPoses(bool last);
@@ -105,6 +106,9 @@ class RunningCapture {
   std::optional<Eigen::Quaterniond> last_turn_;  // cam_from_world of the last frame with a pose
   Guide guide_;
   LightAndFocusCheck light_and_focus_;
+  PictureFinding picture_;
+  MistakeWatch mistakes_;
+  std::optional<double> shutter_asked_s_;
   SubjectProposer proposer_;
   std::optional<TurntableWatch> turntable_;
   bool waits_to_begin_ = false;

@@ -29,6 +29,11 @@ void LensWatch::Note(const std::optional<CalibrationCheck>& check, int keyframes
   before_ = check;
 }
 
+void LensWatch::NoteDoubted(const CalibrationCheck& check, int keyframes) {
+  Note(check, keyframes);
+  contradiction_ = check;
+}
+
 void LensWatch::Restart(int keyframes) {
   before_.reset();
   Note(std::nullopt, keyframes);

@@ -32,6 +32,8 @@ class LensWatch {
 
   bool IsDue(int keyframes) const { return keyframes >= next_; }
   void Note(const std::optional<CalibrationCheck>& check, int keyframes);
+  // The same where something else speaks against the lens, too: this check needs no other that agrees.
+  void NoteDoubted(const CalibrationCheck& check, int keyframes);
   // The last of two checks that agreed that the lens is wrong; none: the lens is not contradicted.
   const std::optional<CalibrationCheck>& contradiction() const { return contradiction_; }
   void Reset();  // for another map

@@ -409,43 +409,6 @@ void Mapper::AdjustInBackground() {
   CheckLens();
 }
 
-void Mapper::CheckLens() {
-  const int keyframes = map_.LivingKeyframes();
-  if (!options_.check_lens || !lens_.IsDue(keyframes)) return;
-  CalibrationCheckOptions options;
-  options.fit.stop = &cut_short_;
-  const auto check = CheckCalibration(camera_, map_, options);
-  if (cut_short_) return;
-  lens_.Note(check, keyframes);
-  if (options_.seek_lens && lens_.IsSought(keyframes)) owned_.shared.lens_is_due = true;
-  const MapLock lock(owned_.shared);
-  owned_.shared.wrong_lens = lens_.contradiction();
-}
-
-std::optional<RefinedLens> Mapper::RefineLens() {
-  cut_short_ = false;
-  {
-    const MapLock lock(owned_.shared);
-    owned_.shared.wrong_lens.reset();
-  }
-  owned_.shared.lens_is_due = false;
-  const int keyframes = map_.LivingKeyframes();
-  lens_.Restart(keyframes);
-  const auto chosen = ChooseLens(camera_, PartForLens(ProblemOf(map_), 0));
-  lens_.NoteSought(keyframes, camera_.MeanFocalPx(), (chosen ? chosen->lens : camera_).MeanFocalPx());
-  if (!chosen) return std::nullopt;
-  BundleOptions options = BundleOptionsFor(options_.with_lens);
-  options.free = chosen->free;
-  CameraModel lens = camera_;
-  if (!AdjustMapAndLens(lens, owned_, options, options_.given_world).usable) return std::nullopt;
-  camera_ = lens;
-  loops_->SetCamera(lens);
-  const MapLock lock(owned_.shared);
-  owned_.map.SetCamera(lens);
-  ++owned_.shared.revision;
-  return RefinedLens{lens, chosen->focal_sigma_px, chosen->free.principal_point};
-}
-
 BundleOptions Mapper::BundleOptionsFor(const AdjustmentEffort& effort) const {
   return {.robust_iterations = effort.robust_iterations,
           .iterations = effort.iterations,

@@ -102,6 +102,10 @@ class Mapper {
   // The lens that the map's images support (ChooseLens()), where they contradict the present one: the map is adjusted
   // together with it, and the mapper goes on under it. None: the present lens stays.
   std::optional<RefinedLens> RefineLens();
+  // Asks the map about its lens at once, where frames have another focal length than the map's: a lens that is wrong
+  // bends a map so that its frames disagree. True, and said so in shared(): the map contradicts the lens by more than
+  // a zoom could have bent it that was moved by this logarithm of the focal length.
+  bool ContradictsLensBeyond(double log_ratio);
   void RemovePart(int part);  // after the last one everything begins anew
   void SetMainPart(int part);
 

@@ -28,8 +28,11 @@ std::string InWords(const StartProgress& start) {
 }
 
 std::string ZoomInWords(double focal_ratio) {
-  return fmt::format("the zoom was moved: the focal length is {:.1f} % {} than the given lens's; put it back",
-                     100 * std::abs(focal_ratio - 1), focal_ratio > 1 ? "longer" : "shorter");
+  return fmt::format(
+      "the zoom was moved, or another lens is mounted: the focal length is {:.1f} % {} than the given "
+      "lens's; "
+      "put it back, or calibrate",
+      100 * std::abs(focal_ratio - 1), focal_ratio > 1 ? "longer" : "shorter");
 }
 
 std::string InWords(const Track& track) {

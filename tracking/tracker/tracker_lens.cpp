@@ -100,6 +100,10 @@ void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track
         "frame {}: focal length off by {:.4f}, +- {:.4f} (map {:.4f}, rows {:.4f}), quality {:.2f}{}", frame,
         change->log_ratio, change->sigma, by_map, by_rows, track.quality,
         zoom.Disagrees() ? ": no keyframe" : "");
+  if (before == 0 && zoom.IsMoved()) {
+    mapper.Rest();
+    if (mapper.ContradictsLensBeyond(zoom.log_ratio())) zoom.Forget();
+  }
   if (zoom.log_ratio() != before) FollowWith(Zoomed(size.working(), zoom.log_ratio()));
   if (zoom.IsMoved()) track.focal_ratio = std::exp(zoom.log_ratio());
   // Magnified by so much, a camera seems to have come nearer by that share of the distance. How far a zoom was moved is

@@ -157,13 +157,17 @@ void SimulatedGigeCamera::State::Serve() {
   if (options.simulation.faults.incomplete > 0)
     throw UsageError(
         "fault incomplete works with sim: only; over the network, lose packets with lost=0.005 and resend=0");
+  if (options.simulation.faults.auto_exposure != AutoExposure::kOff)
+    throw UsageError(
+        "fault auto_exposure works with sim: only; over the network, set ExposureTime while it streams");
   if (!(options.line_hz >= 0.1 && options.line_hz <= 200))
     throw UsageError("{:g} pulses a second on Line0: must be 0.1 to 200", options.line_hz);
   if (options.loop < 0 || options.loop > 10000)
     throw UsageError("a loop of {} pictures: must be at most 10000", options.loop);
-  if (options.loop > 0 && options.simulation.faults.LampDrifts())
+  if (options.loop > 0 && options.simulation.faults.ChangeWithTime())
     throw UsageError(
-        "fault drift does not work with a loop, whose pictures are rendered once; leave one of the two out");
+        "faults drift, bluer, flicker and hunting do not work with a loop, whose pictures are rendered once; "
+        "leave them or the loop out");
   const std::string address = AddAddresses();
   RequireFreeGigeAddress(address);  // Aravis does not report when it cannot bind
   poses.emplace(options.poses, options.simulation.scene);

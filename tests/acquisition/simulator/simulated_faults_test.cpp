@@ -38,8 +38,10 @@ double Mean(const Frame& frame) { return cv::mean(frame.image.pixels)[1]; }
 
 TEST(SimulatedFaults, AreReadFromWords) {
   SimulatedFaults faults;
-  for (const char* text : {"lost=0.005", "doubled=0.01", "swapped=0.02", "late=80:0.1", "freeze=5:2",
-                           "freeze=9:1", "disconnect=20:3", "drift=-0.5", "resend=0", "incomplete=0.25"})
+  for (const char* text :
+       {"lost=0.005", "doubled=0.01", "swapped=0.02", "late=80:0.1", "freeze=5:2", "freeze=9:1",
+        "disconnect=20:3", "drift=-0.5", "resend=0", "incomplete=0.25", "flicker=100:0.4", "defocus=3",
+        "hunting=4:1.6", "lens=0.9", "dust=5", "auto_exposure=untold"})
     faults.Add(text);
   EXPECT_EQ(faults.link.lost, 0.005);
   EXPECT_EQ(faults.link.late_by, 80ms);
@@ -52,8 +54,14 @@ TEST(SimulatedFaults, AreReadFromWords) {
   EXPECT_TRUE(faults.Frozen(9.5));
   EXPECT_TRUE(faults.Disconnected(22.9));
   EXPECT_DOUBLE_EQ(faults.Light(120)[1], 0.5);
-  for (const char* wrong : {"", "lost", "lost=", "lost=2", "lost=-1", "lost=nan", "late=80", "freeze=a:1",
-                            "freeze=1:", "resend=2", "gone=1", "=1"})
+  EXPECT_EQ(faults.flicker.hz, 100);
+  EXPECT_EQ(faults.hunting.period_s, 1.6);
+  EXPECT_EQ(faults.focal_ratio, 0.9);
+  EXPECT_EQ(faults.dust_spots, 5);
+  EXPECT_EQ(faults.auto_exposure, AutoExposure::kUntold);
+  for (const char* wrong :
+       {"", "lost", "lost=", "lost=2", "lost=-1", "lost=nan", "late=80", "freeze=a:1",
+        "freeze=1:", "resend=2", "gone=1", "=1", "flicker=100", "hunting=4:0", "lens=0", "auto_exposure=1"})
     EXPECT_THROW(SimulatedFaults().Add(wrong), UsageError) << wrong;
 }
 

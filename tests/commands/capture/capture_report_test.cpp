@@ -54,6 +54,30 @@ TEST(CaptureReport, AWrongFocalLengthAndARollingShutterAreSaid) {
   EXPECT_NEAR(json["rolling_shutter"]["readout_ms"].get<double>(), 20, 1e-9);
 }
 
+TEST(CaptureReport, MistakesAreSaidOnceEachWithTheirCure) {
+  CaptureSummary summary = With(Reason::kUnsettled, 20);
+  summary.mistakes = {{.mistake = coverage::Mistake::kFlicker,
+                       .finding = "the light goes up and down",
+                       .cure = "Take other lamps",
+                       .first_s = 2.4,
+                       .last_s = 9}};
+  EXPECT_THAT(
+      ToText(summary, 0),
+      HasSubstr(
+          "mistake        flickering lamps: the light goes up and down. Take other lamps (from 2 s on)"));
+  nlohmann::json json;
+  AddTo(json, summary, 0);
+  ASSERT_EQ(json["mistakes"].size(), 1u);
+  EXPECT_EQ(json["mistakes"][0]["name"], "flickering lamps");
+  EXPECT_EQ(json["mistakes"][0]["cure"], "Take other lamps");
+  EXPECT_EQ(json["mistakes"][0]["first_s"], 2.4);
+  const std::string nothing = NothingRecorded(summary, 20);
+  EXPECT_THAT(nothing, AllOf(HasSubstr("for 20 of 20 frames the reason was 'flickering lamps'"),
+                             HasSubstr("Take other lamps"), Not(HasSubstr("came to rest"))));
+  summary.mistakes.clear();
+  EXPECT_THAT(NothingRecorded(summary, 20), HasSubstr("never came to rest"));
+}
+
 TEST(CaptureReport, OneIsSingular) {
   CaptureSummary summary;
   summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 1;

@@ -371,6 +371,14 @@ TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   state->decision.reason = Reason::kSpeed;
   EXPECT_TRUE(InstructionFor(*state).urgent);
   EXPECT_EQ(InstructionFor(*state).words, "too fast: slower");
+  state->decision.reason = Reason::kUnsettled;
+  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("still changing"));
+  state->mistakes = {
+      {.mistake = Mistake::kFlicker, .finding = "it flickers", .cure = "Take others", .last_s = 60}};
+  state->seconds = 62;
+  EXPECT_EQ(InstructionFor(*state).words, "flickering lamps. Take others") << "in place of what it causes";
+  state->seconds = 90;
+  EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("still changing")) << "it is over";
   state->decision.reason = Reason::kOutsideRectangle;
   EXPECT_EQ(InstructionFor(*state).words, "bring the sphere back into the rectangle");
   state->recording = false;

@@ -49,6 +49,17 @@ TEST(StatusLine, SaysEveryFigureOfTheSession) {
                           "recording paused: disk full (2.6 MB free, 3.0 needed)"));
 }
 
+TEST(StatusLine, HasTheMistakesThatAreSeen) {
+  const StagedCapture stage({.cap = std::nullopt});
+  auto state = stage.At(stage.CameraAt(0, 0));
+  state->seconds = 100;
+  state->mistakes = {{.mistake = Mistake::kDust, .finding = "", .cure = "", .last_s = 99},
+                     {.mistake = Mistake::kFlicker, .finding = "", .cure = "", .last_s = 20}};
+  EXPECT_THAT(Words(StatusLine(*state)),
+              ::testing::AllOf(::testing::Contains("dust on the lens"),
+                               ::testing::Not(::testing::Contains("flickering lamps"))));
+}
+
 TEST(StatusLine, WhatIsNotKnownIsNotSaid) {
   const StagedCapture stage({.cap = std::nullopt});
   auto state = stage.At(stage.CameraAt(0, 0));

@@ -228,6 +228,27 @@ TEST(CaptureLens, ALensThatIsFoundAtTheEndIsWrittenWithThePoses) {
   EXPECT_EQ(capture.summary.map->views().front().fx, CriterionView::From(kCamera, {}, 640).fx);
 }
 
+TEST(CaptureLens, AWrongLensIsAMistakeFromWhereItShowsOnAndAlsoWhereThatIsAtTheEnd) {
+  const ScratchFolder scratch;
+  const auto mistakes = [&](const char* name, int frame, tracking::LensUse use) {
+    Imagined capture{scratch / name, frame, use};
+    capture.Run();
+    return capture.summary.mistakes;
+  };
+  constexpr int kNever = 1000;
+  const auto early = mistakes("early", 20, tracking::LensUse::kCheck),
+             late = mistakes("late", kNever, tracking::LensUse::kCheck);
+  ASSERT_EQ(early.size(), 1u);
+  ASSERT_EQ(late.size(), 1u);
+  EXPECT_EQ(early[0].mistake, Mistake::kWrongLens);
+  EXPECT_EQ(late[0].mistake, Mistake::kWrongLens);
+  EXPECT_NEAR(early[0].first_s, 20 / 15.0, 1e-6);
+  EXPECT_NEAR(late[0].first_s, 39 / 15.0, 1e-6);
+  EXPECT_THAT(late[0].finding, HasSubstr("300.0 px"));
+  EXPECT_THAT(late[0].cure, HasSubstr("--intrinsics refine"));
+  EXPECT_TRUE(mistakes("replaced", 20, tracking::LensUse::kRefine).empty()) << "the cure was taken";
+}
+
 TEST(CaptureLens, BeforeTheFirstViewTheListSaysWhatIsKnownOfTheLens) {
   const auto calibration = [](Imagined& capture, std::size_t frame) {
     const auto& items = capture.states.at(frame)->preflight;

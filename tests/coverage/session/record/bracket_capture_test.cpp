@@ -107,6 +107,7 @@ TEST(BracketCapture, EveryViewGetsItsExposuresWithTheirOwnPoses) {
   EXPECT_GE(complete + 1, light_field.views.size());
   EXPECT_THAT(times, ElementsAre(0.0005, 0.008));
   EXPECT_GT(light_field.reasons.at("bracket"), 2 * complete - 1);
+  EXPECT_TRUE(captured.summary.mistakes.empty()) << "exposures that were asked for are no auto exposure";
   // Frames of other exposures are tracked like others.
   EXPECT_LE(captured.summary.brackets.between, captured.summary.brackets.exposures / 10);
 }

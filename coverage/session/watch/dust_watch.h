@@ -1,0 +1,65 @@
+// Dust on the lens: dark spots that stay where they are in the picture while the scene moves on beneath them.
+//
+// A place of the picture is looked at again when what it showed has moved away (by the points that are followed nearby,
+// picture_tracks.h). What it shows now is compared with the same piece of the scene in the look before, where that was
+// seen elsewhere: the scene cancels, a spot here stays. Spots are small, round and there in almost every look.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "coverage/session/watch/picture_tracks.h"
+
+namespace ulf::coverage {
+
+struct DustSpot {
+  cv::Point2f at;       // share of the picture's width and height
+  double kept_off = 0;  // share of the light
+};
+
+class DustWatch {
+ public:
+  // Settled on simulated scenes (docs/mistakes.md).
+  struct Options {
+    double moved = 0.03;  // share of the picture's width: what a place showed has moved away
+    int fewest_looks = 10;
+    double alike = 0.7;               // least correlation of a piece of the scene in two looks
+    double plain = 0.03;              // standard deviation of the light of a piece that needs none
+    double every_s = 1, stays_s = 3;  // spots are looked for so often, and are there so long
+    double least_kept_off = 0.04;
+    double sigmas = 7;         // of the mean over the looks
+    double most_looks = 0.85;  // share of the looks that must show it
+    double round = 0.4;        // least curvature over the greatest: less is the edge of something
+  };
+  DustWatch() = default;
+  explicit DustWatch(const Options& options) : options_(options) {}
+
+  void After(const PicturePair& pair);
+  const std::vector<DustSpot>& spots() const { return spots_; }
+
+ private:
+  static constexpr int kColumns = 16, kRows = 12;
+  // A cell of the picture: the picture at its last look, and how far the scene has moved there since.
+  struct Cell {
+    cv::Mat log_light, contrast;
+    cv::Point2f moved;
+    int looks = 0;
+  };
+  cv::Rect Area(int row, int column) const;
+  void Look(const cv::Rect& area, const cv::Mat& log_light, const cv::Mat& contrast, Cell& cell);
+  void LookForSpots();
+
+  Options options_;
+  cv::Mat sum_, sum2_,
+      darker_;  // over the looks, of each pixel's difference of contrast; how often it is darker
+  std::vector<Cell> cells_;
+  double looked_s_ = 0;
+  struct Candidate {
+    DustSpot spot;
+    double since_s = 0;
+  };
+  std::vector<Candidate> candidates_;
+  std::vector<DustSpot> spots_;
+};
+
+}  // namespace ulf::coverage

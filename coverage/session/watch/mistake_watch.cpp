@@ -1,0 +1,185 @@
+#include "coverage/session/watch/mistake_watch.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/counted.h"
+
+namespace ulf::coverage {
+
+const char* Name(Mistake mistake) {
+  constexpr std::array kNames{"out of focus",     "auto exposure",  "auto focus hunts", "rolling shutter",
+                              "flickering lamps", "unsteady light", "dust on the lens", "wrong lens"};
+  static_assert(kNames.size() == kMistakes.size());
+  return kNames[static_cast<std::size_t>(mistake)];
+}
+
+std::string NoticedMistake::InWords() const {
+  return fmt::format("{}: {}. {}", Name(mistake), finding, cure);
+}
+
+const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& noticed) {
+  using enum Mistake;
+  const auto stands_behind = [reason](Mistake mistake) {
+    switch (reason) {
+      case Reason::kUnsettled:
+        return mistake == kFlicker || mistake == kAutoExposure || mistake == kUnsteadyLight;
+      case Reason::kBlur:
+        return mistake == kOutOfFocus || mistake == kFocusHunts;
+      case Reason::kZoomed:
+        return mistake == kWrongLens;
+      default:
+        return false;
+    }
+  };
+  const auto found = std::ranges::find_if(noticed, stands_behind, &NoticedMistake::mistake);
+  return found == noticed.end() ? nullptr : &*found;
+}
+
+void MistakeWatch::Note(Mistake mistake, std::string finding, std::string cure) {
+  const auto known = std::ranges::find(noticed_, mistake, &NoticedMistake::mistake);
+  if (known != noticed_.end()) {
+    known->last_s = now_s_;
+    return;
+  }
+  noticed_.push_back({.mistake = mistake,
+                      .finding = std::move(finding),
+                      .cure = std::move(cure),
+                      .first_s = now_s_,
+                      .last_s = now_s_});
+}
+
+std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const MistakeSigns& signs) {
+  const std::size_t before = noticed_.size();
+  if (!first_frame_s_) first_frame_s_ = frame.device_time_s;
+  now_s_ = frame.device_time_s - *first_frame_s_;
+  NoteTold(frame, signs.held);
+  NoteFocus(signs);
+  if (const auto pair = tracks_.After(frame.device_time_s, frame.image)) {
+    const double told =
+        told_.size() > 1 && told_.back().time_s == pair->now_s && told_.rbegin()[1].time_s == pair->before_s
+            ? told_.back().log_exposure - told_.rbegin()[1].log_exposure
+            : 0;
+    NoteLight(light_.After(*pair, told), signs.held);
+    focus_.After(*pair);
+    dust_.After(*pair);
+    if (focus_.Hunts() && focus_.LastSwing_s() + 1 > frame.device_time_s)
+      Note(Mistake::kFocusHunts,
+           fmt::format("pictures of the same things turn soft and sharp again and again, their detail by a "
+                       "factor of {:.1f}",
+                       *focus_.Hunts()),
+           "Switch auto focus off, at the lens or by the camera's settings, and focus once on the subject");
+    if (const std::vector<DustSpot>& spots = dust_.spots(); !spots.empty()) {
+      const DustSpot& darkest = *std::ranges::max_element(spots, {}, &DustSpot::kept_off);
+      Note(Mistake::kDust,
+           fmt::format(
+               "{} where {} in the picture while the scene moves on, the darkest {:.0f} % from the left and "
+               "{:.0f} % from the top",
+               spots.size() == 1 ? "a dark spot stays" : Counted(spots.size(), "dark spot") + " stay",
+               spots.size() == 1 ? "it is" : "they are", 100 * darkest.at.x, 100 * darkest.at.y),
+           "Clean the lens, and if that does not help the glass before the sensor");
+    }
+  }
+  if (signs.rolling_shutter) NoteShutter(*signs.rolling_shutter);
+  if (signs.lens_contradicted) NoteLens(*signs.lens_contradicted);
+  return {noticed_.begin() + static_cast<std::ptrdiff_t>(before), noticed_.end()};
+}
+
+void MistakeWatch::AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,
+                            const std::optional<tracking::Readout>& rolling_shutter) {
+  if (rolling_shutter) NoteShutter(*rolling_shutter);
+  if (lens) NoteLens(*lens);
+}
+
+void MistakeWatch::NoteLens(const tracking::CalibrationCheck& lens) {
+  if (!lens.Wrong()) return;
+  Note(Mistake::kWrongLens, lens.Text(),
+       "Calibrate with this lens at this zoom (ulf calibrate), or begin again with --intrinsics refine");
+}
+
+void MistakeWatch::NoteShutter(const tracking::Readout& rolling_shutter) {
+  const auto& contradicted = rolling_shutter.contradicted;
+  const bool was_given = !rolling_shutter.sigma_s && !contradicted;  // whoever gives its time knows of it
+  if (was_given ||
+      std::ranges::find(noticed_, Mistake::kRollingShutter, &NoticedMistake::mistake) != noticed_.end())
+    return;
+  const double readout_s = contradicted ? contradicted->readout_s : rolling_shutter.readout_s;
+  Note(Mistake::kRollingShutter,
+       fmt::format(
+           "the rows of a picture are taken one after the other, within {:.0f} ms, which bends what a moving "
+           "camera sees",
+           1000 * std::abs(readout_s)),
+       rolling_shutter.compensated && !contradicted
+           ? "Move slowly: it is compensated, which leaves about twice the error of a global shutter"
+           : "Let it be compensated (--readout-ms auto), and move slowly; or take a camera with a global "
+             "shutter");
+}
+
+// A camera's own word. Automatics that only settle, and a hand on the dial, are no mistake.
+void MistakeWatch::NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held) {
+  constexpr char kCure[] =
+      "Switch auto exposure off and set the exposure (in the URI, by ulf features, or at the camera)";
+  constexpr double kSettles_s = 3, kWindow_s = 5, kLeastStep = 0.01, kLeastRange = 0.12;
+  constexpr int kFewestSteps = 8;
+  if (held.exposure != false)
+    automatic_since_s_.reset();
+  else if (!automatic_since_s_)
+    automatic_since_s_ = now_s_;
+  if (automatic_since_s_ && now_s_ - *automatic_since_s_ >= kSettles_s)
+    Note(Mistake::kAutoExposure, "the camera's auto exposure is on", kCure);
+  if (frame.exposure_s <= 0 || frame.gain <= 0) return;
+  told_.push_back({frame.device_time_s, std::log(frame.exposure_s * frame.gain)});
+  while (std::abs(frame.device_time_s - told_.front().time_s) > kWindow_s) told_.pop_front();
+  int steps = 0;
+  for (std::size_t i = 1; i < told_.size(); ++i)
+    steps += std::abs(told_[i].log_exposure - told_[i - 1].log_exposure) > kLeastStep;
+  const auto [shortest, longest] = std::ranges::minmax(told_, {}, &Told::log_exposure);
+  if (steps >= kFewestSteps && longest.log_exposure - shortest.log_exposure > kLeastRange &&
+      now_s_ > kSettles_s + kWindow_s)
+    Note(Mistake::kAutoExposure,
+         fmt::format("the camera changes its exposure all the time, by {:.1f} stops within {:.0f} s",
+                     (longest.log_exposure - shortest.log_exposure) / std::log(2), kWindow_s),
+         kCure);
+}
+
+void MistakeWatch::NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held) {
+  const auto is_now = [&](double time_s) { return time_s - *first_frame_s_ >= now_s_; };
+  if (light.flickers && is_now(light.flickered_s))
+    Note(Mistake::kFlicker,
+         fmt::format("the light of the lamps goes up and down by {:.0f} %{}", 100 * *light.flickers,
+                     light.bands ? fmt::format(", in {:.1f} bands over the picture", *light.bands)
+                                 : ", from picture to picture"),
+         "Expose for 1/50 or 1/25 s (1/60 or 1/30 s where mains have 60 Hz), or take lamps that do not "
+         "flicker");
+  if (!light.changed || !is_now(light.changed_s)) return;
+  const double stops = *light.changed / std::log(2);
+  const std::string finding =
+      fmt::format("within two seconds the same things became {:.1f} stops {}{}", std::abs(stops),
+                  stops > 0 ? "brighter" : "darker",
+                  held.exposure == true ? ", though the camera holds its exposure" : "");
+  if (held.exposure == true)
+    Note(Mistake::kUnsteadyLight, finding, "Keep lamps, daylight and shadows as they are while you capture");
+  else
+    Note(Mistake::kAutoExposure, finding,
+         "Switch auto exposure off and set the exposure (in the URI, by ulf features, or at the camera)");
+}
+
+// The best of two seconds decides (light_and_focus.h); a moment more, so that a hand before the lens does not.
+void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
+  constexpr double kStays_s = 2;
+  if (!signs.fine_detail || *signs.fine_detail >= signs.least_fine_detail) {
+    blurred_since_s_.reset();
+    return;
+  }
+  if (!blurred_since_s_) blurred_since_s_ = now_s_;
+  if (now_s_ - *blurred_since_s_ < kStays_s) return;
+  Note(Mistake::kOutOfFocus,
+       fmt::format("the pictures are blurred, fine detail is {:.2f} of the coarser where {:g} are needed",
+                   *signs.fine_detail, signs.least_fine_detail),
+       "Focus on the subject and fix the focus; move slowly");
+}
+
+}  // namespace ulf::coverage

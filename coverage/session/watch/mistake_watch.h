@@ -1,0 +1,91 @@
+// The mistakes that spoil a capture without stopping it, each named with its cure (docs/mistakes.md).
+//
+// One owner of what was noticed: from the pictures themselves (light_watch.h, focus_watch.h, dust_watch.h), from what
+// the preflight and the tracker have found about the same frame, and from what the camera says of its automatics.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/device/device.h"
+#include "coverage/bound/view_decision.h"
+#include "coverage/session/watch/dust_watch.h"
+#include "coverage/session/watch/focus_watch.h"
+#include "coverage/session/watch/light_watch.h"
+#include "coverage/session/watch/picture_tracks.h"
+#include "tracking/estimation/calibration_check.h"
+#include "tracking/tracker/tracker.h"
+
+namespace ulf::coverage {
+
+enum class Mistake {
+  kOutOfFocus,
+  kAutoExposure,
+  kFocusHunts,
+  kRollingShutter,
+  kFlicker,
+  kUnsteadyLight,
+  kDust,
+  kWrongLens,
+};
+inline constexpr std::array kMistakes{
+    Mistake::kOutOfFocus, Mistake::kAutoExposure,  Mistake::kFocusHunts, Mistake::kRollingShutter,
+    Mistake::kFlicker,    Mistake::kUnsteadyLight, Mistake::kDust,       Mistake::kWrongLens};
+const char* Name(Mistake mistake);  // "out of focus", "auto exposure", ...: as in --json
+
+struct NoticedMistake {
+  Mistake mistake = Mistake::kOutOfFocus;
+  std::string finding, cure;       // a sentence each, without its full stop
+  double first_s = 0, last_s = 0;  // by the device's clock, since the first frame
+  // "flickering lamps: the lamps' light goes up and down by 25 %. Expose for ..."
+  std::string InWords() const;
+  // Whether it is seen still, or was so lately.
+  bool IsSeenAt(double seconds) const { return seconds - last_s < 15; }  // guessed
+};
+
+// The mistake that frames are refused for, where this is the reason: it says what to do. Null: it is not that.
+const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& noticed);
+
+// What others know of a frame.
+struct MistakeSigns {
+  acquisition::HeldAutomatics held = {};
+  std::optional<double> fine_detail = {};  // of the best of the last frames (light_and_focus.h)
+  double least_fine_detail = 0.8;
+  std::optional<tracking::CalibrationCheck> lens_contradicted = {};
+  std::optional<tracking::Readout> rolling_shutter = {};
+};
+
+class MistakeWatch {
+ public:
+  // After each complete live frame. Returns those that were not noticed before.
+  std::vector<NoticedMistake> After(const Frame& frame, const MistakeSigns& signs);
+  // What is known only when the last frame has come.
+  void AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,
+                const std::optional<tracking::Readout>& rolling_shutter);
+  const std::vector<NoticedMistake>& noticed() const { return noticed_; }
+
+ private:
+  void Note(Mistake mistake, std::string finding, std::string cure);
+  void NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held);
+  void NoteFocus(const MistakeSigns& signs);
+  void NoteLens(const tracking::CalibrationCheck& lens);
+  void NoteShutter(const tracking::Readout& rolling_shutter);
+  void NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held);
+
+  PictureTracks tracks_;
+  LightWatch light_;
+  FocusWatch focus_;
+  DustWatch dust_;
+  struct Told {
+    double time_s = 0, log_exposure = 0;
+  };
+  std::deque<Told> told_;  // of late, by frames whose exposure is known
+  std::optional<double> first_frame_s_, blurred_since_s_, automatic_since_s_;
+  double now_s_ = 0;  // since the first frame
+  std::vector<NoticedMistake> noticed_;
+};
+
+}  // namespace ulf::coverage

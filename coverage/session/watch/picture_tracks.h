@@ -1,0 +1,64 @@
+// Points of the scene, followed from one live picture to the next by their pixels alone: how bright and how sharp the
+// same things are in both. What the watches on light, focus and dust know of the pictures comes from here, whatever
+// poses come from, and before there are any.
+//
+// Pictures are reduced, and followed (Lucas and Kanade, in pyramids) by the logarithm of their light without its slow
+// changes over the picture, so that neither exposure nor bands of light move a point. Along the motion a moving camera
+// blurs them, across it a lens that is out of focus does, too: detail is compared across.
+#pragma once
+
+#include <cstddef>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "core/image/image.h"
+
+namespace ulf::coverage {
+
+struct PictureTrack {
+  cv::Point2f before, now;  // pixels of the reduced pictures
+  // Logarithm of the light now over the light before; none where either is clipped or nearly black.
+  std::optional<float> log_light;
+  // The same of the energy of fine detail across the motion, and how much of it there is in both (geometric mean).
+  float log_detail = 0, detail = 0;
+};
+
+struct PicturePair {
+  double before_s = 0, now_s = 0;
+  cv::Mat
+      log_light;  // of the picture now, CV_32F, reduced: natural logarithm of linear light, 0 at full scale
+  std::vector<PictureTrack> tracks;
+  cv::Point2f motion;  // their median; 0 without tracks
+};
+
+class PictureTracks {
+ public:
+  // Guessed.
+  struct Options {
+    int most_width = 480;  // of the reduced pictures, which are a whole number of times smaller
+    std::size_t most = 150, fewest = 100;  // points; fewer are filled up
+    double apart_px = 9;
+    double longest_s = 0.5;  // between two pictures that are compared
+  };
+  PictureTracks() = default;
+  explicit PictureTracks(const Options& options) : options_(options) {}
+
+  // After each live frame. None: it is the first one, or one after a gap.
+  std::optional<PicturePair> After(double time_s, const Image& image);
+
+ private:
+  struct Reduced {
+    double time_s = 0;
+    cv::Mat log_light, smooth, detail;  // CV_32F
+    std::vector<cv::Mat> pyramid;
+  };
+  Reduced Reduce(double time_s, const Image& image) const;
+  void FillUp();
+
+  Options options_;
+  std::optional<Reduced> last_;
+  std::vector<cv::Point2f> points_;  // in the last picture
+};
+
+}  // namespace ulf::coverage
