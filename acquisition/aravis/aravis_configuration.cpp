@@ -41,6 +41,7 @@ class Configurator {
       Must(who_, "continuous acquisition",
            [&](GError** e) { arv_camera_set_acquisition_mode(camera_, ARV_ACQUISITION_MODE_CONTINUOUS, e); });
     ClearAravisTriggers(session_, names_);
+    StopSequencer();
     configured_.format = WriteFormat(options.format);
     WriteAravisBinning(session_, who_, options.binning);
     limits_ = WriteAravisRegion(session_, who_, options.region, configured_.format.mosaic != Mosaic::kNone);
@@ -69,6 +70,12 @@ class Configurator {
   }
 
  private:
+  // One that a killed program left running goes on to change the exposure, whatever is set.
+  void StopSequencer() {
+    for (const char* mode : {"SequencerConfigurationMode", "SequencerMode"})
+      if (Has(mode)) SetText(mode, "Off");
+  }
+
   bool Has(const char* feature) {
     return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera_, feature, e); }, false);
   }

@@ -20,7 +20,8 @@ struct Streamed {
   DeviceStatistics statistics;
 };
 
-// From the first frame on; none where a stop was asked for.
+// From the first whole frame on: the library may lose packets of a large one before it, until its receive buffer has
+// grown. None where a stop was asked for.
 std::optional<Streamed> Stream(const std::string& uri, const std::string& settings, double seconds,
                                const LinkCheckOptions& options) {
   DeviceUri with = DeviceUri::Parse(uri);
@@ -36,13 +37,14 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   using Clock = std::chrono::steady_clock;
   const auto started = Clock::now();
   std::optional<Clock::time_point> first;
-  std::uint64_t frames = 0;
+  DeviceStatistics before;  // when the first frame came, which it counts
   while (SecondsSince(first.value_or(started)) < (first ? seconds : options.first_frame_s) &&
          !IsOver(device->State())) {
     if (options.stop && options.stop()) return std::nullopt;
     if (!device->Next(std::chrono::milliseconds(100))) continue;
-    if (!first) first = Clock::now();
-    ++frames;
+    if (first) continue;
+    first = Clock::now();
+    before = device->Statistics();
   }
   LinkTrial& trial = streamed.trial;
   trial.settings = settings;
@@ -50,9 +52,9 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   streamed.statistics = device->Statistics();
   device->Stop();
   const DeviceStatistics& counted = streamed.statistics;
-  trial.whole = counted.delivered + counted.dropped;
-  trial.incomplete = counted.incomplete;
-  trial.missing = counted.missing;
+  trial.whole = counted.delivered + counted.dropped - (before.delivered + before.dropped);
+  trial.incomplete = counted.incomplete - before.incomplete;
+  trial.missing = counted.missing - before.missing;
   trial.fps = trial.seconds > 0
                   ? static_cast<double>(trial.whole + trial.incomplete + trial.missing) / trial.seconds
                   : 0;

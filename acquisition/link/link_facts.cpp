@@ -180,7 +180,7 @@ std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatisti
   LinkFact fact{"frames", fmt::format("{} of {} did not arrive whole", lost, Counted(all, "frame"))};
   if (lost >= kLeastLost && static_cast<double>(lost) >= kLeastLostShare * static_cast<double>(all)) {
     fact.advice =
-        fmt::format("'ulf devices --check {}' finds the setting with which none is lost", camera.uri);
+        fmt::format("ulf devices --check '{}' finds the setting with which none is lost", camera.uri);
     fact.in_order = false;
   }
   return fact;

@@ -14,7 +14,7 @@ Image ColorProfile::Applied(const Image& image, double black_level, const cv::Ma
   const auto black = static_cast<float>(black_level);
   const cv::Vec3f factors(static_cast<float>(white_balance[2]), static_cast<float>(white_balance[1]),
                           static_cast<float>(white_balance[0]));
-  const float least = std::min({factors[0], factors[1], factors[2]}) * (1 - black);
+  const float least_factor = std::min({factors[0], factors[1], factors[2]});
   cv::Matx33f bgr;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
@@ -23,8 +23,11 @@ Image ColorProfile::Applied(const Image& image, double black_level, const cv::Ma
     for (int x = 0; x < light.cols; ++x) {
       cv::Vec3f& pixel = light.at<cv::Vec3f>(y, x);
       cv::Vec3f balanced = (pixel - cv::Vec3f::all(black)).mul(factors);
-      if (!clipped.empty() && clipped.at<std::uint8_t>(y, x) != 0)
-        for (int c = 0; c < 3; ++c) balanced[c] = std::min(balanced[c], least);
+      if (!clipped.empty() && clipped.at<std::uint8_t>(y, x) != 0) {
+        // Merged exposures are cut above 1.
+        const float full = std::max({1 - black, pixel[0] - black, pixel[1] - black, pixel[2] - black});
+        for (int c = 0; c < 3; ++c) balanced[c] = std::min(balanced[c], least_factor * full);
+      }
       pixel = bgr * balanced + cv::Vec3f::all(black);
     }
   return {light, Transfer::kLinear};

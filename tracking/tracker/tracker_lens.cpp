@@ -108,7 +108,9 @@ void Tracker::State::WatchZoom(double time_s, const FramePose& frame_pose, Track
   if (zoom.IsMoved()) track.focal_ratio = std::exp(zoom.log_ratio());
   // Magnified by so much, a camera seems to have come nearer by that share of the distance. How far a zoom was moved is
   // measured against a map that it does not fit: a jump may be told as a tenth of itself.
-  const double off = std::hypot(zoom.Disagrees() && change ? change->log_ratio : 0, zoom.log_ratio());
+  constexpr double kLeast = 0.02;  // of a moved one; guessed
+  const double off = std::hypot(zoom.Disagrees() && change ? change->log_ratio : 0,
+                                zoom.IsMoved() ? std::max(kLeast, std::abs(zoom.log_ratio())) : 0);
   if (off == 0 || !track.center_sigma) return;
   track.center_sigma = std::hypot(*track.center_sigma, off * distance);
   track.quality = std::min(track.quality, QualityOf(*track.center_sigma, distance));

@@ -39,7 +39,13 @@ const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& n
   return found == noticed.end() ? nullptr : &*found;
 }
 
+// What a focus that goes to and fro makes of the pictures: their corners move, edges darken and brighten.
+bool MistakeWatch::ComesFromHunting(Mistake mistake) {
+  return mistake == Mistake::kDust || mistake == Mistake::kUnsteadyLight || mistake == Mistake::kWrongLens;
+}
+
 void MistakeWatch::Note(Mistake mistake, std::string finding, std::string cure) {
+  if (ComesFromHunting(mistake) && hunted_until_s_ && now_s_ < *hunted_until_s_) return;
   const auto known = std::ranges::find(noticed_, mistake, &NoticedMistake::mistake);
   if (known != noticed_.end()) {
     known->last_s = now_s_;
@@ -50,10 +56,23 @@ void MistakeWatch::Note(Mistake mistake, std::string finding, std::string cure) 
                       .cure = std::move(cure),
                       .first_s = now_s_,
                       .last_s = now_s_});
+  fresh_.push_back(noticed_.back());
+}
+
+void MistakeWatch::NoteHunting(double factor) {
+  constexpr double kAfterwards_s = 5;  // guessed
+  if (!hunted_until_s_)
+    std::erase_if(noticed_, [](const NoticedMistake& noticed) { return ComesFromHunting(noticed.mistake); });
+  hunted_until_s_ = now_s_ + kAfterwards_s;
+  Note(Mistake::kFocusHunts,
+       fmt::format("pictures of the same things turn soft and sharp again and again, their detail by a "
+                   "factor of {:.1f}",
+                   factor),
+       "Switch auto focus off, at the lens or by the camera's settings, and focus once on the subject");
 }
 
 std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const MistakeSigns& signs) {
-  const std::size_t before = noticed_.size();
+  fresh_.clear();
   if (!first_frame_s_) first_frame_s_ = frame.device_time_s;
   now_s_ = frame.device_time_s - *first_frame_s_;
   NoteTold(frame, signs.held);
@@ -66,12 +85,7 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
     NoteLight(light_.After(*pair, told), signs.held);
     focus_.After(*pair);
     dust_.After(*pair);
-    if (focus_.Hunts() && focus_.LastSwing_s() + 1 > frame.device_time_s)
-      Note(Mistake::kFocusHunts,
-           fmt::format("pictures of the same things turn soft and sharp again and again, their detail by a "
-                       "factor of {:.1f}",
-                       *focus_.Hunts()),
-           "Switch auto focus off, at the lens or by the camera's settings, and focus once on the subject");
+    if (focus_.Hunts() && focus_.LastSwing_s() + 1 > frame.device_time_s) NoteHunting(*focus_.Hunts());
     if (const std::vector<DustSpot>& spots = dust_.spots(); !spots.empty()) {
       const DustSpot& darkest = *std::ranges::max_element(spots, {}, &DustSpot::kept_off);
       Note(Mistake::kDust,
@@ -85,7 +99,7 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
   }
   if (signs.rolling_shutter) NoteShutter(*signs.rolling_shutter);
   if (signs.lens_contradicted) NoteLens(*signs.lens_contradicted);
-  return {noticed_.begin() + static_cast<std::ptrdiff_t>(before), noticed_.end()};
+  return fresh_;
 }
 
 void MistakeWatch::AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,

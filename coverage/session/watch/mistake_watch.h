@@ -68,7 +68,9 @@ class MistakeWatch {
   const std::vector<NoticedMistake>& noticed() const { return noticed_; }
 
  private:
+  static bool ComesFromHunting(Mistake mistake);
   void Note(Mistake mistake, std::string finding, std::string cure);
+  void NoteHunting(double factor);
   void NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held);
   void NoteFocus(const MistakeSigns& signs);
   void NoteLens(const tracking::CalibrationCheck& lens);
@@ -84,8 +86,9 @@ class MistakeWatch {
   };
   std::deque<Told> told_;  // of late, by frames whose exposure is known
   std::optional<double> first_frame_s_, blurred_since_s_, automatic_since_s_;
-  double now_s_ = 0;  // since the first frame
-  std::vector<NoticedMistake> noticed_;
+  double now_s_ = 0;                             // since the first frame
+  std::vector<NoticedMistake> noticed_, fresh_;  // fresh: in the last frame for the first time
+  std::optional<double> hunted_until_s_;  // since the first frame; what a hunting focus looks like waits
 };
 
 }  // namespace ulf::coverage

@@ -140,7 +140,7 @@ TEST(LinkFacts, LostFramesNameTheCheckThatFindsTheRemedy) {
   setup.counted.missing = 9;
   EXPECT_FALSE(LostSoFar(setup.camera, setup.counted)->in_order);
   EXPECT_THAT(LostSoFar(setup.camera, setup.counted)->advice,
-              HasSubstr("ulf devices --check aravis:192.0.2.7"));
+              HasSubstr("ulf devices --check 'aravis:192.0.2.7"));
   setup.camera.address.clear();
   setup.camera.bus = "simulated";
   EXPECT_FALSE(LostSoFar(setup.camera, setup.counted)) << "it has no link";

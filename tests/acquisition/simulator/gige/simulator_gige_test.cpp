@@ -415,5 +415,14 @@ TEST_F(GigeSimulator, ExposuresComeWhenAskedForAndThePictureIsAsBright) {
   }
 }
 
+// A program that was killed between the exposures of a bracket leaves the sequencer running.
+TEST_F(GigeSimulator, ASequencerThatWasLeftRunningIsStopped) {
+  const SimulatedGigeCamera camera(Options());
+  OpenFeatures("aravis:127.0.0.1")->Set("SequencerMode", "On");
+  ASSERT_EQ(OpenFeatures("aravis:127.0.0.1")->Find("SequencerMode")->value, "On");
+  const auto device = OpenDevice("aravis:127.0.0.1?exposure_us=4000");
+  EXPECT_EQ(OpenFeatures("aravis:127.0.0.1")->Find("SequencerMode")->value, "Off");
+}
+
 }  // namespace
 }  // namespace ulf
