@@ -20,8 +20,8 @@ struct Streamed {
   DeviceStatistics statistics;
 };
 
-// From the first whole frame on: the library may lose packets of a large one before it, until its receive buffer has
-// grown. None where a stop was asked for.
+// From the first frame on; none where a stop was asked for. What lacks packets before the first whole frame is no loss of
+// the link's: the library's receive buffer grows only when packets come.
 std::optional<Streamed> Stream(const std::string& uri, const std::string& settings, double seconds,
                                const LinkCheckOptions& options) {
   DeviceUri with = DeviceUri::Parse(uri);
@@ -37,14 +37,14 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   using Clock = std::chrono::steady_clock;
   const auto started = Clock::now();
   std::optional<Clock::time_point> first;
-  DeviceStatistics before;  // when the first frame came, which it counts
+  std::uint64_t incomplete_before = 0;
   while (SecondsSince(first.value_or(started)) < (first ? seconds : options.first_frame_s) &&
          !IsOver(device->State())) {
     if (options.stop && options.stop()) return std::nullopt;
     if (!device->Next(std::chrono::milliseconds(100))) continue;
     if (first) continue;
     first = Clock::now();
-    before = device->Statistics();
+    incomplete_before = device->Statistics().incomplete;
   }
   LinkTrial& trial = streamed.trial;
   trial.settings = settings;
@@ -52,9 +52,9 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   streamed.statistics = device->Statistics();
   device->Stop();
   const DeviceStatistics& counted = streamed.statistics;
-  trial.whole = counted.delivered + counted.dropped - (before.delivered + before.dropped);
-  trial.incomplete = counted.incomplete - before.incomplete;
-  trial.missing = counted.missing - before.missing;
+  trial.whole = counted.delivered + counted.dropped;
+  trial.incomplete = counted.incomplete - incomplete_before;
+  trial.missing = counted.missing;
   trial.fps = trial.seconds > 0
                   ? static_cast<double>(trial.whole + trial.incomplete + trial.missing) / trial.seconds
                   : 0;

@@ -107,13 +107,15 @@ std::string Verdict(const acquisition::LinkReport& report) {
 
 void PrintLink(const acquisition::LinkReport& report) {
   const auto line = [](const std::string& name, const std::string& value) {
-    fmt::print("{:<15}{}\n", name, value);
+    fmt::print("{:<14} {}\n", name, value);
   };
   line("camera", fmt::format("{} {} (serial {}), {}", report.camera.maker, report.camera.model,
                              report.camera.serial, report.camera.bus));
   if (report.payload_bytes > 0)
     line("needs", fmt::format("{:.1f} MB/s: {:.0f} bytes a frame",
-                              1e-6 * report.payload_bytes * report.trials.front().fps, report.payload_bytes));
+                              1e-6 * report.payload_bytes *
+                                  std::max(report.trials.front().fps, report.trials.front().asked_fps),
+                              report.payload_bytes));
   for (const acquisition::LinkFact& fact : report.facts) {
     line(fact.name, fact.value);
     if (!fact.advice.empty()) line("", fact.advice);

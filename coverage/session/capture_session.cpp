@@ -123,7 +123,9 @@ void RunningCapture::LookForMistakes(const Frame& frame) {
   picture_ =
       light_and_focus_.After(frame.device_time_s, frame.image, lens_.live(), latest_.track.cam_from_world,
                              subject_.IsPlaced() ? record_.subject() : std::nullopt);
-  MistakeSigns signs{.held = device_.Held(), .fine_detail = picture_.fine_detail};
+  MistakeSigns signs{.held = device_.Held(),
+                     .fine_detail = picture_.fine_detail,
+                     .subject_turns = options_.turntable.has_value()};
   // Another lens takes the contradicted one's place.
   if (options_.lens != tracking::LensUse::kRefine) signs.lens_contradicted = lens_.contradicted();
   constexpr double kAsksEvery_s = 1;  // all of the tracker's statistics are made for it

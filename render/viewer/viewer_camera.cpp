@@ -37,6 +37,11 @@ ViewerCamera StartingCamera(const RenderScene& scene) {
   camera.eye_in_world = middle.OriginInSource();
   camera.target_in_world = scene.subject.center_in_world;
   const SceneView& nearest = NearestView(scene, camera.eye_in_world);
+  // The middle of a ring is not among its views.
+  constexpr double kFarOff = 0.35;  // radians from every view. Guessed.
+  if (AngleBetween(camera.eye_in_world - camera.target_in_world,
+                   nearest.center_in_world - camera.target_in_world) > kFarOff)
+    camera.eye_in_world = nearest.center_in_world;
   camera.photograph = nearest.camera.WithoutDistortion();
   camera.up_in_world = scene.up_in_world.normalized();
   const Vector3d forward = (camera.target_in_world - camera.eye_in_world).normalized();

@@ -30,7 +30,7 @@ const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& n
       case Reason::kBlur:
         return mistake == kOutOfFocus || mistake == kFocusHunts;
       case Reason::kZoomed:
-        return mistake == kWrongLens;
+        return mistake == kWrongLens || mistake == kFocusHunts;
       default:
         return false;
     }
@@ -84,7 +84,7 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
             : 0;
     NoteLight(light_.After(*pair, told), signs.held);
     focus_.After(*pair);
-    dust_.After(*pair);
+    if (!signs.subject_turns) dust_.After(*pair);
     if (focus_.Hunts() && focus_.LastSwing_s() + 1 > frame.device_time_s) NoteHunting(*focus_.Hunts());
     if (const std::vector<DustSpot>& spots = dust_.spots(); !spots.empty()) {
       const DustSpot& darkest = *std::ranges::max_element(spots, {}, &DustSpot::kept_off);
@@ -120,7 +120,9 @@ void MistakeWatch::NoteShutter(const tracking::Readout& rolling_shutter) {
   if (was_given ||
       std::ranges::find(noticed_, Mistake::kRollingShutter, &NoticedMistake::mistake) != noticed_.end())
     return;
+  constexpr double kLeast_s = 0.005;  // less bends nothing that one sees, and fast hands make it up
   const double readout_s = contradicted ? contradicted->readout_s : rolling_shutter.readout_s;
+  if (std::abs(readout_s) < kLeast_s) return;
   Note(Mistake::kRollingShutter,
        fmt::format(
            "the rows of a picture are taken one after the other, within {:.0f} ms, which bends what a moving "

@@ -56,6 +56,8 @@ struct MistakeSigns {
   double least_fine_detail = 0.8;
   std::optional<tracking::CalibrationCheck> lens_contradicted = {};
   std::optional<tracking::Readout> rolling_shutter = {};
+  // The camera stands and the subject turns: what stays where it is in the picture is no dust.
+  bool subject_turns = false;
 };
 
 class MistakeWatch {

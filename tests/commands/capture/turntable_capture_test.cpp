@@ -34,6 +34,8 @@ TEST(TurntableCapture, IsAnOrdinaryCaptureWithoutTheBackground) {
                   uri, dir, kBoard));
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;
   EXPECT_THAT(captured.errors, HasSubstr("masked"));
+  EXPECT_TRUE(nlohmann::json::parse(captured.output)["mistakes"].empty())
+      << "what stands still is no dust: " << captured.output;
   const LightField light_field = ReadLightField(dir);
   EXPECT_EQ(light_field.units, "metres");
   ASSERT_TRUE(light_field.turntable);

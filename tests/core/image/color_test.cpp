@@ -90,9 +90,8 @@ TEST(ColorProfile, WhatIsFullInAllExposuresStaysBright) {
   cv::Mat clipped = cv::Mat::zeros(1, 2, CV_8UC1);
   clipped.at<std::uint8_t>(0, 1) = 255;
   const cv::Mat out = Warm().Applied({.pixels = light, .transfer = Transfer::kLinear}, 0, clipped).pixels;
-  const cv::Vec3f cut = out.at<cv::Vec3f>(0, 1), whole = out.at<cv::Vec3f>(0, 0);
-  for (int c = 0; c < 3; ++c) EXPECT_LE(cut[c], whole[c] + 1e-5f);
-  EXPECT_GT(std::max({cut[0], cut[1], cut[2]}), 2) << "not what one exposure is cut at";
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(out.at<cv::Vec3f>(0, 1)[c], 4, 1e-5) << "not what one exposure is cut at";
 }
 
 TEST(ColorProfile, IsKeptAsJson) {

@@ -429,5 +429,22 @@ TEST(Viewer, WhatTheMasksLeaveOutIsGrey) {
   }
 }
 
+// The middle of a ring is above its axis, where nobody has been.
+TEST(StartingCameraTest, OfARingIsAtAView) {
+  SceneSpec spec = kSpec;
+  spec.viewpoints.clear();
+  for (int i = 0; i < 24; ++i)
+    spec.viewpoints.push_back({1.6 * std::cos(i * M_PI / 12), 1.6 * std::sin(i * M_PI / 12), 1});
+  const auto ring = MakeScene(spec), grid = MakeScene(kSpec);
+  const auto to_nearest = [](const RenderScene& scene) {
+    const Vector3d eye = StartingCamera(scene).eye_in_world;
+    double least = 1e9;
+    for (const SceneView& view : scene.views) least = std::min(least, (view.center_in_world - eye).norm());
+    return least;
+  };
+  EXPECT_LT(to_nearest(*ring), 1e-9);
+  EXPECT_LT(to_nearest(*grid), 0.2);
+}
+
 }  // namespace
 }  // namespace ulf::test
