@@ -56,7 +56,8 @@ std::map<std::string, double> NoticedBy(const std::string& arguments) {
     ADD_FAILURE() << arguments << ": " << run.errors;
     return noticed;
   }
-  for (const json& mistake : json::parse(run.output)["mistakes"]) {
+  const json report = json::parse(run.output);
+  for (const json& mistake : report["mistakes"]) {
     noticed[mistake["name"]] = mistake["first_s"];
     printf("  %s: %.1f s: %s\n", arguments.c_str(), mistake["first_s"].get<double>(),
            mistake["finding"].get<std::string>().c_str());
