@@ -215,7 +215,8 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
   throw Error(
       "{}: the camera's intrinsics are not known. Print a target (ulf board) and calibrate: ulf calibrate "
       "{}; or give --calibration FILE; or give --focal-px F for a lens with little distortion (F = image "
-      "width in pixels x focal length / sensor width); or have the images tell: ulf capture with --intrinsics refine, "
+      "width in pixels x focal length / sensor width); or have the images tell: ulf capture with "
+      "--intrinsics refine, "
       "or ulf track {} --intrinsics refine --calibration-out FILE{}",
       info.uri, ShellWord(info.uri), ShellWord(info.uri),
       stored.empty() ? "" : ". The calibration is then stored as " + stored.string());

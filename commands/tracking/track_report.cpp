@@ -400,7 +400,8 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
         Counted(counts.apart, "frame"), counts.joined, counts.joined == 1 ? "has" : "have");
   if (run.map.parts > 1)
     text += fmt::format(
-        "the map has {} parts that no picture joins; the run's poses are those of the part that was followed last, and "
+        "the map has {} parts that no picture joins; the run's poses are those of the part that was followed "
+        "last, and "
         "-o writes the others to files of their own\n",
         run.map.parts);
   if (!counts.predicted.empty())

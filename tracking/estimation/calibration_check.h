@@ -64,7 +64,7 @@ struct CalibrationCheck {
 // The lens that images ask for in place of the given one.
 struct RefinedLens {
   CameraModel camera;
-  double focal_sigma_px = 0;  // one standard deviation; 0: the focal length is the given one
+  double focal_sigma_px = 0;     // one standard deviation; 0: the focal length is the given one
   bool center_is_found = false;  // else the principal point is the given one
   // "a focal length of 521.4 px (± 0.6) and a distortion k1 of -0.052"
   std::string Text() const;

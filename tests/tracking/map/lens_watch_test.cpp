@@ -98,7 +98,8 @@ TEST(LensWatch, WhatIsNoLensIsSaidWithoutAValue) {
   EXPECT_THAT(watch.contradiction()->Advice(),
               testing::AllOf(testing::HasSubstr("no real lens near it"), testing::HasSubstr("too long")));
   watch.Note(FocalOff(540), 13);
-  EXPECT_TRUE(watch.contradiction() && watch.contradiction()->no_lens_fits) << "that is another contradiction";
+  EXPECT_TRUE(watch.contradiction() && watch.contradiction()->no_lens_fits)
+      << "that is another contradiction";
 }
 
 // The room's pictures as a lens takes them.
