@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ranges>
+#include <numeric>
 
 #include "core/base/at.h"
 
@@ -23,10 +23,17 @@ void KeepNearestOwner(int second_size, std::vector<FeatureMatch>& matches) {
   matches = std::move(kept);
 }
 
+// Not a view of them: Clang 14 cannot compile this library's.
+std::vector<int> AllBelow(int count) {
+  std::vector<int> indices(At(count));
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
 // `offer(i, nearest)` offers `nearest` the features of the second set that i may match.
-template <typename Indices, typename Offer>
-std::vector<FeatureMatch> NearestMatches(const Indices& first, int second_size, const MatchOptions& options,
-                                         const Offer& offer) {
+template <typename Offer>
+std::vector<FeatureMatch> NearestMatches(std::span<const int> first, int second_size,
+                                         const MatchOptions& options, const Offer& offer) {
   std::vector<FeatureMatch> matches;
   for (const int i : first) {
     NearestDescriptor nearest;
@@ -47,8 +54,7 @@ std::vector<FeatureMatch> MatchInWindow(const FeatureSet& first, const FeatureSe
     second.ForEachNear(expected[At(i)], radius_px, feature.level - 1, feature.level + 1,
                        [&](int j) { nearest.Offer(j, Distance(feature.descriptor, second[j].descriptor)); });
   };
-  std::vector<FeatureMatch> matches =
-      NearestMatches(std::views::iota(0, first.size()), second.size(), options, offer);
+  std::vector<FeatureMatch> matches = NearestMatches(AllBelow(first.size()), second.size(), options, offer);
   if (options.same_rotation) KeepSameRotation(first, second, matches);
   return matches;
 }
@@ -74,7 +80,7 @@ std::vector<int> MatchExpected(std::span<const Expected> expected, const Feature
     });
   };
   const std::vector<FeatureMatch> matches =
-      NearestMatches(std::views::iota(0, static_cast<int>(expected.size())), features.size(), options, offer);
+      NearestMatches(AllBelow(static_cast<int>(expected.size())), features.size(), options, offer);
   std::vector<int> feature_of(expected.size(), -1);
   for (const FeatureMatch& match : matches) feature_of[At(match.first)] = match.second;
   return feature_of;

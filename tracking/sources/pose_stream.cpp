@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <cstring>
 
 #include "core/base/at.h"
@@ -155,55 +154,41 @@ void PoseStream::Serve() {
 }
 
 void PoseStream::Take(const std::string& line, int client, std::uint64_t number) {
-  const std::size_t first = line.find_first_not_of(" \t\r");
-  if (first == std::string::npos || line[first] == '#') return;
-  double value = 0;
-  int used = 0;
-  const auto all_read = [&] { return line.find_first_not_of(" \t\r", At(used)) == std::string::npos; };
-  if (std::sscanf(line.c_str(), " sync %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
+  const auto sent = ReadSentLine(line);
+  if (!sent) {
+    const MutexLock lock(mutex_);
+    if (counts_.malformed++ > 0) return;
+    counts_.first_malformed = fmt::format("line {}: '{}'", number, Shown(line));
+    spdlog::warn(
+        "poses from outside: {} is not 'time tx ty tz qx qy qz qw'; such lines are skipped and counted",
+        counts_.first_malformed);
+  } else if (const auto* const pose = std::get_if<SentPose>(&*sent)) {
+    TakePose(*pose);
+  } else if (const auto* const sync = std::get_if<SentSync>(&*sent)) {
     const double now_s = EpochSeconds();
     {
       const MutexLock lock(mutex_);
-      sender_clock_.Add(value, now_s);
+      sender_clock_.Add(sync->sender_s, now_s);
     }
-    const std::string answer = fmt::format("sync {:.9f} {:.9f}\n", value, now_s);
+    const std::string answer = fmt::format("sync {:.9f} {:.9f}\n", sync->sender_s, now_s);
     [[maybe_unused]] const auto said = send(client, answer.data(), answer.size(), MSG_NOSIGNAL);
-    return;
-  }
-  if (std::sscanf(line.c_str(), " offset %lf%n", &value, &used) == 1 && all_read() && std::isfinite(value)) {
+  } else if (const auto* const offset = std::get_if<SentOffset>(&*sent)) {
     const MutexLock lock(mutex_);
-    given_offset_s_ = value;
-    return;
+    given_offset_s_ = offset->offset_s;
   }
-  if (TakePose(line)) return;
-  const MutexLock lock(mutex_);
-  if (counts_.malformed++ > 0) return;
-  counts_.first_malformed = fmt::format("line {}: '{}'", number, Shown(line));
-  spdlog::warn(
-      "poses from outside: {} is not 'time tx ty tz qx qy qz qw'; such lines are skipped and counted",
-      counts_.first_malformed);
 }
 
-bool PoseStream::TakePose(const std::string& line) {
-  double v[8];
-  int used = 0;
-  if (std::sscanf(line.c_str(), "%lf %lf %lf %lf %lf %lf %lf %lf%n", v, v + 1, v + 2, v + 3, v + 4, v + 5,
-                  v + 6, v + 7, &used) != 8 ||
-      line.find_first_not_of(" \t\r", At(used)) != std::string::npos)
-    return false;
-  const auto pose = PoseFromNumbers(std::span<const double, 7>(v + 1, 7));
-  if (!pose || !std::isfinite(v[0])) return false;
+void PoseStream::TakePose(const SentPose& sent) {
   const double now_s = EpochSeconds();
   {
     const MutexLock lock(mutex_);
-    counts_.out_of_order += !history_.empty() && v[0] < history_.NewestS();
-    history_.Add(v[0], *pose);
-    sender_clock_.Add(v[0], now_s);
+    counts_.out_of_order += !history_.empty() && sent.time_s < history_.NewestS();
+    history_.Add(sent.time_s, sent.world_from_tool);
+    sender_clock_.Add(sent.time_s, now_s);
     ++counts_.poses;
     timed_out_ = false;
   }
   changed_.notify_all();
-  return true;
 }
 
 std::optional<double> PoseStream::SenderTime(double device_time_s) const {

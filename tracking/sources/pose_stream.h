@@ -30,6 +30,7 @@
 #include "core/base/mutex.h"
 #include "core/geometry/rigid3.h"
 #include "tracking/sources/pose_history.h"
+#include "tracking/sources/sent_line.h"
 
 namespace ulf::tracking {
 
@@ -70,7 +71,7 @@ class PoseStream {
  private:
   void Serve();
   void Take(const std::string& line, int client, std::uint64_t number);
-  bool TakePose(const std::string& line);
+  void TakePose(const SentPose& sent);
   std::optional<double> SenderTime(double device_time_s) const ULF_REQUIRES(mutex_);
   std::optional<double> SenderOffset() const ULF_REQUIRES(mutex_);  // our clock minus the sender's
 

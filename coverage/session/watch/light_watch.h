@@ -31,8 +31,9 @@ class LightWatch {
   // Logarithms of the light. Settled on simulated scenes (docs/mistakes.md).
   struct Options {
     std::size_t fewest = 20;  // points of a pair of pictures; fewer say nothing
-    double most_deviation =
-        0.15;  // median of their deviations; more, but in bands, is another scene, or a hand before the lens
+    // Median of their deviations; more, but in bands, is another scene, a hand before the lens, or a motion too quick to
+    // be followed, under which the median leans to one side.
+    double most_deviation = 0.05;
     double apart_s = 2, mean_s = 0.4;  // two means so far apart are compared
     double least_change = 0.12;        // an eighth
     double flicker_s = 2.5;            // of pictures that a frequency is looked for in

@@ -39,13 +39,22 @@ const NoticedMistake* Behind(Reason reason, const std::vector<NoticedMistake>& n
   return found == noticed.end() ? nullptr : &*found;
 }
 
-// What a focus that goes to and fro makes of the pictures: their corners move, edges darken and brighten.
-bool MistakeWatch::ComesFromHunting(Mistake mistake) {
-  return mistake == Mistake::kDust || mistake == Mistake::kUnsteadyLight || mistake == Mistake::kWrongLens;
+// What soft pictures, and a focus that goes to and fro, look like: corners move, edges darken and brighten.
+bool MistakeWatch::ComesFromSoftPictures(Mistake mistake) {
+  return mistake == Mistake::kDust || mistake == Mistake::kUnsteadyLight || mistake == Mistake::kWrongLens ||
+         mistake == Mistake::kRollingShutter;
+}
+
+void MistakeWatch::DoubtWhatComesFromSoftPictures() {
+  constexpr double kAfterwards_s = 5;  // guessed
+  if (!soft_until_s_)
+    std::erase_if(noticed_,
+                  [](const NoticedMistake& noticed) { return ComesFromSoftPictures(noticed.mistake); });
+  soft_until_s_ = now_s_ + kAfterwards_s;
 }
 
 void MistakeWatch::Note(Mistake mistake, std::string finding, std::string cure) {
-  if (ComesFromHunting(mistake) && hunted_until_s_ && now_s_ < *hunted_until_s_) return;
+  if (ComesFromSoftPictures(mistake) && soft_until_s_ && now_s_ < *soft_until_s_) return;
   const auto known = std::ranges::find(noticed_, mistake, &NoticedMistake::mistake);
   if (known != noticed_.end()) {
     known->last_s = now_s_;
@@ -60,10 +69,7 @@ void MistakeWatch::Note(Mistake mistake, std::string finding, std::string cure) 
 }
 
 void MistakeWatch::NoteHunting(double factor) {
-  constexpr double kAfterwards_s = 5;  // guessed
-  if (!hunted_until_s_)
-    std::erase_if(noticed_, [](const NoticedMistake& noticed) { return ComesFromHunting(noticed.mistake); });
-  hunted_until_s_ = now_s_ + kAfterwards_s;
+  DoubtWhatComesFromSoftPictures();
   Note(Mistake::kFocusHunts,
        fmt::format("pictures of the same things turn soft and sharp again and again, their detail by a "
                    "factor of {:.1f}",
@@ -98,14 +104,27 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
     }
   }
   if (signs.rolling_shutter) NoteShutter(*signs.rolling_shutter);
-  if (signs.lens_contradicted) NoteLens(*signs.lens_contradicted);
+  if (signs.lens_contradicted)
+    NoteLens(*signs.lens_contradicted);
+  else
+    TakeBackLens();
   return fresh_;
 }
 
 void MistakeWatch::AtTheEnd(const std::optional<tracking::CalibrationCheck>& lens,
                             const std::optional<tracking::Readout>& rolling_shutter) {
+  if (soft_until_s_) return;  // what is said now rests on all pictures, the soft ones, too
   if (rolling_shutter) NoteShutter(*rolling_shutter);
-  if (lens) NoteLens(*lens);
+  if (lens && lens->Wrong())
+    NoteLens(*lens);
+  else if (lens)
+    TakeBackLens();
+}
+
+// Rows of a rolling shutter look like another lens until they are known.
+void MistakeWatch::TakeBackLens() {
+  std::erase_if(noticed_,
+                [](const NoticedMistake& noticed) { return noticed.mistake == Mistake::kWrongLens; });
 }
 
 void MistakeWatch::NoteLens(const tracking::CalibrationCheck& lens) {
@@ -192,6 +211,7 @@ void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
   }
   if (!blurred_since_s_) blurred_since_s_ = now_s_;
   if (now_s_ - *blurred_since_s_ < kStays_s) return;
+  DoubtWhatComesFromSoftPictures();
   Note(Mistake::kOutOfFocus,
        fmt::format("the pictures are blurred, fine detail is {:.2f} of the coarser where {:g} are needed",
                    *signs.fine_detail, signs.least_fine_detail),

@@ -70,11 +70,13 @@ class MistakeWatch {
   const std::vector<NoticedMistake>& noticed() const { return noticed_; }
 
  private:
-  static bool ComesFromHunting(Mistake mistake);
+  static bool ComesFromSoftPictures(Mistake mistake);
+  void DoubtWhatComesFromSoftPictures();
   void Note(Mistake mistake, std::string finding, std::string cure);
   void NoteHunting(double factor);
   void NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held);
   void NoteFocus(const MistakeSigns& signs);
+  void TakeBackLens();
   void NoteLens(const tracking::CalibrationCheck& lens);
   void NoteShutter(const tracking::Readout& rolling_shutter);
   void NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held);
@@ -90,7 +92,7 @@ class MistakeWatch {
   std::optional<double> first_frame_s_, blurred_since_s_, automatic_since_s_;
   double now_s_ = 0;                             // since the first frame
   std::vector<NoticedMistake> noticed_, fresh_;  // fresh: in the last frame for the first time
-  std::optional<double> hunted_until_s_;  // since the first frame; what a hunting focus looks like waits
+  std::optional<double> soft_until_s_;           // since the first frame; what soft pictures look like waits
 };
 
 }  // namespace ulf::coverage

@@ -121,6 +121,38 @@ TEST(Mistakes, ALensAndAShutterAreNamedFromTheMapOnceEachAndNotWhereTheyWereGive
   EXPECT_THAT(other.noticed()[0].cure, HasSubstr("--readout-ms auto"));
 }
 
+TEST(Mistakes, ALensThatTheTrackerTakesBackIsNoMistake) {
+  const tracking::CalibrationCheck wrong{
+      .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
+  MistakeWatch watch;
+  EXPECT_THAT(Kinds(watch.After(Frame(), {.lens_contradicted = wrong})), ElementsAre(Mistake::kWrongLens));
+  watch.After(Frame(), {});
+  EXPECT_THAT(watch.noticed(), IsEmpty());
+  watch.AtTheEnd(wrong, {});
+  EXPECT_THAT(Kinds(watch.noticed()), ElementsAre(Mistake::kWrongLens));
+  watch.AtTheEnd(tracking::CalibrationCheck{}, {});
+  EXPECT_THAT(watch.noticed(), IsEmpty());
+}
+
+// Soft pictures move corners: what the map says of rows and lens under them is not believed.
+TEST(Mistakes, WhileAPictureIsOutOfFocusRowsAndLensWait) {
+  const tracking::CalibrationCheck wrong{
+      .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
+  const tracking::Readout rows{.readout_s = 0.025, .sigma_s = 0.001};
+  MistakeWatch watch;
+  const auto after = [&](double time_s, double fine_detail) {
+    Frame frame;
+    frame.device_time_s = time_s;
+    watch.After(frame, {.fine_detail = fine_detail, .lens_contradicted = wrong, .rolling_shutter = rows});
+    return Kinds(watch.noticed());
+  };
+  EXPECT_THAT(after(0, 0.4), ElementsAre(Mistake::kRollingShutter, Mistake::kWrongLens));
+  EXPECT_THAT(after(3, 0.4), ElementsAre(Mistake::kOutOfFocus));
+  EXPECT_THAT(after(4, 0.9), ElementsAre(Mistake::kOutOfFocus));
+  EXPECT_THAT(after(9, 0.9),
+              ElementsAre(Mistake::kOutOfFocus, Mistake::kRollingShutter, Mistake::kWrongLens));
+}
+
 TEST(Mistakes, StandInThePreflightWithTheirCure) {
   PreflightInput input;
   input.mistakes = {{.mistake = Mistake::kFlicker, .finding = "it flickers", .cure = "Take others"},

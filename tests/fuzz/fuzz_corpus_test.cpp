@@ -1,0 +1,62 @@
+// Tests: core/light_field/journal, core/light_field/exchange/read_posed_set, core/image/exr_file,
+// tracking/sources/sent_line.
+//
+// Every file of the corpus, which the fuzzer has found or a person has written, through its door again.
+#include <gmock/gmock.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "tests/fuzz/fuzz_targets.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Read {
+  int files = 0, accepted = 0;
+};
+
+Read CorpusThrough(const FuzzTarget& target) {
+  Read read;
+  for (const auto& entry : fs::directory_iterator(fs::path(FUZZ_CORPUS) / target.name)) {
+    const std::string bytes = ReadWholeFile(entry.path());
+    ++read.files;
+    try {
+      target.read(bytes);
+      ++read.accepted;
+    } catch (const Error&) {
+    } catch (const std::exception& other) {
+      ADD_FAILURE() << entry.path() << ": not an Error: " << other.what();
+    }
+  }
+  return read;
+}
+
+class FuzzCorpus : public ::testing::TestWithParam<FuzzTarget> {};
+
+// A door that takes nothing of its corpus is a door that the fuzzer never got through.
+TEST_P(FuzzCorpus, IsReadOrRefusedWithAnError) {
+  spdlog::set_level(spdlog::level::off);
+  const Read read = CorpusThrough(GetParam());
+  EXPECT_GE(read.files, 3);
+  EXPECT_GE(read.accepted, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Doors, FuzzCorpus, ::testing::ValuesIn(FuzzTargets().begin(), FuzzTargets().end()),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST(FuzzCorpusFolder, HasNoOtherTargets) {
+  std::set<std::string> folders, targets;
+  for (const auto& entry : fs::directory_iterator(FUZZ_CORPUS)) folders.insert(entry.path().filename());
+  for (const FuzzTarget& target : FuzzTargets()) targets.insert(target.name);
+  EXPECT_EQ(folders, targets);
+}
+
+}  // namespace
+}  // namespace ulf::test

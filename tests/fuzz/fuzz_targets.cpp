@@ -1,0 +1,208 @@
+#include "tests/fuzz/fuzz_targets.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/device/feature_file.h"
+#include "acquisition/device/frame_recording.h"
+#include "core/base/error.h"
+#include "core/geometry/digest.h"
+#include "core/geometry/trajectory.h"
+#include "core/image/exr_file.h"
+#include "core/image/image.h"
+#include "core/image/image_header.h"
+#include "core/image/jpeg_file.h"
+#include "core/light_field/exchange/colmap_binary.h"
+#include "core/light_field/exchange/colmap_text.h"
+#include "core/light_field/exchange/npy_file.h"
+#include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/journal.h"
+#include "core/light_field/points/point_ply.h"
+#include "render/output/path_files.h"
+#include "render/proxy/mesh_file.h"
+#include "tests/fuzz/fuzz_files.h"
+#include "tracking/map/map_file.h"
+#include "tracking/sources/sent_line.h"
+
+namespace ulf::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+void RequireFinite(const Rigid3& pose) {
+  if (!pose.rotation.coeffs().allFinite() || !pose.translation.allFinite())
+    Broken("a pose that is not finite");
+}
+
+void RequireInside(const std::string& path) {
+  const fs::path inside = fs::path(path).lexically_normal();
+  if (inside.is_absolute() || (!inside.empty() && *inside.begin() == ".."))
+    Broken("a file outside the light field's folder");
+}
+
+void RequireSound(const LightField& light_field, bool paths_stay_inside) {
+  for (const View& view : light_field.views) {
+    RequireFinite(view.cam_from_world);
+    if (view.camera < 0 || static_cast<std::size_t>(view.camera) >= light_field.cameras.size())
+      Broken("a view of a camera that there is not");
+    if (!paths_stay_inside) continue;
+    for (const std::string& path : {view.image_path, view.master_path, view.mask_path}) RequireInside(path);
+  }
+  for (const CameraModel& camera : light_field.cameras)
+    if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0))
+      Broken("a camera without a size or a focal length");
+  for (const ScenePoint& point : light_field.points)
+    if (!point.position_in_world.allFinite()) Broken("a point that is not finite");
+}
+
+void ReadSet(std::string_view bytes, SetFormat format, std::span<const char* const> names) {
+  RequireSound(ReadPosedSet(FuzzFolder(bytes, names), format, FuzzPhotographs()).light_field, false);
+}
+
+void Transforms(std::string_view bytes) {
+  RequireSound(ReadTransformsJson(FuzzFile(bytes, "transforms.json")), true);
+}
+void NerfSynthetic(std::string_view bytes) {
+  const fs::path photographs = FuzzPhotographs();
+  const fs::path folder = FuzzFolder(bytes, std::array{"transforms_train.json", "transforms_test.json"});
+  for (const char* const part : {"train", "test"}) fs::create_directory_symlink(photographs, folder / part);
+  RequireSound(ReadPosedSet(folder, SetFormat::kNerfSynthetic, {}).light_field, false);
+}
+void JournalLines(std::string_view bytes) {
+  RequireSound(ReadJournal(FuzzFile(bytes, kJournalFile)).light_field, true);
+}
+void ColmapText(std::string_view bytes) {
+  ReadSet(bytes, SetFormat::kColmap, std::array{"cameras.txt", "images.txt", "points3D.txt"});
+}
+void ColmapBinary(std::string_view bytes) {
+  ReadSet(bytes, SetFormat::kColmap, std::array{"cameras.bin", "images.bin", "points3D.bin"});
+}
+void Llff(std::string_view bytes) { ReadSet(bytes, SetFormat::kLlff, std::array{"poses_bounds.npy"}); }
+void Bundler(std::string_view bytes) {
+  ReadSet(bytes, SetFormat::kBundler, std::array{"bundle.out", "list.txt"});
+}
+void Metashape(std::string_view bytes) {
+  RequireSound(
+      ReadPosedSet(FuzzFile(bytes, "cameras.xml"), SetFormat::kMetashape, FuzzPhotographs()).light_field,
+      false);
+}
+void RealityScan(std::string_view bytes) {
+  ReadSet(bytes, SetFormat::kRealityScan, std::array{"0001.xmp", "0002.xmp", "0003.xmp"});
+}
+void Tum(std::string_view bytes) {
+  for (const TimedPose& pose : ReadTum(FuzzFile(bytes, "trajectory.txt"))) RequireFinite(pose.cam_from_world);
+}
+void Calibration(std::string_view bytes) {
+  for (const char* const name : {"calibration.json", "calibration.yaml", "calibration.xml", "cameras.txt"}) {
+    try {
+      for (const auto& [mode, calibration] : acquisition::ReadCalibrationFile(FuzzFile(bytes, name)).modes)
+        if (!(calibration.camera.fx > 0) || calibration.camera.width <= 0)
+          Broken("a camera without a focal length");
+    } catch (const Error&) {
+    }
+  }
+}
+void PointPly(std::string_view bytes) {
+  for (const ScenePoint& point : ReadPointPly(FuzzFile(bytes, "points.ply")))
+    if (!point.position_in_world.allFinite()) Broken("a point that is not finite");
+}
+void Mesh(std::string_view bytes) {
+  const bool is_ply = bytes.starts_with("ply");
+  const render::TriangleMesh mesh =
+      render::ReadMeshFile(FuzzFile(bytes, is_ply ? "mesh.ply" : "mesh.obj")).mesh;
+  for (const auto& triangle : mesh.triangles)
+    for (const auto corner : triangle)
+      if (static_cast<std::size_t>(corner) >= mesh.vertices.size()) Broken("a corner that is no vertex");
+}
+void Features(std::string_view bytes) { acquisition::ReadFeatureFile(FuzzFile(bytes, "features.json")); }
+void Recording(std::string_view bytes) {
+  const fs::path folder = FuzzFolder(bytes, std::array{"frames.jsonl"});
+  for (const auto& entry : acquisition::ReadFrameRecording(folder).entries)
+    for (const fs::path& file : {entry.file, entry.raw_file})
+      if (!file.empty()) RequireInside(file.lexically_relative(folder));
+}
+void SentLines(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const std::size_t end = std::min(bytes.find('\n'), bytes.size());
+    const auto sent = tracking::ReadSentLine(std::string(bytes.substr(0, end)));
+    if (sent)
+      if (const auto* const pose = std::get_if<tracking::SentPose>(&*sent))
+        RequireFinite(pose->world_from_tool);
+    bytes.remove_prefix(std::min(end + 1, bytes.size()));
+  }
+}
+// The checksum at the end would keep the fuzzer out: it is put there anew.
+void MapFile(std::string_view bytes) {
+  const std::uint64_t checksum = ChecksumOf(bytes);
+  const std::string file =
+      std::string(bytes) + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum);
+  const CameraModel camera = CameraModel::Pinhole(64, 48, 60);
+  tracking::Map map(camera);
+  tracking::MapFromBytes(file, 0, camera, map);
+}
+void Path(std::string_view bytes) {
+  const bool is_json = bytes.starts_with("{");
+  const render::PathRequest request{.path = {}, .camera = CameraModel::Pinhole(64, 48, 60)};
+  const render::CameraPath path = render::PathFromFile(FuzzFile(bytes, is_json ? "path.json" : "path.txt"),
+                                                       request, render::RenderScene{});
+  for (const Rigid3& pose : path.cam_from_world) RequireFinite(pose);
+}
+void Exr(std::string_view bytes) {
+  const std::string file = FuzzFile(bytes, "master.exr");
+  for (const auto& read : {+[](const std::string& exr) { ReadExr(exr); },
+                           +[](const std::string& exr) { ReadExrChannel(exr, "R"); },
+                           +[](const std::string& exr) { ExrAttribute(exr, "colorInteropID"); }}) {
+    try {
+      read(file);
+    } catch (const Error&) {
+    }
+  }
+}
+void Picture(std::string_view bytes) {
+  const bool is_tiff = bytes.starts_with("II") || bytes.starts_with("MM");
+  const std::string file = FuzzFile(bytes, is_tiff ? "master.tiff" : "photograph.png");
+  ReadImageHeader(file);
+  ImageFileIsWhole(file);
+  ReadImageSize(file);
+  ReadImageFile(file);
+}
+void Exif(std::string_view bytes) { ReadExif(std::string(bytes)); }
+
+constexpr std::array kTargets{
+    FuzzTarget{"transforms", Transforms},
+    FuzzTarget{"nerf_synthetic", NerfSynthetic},
+    FuzzTarget{"journal", JournalLines},
+    FuzzTarget{"colmap_text", ColmapText},
+    FuzzTarget{"colmap_binary", ColmapBinary},
+    FuzzTarget{"llff", Llff},
+    FuzzTarget{"bundler", Bundler},
+    FuzzTarget{"metashape", Metashape},
+    FuzzTarget{"realityscan", RealityScan},
+    FuzzTarget{"tum", Tum},
+    FuzzTarget{"calibration", Calibration},
+    FuzzTarget{"point_ply", PointPly},
+    FuzzTarget{"mesh", Mesh},
+    FuzzTarget{"features", Features},
+    FuzzTarget{"recording", Recording},
+    FuzzTarget{"sent_lines", SentLines},
+    FuzzTarget{"map_file", MapFile},
+    FuzzTarget{"camera_path", Path},
+    FuzzTarget{"exr", Exr},
+    FuzzTarget{"picture", Picture},
+    FuzzTarget{"exif", Exif},
+};
+
+}  // namespace
+
+std::span<const FuzzTarget> FuzzTargets() { return kTargets; }
+
+const FuzzTarget* FuzzTargetByName(std::string_view name) {
+  const auto found = std::ranges::find(kTargets, name, &FuzzTarget::name);
+  return found == kTargets.end() ? nullptr : &*found;
+}
+
+}  // namespace ulf::test
