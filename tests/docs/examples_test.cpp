@@ -13,6 +13,8 @@
 #include <map>
 #include <optional>
 #include <regex>
+#include <set>
+#include <utility>
 
 #include "tests/support/test_paths.h"
 
@@ -37,6 +39,19 @@ std::vector<std::string> Pages() {
     if (entry.path().extension() == ".md") pages.push_back("docs/" + entry.path().filename().string());
   std::sort(pages.begin(), pages.end());
   return pages;
+}
+
+// Every "ulf COMMAND ... --option" of a page, in code or between backticks: command and option.
+std::set<std::pair<std::string, std::string>> OptionsNamedIn(const std::string& text) {
+  static const std::regex command(R"(\bulf ([a-z]+)((?: (?![|#])[^`\n|#;]*)?))"),
+      option(R"((?:^| )(--[a-z][a-z0-9-]*))");
+  std::set<std::pair<std::string, std::string>> named;
+  for (std::sregex_iterator it(text.begin(), text.end(), command), end; it != end; ++it) {
+    const std::string arguments = (*it)[2];
+    for (std::sregex_iterator at(arguments.begin(), arguments.end(), option), none; at != none; ++at)
+      named.emplace((*it)[1], (*at)[1]);
+  }
+  return named;
 }
 
 // What a page promises of an example, and what the example prints. Both by regular expressions whose groups
@@ -76,6 +91,24 @@ TEST(Examples, AreReadOutOfThePages) {
               ElementsAre("ulf info vase --cap 60x40", "ulf simulate studio", "ulf devices",
                           "ulf capture 'sim:studio?seed=1' -o a --frames 3", "ulf repair vase --write",
                           "ulf evaluate shop_grid_even --subject 0,0,-8,1", "./run demo"));
+}
+
+// A page that names an option the program does not have, or no longer has, sends people into an error.
+TEST(Examples, NameOnlyOptionsThatThereAre) {
+  std::map<std::string, std::string> help;
+  int options = 0;
+  for (const std::string& page : Pages())
+    for (const auto& [command, option] : OptionsNamedIn(TextOf(Checkout() / page))) {
+      if (!help.contains(command)) {
+        help[command] = RunUlf(command + " --help").output;
+        for (const char* const form : {"colmap", "nerfstudio"})
+          if (command == "export") help[command] += RunUlf(fmt::format("export {} --help", form)).output;
+      }
+      ++options;
+      EXPECT_TRUE(std::regex_search(help[command], std::regex(option + "([^a-z0-9-]|$)")))
+          << page << ": ulf " << command << " has no " << option;
+    }
+  EXPECT_GT(options, 100);
 }
 
 TEST(Examples, AreTriedOrLeftOutByRules) {

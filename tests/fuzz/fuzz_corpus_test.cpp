@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <string>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -20,6 +21,7 @@ namespace fs = std::filesystem;
 
 struct Read {
   int files = 0, accepted = 0;
+  std::string refusals;
 };
 
 Read CorpusThrough(const FuzzTarget& target) {
@@ -30,7 +32,8 @@ Read CorpusThrough(const FuzzTarget& target) {
     try {
       target.read(bytes);
       ++read.accepted;
-    } catch (const Error&) {
+    } catch (const Error& error) {
+      read.refusals += fmt::format("{}: {}\n", entry.path().filename().string(), error.what());
     } catch (const std::exception& other) {
       ADD_FAILURE() << entry.path() << ": not an Error: " << other.what();
     }
@@ -45,7 +48,7 @@ TEST_P(FuzzCorpus, IsReadOrRefusedWithAnError) {
   spdlog::set_level(spdlog::level::off);
   const Read read = CorpusThrough(GetParam());
   EXPECT_GE(read.files, 3);
-  EXPECT_GE(read.accepted, 1);
+  EXPECT_GE(read.accepted, 1) << read.refusals;
 }
 
 INSTANTIATE_TEST_SUITE_P(Doors, FuzzCorpus, ::testing::ValuesIn(FuzzTargets().begin(), FuzzTargets().end()),

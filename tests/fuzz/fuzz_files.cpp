@@ -74,6 +74,12 @@ fs::path FuzzPhotographs() {
   return made ? folder.path() : fs::path();
 }
 
+void PutFuzzPhotographs(const fs::path& folder) {
+  fs::create_directories(folder);
+  for (const auto& entry : fs::directory_iterator(FuzzPhotographs()))
+    fs::create_hard_link(entry.path(), folder / entry.path().filename());
+}
+
 void Broken(const char* what) {
   std::fprintf(stderr, "broken: %s\n", what);
   std::abort();

@@ -16,6 +16,9 @@ std::filesystem::path FuzzFile(std::string_view bytes, const char* name);
 // A folder of small photographs, 0001.png to 0004.png of 64 x 48 pixels, which stays.
 std::filesystem::path FuzzPhotographs();
 
+// The same photographs in a new folder, which must not lead out of another one (hard links).
+void PutFuzzPhotographs(const std::filesystem::path& folder);
+
 // Ends the process with the words and the place: something that a reader must never return or throw.
 [[noreturn]] void Broken(const char* what);
 

@@ -64,12 +64,13 @@ void ReadSet(std::string_view bytes, SetFormat format, std::span<const char* con
 }
 
 void Transforms(std::string_view bytes) {
-  RequireSound(ReadTransformsJson(FuzzFile(bytes, "transforms.json")), true);
+  const fs::path file = FuzzFile(bytes, "transforms.json");
+  PutFuzzPhotographs(file.parent_path() / "images");
+  RequireSound(ReadTransformsJson(file), true);
 }
 void NerfSynthetic(std::string_view bytes) {
-  const fs::path photographs = FuzzPhotographs();
   const fs::path folder = FuzzFolder(bytes, std::array{"transforms_train.json", "transforms_test.json"});
-  for (const char* const part : {"train", "test"}) fs::create_directory_symlink(photographs, folder / part);
+  for (const char* const part : {"train", "test"}) PutFuzzPhotographs(folder / part);
   RequireSound(ReadPosedSet(folder, SetFormat::kNerfSynthetic, {}).light_field, false);
 }
 void JournalLines(std::string_view bytes) {
