@@ -14,9 +14,10 @@ namespace ulf::acquisition {
 
 // What this computer says of the way to a camera; it does not change while the camera streams.
 struct LinkPath {
-  std::optional<NetworkLink> network;      // of a camera in a network
-  std::optional<UsbCameraPlace> usb;       // of a USB3 Vision camera
-  std::optional<int> usb_memory_mb;        // for a USB3 Vision camera
+  std::optional<NetworkLink> network;  // of a camera in a network
+  std::optional<UsbCameraPlace> usb;   // of a USB3 Vision camera
+  std::optional<int> usb_memory_mb;    // for a USB3 Vision camera
+  std::vector<UsbNeighbour> usb_neighbours = {};
   std::optional<double> most_buffer = {};  // net.core.rmem_max, for a camera in a network
 };
 // Reads /proc and /sys.
