@@ -214,6 +214,16 @@ std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatisti
   return fact;
 }
 
+std::string CameraLimitText(double fps, const LinkFacts& facts) {
+  // Of what it is set to, or of what the link carries. Guessed.
+  constexpr double kAsSet = 0.9, kLinkHasRoom = 0.8;
+  if (facts.set_fps && fps >= kAsSet * *facts.set_fps)
+    return fmt::format("its exposure time or its own maximum allows {:.4g} frames a second", *facts.set_fps);
+  if (facts.most_fps && fps < kLinkHasRoom * *facts.most_fps)
+    return fmt::format("it sent {:.4g} frames a second where the link carries {:.4g}", fps, *facts.most_fps);
+  return "";
+}
+
 double GigePackets(double payload_bytes, double packet_size) {
   const double data = packet_size - kPacketHeaders;
   return data > 0 ? std::ceil(payload_bytes / data) : 0;

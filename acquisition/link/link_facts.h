@@ -41,6 +41,10 @@ LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const Dev
 // How many frames did not arrive whole; none: no frame came, or the camera has no link (simulated).
 std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatistics& counted);
 
+// Why the camera itself, and not its link, sends fewer frames a second than it was asked for; empty: nothing says so. `fps`:
+// that came, with none lost.
+std::string CameraLimitText(double fps, const LinkFacts& facts);
+
 // The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.
 double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);
 // Packets with pixels that a frame takes; 0: they are too small for any.

@@ -159,6 +159,19 @@ TEST_F(U3v, TheCheckNamesWhatSharesItsHubAndCountsWhatThatCanTake) {
   EXPECT_THAT(advice, AllOf(HasSubstr("a port of the computer for each"), HasSubstr("throughput_limit")));
 }
 
+TEST_F(U3v, ACameraThatIsSlowerThanItsLinkIsToldTheRateThatItReaches) {
+  const EmulatedU3vCamera camera;
+  const std::string uri = "aravis:U1?roi=320x240+16+8&fps=60&exposure_us=50000";
+  const auto run = test::RunUlf("devices --seconds 1 --json --check '" + uri + "'");
+  const auto report = nlohmann::json::parse(run.output);
+  ASSERT_TRUE(report["remedy"].is_string()) << run.output;
+  const std::string remedy = report["remedy"];
+  ASSERT_TRUE(remedy.starts_with("fps=")) << remedy;
+  EXPECT_NEAR(std::stod(remedy.substr(4)), 20, 1) << "and not less";
+  EXPECT_THAT(std::string(report["verdict"]),
+              AllOf(HasSubstr("the camera is the limit, not the link"), HasSubstr("exposure time")));
+}
+
 TEST_F(U3v, TheCommandListsItAsUsb3Vision) {
   const EmulatedU3vCamera camera;
   const test::CommandResult table = test::RunUlf("devices");
