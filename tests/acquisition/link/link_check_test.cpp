@@ -29,7 +29,15 @@ using ::testing::StartsWith;
 
 class LinkCheck : public CameraInNamespace {
  protected:
-  void TearDown() override { std::system("tc qdisc del dev lo root 2>/dev/null"); }
+  void TearDown() override {
+    std::system("tc qdisc del dev lo root 2>/dev/null");
+    if (changed_mtu_) SetMtu("65536");
+  }
+
+  bool SetMtu(const std::string& bytes) {
+    changed_mtu_ = true;
+    return std::system(("ip link set lo mtu " + bytes).c_str()) == 0;
+  }
 
   static bool Limit(const std::string& qdisc) {
     return std::system(("tc qdisc replace dev lo root " + qdisc).c_str()) == 0;
@@ -48,6 +56,9 @@ class LinkCheck : public CameraInNamespace {
       with.Set(option, value);
     return CheckLink(with.Text(), {.seconds = seconds, .packet_sizes = {}, .most_rates = 0}).trials.front();
   }
+
+ private:
+  bool changed_mtu_ = false;
 };
 
 TEST_F(LinkCheck, AGoodLinkCarriesWhatIsAskedFor) {
@@ -194,6 +205,37 @@ TEST_F(LinkAdvice, AHigherLimitOnACameraThatHoldsItselfBack) {
 }
 TEST_F(LinkAdvice, AReceiveBufferThatHoldsAFrame) {
   Follow("receive buffer", nullptr, "fps=30&socket_buffer=20000", "socket_buffer=");
+}
+
+// The advice is a command for the system: it is run.
+TEST_F(LinkAdvice, AnInterfaceThatPassesJumboFrames) {
+  Serve();
+  if (!SetMtu("1500")) GTEST_SKIP() << "the interface's MTU cannot be changed here";
+  const std::string uri = "aravis:127.0.0.1?format=Mono8&resend=off&fps=10&packet_size=8000";
+  const auto packets = [&](double seconds) {
+    const LinkReport report = CheckLink(uri, {.seconds = seconds, .first_frame_s = 3, .packet_sizes = {}});
+    EXPECT_FALSE(report.trials.front().LostFrames());
+    for (const auto& fact : report.facts)
+      if (fact.name == "packets") return fact;
+    return acquisition::LinkFact{};
+  };
+  const acquisition::LinkFact small = packets(2);
+  EXPECT_FALSE(small.in_order) << small.value;
+  const std::size_t begin = small.advice.find("'ip link set lo mtu 9000'");
+  ASSERT_NE(begin, std::string::npos) << small.advice;
+  const std::string command = small.advice.substr(begin + 1, small.advice.find('\'', begin + 1) - begin - 1);
+  ASSERT_EQ(std::system(command.c_str()), 0) << command;
+  EXPECT_TRUE(packets(60).in_order);
+}
+
+TEST_F(LinkOfSimulated, PacketsAboveTheMtuOfOurNetworkAreNamed) {
+  Serve();
+  if (!SetMtu("1500")) GTEST_SKIP() << "the interface's MTU cannot be changed here";
+  EXPECT_EQ(acquisition::NetworkLinkTo("127.0.0.1")->mtu, 1500);
+  const LinkReport report = CheckLink("aravis:127.0.0.1?format=Mono8&fps=10&packet_size=8000",
+                                      {.seconds = 0.5, .first_frame_s = 3, .packet_sizes = {}});
+  EXPECT_THAT(ValueOf(report, "packets"), HasSubstr("more than the MTU of 1500 passes"));
+  EXPECT_THAT(ValueOf(report, "link"), HasSubstr("MTU 1500"));
 }
 
 TEST(HostLink, IsFoundByTheAddressAlone) {
