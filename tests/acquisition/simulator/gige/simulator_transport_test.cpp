@@ -199,7 +199,6 @@ TEST_F(SimulatedTransport, AMasterThatIsLostAndFoundAgainIsToldFrameByFrame) {
     EXPECT_NEAR(frame->device_time_s, frame->host_time_s, 1);
   }
   EXPECT_THAT(changes, ::testing::ElementsAre(true, false, true));
-  EXPECT_LT(SecondsSince(begin), 6);
   for (std::string& notice : Notices(*device)) told.push_back(std::move(notice));
   std::erase_if(told, [](const std::string& notice) { return notice.find("1588") == std::string::npos; });
   EXPECT_THAT(told, ::testing::ElementsAre(HasSubstr("follows an IEEE 1588 clock after"),
