@@ -482,6 +482,7 @@ std::string SimulatedGigeCamera::DeviceId() const {
 }
 const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->camera; }
 GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
+void SimulatedGigeCamera::HearMaster(bool heard) { state_->transport->HearMaster(heard); }
 
 GigeServerStatistics SimulatedGigeCamera::Statistics() const {
   const MutexLock lock(state_->mutex);
