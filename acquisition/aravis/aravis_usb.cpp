@@ -27,6 +27,21 @@ std::string Line(const std::filesystem::path& file) {
   return line;
 }
 
+int MegabitsOf(const std::filesystem::path& device) {
+  const std::string speed = Line(device / "speed");
+  int megabits = 0;
+  std::from_chars(speed.data(), speed.data() + speed.size(), megabits);
+  return megabits;
+}
+
+// "2-1.4" of "2-1.4.2" and "2-1.4.3.1"; empty where only the bus is common.
+std::string CommonHub(const std::string& one, const std::string& other) {
+  std::string hub;
+  for (std::size_t end = one.find('.'); end != std::string::npos; end = one.find('.', end + 1))
+    if (other.starts_with(one.substr(0, end + 1))) hub = one.substr(0, end);
+  return hub;
+}
+
 int OpenError(const std::string& node) {
   const int file = open(node.c_str(), O_RDWR | O_CLOEXEC);
   if (file < 0) return errno;
@@ -57,8 +72,7 @@ std::vector<UsbCameraPlace> UsbCameraPlaces(const std::string& sysfs) {
         .serial = Line(device / "serial"),
         .node = fmt::format("/dev/bus/usb/{:0>3}/{:0>3}", Line(device / "busnum"), Line(device / "devnum")),
         .port = port};
-    const std::string speed = Line(device / "speed");
-    std::from_chars(speed.data(), speed.data() + speed.size(), place.megabits);
+    place.megabits = MegabitsOf(device);
     place.open_error = OpenError(place.node);
     places.push_back(std::move(place));
   }
@@ -75,6 +89,31 @@ std::optional<UsbCameraPlace> UsbCameraPlaceOf(const std::string& maker, const s
     found = std::move(place);
   }
   return found;
+}
+
+std::vector<UsbNeighbour> UsbNeighboursOf(const std::string& port, const std::string& sysfs) {
+  namespace fs = std::filesystem;
+  constexpr int kHighSpeed = 480;  // keyboards and mice, which are slower, take nothing that counts
+  const std::string bus = port.substr(0, port.find('-') + 1);
+  std::vector<UsbNeighbour> neighbours;
+  std::error_code error;
+  for (const fs::directory_entry& device : fs::directory_iterator(sysfs, error)) {
+    const std::string other = device.path().filename();
+    if (bus.empty() || !other.starts_with(bus) || other.find(':') != std::string::npos || other == port ||
+        Line(device.path() / "bDeviceClass") == "09")
+      continue;
+    UsbNeighbour neighbour{
+        .name = fmt::format("{} {}", Line(device.path() / "manufacturer"), Line(device.path() / "product")),
+        .port = other,
+        .megabits = MegabitsOf(device.path()),
+        .hub = CommonHub(port, other)};
+    if (neighbour.megabits < kHighSpeed) continue;
+    if (!neighbour.hub.empty()) neighbour.hub_megabits = MegabitsOf(fs::path(sysfs) / neighbour.hub);
+    neighbours.push_back(std::move(neighbour));
+  }
+  std::sort(neighbours.begin(), neighbours.end(),
+            [](const UsbNeighbour& a, const UsbNeighbour& b) { return a.port < b.port; });
+  return neighbours;
 }
 
 double UsbBytesPerSecond(int megabits) {

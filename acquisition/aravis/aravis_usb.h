@@ -22,6 +22,19 @@ std::vector<UsbCameraPlace> UsbCameraPlaces(const std::string& sysfs = "/sys/bus
 // The one with this serial number; none where there is none, or several.
 std::optional<UsbCameraPlace> UsbCameraPlaceOf(const std::string& maker, const std::string& serial);
 
+// Another device that may take of what a camera's link carries: on its bus, at 480 Mbit/s or more.
+struct UsbNeighbour {
+  std::string name;  // maker and product
+  std::string port;
+  int megabits = 0;
+  // "2-1": the hub nearest to both that all their data pass; empty: only the controller's own, each has a port of it.
+  std::string hub;
+  int hub_megabits = 0;  // of that hub's own link to the computer
+};
+// What hangs on the same bus as the device at `port`, by port; hubs themselves are not named.
+std::vector<UsbNeighbour> UsbNeighboursOf(const std::string& port,
+                                          const std::string& sysfs = "/sys/bus/usb/devices");
+
 // How many bytes a second such a link carries of pixels; 0: unknown.
 double UsbBytesPerSecond(int megabits);
 // That it is connected at less than USB 3, and what to do; empty where it is not. With a payload also the

@@ -2,10 +2,13 @@
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
+#include <net/if.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -49,6 +52,17 @@ std::string InterfaceWith(const in_addr& address) {
   return name;
 }
 
+// Asked of the kernel: /sys may show the interfaces of another network namespace.
+int MtuOf(const std::string& interface) {
+  ifreq request{};
+  std::strncpy(request.ifr_name, interface.c_str(), sizeof request.ifr_name - 1);
+  const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (descriptor < 0) return 0;
+  const bool known = ioctl(descriptor, SIOCGIFMTU, &request) == 0;
+  close(descriptor);
+  return known ? request.ifr_mtu : 0;
+}
+
 }  // namespace
 
 std::optional<NetworkLink> NetworkLinkTo(const std::string& address) {
@@ -57,7 +71,7 @@ std::optional<NetworkLink> NetworkLinkTo(const std::string& address) {
   NetworkLink link{.interface = InterfaceWith(*local)};
   if (link.interface.empty()) return std::nullopt;
   const fs::path folder = fs::path("/sys/class/net") / link.interface;
-  link.mtu = FirstOf<int>(folder / "mtu").value_or(0);
+  link.mtu = MtuOf(link.interface);
   // Megabits; -1 or an error where there is no wire.
   constexpr double kBytesPerMegabit = 1e6 / 8;
   if (const auto speed = FirstOf<double>(folder / "speed"); speed && *speed > 0)

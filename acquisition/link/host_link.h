@@ -1,5 +1,5 @@
-// What this computer says of the way to a camera: the network interface that leads to an address, and its limits. Reads
-// /proc and /sys and changes nothing. (Where a USB camera is plugged in: aravis_usb.h.)
+// What this computer says of the way to a camera: the network interface that leads to an address, and its limits. Asks the
+// kernel, reads /proc and /sys and changes nothing. (Where a USB camera is plugged in: aravis_usb.h.)
 #pragma once
 
 #include <optional>

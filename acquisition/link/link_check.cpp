@@ -134,6 +134,11 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
     return fmt::format("packet_delay_ns={:.0f}", std::floor(1e9 * kOfThePeriod / (fps * packets)));
   };
   if (packets > 0 && first.fps > 0 && is_remedy(spread(std::max(first.asked_fps, first.fps)))) return report;
+  // A camera that is slower than its link sends what it can; what came held.
+  if (!first.LostFrames()) report.camera_limit = CameraLimitText(first.fps, described);
+  if (!report.camera_limit.empty() &&
+      is_remedy(fmt::format("fps={:.4g}", std::min(first.fps, described.set_fps.value_or(first.fps)))))
+    return report;
   // What came through whole or not: a sender that waits for its link sends what that carries.
   double fps = options.rate_share * first.fps;
   for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= options.rate_share) {

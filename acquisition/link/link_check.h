@@ -1,6 +1,6 @@
 // Whether the link to a camera carries what its settings ask for: what the system says of the link, then trials with
 // the camera streaming. Where frames are lost, smaller packets and then a lower rate are tried, until none is lost; the
-// setting that helped is the advice.
+// setting that helped is the advice. Where a camera is slower than its link, the rate that it reaches is.
 #pragma once
 
 #include <functional>
@@ -48,7 +48,8 @@ struct LinkReport {
   double payload_bytes = 0;        // of a frame; 0: not known
   std::optional<double> most_fps;  // that the link's speed allows, by its own figures
   std::optional<std::string>
-      remedy;  // settings with which no frame was lost; none: none is needed, or none helped
+      remedy;                // settings with which no frame was lost; none: none is needed, or none helped
+  std::string camera_limit;  // CameraLimitText(), where fewer frames than asked for came, and none was lost
   // As asked for, or with the remedy.
   bool Holds() const { return remedy || (!trials.empty() && trials.front().Held()); }
 };

@@ -103,6 +103,32 @@ void DescribeNetwork(const DeviceInfo& camera, const LinkPath& path, const Devic
       RateFact(sent, *described.most_fps, jumbo_is_enough ? "; or " + JumboAdvice(link) : ""));
 }
 
+// Others that share a camera's way to the computer. Whether they stream is not known: what they could take is counted.
+LinkFact NeighboursFact(const std::vector<UsbNeighbour>& neighbours, const Sent& sent) {
+  LinkFact fact{"beside it", ""};
+  double hub_bytes_per_s = 0, others_bytes_per_s = 0;
+  for (const UsbNeighbour& each : neighbours) {
+    fact.value += fmt::format(
+        "{}{} (port {}, {} Mbit/s) {}", fact.value.empty() ? "" : "; ", each.name, each.port, each.megabits,
+        each.hub.empty() ? "at the same controller" : "behind the same hub " + each.hub);
+    if (each.hub.empty()) continue;
+    const double carries = UsbBytesPerSecond(each.hub_megabits);
+    hub_bytes_per_s = hub_bytes_per_s > 0 ? std::min(hub_bytes_per_s, carries) : carries;
+    others_bytes_per_s += UsbBytesPerSecond(each.megabits);
+  }
+  fact.advice = "what streams at once shares the controller: check such cameras together";
+  if (!(hub_bytes_per_s > 0)) return fact;
+  fact.value += fmt::format(". The hub carries about {:.0f} MB/s for all", MegabytesPerS(hub_bytes_per_s));
+  if (sent.fps) fact.value += fmt::format(", this camera is set to {:.1f}", MegabytesPerS(sent.BytesPerS()));
+  fact.value += fmt::format(", the others can take {:.0f}", MegabytesPerS(others_bytes_per_s));
+  if (sent.BytesPerS() + others_bytes_per_s > hub_bytes_per_s)
+    fact.advice = fmt::format(
+        "where they stream at once: a port of the computer for each, or {:.0f} MB/s for all cameras together "
+        "(fps or throughput_limit in the URI)",
+        MegabytesPerS(hub_bytes_per_s));
+  return fact;
+}
+
 void DescribeUsb(const LinkPath& path, const Sent& sent, LinkFacts& described) {
   if (path.usb) {
     const std::string slow = SlowUsbText(*path.usb);
@@ -114,6 +140,7 @@ void DescribeUsb(const LinkPath& path, const Sent& sent, LinkFacts& described) {
       described.facts[described.facts.size() - 2].in_order = slow.empty() || described.facts.back().in_order;
     }
   }
+  if (!path.usb_neighbours.empty()) described.facts.push_back(NeighboursFact(path.usb_neighbours, sent));
   if (path.usb_memory_mb)
     described.facts.push_back(
         {"USB memory", fmt::format("{} MB for all programs together", *path.usb_memory_mb),
@@ -153,6 +180,7 @@ LinkPath LinkPathTo(const DeviceInfo& camera) {
   if (camera.bus == "USB3Vision") {
     path.usb = UsbCameraPlaceOf(camera.maker, camera.serial);
     path.usb_memory_mb = UsbMemoryMb();
+    if (path.usb) path.usb_neighbours = UsbNeighboursOf(path.usb->port);
   }
   return path;
 }
@@ -184,6 +212,16 @@ std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatisti
     fact.in_order = false;
   }
   return fact;
+}
+
+std::string CameraLimitText(double fps, const LinkFacts& facts) {
+  // Of what it is set to, or of what the link carries. Guessed.
+  constexpr double kAsSet = 0.9, kLinkHasRoom = 0.8;
+  if (facts.set_fps && fps >= kAsSet * *facts.set_fps)
+    return fmt::format("its exposure time or its own maximum allows {:.4g} frames a second", *facts.set_fps);
+  if (facts.most_fps && fps < kLinkHasRoom * *facts.most_fps)
+    return fmt::format("it sent {:.4g} frames a second where the link carries {:.4g}", fps, *facts.most_fps);
+  return "";
 }
 
 double GigePackets(double payload_bytes, double packet_size) {

@@ -14,9 +14,10 @@ namespace ulf::acquisition {
 
 // What this computer says of the way to a camera; it does not change while the camera streams.
 struct LinkPath {
-  std::optional<NetworkLink> network;      // of a camera in a network
-  std::optional<UsbCameraPlace> usb;       // of a USB3 Vision camera
-  std::optional<int> usb_memory_mb;        // for a USB3 Vision camera
+  std::optional<NetworkLink> network;  // of a camera in a network
+  std::optional<UsbCameraPlace> usb;   // of a USB3 Vision camera
+  std::optional<int> usb_memory_mb;    // for a USB3 Vision camera
+  std::vector<UsbNeighbour> usb_neighbours = {};
   std::optional<double> most_buffer = {};  // net.core.rmem_max, for a camera in a network
 };
 // Reads /proc and /sys.
@@ -39,6 +40,10 @@ struct LinkFacts {
 LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const DeviceStatistics& counted);
 // How many frames did not arrive whole; none: no frame came, or the camera has no link (simulated).
 std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatistics& counted);
+
+// Why the camera itself, and not its link, sends fewer frames a second than it was asked for; empty: nothing says so. `fps`:
+// that came, with none lost.
+std::string CameraLimitText(double fps, const LinkFacts& facts);
 
 // The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.
 double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);

@@ -64,9 +64,11 @@ class SimulatedDevice : public Device {
         camera_(SimulationOptions::FromUri(uri), std::move(hand)),
         faults_(camera_.options().faults) {
     const GigeLinkFaults& link = faults_.link;
-    if (link.lost > 0 || link.doubled > 0 || link.swapped > 0 || link.late > 0 || !faults_.resends)
+    if (link.lost > 0 || link.doubled > 0 || link.swapped > 0 || link.late > 0 || !faults_.resends ||
+        !faults_.masters_lost.empty())
       throw UsageError(
-          "{}: lost, doubled, swapped, late and resend are faults of a network; serve the camera on one with "
+          "{}: lost, doubled, swapped, late, resend and ptp_lost are faults of a network; serve the camera "
+          "on one with "
           "'ulf simulate --fault ...' and open it by aravis:",
           uri.Text());
     next_ = Absences::Instance().End(uri.Text());

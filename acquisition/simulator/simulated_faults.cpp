@@ -60,6 +60,7 @@ const std::vector<std::pair<std::string, Setter>>& Setters() {
        }},
       {"incomplete", [](Faults& f, S n, S t) { f.incomplete = ShareFrom(n, t); }},
       {"freeze", [](Faults& f, S n, S t) { f.freezes.push_back(SpanFrom(n, t)); }},
+      {"ptp_lost", [](Faults& f, S n, S t) { f.masters_lost.push_back(SpanFrom(n, t)); }},
       {"disconnect", [](Faults& f, S n, S t) { f.disconnects.push_back(SpanFrom(n, t)); }},
       {"drift", [](Faults& f, S n, S t) { f.drift_stops_per_minute = NumberFrom(n, t, -60, 60); }},
       {"flicker",

@@ -8,6 +8,7 @@
 //   incomplete=0.05    share of frames whose lower part is missing           sim: only
 //   freeze=5:2         no frames from second 5 on, for 2 s; the camera still answers
 //   disconnect=5:2     the camera is disconnected from second 5 on, for 2 s
+//   ptp_lost=5:3      no IEEE 1588 master from second 5 on, for 3 s           network only
 //   drift=0.5          the light on the sensor grows by so many stops per minute, without being reported
 //   bluer=0.5          the lamp's blue grows, and its red falls, by so many stops per minute
 //   flicker=100:0.4    lamps that flicker, in hertz, by this share of their light
@@ -43,7 +44,7 @@ struct SimulatedFaults {
   GigeLinkFaults link;
   bool resends = true;
   double incomplete = 0;
-  std::vector<FaultSpan> freezes, disconnects;
+  std::vector<FaultSpan> freezes, disconnects, masters_lost;
   double drift_stops_per_minute = 0, bluer_stops_per_minute = 0;
   LampFlicker flicker;
   double defocus_px = 0;
@@ -59,6 +60,7 @@ struct SimulatedFaults {
 
   bool Frozen(double t_s) const { return AnyHolds(freezes, t_s); }
   bool Disconnected(double t_s) const { return AnyHolds(disconnects, t_s); }
+  bool MasterLost(double t_s) const { return AnyHolds(masters_lost, t_s); }
   // Whether a picture depends on when it is taken, not on the hand alone.
   bool ChangeWithTime() const {
     return drift_stops_per_minute != 0 || bluer_stops_per_minute != 0 || flicker.depth > 0 ||

@@ -92,6 +92,10 @@ std::string TrialInWords(const acquisition::LinkTrial& trial) {
 
 std::string Verdict(const acquisition::LinkReport& report) {
   if (report.trials.empty()) return "stopped before the first trial";
+  if (!report.camera_limit.empty() && report.remedy)
+    return fmt::format(
+        "the camera is the limit, not the link: {}; nothing is lost with {}: give it in the URI",
+        report.camera_limit, *report.remedy);
   if (report.remedy) return fmt::format("nothing is lost with {}: give it in the URI", *report.remedy);
   if (report.Holds()) return "the link carries what the camera sends";
   if (report.trials.front().whole + report.trials.front().incomplete + report.trials.front().missing == 0)
@@ -132,6 +136,7 @@ void PrintLinkJson(const acquisition::LinkReport& report) {
                               {"holds", report.Holds()},  {"remedy", nullptr},
                               {"most_fps", nullptr}};
   if (report.remedy) json["remedy"] = *report.remedy;
+  if (!report.camera_limit.empty()) json["camera_limit"] = report.camera_limit;
   if (report.most_fps) json["most_fps"] = *report.most_fps;
   json["facts"] = nlohmann::ordered_json::array();
   for (const acquisition::LinkFact& fact : report.facts)

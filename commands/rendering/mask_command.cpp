@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
@@ -36,16 +37,28 @@ double OverlapOf(const cv::Mat& a, const cv::Mat& b) {
   return either > 0 ? static_cast<double>(both) / either : 1;
 }
 
-// Of each view, by the simulator that took it.
-std::vector<double> OverlapsWithTruth(const std::string& truth, const LightField& light_field,
-                                      const std::map<int, cv::Mat>& masks) {
+// Of each view, by the simulator that took it. Poses where the world is its board's.
+struct AgainstTruth {
+  std::vector<double> overlaps, centers_m, directions_deg;
+
+  double CentersRmsMm() const {
+    double sum = 0;
+    for (const double error_m : centers_m) sum += error_m * error_m;
+    return 1e3 * std::sqrt(sum / static_cast<double>(centers_m.size()));
+  }
+};
+
+AgainstTruth CompareWithSimulator(const std::string& truth, const LightField& light_field,
+                                  const std::map<int, cv::Mat>& masks) {
   const DeviceUri uri = DeviceUri::Parse(truth);
   if (uri.scheme != "sim") throw UsageError("--truth {}: give the simulator's URI that was captured", truth);
   const acquisition::SimulatedCamera camera(acquisition::SimulationOptions::FromUri(uri));
   if (!camera.scene().IsTurntable())
     throw UsageError("--truth {}: nothing turns in that scene; give sim:turntable with the captured options",
                      truth);
-  std::vector<double> overlaps;
+  const auto& board = camera.scene().board();
+  const bool in_boards_frame = board && light_field.turntable && !light_field.turntable->board.empty();
+  AgainstTruth compared;
   for (const View& view : light_field.views) {
     const cv::Mat& mask = masks.at(view.id);
     const cv::Mat moving = camera.MovingPixels(view.device_time_s);
@@ -53,15 +66,21 @@ std::vector<double> OverlapsWithTruth(const std::string& truth, const LightField
       throw UsageError(
           "--truth {}: its pictures are {}x{}, those of {} {}x{}; give the options that were captured", truth,
           moving.cols, moving.rows, light_field.root.string(), mask.cols, mask.rows);
-    overlaps.push_back(OverlapOf(mask, moving));
+    compared.overlaps.push_back(OverlapOf(mask, moving));
+    if (!in_boards_frame) continue;
+    const Rigid3 cam_from_world = camera.CamFromRest(view.device_time_s) * board->board_from_world.Inverse();
+    compared.centers_m.push_back((view.CenterInWorld() - cam_from_world.OriginInSource()).norm());
+    compared.directions_deg.push_back(
+        Degrees(AngleBetween(view.cam_from_world.DirectionInSource(Eigen::Vector3d::UnitZ()),
+                             cam_from_world.DirectionInSource(Eigen::Vector3d::UnitZ()))));
   }
-  return overlaps;
+  return compared;
 }
 
 int RunMask(const MaskArgs& args) {
   const render::TurntableMasks masks = WriteTurntableMasks(args.dir, args.options);
-  std::optional<std::vector<double>> overlaps;
-  if (!args.truth.empty()) overlaps = OverlapsWithTruth(args.truth, ReadLightField(args.dir), masks.masks);
+  std::optional<AgainstTruth> compared;
+  if (!args.truth.empty()) compared = CompareWithSimulator(args.truth, ReadLightField(args.dir), masks.masks);
   if (args.json) {
     nlohmann::ordered_json json{{"views", masks.masks.size()},
                                 {"stands", nlohmann::json::array()},
@@ -71,15 +90,23 @@ int RunMask(const MaskArgs& args) {
       json["stands"].push_back({{"views", stand.views.size()},
                                 {"turned_deg", Degrees(stand.turned)},
                                 {"shift_px", stand.shift_px}});
-    if (overlaps)
-      json["truth"] = {{"iou_median", Quantile(*overlaps, 0.5)}, {"iou_least", Quantile(*overlaps, 0)}};
+    if (compared)
+      json["truth"] = {{"iou_median", Quantile(compared->overlaps, 0.5)},
+                       {"iou_least", Quantile(compared->overlaps, 0)}};
+    if (compared && !compared->centers_m.empty()) {
+      json["truth"]["centers_mm"] = compared->CentersRmsMm();
+      json["truth"]["directions_deg"] = Median(compared->directions_deg);
+    }
     fmt::print("{}\n", json.dump(1));
     return kOk;
   }
   fmt::print("{}: {}", args.dir, InWords(masks));
-  if (overlaps)
+  if (compared)
     fmt::print("against the truth: intersection over union {:.4f} (median), {:.4f} (least)\n",
-               Quantile(*overlaps, 0.5), Quantile(*overlaps, 0));
+               Quantile(compared->overlaps, 0.5), Quantile(compared->overlaps, 0));
+  if (compared && !compared->centers_m.empty())
+    fmt::print("  camera centres {:.2f} mm off (RMS), directions {:.3f}° (median)\n",
+               compared->CentersRmsMm(), Median(compared->directions_deg));
   return kOk;
 }
 
@@ -129,7 +156,7 @@ void AddMaskCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(CLI::Range(64, 4096))
       ->capture_default_str();
   command->add_option("--truth", args->truth,
-                      "Simulator that was captured (sim:turntable?...): print how well the masks fit");
+                      "Simulator that was captured (sim:turntable?...): print how well masks and poses fit");
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf mask jug");
   command->callback([args, &chosen] { chosen = [args] { return RunMask(*args); }; });

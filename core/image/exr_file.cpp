@@ -93,11 +93,16 @@ cv::Mat HalfFromFloat(const cv::Mat& pixels) {
 }
 
 std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression,
-                     const std::map<std::string, std::string>& attributes) {
+                     const ExrColors& colors, const std::map<std::string, std::string>& attributes) {
   const cv::Size size = channels.front().pixels.size();
   Imf::Header header(size.width, size.height);
   header.compression() = compression == ExrCompression::kPiz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
-  Imf::addChromaticities(header, Imf::Chromaticities());  // the default ones are Rec. 709's
+  if (colors) {
+    const std::array<float, 8>& xy = *colors;
+    Imf::addChromaticities(
+        header, Imf::Chromaticities({xy[0], xy[1]}, {xy[2], xy[3]}, {xy[4], xy[5]}, {xy[6], xy[7]}));
+    if (xy == kRec709) header.insert("colorInteropID", Imf::StringAttribute("lin_rec709_scene"));
+  }
   for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
   Imf::FrameBuffer buffer;
   for (const ExrChannel& channel : channels) {
@@ -153,6 +158,18 @@ cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
     file.setFrameBuffer(buffer);
     file.readPixels(data.min.y, data.max.y);
     return stored;
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
+}
+
+ExrColors ExrColorsOf(const std::string& path) {
+  try {
+    const Imf::InputFile file(path.c_str());
+    if (!Imf::hasChromaticities(file.header())) return std::nullopt;
+    const Imf::Chromaticities& told = Imf::chromaticities(file.header());
+    return std::array{told.red.x,  told.red.y,  told.green.x, told.green.y,
+                      told.blue.x, told.blue.y, told.white.x, told.white.y};
   } catch (const Iex::BaseExc& error) {
     RefuseExr(path, error.what());
   }

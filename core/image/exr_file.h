@@ -2,8 +2,10 @@
 // "layer.channel" in layers (OpenEXR's "Technical Introduction", layers and channel names).
 #pragma once
 
+#include <array>
 #include <map>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,19 +19,24 @@ struct ExrChannel {
   int channel = 0;  // of `pixels`
 };
 
-// The name of linear light with Rec. 709 primaries and white D65 in the attribute colorInteropID (Academy Software
-// Foundation, "Color Interop Forum: texture asset color spaces").
-inline constexpr const char* kExrLinearRec709 = "lin_rec709_scene";
+// CIE x and y of red, green, blue and white (the attribute chromaticities). None: the file makes no claim, as for a sensor's
+// own colours.
+using ExrColors = std::optional<std::array<float, 8>>;
+inline constexpr std::array<float, 8> kRec709{0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
 
-// The file's bytes; all channels have one size and Rec. 709 primaries. `attributes`: texts for the header by name. Throws
-// Error.
+// The file's bytes; all channels have one size. Of kRec709 colours the header has the name as well: colorInteropID
+// "lin_rec709_scene" (Academy Software Foundation, "Color Interop Forum: texture asset color spaces"). `attributes`: texts
+// for the header by name. Throws Error.
 std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression,
-                     const std::map<std::string, std::string>& attributes = {});
+                     const ExrColors& colors = {}, const std::map<std::string, std::string>& attributes = {});
+// What a file claims of its colours. Throws Error as ReadExr() does.
+ExrColors ExrColorsOf(const std::string& path);
 // Such a text; empty where there is none of this name. Throws Error as ReadExr() does.
 std::string ExrAttribute(const std::string& path, const std::string& name);
 
-// The display window as CV_32FC3 (B, G, R) from the channels R, G and B, or from Y. Infinities and NaN stay
-// as they are. Throws Error naming the file when it is truncated, is no EXR or has no such channels.
+// The display window as CV_32FC3 (B, G, R) from the channels R, G and B, or from Y, whatever the file claims of
+// its colours. Infinities and NaN stay as they are. Throws Error naming the file when it is truncated, is no EXR or
+// has no such channels.
 cv::Mat ReadExr(const std::string& path);
 
 // The data window of one channel as CV_32FC1; empty where the file has none of this name. Throws as ReadExr().

@@ -95,11 +95,10 @@ std::string ExrOf(const Rendering& picture, const PictureEncoding& encoding) {
   for (const ViewWeights& view : picture.weights)
     channels.push_back({fmt::format("weight.{:06}.Y", view.view_id), view.weight});
   std::map<std::string, std::string> attributes;
-  if (encoding.knows_colors)
-    attributes["colorInteropID"] = kExrLinearRec709;
-  else
+  if (!encoding.knows_colors)
     attributes["comments"] = "linear light in the sensor's own colours: the camera had no colour profile";
-  return ExrBytes(channels, encoding.exr_compression, attributes);
+  return ExrBytes(channels, encoding.exr_compression,
+                  encoding.knows_colors ? ExrColors(kRec709) : std::nullopt, attributes);
 }
 
 const char* EndingOf(PictureFormat format) { return format == PictureFormat::kExr ? ".exr" : ".png"; }

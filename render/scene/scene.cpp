@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
+#include "core/light_field/view_colors.h"
 #include "render/scene/exposure_scales.h"
 
 namespace ulf::render {
@@ -28,7 +29,7 @@ std::vector<bool> ClipsLower(const std::vector<float>& scales, float least_ratio
 
 bool KnowsColors(const LightField& light_field) {
   return std::ranges::none_of(light_field.views, [&](const View& view) {
-    return view.master_transfer == Transfer::kLinear && !light_field.color_profiles.contains(view.camera);
+    return !HasRec709Colors(view) && !light_field.color_profiles.contains(view.camera);
   });
 }
 

@@ -10,6 +10,7 @@
 #include "core/image/exposure_alignment.h"
 #include "core/image/exr_file.h"
 #include "core/light_field/light_field_io.h"
+#include "core/light_field/view_colors.h"
 #include "core/light_field/view_exposures.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/scene/scene.h"
@@ -150,7 +151,7 @@ std::string MergedExr(const View& view, const MergedView& merged) {
        {"B", light, 0},
        {kClippedChannel, clipped},
        {kGhostsChannel, ghosts}},
-      ExrCompression::kZip,
+      ExrCompression::kZip, HasRec709Colors(view) ? ExrColors(kRec709) : std::nullopt,
       {{"ulfOne", fmt::format("full scale of {:g} s at a gain of {:g}", view.exposure_s, view.gain)},
        {"ulfExposures", fmt::format("{} from {:.4g} to {:.4g} times that", merged.exposures, merged.shortest,
                                     merged.longest)},

@@ -27,12 +27,15 @@ constexpr std::uint32_t kPtpDisabled = 3, kPtpListening = 4, kPtpUncalibrated = 
 // How far a clock that is set stays from its master, and for which share of the time until then it only listens. Made up.
 constexpr std::int64_t kPtpResidualNs = 180;
 constexpr double kPtpListens = 0.5;
+// Of a clock that lost its master: that of an ordinary quartz.
+constexpr double kDriftShare = 20e-6;
 
 std::uint64_t HostNs() {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
   return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000'000u + static_cast<std::uint64_t>(now.tv_nsec);
 }
+double SecondsFrom(std::uint64_t host_ns) { return 1e-9 * static_cast<double>(HostNs() - host_ns); }
 
 // Takes packets and keeps none: the kernel drops what nobody reads.
 class BlackHole {
@@ -78,24 +81,30 @@ void AppendChunk(std::vector<std::uint8_t>& bytes, std::uint32_t id, std::uint64
 
 struct GigeTransport::State {
   State(int stream_socket, const std::string& address, RegisterAccess r, const SimulatedClock& c)
-      : registers(std::move(r)), clock(c), nowhere(address), sender(stream_socket) {}
+      : registers(std::move(r)),
+        clock(c),
+        nowhere(address),
+        sender(stream_socket),
+        has_master(clock.ptp_lock_s >= 0) {}
 
   void Start();
   void Stop();
-  double PtpSeconds() const ULF_REQUIRES(mutex) {
-    return ptp_since_ns == 0 ? 0 : 1e-9 * static_cast<double>(HostNs() - ptp_since_ns);
-  }
+  bool FollowsMaster() const ULF_REQUIRES(mutex) { return ptp_on && has_master; }
   bool IsSet() const ULF_REQUIRES(mutex) {
-    return ptp_since_ns != 0 && clock.ptp_lock_s >= 0 && PtpSeconds() >= clock.ptp_lock_s;
+    return FollowsMaster() && SecondsFrom(follows_since_ns) >= clock.ptp_lock_s;
   }
   std::int64_t AheadNs() const ULF_REQUIRES(mutex) {
-    return IsSet() ? kPtpResidualNs : std::llround(1e9 * clock.ahead_s);
+    if (IsSet()) return kPtpResidualNs;
+    if (drifts_since_ns == 0) return std::llround(1e9 * clock.ahead_s);
+    return kPtpResidualNs + std::llround(1e9 * kDriftShare * SecondsFrom(drifts_since_ns));
   }
   std::uint32_t PtpStatus() const ULF_REQUIRES(mutex) {
-    if (ptp_since_ns == 0) return kPtpDisabled;
-    if (clock.ptp_lock_s < 0 || PtpSeconds() < kPtpListens * clock.ptp_lock_s) return kPtpListening;
+    if (!ptp_on) return kPtpDisabled;
+    if (!has_master || SecondsFrom(follows_since_ns) < kPtpListens * clock.ptp_lock_s) return kPtpListening;
     return IsSet() ? kPtpSlave : kPtpUncalibrated;
   }
+  // What decides whether the camera follows a master.
+  void Switch(bool on, bool master) ULF_REQUIRES(mutex);
 
   const RegisterAccess registers;
   const SimulatedClock clock;
@@ -104,13 +113,25 @@ struct GigeTransport::State {
   mutable Mutex mutex;
   // The client, while frames are sent from here.
   std::optional<sockaddr_in> client ULF_GUARDED_BY(mutex);
-  std::uint64_t ptp_since_ns ULF_GUARDED_BY(mutex) = 0;  // 0: IEEE 1588 is off
+  bool ptp_on ULF_GUARDED_BY(mutex) = false, has_master ULF_GUARDED_BY(mutex);
+  std::uint64_t follows_since_ns ULF_GUARDED_BY(mutex) = 0;  // of a camera that follows a master
+  std::uint64_t drifts_since_ns ULF_GUARDED_BY(mutex) = 0;   // of a clock that was set; 0: it was not
 };
+
+void GigeTransport::State::Switch(bool on, bool master) {
+  const bool followed = FollowsMaster(), was_set = IsSet();
+  ptp_on = on;
+  has_master = master;
+  if (!followed && FollowsMaster()) follows_since_ns = HostNs();
+  if (was_set && !IsSet()) drifts_since_ns = HostNs();
+}
 
 void GigeTransport::State::Start() {
   Stop();
   const auto on = [&](std::uint32_t address) { return registers.read(address) != 0; };
-  if (!on(kPacketDelayAt) && !on(kThroughputModeAt) && !on(kChunkModeAt) && clock.ahead_s == 0) return;
+  if (!on(kPacketDelayAt) && !on(kThroughputModeAt) && !on(kChunkModeAt) && !on(kPtpEnableAt) &&
+      clock.ahead_s == 0)
+    return;
   sockaddr_in to{};
   to.sin_family = AF_INET;
   to.sin_addr.s_addr = htonl(registers.read(kStreamAddressAt));
@@ -141,18 +162,19 @@ void GigeTransport::BeforeRequest(const GvcpAccess& access) {
   if (access.written && access.address == kAcquisitionAt)
     return *access.written != 0 ? state_->Start() : state_->Stop();
   const MutexLock lock(state_->mutex);
-  if (access.written && access.address == kPtpEnableAt) {
-    if (*access.written == 0)
-      state_->ptp_since_ns = 0;
-    else if (state_->ptp_since_ns == 0)
-      state_->ptp_since_ns = HostNs();
-  }
+  if (access.written && access.address == kPtpEnableAt)
+    state_->Switch(*access.written != 0, state_->has_master);
   // They change without a request.
   if (access.address == kPtpStatusAt) state_->registers.write(kPtpStatusAt, state_->PtpStatus());
   if (access.written && access.address == kPtpLatchAt)
     state_->registers.write(kPtpOffsetAt,
                             static_cast<std::uint32_t>(static_cast<std::int32_t>(
                                 std::clamp<std::int64_t>(state_->AheadNs(), INT32_MIN, INT32_MAX))));
+}
+
+void GigeTransport::HearMaster(bool heard) {
+  const MutexLock lock(state_->mutex);
+  state_->Switch(state_->ptp_on, heard);
 }
 
 std::uint64_t GigeTransport::ClockNs(std::uint64_t host_ns) const {

@@ -23,8 +23,9 @@ struct RegisterAccess {
 };
 
 struct SimulatedClock {
-  double ahead_s = 0;           // of this computer's, until IEEE 1588 sets it
-  double ptp_lock_s = 1;        // from PtpEnable to PtpStatus Slave; negative: there is no master
+  double ahead_s = 0;  // of this computer's, until IEEE 1588 sets it
+  double ptp_lock_s =
+      1;  // from PtpEnable to PtpStatus Slave, and from a master that comes back; negative: there is no master
   bool forgets_chunks = false;  // the camera announces chunk data and sends none
 };
 
@@ -45,6 +46,8 @@ class GigeTransport {
 
   // Before Aravis gets a request that was found valid.
   void BeforeRequest(const GvcpAccess& access);
+  // Whether there is an IEEE 1588 master from now on. Without one a clock that was set drifts.
+  void HearMaster(bool heard);
   // The camera's clock at a time of this computer's.
   std::uint64_t ClockNs(std::uint64_t host_ns) const;
   // Before the camera takes the next frame: the last one must have left.

@@ -187,7 +187,7 @@ void SimulatedGigeCamera::State::Serve() {
   arv_fake_camera_set_fill_pattern(registers, OnFill, this);
   renderer = std::thread([this] { Render(); });
   line = std::thread([this] { PulseLine(); });
-  if (relay) faults = std::thread([this] { RunFaults(); });
+  faults = std::thread([this] { RunFaults(); });
 
   for (int attempt = 0; attempt < kAnswerTries; ++attempt) {
     const auto answer = AskGigeCamera(options.interface, kAnswerPatience);
@@ -282,10 +282,11 @@ void SimulatedGigeCamera::State::PulseLine() {
   }
 }
 
-// Opens and closes the relay's channels at the times of the faults.
+// Opens and closes the relay's channels, and takes the clock's master away, at the times of the faults.
 void SimulatedGigeCamera::State::RunFaults() {
+  const SimulatedFaults& given = options.simulation.faults;
   std::vector<double> changes;
-  for (const auto& spans : {options.simulation.faults.freezes, options.simulation.faults.disconnects})
+  for (const auto& spans : {given.freezes, given.disconnects, given.masters_lost})
     for (const FaultSpan& span : spans) {
       changes.push_back(span.at_s);
       changes.push_back(span.at_s + span.for_s);
@@ -297,9 +298,11 @@ void SimulatedGigeCamera::State::RunFaults() {
     const auto due = *first_frame + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                         std::chrono::duration<double>(t_s));
     if (faults_due.wait_until(lock, due, [this]() ULF_REQUIRES(mutex) { return stopping; })) return;
-    const bool connected = !options.simulation.faults.Disconnected(t_s);
+    transport->HearMaster(options.clock.ptp_lock_s >= 0 && !given.MasterLost(t_s));
+    if (!relay) continue;
+    const bool connected = !given.Disconnected(t_s);
     relay->PassControl(connected);
-    relay->PassStream(connected && !options.simulation.faults.Frozen(t_s));
+    relay->PassStream(connected && !given.Frozen(t_s));
   }
 }
 
@@ -479,6 +482,7 @@ std::string SimulatedGigeCamera::DeviceId() const {
 }
 const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->camera; }
 GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
+void SimulatedGigeCamera::HearMaster(bool heard) { state_->transport->HearMaster(heard); }
 
 GigeServerStatistics SimulatedGigeCamera::Statistics() const {
   const MutexLock lock(state_->mutex);

@@ -72,6 +72,8 @@ class SimulatedGigeCamera {
   // Null without a fault that needs a relay. `freeze=0:0`, a freeze without length, makes one for tests that
   // control the link.
   GigeRelay* relay();
+  // Whether there is an IEEE 1588 master from now on; the fault ptp_lost says so by time.
+  void HearMaster(bool heard);
 
  private:
   struct State;

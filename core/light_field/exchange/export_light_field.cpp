@@ -66,13 +66,14 @@ void MoveObservations(const LightField& from, const std::vector<Undistortion>& c
     });
 }
 
-std::string Encoded(const std::string& ending, const cv::Mat& pixels) {
+// `colors`: of an EXR.
+std::string Encoded(const std::string& ending, const cv::Mat& pixels, const ExrColors& colors = {}) {
   if (ending == ".exr") {
     std::vector<ExrChannel> channels;
     const std::string names = pixels.channels() == 1 ? "Y" : "BGR";
     for (int c = 0; c < static_cast<int>(names.size()); ++c)
       channels.push_back({names.substr(static_cast<std::size_t>(c), 1), pixels, c});
-    return ExrBytes(channels, ExrCompression::kZip);
+    return ExrBytes(channels, ExrCompression::kZip, colors);
   }
   return PngBytes(pixels);
 }
@@ -109,9 +110,11 @@ class Pictures {
     files.copied = stays && !is_raw && fs::is_regular_file(original);
     files.contents.emplace_back(
         folder_ / exported.image_path,
-        files.copied ? ReadWholeFile(original)
-                     : Encoded(Ending(exported.image_path),
-                               stays ? image.pixels : Undistorted(MapFor(view), image.pixels)));
+        files.copied
+            ? ReadWholeFile(original)
+            : Encoded(
+                  Ending(exported.image_path), stays ? image.pixels : Undistorted(MapFor(view), image.pixels),
+                  Ending(original) == ".exr" && fs::exists(original) ? ExrColorsOf(original) : std::nullopt));
     if (exported.mask_path.empty()) return files;
     const cv::Mat mask = MaskOf(from_, view);
     files.contents.emplace_back(folder_ / exported.mask_path,

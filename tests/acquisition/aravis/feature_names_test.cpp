@@ -187,10 +187,17 @@ std::vector<Maker> Makers() {
       {"Vieworks VNP-604 (CoaXPress)",
        {"f ExposureTime|us", "e PixelFormat:Mono8", "e TriggerSelector:ExposureStart", "e TriggerMode:Off,On",
         "c TriggerSoftware", "e TriggerSource:Software,UserOutput0,CXPin,Timer0Active,Line0",
+        "e GainSelector:All,AnalogAll,DigitalAll", "f Gain", "f BlackLevel",
+        "e BalanceRatioSelector:Red,Green,Blue", "f BalanceRatio", "e BalanceWhiteAuto:Off,Once,Continuous",
         "f DeviceLinkThroughputLimit|MBps", "f DeviceLinkSpeed|MBps"},
+       // Its gain has no unit, and its limits are registers.
        {.exposure = "ExposureTime",
+        .gain_raw = "Gain",
+        .gain_of_all = "All",
         .software_source = "Software",
         .frame_trigger = "ExposureStart",
+        .white_balance_auto = "BalanceWhiteAuto",
+        .balance_ratio = "BalanceRatio",
         .throughput_limit = "DeviceLinkThroughputLimit",
         .throughput_bytes = 1e6}},
       {"Tucsen Dhyana 6060BSI (CoaXPress)",
@@ -320,6 +327,25 @@ std::string RowOf(const GenicamFile& read) {
                      read.pixel_formats.size(),
                      names.CanTrigger() ? names.trigger_source + "=" + OrNone(names.software_source) : "-",
                      OrNone(names.balance_ratio.empty() ? names.white_balance_auto : names.balance_ratio));
+}
+
+// Of the Aravis project, no dumps of cameras.
+TEST(GenicamFiles, DescriptionsByOthersAreUnderstood) {
+  ULF_NEED_TEST_DATA(folder, "genicam_xml");
+  const GenicamFile fake = ReadGenicamFile(folder / "src/arv-fake-camera.xml");
+  EXPECT_EQ(fake.vendor, "Aravis");
+  EXPECT_EQ(fake.names.exposure, "ExposureTimeAbs");
+  EXPECT_EQ(fake.names.gain_raw, "GainRaw");
+  EXPECT_EQ(fake.names.software_source, "Software");
+  EXPECT_EQ(fake.names.frame_trigger, "FrameStart");
+  EXPECT_GT(fake.features, 30u);
+  const GenicamFile webcam = ReadGenicamFile(folder / "src/arv-v4l2.xml");
+  EXPECT_EQ(webcam.model, "V4L2");
+  EXPECT_EQ(webcam.names.exposure, "ExposureTimeAbs");
+  EXPECT_EQ(webcam.names.software_source, "") << "it has none";
+  const GenicamFile unusual = ReadGenicamFile(folder / "tests/data/genicam.xml");
+  EXPECT_EQ(unusual.vendor, "Emmanuel");
+  EXPECT_EQ(unusual.names.exposure, "");
 }
 
 // Ours always; others' where there are any.

@@ -4,6 +4,7 @@
 //
 // USB3 Vision over its own protocol: Aravis and libusb, both as they are, against a camera that is emulated at
 // the level of the kernel's USB interface. What arrives, and what goes wrong with cables, ports and cameras.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cerrno>
@@ -141,6 +142,36 @@ TEST_F(U3v, IsListedAndOpensByEachOfItsNames) {
   EXPECT_THAT(ErrorOf([] { OpenDriver("aravis:U9"); }), AllOf(HasSubstr("U9"), HasSubstr("U1")));
 }
 
+// 320x240 pixels of 8 bits at 100 a second are 7.7 MB a second.
+TEST_F(U3v, TheCheckNamesWhatSharesItsHubAndCountsWhatThatCanTake) {
+  const EmulatedU3vCamera camera({.port = "3.1"}), beside({.model = "Second", .serial = "B2", .port = "3.2"}),
+      elsewhere({.model = "Third", .serial = "C3", .port = "2"});
+  const auto run = test::RunUlf(std::string("devices --seconds 0.3 --json --check '") + kSmall + "'");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  std::string value, advice;
+  for (const auto& fact : nlohmann::json::parse(run.output)["facts"])
+    if (fact["name"] == "beside it") value = fact["value"], advice = fact["advice"];
+  EXPECT_THAT(
+      value,
+      AllOf(HasSubstr("Test Optics Third (port 2-2, 5000 Mbit/s) at the same controller"),
+            HasSubstr("Test Optics Second (port 2-3.2, 5000 Mbit/s) behind the same hub 2-3"),
+            HasSubstr("carries about 400 MB/s for all, this camera is set to 7.7, the others can take 400")));
+  EXPECT_THAT(advice, AllOf(HasSubstr("a port of the computer for each"), HasSubstr("throughput_limit")));
+}
+
+TEST_F(U3v, ACameraThatIsSlowerThanItsLinkIsToldTheRateThatItReaches) {
+  const EmulatedU3vCamera camera;
+  const std::string uri = "aravis:U1?roi=320x240+16+8&fps=60&exposure_us=50000";
+  const auto run = test::RunUlf("devices --seconds 1 --json --check '" + uri + "'");
+  const auto report = nlohmann::json::parse(run.output);
+  ASSERT_TRUE(report["remedy"].is_string()) << run.output;
+  const std::string remedy = report["remedy"];
+  ASSERT_TRUE(remedy.starts_with("fps=")) << remedy;
+  EXPECT_NEAR(std::stod(remedy.substr(4)), 20, 1) << "and not less";
+  EXPECT_THAT(std::string(report["verdict"]),
+              AllOf(HasSubstr("the camera is the limit, not the link"), HasSubstr("exposure time")));
+}
+
 TEST_F(U3v, TheCommandListsItAsUsb3Vision) {
   const EmulatedU3vCamera camera;
   const test::CommandResult table = test::RunUlf("devices");
@@ -175,7 +206,7 @@ TEST_F(U3v, TheCommandsShowItsSettingsAndRecordFromIt) {
 }
 
 TEST_F(U3v, TwoCamerasAreToldApartAndStreamAtOnce) {
-  const EmulatedU3vCamera first({.serial = "A1", .port = 1}), second({.serial = "B2", .port = 2});
+  const EmulatedU3vCamera first({.serial = "A1", .port = "1"}), second({.serial = "B2", .port = "2"});
   EXPECT_EQ(ListAravisDevices().size(), 2u);
   const auto a = OpenDriver("aravis:A1?roi=64x64+0+0&fps=50"),
              b = OpenDriver("aravis:B2?roi=96x64+0+0&fps=50");
@@ -441,7 +472,7 @@ TEST_F(U3v, PulledOutAndPluggedInAgainItStreamsOnWithItsSettings) {
 }
 
 TEST_F(U3v, OneOfTwoCamerasGoesTheOtherStreamsOn) {
-  EmulatedU3vCamera first({.serial = "A1", .port = 1}), second({.serial = "B2", .port = 2});
+  EmulatedU3vCamera first({.serial = "A1", .port = "1"}), second({.serial = "B2", .port = "2"});
   const auto a = OpenDriver("aravis:A1?roi=64x64+0+0&fps=50"),
              b = OpenDriver("aravis:B2?roi=96x64+0+0&fps=50");
   a->Start();
@@ -665,6 +696,37 @@ TEST(AravisUsb, PlacesAreReadFromTheSystem) {
   EXPECT_THAT(SlowUsbText(places[1], 4'000'000), AllOf(HasSubstr("port 4-2"), HasSubstr(" 10 frames")));
   EXPECT_DOUBLE_EQ(UsbBytesPerSecond(5000), 400e6);
   EXPECT_EQ(UsbBytesPerSecond(0), 0);
+}
+
+TEST(AravisUsb, NeighboursAreThoseThatTakeOfTheSameBus) {
+  const test::ScratchFolder sysfs;
+  for (const auto& [port, product, speed, klass] :
+       {std::tuple("2-1", "Hub", "5000", "09"), std::tuple("2-1.1", "Camera", "5000", "ef"),
+        std::tuple("2-1.2", "Hub", "5000", "09"), std::tuple("2-1.2.4", "Other camera", "5000", "ef"),
+        std::tuple("2-1.12", "Grabber", "5000", "00"), std::tuple("2-3", "Disk", "10000", "00"),
+        std::tuple("2-4", "Mouse", "1.5", "00"), std::tuple("1-1.1", "Webcam", "480", "ef"),
+        std::tuple("usb2", "Root hub", "10000", "09")}) {
+    std::filesystem::create_directories(sysfs / port);
+    for (const auto& [name, text] : {std::pair("manufacturer", "Maker"), std::pair("product", product),
+                                     std::pair("speed", speed), std::pair("bDeviceClass", klass)})
+      std::ofstream(sysfs / (std::string(port) + "/" + name)) << text << "\n";
+  }
+  std::filesystem::create_directories(sysfs / "2-1.1:1.0");
+  const auto of = [&](const std::string& port) {
+    std::vector<std::string> texts;
+    for (const UsbNeighbour& each : UsbNeighboursOf(port, sysfs.path()))
+      texts.push_back(
+          fmt::format("{} at {}, hub '{}' {}", each.name, each.port, each.hub, each.hub_megabits));
+    return texts;
+  };
+  EXPECT_THAT(of("2-1.1"), testing::ElementsAre("Maker Grabber at 2-1.12, hub '2-1' 5000",
+                                                "Maker Other camera at 2-1.2.4, hub '2-1' 5000",
+                                                "Maker Disk at 2-3, hub '' 0"));
+  EXPECT_THAT(of("2-3"),
+              testing::ElementsAre("Maker Camera at 2-1.1, hub '' 0", "Maker Grabber at 2-1.12, hub '' 0",
+                                   "Maker Other camera at 2-1.2.4, hub '' 0"));
+  EXPECT_THAT(of("1-1.1"), testing::IsEmpty());
+  EXPECT_THAT(of(""), testing::IsEmpty());
 }
 
 TEST(AravisUsb, WhatHoldsABusyCameraIsNamed) {

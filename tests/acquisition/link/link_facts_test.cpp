@@ -146,6 +146,49 @@ TEST(LinkFacts, LostFramesNameTheCheckThatFindsTheRemedy) {
   EXPECT_FALSE(LostSoFar(setup.camera, setup.counted)) << "it has no link";
 }
 
+TEST(LinkFacts, ACameraIsTheLimitWhereItsSettingOrTheLinkSaysSo) {
+  LinkFacts facts;
+  EXPECT_EQ(CameraLimitText(20, facts), "") << "nothing is known";
+  facts.set_fps = 60;
+  facts.most_fps = 25;
+  EXPECT_EQ(CameraLimitText(24, facts), "") << "as many as the link carries";
+  facts.most_fps = 100;
+  EXPECT_THAT(CameraLimitText(24, facts), HasSubstr("24 frames a second where the link carries 100"));
+  facts.most_fps = 25;
+  facts.set_fps = 24;
+  EXPECT_THAT(CameraLimitText(23.9, facts), HasSubstr("allows 24 frames a second"));
+}
+
+TEST(LinkFacts, NeighboursAreCountedWithWhatTheirLinksCarry) {
+  GigabitLink setup;
+  setup.camera.bus = "USB3Vision";
+  setup.camera.address.clear();
+  setup.path = {
+      .network = {},
+      .usb =
+          UsbCameraPlace{
+              .maker = {}, .model = {}, .serial = {}, .node = {}, .port = "2-1.1", .megabits = 5000},
+      .usb_memory_mb = {}};
+  const auto beside_it = [&] {
+    for (const LinkFact& fact : setup.Facts().facts)
+      if (fact.name == "beside it") return fact;
+    return LinkFact{};
+  };
+  EXPECT_EQ(beside_it().name, "") << "alone";
+  setup.path.usb_neighbours = {
+      {.name = "Disk", .port = "2-2", .megabits = 10000, .hub = {}, .hub_megabits = 0}};
+  EXPECT_THAT(beside_it().value, AllOf(HasSubstr("Disk (port 2-2, 10000 Mbit/s) at the same controller"),
+                                       Not(HasSubstr("hub"))));
+  EXPECT_THAT(beside_it().advice, HasSubstr("check such cameras together"));
+  setup.path.usb_neighbours.push_back(
+      {.name = "Webcam", .port = "2-1.2", .megabits = 480, .hub = "2-1", .hub_megabits = 5000});
+  EXPECT_THAT(beside_it().value,
+              HasSubstr("about 400 MB/s for all, this camera is set to 78.0, the others can take 40"));
+  EXPECT_THAT(beside_it().advice, Not(HasSubstr("a port of the computer"))) << "78 and 40 of 400";
+  setup.path.usb_neighbours.back().megabits = 5000;
+  EXPECT_THAT(beside_it().advice, HasSubstr("a port of the computer for each"));
+}
+
 TEST(LinkRate, CountsHeadersAndGaps) {
   // Gigabit Ethernet at its ordinary packets: 117 to 120 of its 125 megabytes a second are pictures.
   const double megabytes = 640 * 480 * MostGigeFps(125e6, 640 * 480, 1500) / 1e6;

@@ -40,8 +40,8 @@ TEST(SimulatedFaults, AreReadFromWords) {
   SimulatedFaults faults;
   for (const char* text :
        {"lost=0.005", "doubled=0.01", "swapped=0.02", "late=80:0.1", "freeze=5:2", "freeze=9:1",
-        "disconnect=20:3", "drift=-0.5", "resend=0", "incomplete=0.25", "flicker=100:0.4", "defocus=3",
-        "hunting=4:1.6", "lens=0.9", "dust=5", "auto_exposure=untold"})
+        "disconnect=20:3", "ptp_lost=4:2", "drift=-0.5", "resend=0", "incomplete=0.25", "flicker=100:0.4",
+        "defocus=3", "hunting=4:1.6", "lens=0.9", "dust=5", "auto_exposure=untold"})
     faults.Add(text);
   EXPECT_EQ(faults.link.lost, 0.005);
   EXPECT_EQ(faults.link.late_by, 80ms);
@@ -53,6 +53,8 @@ TEST(SimulatedFaults, AreReadFromWords) {
   EXPECT_FALSE(faults.Frozen(7));
   EXPECT_TRUE(faults.Frozen(9.5));
   EXPECT_TRUE(faults.Disconnected(22.9));
+  EXPECT_FALSE(faults.MasterLost(3.9));
+  EXPECT_TRUE(faults.MasterLost(5.9));
   EXPECT_DOUBLE_EQ(faults.Light(120)[1], 0.5);
   EXPECT_EQ(faults.flicker.hz, 100);
   EXPECT_EQ(faults.hunting.period_s, 1.6);

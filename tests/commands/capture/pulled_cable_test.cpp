@@ -115,6 +115,25 @@ TEST_F(PulledCable, TheCaptureGoesOnWithinThreeSecondsAndLosesNothing) {
   EXPECT_GT(gap_s, 2) << "as long as the cable was out, and in the journal";
 }
 
+TEST_F(PulledCable, AClockThatLosesItsMasterIsToldAndNotClaimedInTheJournal) {
+  const fs::path dir = scratch_ / "lf";
+  const auto capture = StartCapture("ptp=on");
+  ASSERT_TRUE(WaitForViews(dir, 2, 60)) << capture->ReadUntil("nothing of the kind", 1);
+  camera_->HearMaster(false);
+  EXPECT_THAT(capture->ReadUntil("no longer follows", 30), HasSubstr("no longer follows its IEEE 1588"));
+  EXPECT_TRUE(WaitForViews(dir, ViewsIn(dir) + 3, 60));
+  camera_->HearMaster(true);
+  EXPECT_THAT(capture->ReadUntil("clock again", 30), HasSubstr("follows an IEEE 1588 clock again"));
+  EXPECT_TRUE(WaitForViews(dir, ViewsIn(dir) + 3, 60));
+  capture->Signal(SIGINT);
+  EXPECT_THAT(capture->ReadUntil("stopped_because", 30), HasSubstr("\"notice\""));
+  EXPECT_EQ(capture->Wait(30), 0);
+  std::vector<bool> changes;
+  for (const View& view : ReadLightField(dir).views)
+    if (changes.empty() || changes.back() != view.on_shared_clock) changes.push_back(view.on_shared_clock);
+  EXPECT_THAT(changes, ::testing::ElementsAre(true, false, true));
+}
+
 // The thread of the camera library that receives the stream.
 pid_t LibrarysThread(pid_t process) {
   for (const auto& task : fs::directory_iterator("/proc/" + std::to_string(process) + "/task"))

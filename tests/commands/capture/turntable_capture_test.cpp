@@ -65,6 +65,9 @@ TEST(TurntableCapture, IsAnOrdinaryCaptureWithoutTheBackground) {
   ASSERT_EQ(again.exit_code, 0) << again.errors;
   const auto report = nlohmann::json::parse(again.output);
   EXPECT_GT(report["truth"]["iou_median"], 0.97);
+  EXPECT_LT(report["truth"]["centers_mm"], 3);
+  EXPECT_GT(report["truth"]["centers_mm"], 1e3 * Quantile(errors_m, 0));
+  EXPECT_LT(report["truth"]["directions_deg"], 0.2);
   EXPECT_TRUE(std::filesystem::exists(scratch / "field" / "kept" / "masks" / "000001.png"))
       << "the first masks stay";
 

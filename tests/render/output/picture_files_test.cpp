@@ -77,6 +77,8 @@ TEST(Exr, NamesItsColourSpaceWhereTheColoursAreKnown) {
         << PictureBytes(picture, {.format = PictureFormat::kExr, .knows_colors = knows_colors});
     EXPECT_EQ(ExrAttribute(file.string(), "colorInteropID"), knows_colors ? "lin_rec709_scene" : "");
     EXPECT_EQ(ExrAttribute(file.string(), "comments").empty(), knows_colors);
+    EXPECT_EQ(ExrColorsOf(file.string()), knows_colors ? ExrColors(kRec709) : std::nullopt);
+    EXPECT_EQ(ReadExr(file.string()).at<cv::Vec3f>(2, 3), cv::Vec3f::all(0.5)) << "read with and without";
   }
 }
 

@@ -13,6 +13,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/exr_file.h"
+#include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/gl/make_renderer.h"
@@ -184,6 +185,26 @@ TEST(Light, ExrSetsAreReadImportedAndRendered) {
   const cv::Mat rendered = ReadExr((scratch / "out.exr").string());
   EXPECT_GT(Brightest(rendered), 8);
   EXPECT_TRUE(cv::checkRange(rendered));
+}
+
+TEST(Light, AnUndistortedExrClaimsOfItsColoursWhatItsOriginalDoes) {
+  test::ScratchFolder scratch;
+  WriteExrSet(scratch / "set");
+  nlohmann::json set = nlohmann::json::parse(std::ifstream(scratch / "set/transforms.json"));
+  set["k1"] = 0.05;
+  std::ofstream(scratch / "set/transforms.json") << set;
+  const cv::Mat light = ReadExr((scratch / "set/images/1.exr").string());
+  std::array<float, 8> other = kRec709;
+  other[0] = 0.7f;
+  const std::array<ExrColors, 3> claims{kRec709, other, std::nullopt};
+  for (std::size_t i = 0; i < claims.size(); ++i)
+    WriteFileAtomically(
+        scratch / fmt::format("set/images/{}.exr", i),
+        ExrBytes({{"R", light, 2}, {"G", light, 1}, {"B", light, 0}}, ExrCompression::kZip, claims[i]));
+  ExportLightField(ReadLightField(scratch / "set"), scratch / "out",
+                   {.form = ExportForm::kNerfstudio, .undistort = true});
+  for (std::size_t i = 0; i < claims.size(); ++i)
+    EXPECT_EQ(ExrColorsOf((scratch / fmt::format("out/images/{}.exr", i)).string()), claims[i]) << i;
 }
 
 TEST(Light, MastersAreRenderedFromTheirSixteenBits) {

@@ -1,4 +1,4 @@
-// Tests: render/stereo/bracket_merge.
+// Tests: render/stereo/bracket_merge, core/light_field/view_colors.
 #include "render/stereo/bracket_merge.h"
 
 #include <gmock/gmock.h>
@@ -110,6 +110,13 @@ TEST(BracketMerge, TheFileHoldsLightAndWhereItIsNotSure) {
   EXPECT_EQ(cv::countNonZero(ReadExrChannel(file, kGhostsChannel)), cv::countNonZero(merged.merged.ghosts));
   EXPECT_EQ(cv::countNonZero(ReadExrChannel(file, kClippedChannel)), cv::countNonZero(merged.merged.clipped));
   EXPECT_TRUE(ReadExrChannel(file, "Z").empty());
+  View linear = view, encoded = view;
+  linear.master_transfer = Transfer::kLinear;
+  encoded.master_transfer.reset();
+  WriteFileAtomically(file, MergedExr(encoded, merged));
+  EXPECT_EQ(ExrColorsOf(file), ExrColors(kRec709));
+  WriteFileAtomically(file, MergedExr(linear, merged));
+  EXPECT_FALSE(ExrColorsOf(file)) << "the sensor's own";
   EXPECT_THAT(ExrAttribute(file, "ulfExposures"), HasSubstr("3 from 0.25 to 4"));
 }
 

@@ -380,7 +380,7 @@ struct EmulatedU3vCamera::State {
 
   double PeriodS() const {
     const double payload = Word(kPayload);
-    double period = 1 / std::max(Real(kFrameRate), 0.1);
+    double period = std::max(1 / std::max(Real(kFrameRate), 0.1), 1e-6 * Real(kExposure));
     if (Word(kThroughputMode) != 0) period = std::max(period, payload / Word(kThroughputLimit));
     if (options.megabits < 5000) period = std::max(period, payload / kHighSpeedBytes);
     return period;

@@ -44,8 +44,8 @@ struct U3vFrame {
 
 struct U3vOptions {
   std::string maker = "Test Optics", model = "Test U3V", serial = "U1";
-  int port = 1;
-  int megabits = 5000;  // 480: a port or a cable of USB 2
+  std::string port = "1";  // UsbIdentity::port
+  int megabits = 5000;     // 480: a port or a cable of USB 2
   std::uint32_t sensor_width = 1280, sensor_height = 1024;
   int alignment_bits = 10;      // transfers are multiples of 2 to the power of it
   bool zipped = true;           // the description

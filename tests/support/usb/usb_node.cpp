@@ -55,20 +55,32 @@ class Surroundings {
   UMockdevTestbed* Testbed() { return testbed_; }
   const std::string& Folder() const { return folder_; }
   int NextNumber() { return next_number_++; }
+  // The hubs on the way to a device; they stay.
+  void AddHubs(int bus, const std::string& port) {
+    for (std::size_t end = port.find('.'); end != std::string::npos; end = port.find('.', end + 1)) {
+      const std::string hub = fmt::format("{}-{}", bus, port.substr(0, end));
+      if (!hubs_.insert(hub).second) continue;
+      Add(fmt::format(
+          "P: {}/{}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_hub\nA: bDeviceClass=09\\n\nA: speed=5000\\n\n\n",
+          kRootHub, hub));
+    }
+  }
 
  private:
+  // The hub that every device hangs on. Hubs are no usb_device, or libusb would open them, too.
+  static constexpr const char* kRootHub = "/devices/pci0000:00/0000:00:14.0/usb2";
+
+  void Add(const std::string& description) {
+    GError* error = nullptr;
+    if (!umockdev_testbed_add_from_string(testbed_, description.c_str(), &error))
+      throw std::runtime_error("umockdev: " + Taken(error));
+  }
   Surroundings() : testbed_(umockdev_testbed_new()) {
     std::string pattern = "/tmp/ulf_usbfs_XXXXXX";
     if (!mkdtemp(pattern.data())) throw std::runtime_error("no folder for emulated nodes");
     folder_ = pattern;
     setenv(usbfs::kFolderVariable, folder_.c_str(), 1);
-    GError* error = nullptr;
-    // The hub that every device hangs on. It is no usb_device, or libusb would open it, too.
-    if (!umockdev_testbed_add_from_string(testbed_,
-                                          "P: /devices/pci0000:00/0000:00:14.0/usb2\nE: SUBSYSTEM=usb\n"
-                                          "E: DEVTYPE=usb_hub\n\n",
-                                          &error))
-      throw std::runtime_error("umockdev: " + Taken(error));
+    Add(fmt::format("P: {}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_hub\n\n", kRootHub));
   }
   ~Surroundings() {
     rmdir(folder_.c_str());
@@ -78,6 +90,7 @@ class Surroundings {
   UMockdevTestbed* testbed_;
   std::string folder_;
   int next_number_ = 3;
+  std::set<std::string> hubs_;
 };
 
 Bytes StringDescriptor(const std::string& text) {
@@ -193,6 +206,7 @@ struct UsbNode::State {
         listen(listener, 16) != 0)
       throw std::runtime_error("an emulated node cannot listen");
     acceptor = std::thread([this] { Accept(); });
+    around.AddHubs(identity.bus, identity.port);
     GError* error = nullptr;
     if (!umockdev_testbed_add_from_string(around.Testbed(), Description().c_str(), &error))
       throw std::runtime_error("umockdev: " + Taken(error));

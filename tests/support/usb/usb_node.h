@@ -28,7 +28,9 @@ struct UsbIdentity {
   std::string maker, model, serial;       // its strings 1, 2, 3
   std::vector<std::string> more_strings;  // from 4 on
   std::uint16_t vendor_id = 0, product_id = 0;
-  int bus = 2, port = 1, megabits = 5000;
+  int bus = 2;
+  std::string port = "1";  // "1.2": the second of a hub of 5000 Mbit/s at port 1
+  int megabits = 5000;
   std::uint8_t klass = 0, subclass = 0, protocol = 0;
   std::vector<UsbInterface> interfaces;
   Bytes descriptors;  // of the device and of its configuration

@@ -1,0 +1,373 @@
+#include "acquisition/device/replay_source.h"
+
+#include <fnmatch.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <opencv2/videoio.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/lowercase.h"
+#include "core/base/name_order.h"
+#include "core/image/image_header.h"
+#include "core/image/raw_file.h"
+#include "core/light_field/light_field_io.h"
+
+namespace ulf::acquisition {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kDefaultFps = 30;
+// Containers estimate their number of frames. A video with less than this share of it is reported as
+// truncated. Guessed.
+constexpr double kCompleteVideo = 0.98;
+
+bool IsJpegName(const fs::path& path) {
+  const auto header = ReadImageHeader(path.string());
+  return header && header->kind == "JPEG";
+}
+
+EncodedImage JpegFile(const fs::path& path) {
+  return {".jpg", std::make_shared<const std::string>(ReadWholeFile(path))};
+}
+
+std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
+  std::vector<fs::path> files;
+  std::size_t others = 0;
+  for (const auto& entry : fs::directory_iterator(options.path)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string name = entry.path().filename().string();
+    const bool chosen = options.glob ? fnmatch(options.glob->c_str(), name.c_str(), 0) == 0
+                                     : HasImageEnding(entry.path()) && name[0] != '.';
+    if (chosen)
+      files.push_back(entry.path());
+    else
+      ++others;
+  }
+  if (!options.glob) LeaveOutRawTwins(files);
+  if (files.empty() && options.glob)
+    throw Error("{}: none of the {} files in the folder matches '{}'; correct ?glob= or leave it out",
+                options.uri, others, *options.glob);
+  if (files.empty())
+    throw Error(
+        "{}: the folder contains no images ({} other files); name a folder of photographs, a video or a "
+        "light field",
+        options.uri, others);
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return NameOrder(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+// With the file itself, which becomes the view's master.
+void Develop(const fs::path& file, Frame& frame) {
+  auto bytes = std::make_shared<const std::string>(ReadWholeFile(file));
+  const RawPhotograph photograph = DecodeRaw(*bytes, file.string(), RawQuality::kQuick);
+  frame.image = {photograph.light, Transfer::kLinear};
+  frame.raw = EncodedImage{Lowercase(file.extension().string()), std::move(bytes)};
+  const ExifFacts& exif = photograph.facts.exif;
+  frame.exposure_s = exif.exposure_s.value_or(0);
+  frame.gain = exif.iso.value_or(100) / 100;
+  frame.f_number = exif.f_number;
+  frame.focal_mm = exif.focal_mm;
+  frame.lens = exif.lens;
+}
+
+class FolderSource : public ReplaySource {
+ public:
+  explicit FolderSource(const ReplayOptions& options) : options_(options), files_(ImagesOf(options)) {
+    header_ = ReadImageHeader(files_.front().string());
+    for (const fs::path& file : files_) {
+      if (!ImageFileIsWhole(file.string()))
+        throw Error("{}: the image is truncated; copy it again from its source, or remove it", file.string());
+      const auto header = ReadImageHeader(file.string());
+      if (header != header_) ThrowMixed(file, header ? header->Text() : "another kind of file");
+    }
+    first_ = ReadImageFile(files_.front().string());
+    if (!options.fps && files_.size() > 1)
+      spdlog::info(
+          "{}: images of a folder have no times; they are taken for {:g} a second, ?fps= says otherwise",
+          options_.uri, kDefaultFps);
+  }
+
+  std::string Describe() const override {
+    return fmt::format("{}{}, {}x{}", Counted(files_.size(), "image"),
+                       header_ ? " (" + header_->kind + ")" : "", first_.cols, first_.rows);
+  }
+  void Rewind() override { next_ = 0; }
+  double Length() const override { return static_cast<double>(files_.size()); }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= files_.size()) return std::nullopt;
+    const fs::path& file = files_[next_];
+    Frame frame;
+    if (IsRawFile(file))
+      Develop(file, frame);
+    else
+      frame.image.pixels = next_ == 0 ? first_.clone() : ReadImageFile(file.string());
+    const cv::Mat& pixels = frame.image.pixels;
+    if (pixels.size() != first_.size() || pixels.type() != first_.type())
+      ThrowMixed(file, fmt::format("{}x{}, {} channels", pixels.cols, pixels.rows, pixels.channels()));
+    if (!frame.raw) frame.image.transfer = options_.TransferOf(pixels);
+    frame.id = next_;
+    frame.device_time_s = options_.TimeOf(next_);
+    if (header_ && header_->kind == "JPEG") frame.encoded = JpegFile(file);
+    ++next_;
+    return frame;
+  }
+
+ private:
+  [[noreturn]] void ThrowMixed(const fs::path& file, const std::string& what) const {
+    const std::string first =
+        header_ ? header_->Text()
+                : fmt::format("{}x{}, {} channels", first_.cols, first_.rows, first_.channels());
+    throw Error("{}: mixed images: {} is {}, but {} is {}; choose one kind with ?glob=", options_.uri,
+                files_.front().string(), first, file.string(), what);
+  }
+
+  ReplayOptions options_;
+  std::vector<fs::path> files_;
+  std::optional<ImageHeader> header_;
+  cv::Mat first_;
+  std::size_t next_ = 0;
+};
+
+class VideoSource : public ReplaySource {
+ public:
+  explicit VideoSource(const ReplayOptions& options) : options_(options) {
+    Open();
+    if (!Decode())
+      throw Error(
+          "{}: no picture could be decoded from the video; play it once in a viewer, or export it again",
+          options_.uri);
+    width_ = picture_.cols;
+    height_ = picture_.rows;
+    frame_rate_ = video_.get(cv::CAP_PROP_FPS);
+    announced_ = video_.get(cv::CAP_PROP_FRAME_COUNT);
+    Rewind();
+  }
+
+  std::string Describe() const override {
+    return fmt::format("video, {}x{} at {:.4g} fps", width_, height_, options_.fps.value_or(frame_rate_));
+  }
+  double Length() const override { return announced_; }
+  void Rewind() override {
+    Open();
+    next_ = 0;
+    first_time_s_.reset();
+    last_time_s_ = -1;
+  }
+
+  std::optional<Frame> Next() override {
+    if (!Decode()) {
+      WarnIfTruncated();
+      return std::nullopt;
+    }
+    Frame frame;
+    frame.image.pixels = picture_.clone();
+    frame.image.transfer = options_.TransferOf(picture_);
+    frame.id = next_;
+    frame.device_time_s = options_.fps ? options_.TimeOf(next_) : ContainerTime();
+    last_time_s_ = frame.device_time_s;
+    ++next_;
+    return frame;
+  }
+
+ private:
+  void Open() {
+    bool opened = false;
+    try {
+      opened = video_.open(options_.path.string(), cv::CAP_FFMPEG);
+    } catch (const cv::Exception&) {
+    }
+    if (!opened)
+      throw Error(
+          "{}: is neither a folder nor a video that can be opened; name a folder of images, a video or a "
+          "light field",
+          options_.uri);
+  }
+
+  bool Decode() {
+    try {
+      return video_.read(picture_) && !picture_.empty();
+    } catch (const cv::Exception&) {
+      return false;
+    }
+  }
+
+  // The container's time of the picture since the first one. Where that time does not increase, the frame
+  // rate gives it.
+  double ContainerTime() {
+    const double time_s = 1e-3 * video_.get(cv::CAP_PROP_POS_MSEC);
+    if (!first_time_s_) first_time_s_ = time_s;
+    const double since_first_s = time_s - *first_time_s_;
+    if (next_ == 0 || since_first_s > last_time_s_) return since_first_s;
+    return last_time_s_ + 1 / (frame_rate_ > 0 ? frame_rate_ : kDefaultFps);
+  }
+
+  void WarnIfTruncated() {
+    if (announced_ > 0 && static_cast<double>(next_) < kCompleteVideo * announced_ - 1)
+      spdlog::warn("{}: the video is truncated or damaged: it ends after {} of {:.0f} frames", options_.uri,
+                   next_, announced_);
+    announced_ = 0;
+  }
+
+  ReplayOptions options_;
+  cv::VideoCapture video_;
+  cv::Mat picture_;
+  int width_ = 0, height_ = 0;
+  double frame_rate_ = 0;
+  double announced_ = 0;
+  std::size_t next_ = 0;
+  std::optional<double> first_time_s_;
+  double last_time_s_ = -1;
+};
+
+class LightFieldSource : public ReplaySource {
+ public:
+  explicit LightFieldSource(const ReplayOptions& options)
+      : options_(options), light_field_(ReadLightField(options.path)) {
+    const auto& views = light_field_.views;
+    if (views.empty()) throw Error("{}: the light field has no views to replay", options_.uri);
+    for (const View& view : views)
+      if (!(light_field_.CameraOf(view) == light_field_.CameraOf(views.front())))
+        throw Error(
+            "{}: views {} and {} have different cameras, but a device has one; replay its images folder with "
+            "--calibration instead",
+            options_.uri, views.front().id, view.id);
+    const auto not_later = [](const View& a, const View& b) { return !(b.device_time_s > a.device_time_s); };
+    has_own_times_ =
+        !options_.fps && std::adjacent_find(views.begin(), views.end(), not_later) == views.end();
+  }
+
+  std::string Describe() const override {
+    const CameraModel& camera = light_field_.CameraOf(light_field_.views.front());
+    return fmt::format("light field of {}, {}x{}", Counted(light_field_.views.size(), "view"), camera.width,
+                       camera.height);
+  }
+  RecordingHeader Header() const override {
+    RecordingHeader header = ReplaySource::Header();
+    header.device.serial = light_field_.device_serial;
+    header.device.maker = light_field_.device_maker;
+    header.device.model = light_field_.device_model;
+    header.window = light_field_.window;
+    header.camera = light_field_.CameraOf(light_field_.views.front());
+    const auto flat_field = light_field_.flat_fields.find(light_field_.views.front().camera);
+    if (flat_field != light_field_.flat_fields.end()) header.flat_field = flat_field->second;
+    const auto profile = light_field_.color_profiles.find(light_field_.views.front().camera);
+    if (profile != light_field_.color_profiles.end()) header.color_profile = profile->second;
+    return header;
+  }
+  void Rewind() override { next_ = 0; }
+  double Length() const override { return static_cast<double>(light_field_.views.size()); }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= light_field_.views.size()) return std::nullopt;
+    const View& view = light_field_.views[next_];
+    Frame frame;
+    frame.image = ReadRecordedImage(light_field_, view);
+    if (options_.transfer) frame.image.transfer = *options_.transfer;
+    frame.id = static_cast<std::uint64_t>(view.id);
+    frame.device_time_s = has_own_times_ ? view.device_time_s : options_.TimeOf(next_);
+    frame.host_time_s = view.host_time_s;
+    frame.exposure_s = view.exposure_s;
+    frame.gain = view.gain;
+    frame.black_level = view.black_level;
+    frame.told_id = view.frame_id;
+    frame.line_status = view.line_status;
+    frame.on_shared_clock = view.on_shared_clock;
+    const fs::path file = light_field_.root / view.image_path;
+    if (IsJpegName(file)) frame.encoded = JpegFile(file);
+    frame.known_cam_from_world = view.cam_from_world;
+    ++next_;
+    return frame;
+  }
+
+ private:
+  ReplayOptions options_;
+  LightField light_field_;
+  bool has_own_times_ = true;
+  std::size_t next_ = 0;
+};
+
+// All frames as they were recorded. `fps` replaces their times: a photograph gets the time of the last live
+// frame before it.
+class RecordedSource : public ReplaySource {
+ public:
+  explicit RecordedSource(const ReplayOptions& options)
+      : options_(options), recording_(ReadFrameRecording(options.path)) {
+    if (options_.fps) SpaceEvenly();
+    for (const auto& entry : recording_.entries) requested_ += entry.frame.requested_s.has_value();
+  }
+
+  std::string Describe() const override {
+    return fmt::format("recording of {} from {}", Counted(recording_.entries.size(), "frame"),
+                       recording_.header.device.uri);
+  }
+  RecordingHeader Header() const override { return recording_.header; }
+  bool HasRequestedPhotographs() const override { return delivered_ < requested_; }
+  void Rewind() override { next_ = delivered_ = 0; }
+  double Length() const override { return static_cast<double>(recording_.entries.size()); }
+
+  std::optional<Frame> Next() override {
+    if (next_ >= recording_.entries.size()) return std::nullopt;
+    Frame frame = ReadRecordedFrame(recording_.entries[next_]);
+    if (options_.transfer) frame.image.transfer = *options_.transfer;
+    delivered_ += frame.requested_s.has_value();
+    ++next_;
+    return frame;
+  }
+
+ private:
+  void SpaceEvenly() {
+    std::vector<std::pair<double, double>> live;  // recorded time, new time
+    for (const auto& entry : recording_.entries)
+      if (entry.frame.kind == FrameKind::kLive)
+        live.emplace_back(entry.frame.device_time_s, options_.TimeOf(live.size()));
+    const auto new_time = [&](double time_s) {
+      const auto after = std::upper_bound(live.begin(), live.end(), std::pair(time_s, HUGE_VAL));
+      return after == live.begin() ? 0.0 : std::prev(after)->second;
+    };
+    std::size_t index = 0;
+    for (auto& [frame, file, raw_file] : recording_.entries) {
+      frame.device_time_s =
+          frame.kind == FrameKind::kLive ? live[index++].second : new_time(frame.device_time_s);
+      if (frame.requested_s) frame.requested_s = new_time(*frame.requested_s);
+    }
+  }
+
+  ReplayOptions options_;
+  FrameRecording recording_;
+  std::size_t next_ = 0;
+  std::size_t requested_ = 0, delivered_ = 0;  // photographs that the session requested
+};
+
+bool IsLightField(const fs::path& folder) {
+  return fs::exists(folder / "journal.jsonl") || fs::exists(folder / "transforms.json");
+}
+
+}  // namespace
+
+double ReplayOptions::TimeOf(std::size_t index) const {
+  return static_cast<double>(index) / fps.value_or(kDefaultFps);
+}
+
+std::unique_ptr<ReplaySource> OpenReplaySource(const ReplayOptions& options) {
+  if (!fs::exists(options.path))
+    throw Error("{}: there is no file or folder '{}'; check the path", options.uri, options.path.string());
+  if (!fs::is_directory(options.path)) {
+    if (options.glob)
+      throw UsageError("{}: glob chooses files of a folder, but this is a file; leave it out", options.uri);
+    return std::make_unique<VideoSource>(options);
+  }
+  if (!options.glob && IsFrameRecording(options.path)) return std::make_unique<RecordedSource>(options);
+  if (!options.glob && IsLightField(options.path)) return std::make_unique<LightFieldSource>(options);
+  return std::make_unique<FolderSource>(options);
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,52 @@
+// What a replay plays: the frames of a folder, a video, a light field or a recorded session, in their order.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+
+#include "acquisition/device/frame_recording.h"
+
+namespace ulf::acquisition {
+
+// As replay_device.h describes the URI's options.
+struct ReplayOptions {
+  std::string uri;  // for messages
+  std::filesystem::path path;
+  std::optional<double> fps;
+  std::optional<std::string> glob;
+  std::optional<Transfer> transfer;
+  double speed = 0;
+
+  // Seconds, of a frame without a time of its own.
+  double TimeOf(std::size_t index) const;
+  Transfer TransferOf(const cv::Mat& pixels) const {
+    return transfer.value_or(pixels.depth() == CV_32F ? Transfer::kLinear : Transfer::kSrgb);
+  }
+};
+
+class ReplaySource {
+ public:
+  virtual ~ReplaySource() = default;
+  virtual std::string Describe() const = 0;
+  // The camera and what is known of it; `device.uri` is not used.
+  virtual RecordingHeader Header() const {
+    RecordingHeader header;
+    header.device.bus = "files";
+    return header;
+  }
+  virtual bool HasRequestedPhotographs() const { return false; }  // still to come
+  virtual void Rewind() = 0;
+  // None at the end. Throws Error for a file that cannot be read, or differs in kind from the first.
+  virtual std::optional<Frame> Next() = 0;
+  virtual double Length() const = 0;  // frames; 0: unknown
+};
+
+// Finds out what the path holds. Throws Error where it is not there or holds nothing that can be played, UsageError for
+// options that do not go with it.
+std::unique_ptr<ReplaySource> OpenReplaySource(const ReplayOptions& options);
+
+}  // namespace ulf::acquisition
