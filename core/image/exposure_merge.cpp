@@ -19,14 +19,18 @@ constexpr int kRatioBlock = 8;  // pixels across
 constexpr std::size_t kFewBlocks = 20;
 constexpr double kRatioSigmas = 3, kMostRatioError = 0.005;
 
-// Where noise reaches full scale it is cut off on one side, and what is left is too dark.
-void MarkCutNoise(double full, ExposedLight& exposed) {
-  const double from = full - kCutSigmas * std::sqrt(exposed.noise.VarianceAt(full));
-  cv::Mat brightest;
-  cv::reduce(exposed.light.reshape(1, static_cast<int>(exposed.light.total())), brightest, 1, cv::REDUCE_MAX);
-  exposed.clipped |= brightest.reshape(1, exposed.light.rows) > std::max(0.5 * full, from);
-  // A mosaic that was demosaicked before has mixed full pixels with those beside them.
-  cv::dilate(exposed.clipped, exposed.clipped, cv::Mat::ones(3, 3, CV_8UC1));
+// What is full, and where noise reaches full scale: it is cut off there on one side, and what is left is too dark.
+cv::Mat ClippedWithNoise(const SensorPicture& picture, const SensorNoise& noise) {
+  const double full = 1 - picture.black_level;
+  const double light = std::max(0.5 * full, full - kCutSigmas * std::sqrt(noise.VarianceAt(full)));
+  const auto number = static_cast<float>(picture.black_level + light);
+  const double from = picture.image.transfer == Transfer::kSrgb ? SrgbFromLinear(number) : number;
+  cv::Mat clipped = ClippedColors(picture.image, std::min(kClippedFrom, from));
+  // Once only, and not farther: what lies beside a full pixel is the best there is of light just below full scale. A mosaic
+  // that was demosaicked before has mixed full pixels with those beside them.
+  if (picture.image.mosaic == Mosaic::kNone) clipped = ClippedAfterDemosaicing(clipped);
+  if (clipped.empty()) return cv::Mat::zeros(picture.image.pixels.size(), CV_8UC3);
+  return picture.mixes_colors ? InThreeColors(AnyColor(clipped)) : clipped;
 }
 
 // Means of the exposures over their ratios, where `told` says that they count; elsewhere `light` stays. `slope`: what light
@@ -41,24 +45,26 @@ void WeighByVariance(std::span<const AlignedExposure> exposures, const std::vect
       for (int round = 0; round < kRounds; ++round) {
         cv::Vec3d sum, weights;
         for (std::size_t i = 0; i < exposures.size(); ++i) {
-          if (told[i].at<std::uint8_t>(y, x) == 0) continue;
+          const cv::Vec3b& counts = told[i].at<cv::Vec3b>(y, x);
+          if (counts == cv::Vec3b()) continue;
           const cv::Vec3f there = exposures[i].LightAt(y, x);
           for (int c = 0; c < 3; ++c) {
+            if (counts[c] == 0) continue;
             const double shift = exposures[i].misaligned_px * change[c];
             const double weight = 1 / std::max(1e-30, exposures[i].VarianceAt(here[c]) + shift * shift);
             sum[c] += weight * there[c];
             weights[c] += weight;
           }
         }
-        if (weights[0] == 0) break;
-        for (int c = 0; c < 3; ++c) here[c] = static_cast<float>(sum[c] / weights[c]);
+        for (int c = 0; c < 3; ++c)
+          if (weights[c] > 0) here[c] = static_cast<float>(sum[c] / weights[c]);
       }
     }
 }
 
 }  // namespace
 
-cv::Mat AlignedExposure::Told() const { return seen & ~clipped; }
+cv::Mat AlignedExposure::Told() const { return InThreeColors(seen) & ~clipped; }
 
 cv::Vec3f AlignedExposure::LightAt(int y, int x) const {
   return light.at<cv::Vec3f>(y, x) * static_cast<float>(1 / ratio);
@@ -78,13 +84,13 @@ std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> picture
     ExposedLight& exposed = lights.emplace_back();
     exposed.light = LinearFloat(picture.image);
     if (picture.black_level > 0) exposed.light -= cv::Scalar::all(picture.black_level);
-    exposed.clipped = ClippedPixels(picture.image);
-    if (exposed.clipped.empty()) exposed.clipped = cv::Mat::zeros(exposed.light.size(), CV_8UC1);
-    samples[picture.gain].Add(picture.image, exposed.light, exposed.clipped);
+    cv::Mat full = ClippedPixels(picture.image);
+    if (full.empty()) full = cv::Mat::zeros(exposed.light.size(), CV_8UC1);
+    samples[picture.gain].Add(picture.image, exposed.light, full);
   }
   for (std::size_t i = 0; i < lights.size(); ++i) {
     lights[i].noise = samples[pictures[i].gain].Fit();
-    if (pictures[i].image.pixels.depth() != CV_32F) MarkCutNoise(1 - pictures[i].black_level, lights[i]);
+    lights[i].clipped = ClippedWithNoise(pictures[i], lights[i].noise);
   }
   return lights;
 }
@@ -100,10 +106,12 @@ double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& ref
   for (int y = 0; y + kRatioBlock <= both.rows; y += kRatioBlock)
     for (int x = 0; x + kRatioBlock <= both.cols; x += kRatioBlock) {
       const cv::Rect block(x, y, kRatioBlock, kRatioBlock);
-      if (cv::countNonZero(both(block)) < block.area()) continue;
+      const cv::Scalar told_share = cv::mean(both(block));
+      if (told_share == cv::Scalar()) continue;
       const cv::Scalar bright = cv::mean(longer.light(block)), dark = cv::mean(shorter.light(block));
       for (int c = 0; c < 3; ++c)
-        if (told * bright[c] > kRatioSigmas * std::sqrt(shorter.noise.VarianceAt(told * bright[c])))
+        if (told_share[c] == 255 &&
+            told * bright[c] > kRatioSigmas * std::sqrt(shorter.noise.VarianceAt(told * bright[c])))
           ratios.push_back(dark[c] / bright[c]);
     }
   if (ratios.size() < kFewBlocks) return 0;
@@ -119,13 +127,13 @@ MergedLight MergeExposures(std::span<const AlignedExposure> exposures) {
   CV_Assert(!exposures.empty() && exposures.size() < 256);
   const LightAlone alone = AloneAt(exposures);
   MergedLight merged{.light = alone.light.clone(),
-                     .clipped = alone.clipped,
+                     .clipped = AnyColor(alone.clipped),
                      .ghosts = cv::Mat::zeros(alone.light.size(), CV_8UC1)};
   std::vector<cv::Mat> told;
   for (std::size_t i = 0; i < exposures.size(); ++i) {
     const cv::Mat ghosts = GhostsIn(exposures, i, alone);
     merged.ghosts |= ghosts;
-    told.push_back(exposures[i].Told() & ~ghosts);
+    told.push_back(exposures[i].Told() & ~InThreeColors(ghosts));
   }
   WeighByVariance(exposures, told, {}, merged.light);
   const cv::Mat slope = SlopeOf(merged.light);
