@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
@@ -19,18 +21,70 @@ constexpr int kRatioBlock = 8;  // pixels across
 constexpr std::size_t kFewBlocks = 20;
 constexpr double kRatioSigmas = 3, kMostRatioError = 0.005;
 
-// What is full, and where noise reaches full scale: it is cut off there on one side, and what is left is too dark.
+struct Interpolation {
+  bool is_mean = false;     // of numbers beside it, to the last digit
+  bool is_of_full = false;  // one of them at least is full
+};
+
+// What Demosaiced() (image.h) makes of a colour where the sensor has another one: the mean of two opposite numbers, or of
+// four. `numbers`: CV_32SC3; `full`: CV_8UC3.
+Interpolation InterpolationAt(const cv::Mat& numbers, const cv::Mat& full, int y, int x, int c) {
+  const auto number = [&](int dy, int dx) { return numbers.at<cv::Vec3i>(y + dy, x + dx)[c]; };
+  const auto is_full = [&](int dy, int dx) { return full.at<cv::Vec3b>(y + dy, x + dx)[c] != 0; };
+  const int here = number(0, 0);
+  Interpolation found;
+  for (const auto& [dy, dx] : {std::pair(0, 1), {1, 0}})
+    if (std::abs(2 * here - number(dy, dx) - number(-dy, -dx)) <= 1) {
+      found.is_mean = true;
+      found.is_of_full |= is_full(dy, dx) || is_full(-dy, -dx);
+    }
+  if (std::abs(4 * here - number(1, 1) - number(1, -1) - number(-1, 1) - number(-1, -1)) <= 2) {
+    found.is_mean = true;
+    found.is_of_full |= is_full(1, 1) || is_full(1, -1) || is_full(-1, 1) || is_full(-1, -1);
+  }
+  return found;
+}
+
+// Whether the picture's colours are means of others as often as Demosaiced() makes them so: two of three on average, where
+// numbers are large enough to be such by chance in hardly one of ten.
+bool IsMadeOfMeans(const cv::Mat& numbers, const cv::Mat& full, int full_scale) {
+  constexpr int kGrid = 3, kFew = 200;
+  int means = 0, all = 0;
+  for (int y = 1; y + 1 < numbers.rows; y += kGrid)
+    for (int x = 1; x + 1 < numbers.cols; ++x)
+      for (int c = 0; c < 3; ++c) {
+        if (numbers.at<cv::Vec3i>(y, x)[c] < full_scale / 8 || full.at<cv::Vec3b>(y, x)[c] != 0) continue;
+        ++all;
+        means += InterpolationAt(numbers, full, y, x, c).is_mean;
+      }
+  return all >= kFew && 2 * means > all;
+}
+
+// What is full, and where noise reaches full scale: it is cut off there on one side, and what is left is too dark. With it
+// what a demosaicing has made of such numbers, and no more: the sensor's own numbers beside full ones are the best there is
+// of light just below full scale. Where that cannot be seen, all around.
 cv::Mat ClippedWithNoise(const SensorPicture& picture, const SensorNoise& noise) {
-  const double full = 1 - picture.black_level;
-  const double light = std::max(0.5 * full, full - kCutSigmas * std::sqrt(noise.VarianceAt(full)));
+  const double full_light = 1 - picture.black_level;
+  const double light =
+      std::max(0.5 * full_light, full_light - kCutSigmas * std::sqrt(noise.VarianceAt(full_light)));
   const auto number = static_cast<float>(picture.black_level + light);
   const double from = picture.image.transfer == Transfer::kSrgb ? SrgbFromLinear(number) : number;
-  cv::Mat clipped = ClippedColors(picture.image, std::min(kClippedFrom, from));
-  // Once only, and not farther: what lies beside a full pixel is the best there is of light just below full scale. A mosaic
-  // that was demosaicked before has mixed full pixels with those beside them.
-  if (picture.image.mosaic == Mosaic::kNone) clipped = ClippedAfterDemosaicing(clipped);
-  if (clipped.empty()) return cv::Mat::zeros(picture.image.pixels.size(), CV_8UC3);
-  return picture.mixes_colors ? InThreeColors(AnyColor(clipped)) : clipped;
+  const Image image = Demosaiced(picture.image);
+  const cv::Mat full = ClippedColors(image, std::min(kClippedFrom, from));
+  if (full.empty()) return cv::Mat::zeros(image.pixels.size(), CV_8UC3);
+  cv::Mat clipped = ClippedAfterDemosaicing(full);
+  if (picture.mixes_colors) return InThreeColors(AnyColor(clipped));
+  if (image.pixels.type() != CV_16UC3) return clipped;
+  cv::Mat numbers;
+  image.pixels.convertTo(numbers, CV_32S);
+  if (!IsMadeOfMeans(numbers, full, static_cast<int>(FullScale(CV_16U)))) return clipped;
+  for (int y = 1; y + 1 < full.rows; ++y)
+    for (int x = 1; x + 1 < full.cols; ++x)
+      for (int c = 0; c < 3; ++c)
+        if (clipped.at<cv::Vec3b>(y, x)[c] != 0 && full.at<cv::Vec3b>(y, x)[c] == 0 &&
+            !InterpolationAt(numbers, full, y, x, c).is_of_full)
+          clipped.at<cv::Vec3b>(y, x)[c] = 0;
+  return clipped;
 }
 
 // Means of the exposures over their ratios, where `told` says that they count; elsewhere `light` stays. `slope`: what light
