@@ -82,6 +82,11 @@ class Plan {
     values_.emplace_back(name, fmt::format("{}", count));
     return true;
   }
+  // The driver shows it and does not write it.
+  bool IsCount(const std::string& name, int count) const {
+    const auto setting = lookup_(name);
+    return setting && std::atof(setting->value.c_str()) == count;
+  }
   bool Has(const std::string& name) const { return lookup_(name).has_value(); }
   std::vector<NamedValue> Take() { return std::move(values_); }
   std::size_t Size() const { return values_.size(); }
@@ -120,7 +125,7 @@ std::optional<CameraBracketPlan> PlanCameraBracket(const std::vector<double>& st
   if (plan.Has("bracketset") && !plan.Choose("bracketset", is("ae only"))) return std::nullopt;
   const auto is_pattern = [&](const std::string& text) { return IsEvenPattern(text, exposures); };
   if (!plan.Choose("aebracketingstep", is_step) ||
-      !(plan.Choose("aebracketingpattern", is_pattern) || plan.Count("aebracketingcount", exposures)))
+      !(plan.Choose("aebracketingpattern", is_pattern) || plan.IsCount("aebracketingcount", exposures)))
     return std::nullopt;
   const std::size_t of_single = plan.Size();
   const bool one_release = plan.Count("burstnumber", exposures) && plan.Choose("capturemode", is("burst"));
@@ -168,6 +173,7 @@ bool CameraBracket::Write() {
   }
   again_ = Clock::now() + pause_;
   pause_ = std::min(2 * pause_, kLongestPause);
+  // The driver reports a busy camera as bad parameters here.
   if (SecondsSince(*refused_since_) < busy_s_) return false;
   refused_since_.reset();
   if (to_come_ > 0) {

@@ -3,7 +3,7 @@
 //
 // By the names of libgphoto2's ptp2 driver. Canon EOS: `aeb` ("+/- 2"), three exposures, one a release in `drivemode` Single.
 // Nikon: `bracketing`, `bracketset`, `aebracketingstep` ("2 EV") and `aebracketingpattern` ("3 images (normal, under and
-// over)") or `aebracketingcount`; all from one release with `capturemode` Burst and `burstnumber`, where it has them.
+// over)"), or an `aebracketingcount` that fits already; all from one release with `capturemode` Burst and `burstnumber`, where it has them.
 //
 // Nothing tells which photograph has which exposure but its Exif. The exposure in the middle, which is the view's own, is
 // taken again: its stops are 0.

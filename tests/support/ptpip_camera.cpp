@@ -40,9 +40,9 @@ PtpipCamera::PtpipCamera(LivePicture live, Photograph photograph, const PtpipCam
     properties_[kPtpCaptureMode] = {4, 1, {1, 2}};
     properties_[kPtpBurstNumber] = {4, 1, {1, 100, 1}, true};
     properties_[kPtpBracketSet] = {2, 0, {0, 1, 2, 3}};
-    properties_[kPtpBracketing] = {2, 0, {0, 1}};
+    properties_[kPtpBracketing] = {2, 0, {0, 1, 1}, true};  // the driver wants a range
     properties_[kPtpBracketStep] = {2, 3, {0, 1, 2, 3, 4, 5}};
-    properties_[kPtpBracketCount] = {2, 1, {1, 9, 1}, true};
+    properties_[kPtpBracketPattern] = {2, 0, {0, 1, 2, 3, 4, 5, 6, 7, 8}};
   }
 
   // Without it the driver begins live view anew for every frame, and drops the first of each.

@@ -35,7 +35,7 @@ inline constexpr std::uint16_t kPtpBurstNumber = 0x5018;
 inline constexpr std::uint16_t kPtpBracketSet = 0xD078;   // 1: exposure only
 inline constexpr std::uint16_t kPtpBracketing = 0xD0C0;   // 1: on
 inline constexpr std::uint16_t kPtpBracketStep = 0xD0C1;  // 3: 1 EV, 4: 2 EV
-inline constexpr std::uint16_t kPtpBracketCount = 0xD0C3;
+inline constexpr std::uint16_t kPtpBracketPattern = 0xD0C2;
 
 struct PtpipFile {
   std::string name;  // "DSC_0001.JPG"; two files of one photograph share the stem
