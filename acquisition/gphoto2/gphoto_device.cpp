@@ -11,12 +11,13 @@
 
 #include "acquisition/device/photograph_inbox.h"
 #include "acquisition/gphoto2/camera_settings.h"
+#include "acquisition/gphoto2/camera_watch.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
 #include "acquisition/gphoto2/gphoto_options.h"
+#include "acquisition/gphoto2/left_fetch.h"
 #include "acquisition/gphoto2/photograph_downloads.h"
 #include "acquisition/gphoto2/photograph_pairing.h"
-#include "acquisition/gphoto2/shutter_bracket.h"
-#include "core/base/counted.h"
+#include "acquisition/gphoto2/photograph_requests.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
@@ -37,9 +38,6 @@ using Clock = std::chrono::steady_clock;
 constexpr Clock::duration kLeastWait = milliseconds(1), kMostWait = milliseconds(100);
 constexpr milliseconds kFailurePause(20), kPropertyPause(200);
 
-// A camera that has just been switched on may be busy for seconds: so many questions, each a round of the loop. Guessed.
-constexpr int kBusyListings = 100;
-
 double NowS() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
 milliseconds Milliseconds(double seconds) { return milliseconds(static_cast<int>(1000 * seconds)); }
@@ -54,7 +52,14 @@ class GphotoDevice : public Device {
         settings_(*camera_, uri_),
         downloads_(*camera_),
         pairing_(options_.patience.pair_s),
-        bracket_(settings_, options_.patience.busy_s, [this](const std::string& words) { Notice(words); }) {
+        watch_(*camera_, settings_, options_.battery_low,
+               [this](const std::string& words) { Notice(words); }),
+        left_fetch_(
+            *camera_, *left_, [this](const std::string& words) { Notice(words); },
+            [this](const GphotoResult& result) { return Gone(result); }),
+        requests_(
+            *camera_, settings_, options_.patience, [this](const std::string& words) { Notice(words); },
+            [this](const GphotoResult& result) { return Gone(result); }) {
     info_ = DescribeGphoto(*camera_, uri_, uri.path.starts_with("ptpip:") ? "PTP/IP" : "USB");
     std::vector<ShotSetting> given;
     for (const auto& [setting, value] : options_.settings) given.push_back(setting);
@@ -63,10 +68,8 @@ class GphotoDevice : public Device {
     target_is_memory_ = ChooseTarget(*camera_, uri_, options_.to_card);
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     for (const std::string& words : automatic) Notice(words);
-    sets_shutter_ = bracket_.IsPossible();
-    NoticeRawOnly();
-    watches_storage_ = camera_->Storages(storages_).ok();
-    WatchBatteryAndCard();
+    requests_.LookAtSettings();
+    watch_.Begin(target_is_memory_);
   }
 
   ~GphotoDevice() override { Stop(); }
@@ -79,22 +82,14 @@ class GphotoDevice : public Device {
   bool TakesStills() const override { return true; }
 
   StillRequest RequestStill() override {
-    if (state_ != DeviceState::kStreaming || exposures_wanted_ || still_wanted_.exchange(true))
-      return StillRequest::kBusy;
-    return StillRequest::kAsked;
+    return state_ == DeviceState::kStreaming && requests_.Ask() ? StillRequest::kAsked : StillRequest::kBusy;
   }
   ExposureRequests TakesExposures() const override {
-    return sets_shutter_ ? ExposureRequests::kSetTime : ExposureRequests::kNone;
+    return requests_.TakesExposures() ? ExposureRequests::kSetTime : ExposureRequests::kNone;
   }
   StillRequest RequestExposures(const std::vector<double>& stops) override {
-    if (!sets_shutter_ || state_ != DeviceState::kStreaming || still_wanted_ || exposures_wanted_)
-      return StillRequest::kBusy;
-    {
-      const MutexLock lock(mutex_);
-      exposures_asked_ = stops;
-    }
-    exposures_wanted_ = true;
-    return StillRequest::kAsked;
+    return state_ == DeviceState::kStreaming && requests_.AskExposures(stops) ? StillRequest::kAsked
+                                                                              : StillRequest::kBusy;
   }
 
   void Start() override {
@@ -109,7 +104,7 @@ class GphotoDevice : public Device {
     stop_ = false;
     stopping_since_.reset();
     lost_ = false;
-    EndRequest();
+    requests_.Clear();
     state_ = DeviceState::kStreaming;
     thread_ = std::thread([this] {
       InstallSignalStack();
@@ -182,11 +177,10 @@ class GphotoDevice : public Device {
         std::chrono::duration<double>(1 / options_.live_view_fps));
     Clock::time_point next_live = Clock::now();
     next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
-    to_fetch_ = left_->Take();
+    left_fetch_.Begin();
     while (!MayStop() && !lost_) {
-      if (to_fetch_) FetchLeft();
-      if (exposures_wanted_) ReleaseNextExposure();
-      if (still_wanted_) Release();
+      QueueLeft();
+      requests_.Work();
       if (has_live_view_ && !stop_ && Clock::now() >= next_live) {
         LiveView();
         next_live = std::max(next_live + period, Clock::now());
@@ -201,22 +195,10 @@ class GphotoDevice : public Device {
     }
   }
 
-  // One after another: the next is released when the one before has come.
-  void ReleaseNextExposure() {
-    if (still_wanted_) return;
-    if (!bracket_.IsRunning()) {
-      const MutexLock lock(mutex_);
-      bracket_.Begin(exposures_asked_);
-    }
-    stops_being_taken_ = bracket_.Next();
-    if (stops_being_taken_) still_wanted_ = true;
-    exposures_wanted_ = bracket_.IsRunning();
-  }
-
   // Ends the thread: delivers downloaded photographs, names the others, and only then reports a loss.
   void End() {
     Deliver(true);
-    bracket_.GiveUp(lost_);
+    requests_.GiveUpBracket(lost_);
     {
       const MutexLock lock(mutex_);
       not_downloaded_ += static_cast<double>(downloads_.Count());
@@ -227,151 +209,39 @@ class GphotoDevice : public Device {
           "not downloaded, still in the camera: {}; {}", NamesOf(files),
           lost_ ? "fetched when the camera is back, else copy from the card" : "copy from the card"));
     if (!lost_) return;
-    if (released_at_)
+    if (requests_.IsReleased())
       Notice(
           "the requested photograph has not arrived: if it was taken, it is in the camera and fetched when "
           "that is back");
     // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that still counts.
     LeftPhotographs::Left left =
-        std::exchange(to_fetch_, std::nullopt)
-            .value_or(LeftPhotographs::Left{.waiting = {}, .lost_s = EpochSeconds()});
+        left_fetch_.TakeUnfetched().value_or(LeftPhotographs::Left{.waiting = {}, .lost_s = EpochSeconds()});
     std::ranges::move(files, std::back_inserter(left.waiting));
-    if (released_at_ && !answer_stem_) left.released_s = released_host_s_;
+    if (requests_.AwaitsAnnouncement()) left.released_s = requests_.ReleasedHostS();
     left_->Lost(std::move(left));
     inbox_->Close();
     state_ = DeviceState::kLost;
   }
 
-  static std::string NamesOf(const std::vector<FileInCamera>& files) {
-    std::string names;
-    for (const auto& [where, file] : files)
-      names += (names.empty() ? "" : ", ") + where.folder + "/" + where.name;
-    return names;
-  }
-
-  // Queues what the camera kept when its link dropped, and what it took since. A camera that is busy, as after it was
-  // switched on, is asked again.
-  void FetchLeft() {
-    std::vector<GphotoFile> since;
-    if (to_fetch_->last) {
-      std::vector<std::string> names;
-      const GphotoResult result = camera_->FilesIn(to_fetch_->last->folder, names);
-      if (result.Busy() && ++busy_listings_ < kBusyListings) return;
-      if (!result.ok() && Gone(result)) return;
-      if (!result.ok())
-        Notice(fmt::format(
-            "the camera does not say what it holds ({}): photographs taken while the link was gone are "
-            "on its card",
-            result.text));
-      since = left_->After(*to_fetch_, std::move(names));
-      if (!LeaveOlder(since)) return;
-    } else if (to_fetch_->released_s > 0) {
-      Notice(
-          "a photograph may have been taken while the link was gone, and none before: ulf cannot tell which "
-          "file of the card it is; copy it from there");
-    }
-    std::vector<FileInCamera> files = std::move(to_fetch_->waiting);
+  void QueueLeft() {
+    auto found = left_fetch_.Work();
+    if (!found) return;
     {
       // They were counted when the link dropped.
       const MutexLock lock(mutex_);
-      not_downloaded_ -= static_cast<double>(files.size());
+      not_downloaded_ -= static_cast<double>(found->counted);
     }
-    std::ranges::move(LeftPhotographs::CameSince(*to_fetch_, since), std::back_inserter(files));
-    to_fetch_.reset();
-    if (!files.empty())
-      Notice(fmt::format("{} that stayed in the camera when its link dropped: {}",
-                         Counted(files.size(), "file"), NamesOf(files)));
-    for (const GphotoFile& file : since)
+    for (const GphotoFile& file : found->since)
       if (!IsInCameraMemory(file.folder, target_is_memory_)) left_->Fetched(file);
-    for (auto& [where, file] : files) downloads_.Announced(where, std::move(file), NowS());
-  }
-
-  // Leaves out what the camera wrote before the last file that it announced, by its own clock, whatever that shows: a
-  // card may hold higher numbers from earlier sessions, and the same. False: the camera is gone.
-  bool LeaveOlder(std::vector<GphotoFile>& files) {
-    constexpr double kOneAfterAnother_s =
-        60;  // the two files of a photograph are written in either order; guessed
-    std::optional<double> last_s;
-    if (files.empty()) return true;
-    if (const GphotoResult result = camera_->WrittenAt(*to_fetch_->last, last_s);
-        !result.ok() && Gone(result))
-      return false;
-    if (!last_s) return true;
-    std::vector<FileInCamera> older;
-    for (const GphotoFile& file : files) {
-      std::optional<double> written_s;
-      if (const GphotoResult result = camera_->WrittenAt(file, written_s); !result.ok() && Gone(result))
-        return false;
-      if (written_s && *written_s < *last_s - kOneAfterAnother_s) older.emplace_back(file, DownloadedFile{});
-    }
-    if (older.empty()) return true;
-    std::erase_if(files, [&](const GphotoFile& file) {
-      return std::ranges::any_of(older,
-                                 [&](const FileInCamera& each) { return each.first.name == file.name; });
-    });
-    constexpr std::size_t kMostNames = 5;
-    const std::size_t count = older.size();
-    older.resize(std::min(count, kMostNames));
-    Notice(fmt::format(
-        "{} not fetched, because the camera's clock says that they are from before: {}{}; if that was "
-        "set back meanwhile, copy them from the card",
-        Counted(count, "file"), NamesOf(older), count > kMostNames ? ", ..." : ""));
-    return true;
+    for (auto& [where, file] : found->files) downloads_.Announced(where, std::move(file), NowS());
   }
 
   // Whether the thread is to stop and no photograph is still expected.
   bool MayStop() {
     if (!stop_) return false;
-    if (!released_at_ && downloads_.Count() == 0) return true;
+    if (!requests_.IsReleased() && downloads_.Count() == 0) return true;
     if (!stopping_since_) stopping_since_ = Clock::now();
     return SecondsSince(*stopping_since_) > options_.patience.last_photograph_s;
-  }
-
-  // Releases the shutter. A busy camera is asked again in the next round, after its events were handled.
-  void Release() {
-    if (released_at_) {
-      if (SecondsSince(*released_at_) < options_.patience.photograph_s) return;
-      Notice(fmt::format("no photograph came within {:.0f} s of its release; another can be requested",
-                         options_.patience.photograph_s));
-      return EndRequest();
-    }
-    if (!asked_since_) asked_since_ = Clock::now();
-    const double host_time_s = EpochSeconds();
-    const GphotoResult result = camera_->ReleaseShutter();
-    if (result.ok()) {
-      released_at_ = Clock::now();
-      released_host_s_ = host_time_s;
-      said_busy_ = false;
-      return;
-    }
-    if (result.Busy()) {
-      if (!std::exchange(said_busy_, true)) Notice("the camera is busy; the photograph waits for it");
-      if (SecondsSince(*asked_since_) < options_.patience.busy_s) return;
-      Notice(
-          fmt::format("the camera was busy for {:.0f} s: no photograph was taken", options_.patience.busy_s));
-      said_busy_ = false;
-      return EndRequest();
-    }
-    if (Gone(result)) return;
-    if (result.CardFull())
-      Notice("the card is full: no photograph was taken; change it, or use target=ram");
-    else
-      Notice(fmt::format("no photograph was taken: {}; focus=manual avoids refusals by the autofocus",
-                         result.text));
-    EndRequest();
-  }
-
-  // Ends the request that was released at this time, unless another one followed it.
-  void EndRequestReleasedAt(double released_s) {
-    if (released_at_ && released_s == released_host_s_) EndRequest();
-  }
-
-  void EndRequest() {
-    released_at_.reset();
-    answer_stem_.reset();
-    asked_since_.reset();
-    stops_being_taken_.reset();
-    still_wanted_ = false;
   }
 
   void LiveView() {
@@ -397,7 +267,7 @@ class GphotoDevice : public Device {
       Notice("this camera's driver has no live view: it takes photographs only, and ulf cannot track it");
       return;
     }
-    if (result.Busy() || released_at_) return;  // the mirror is up
+    if (result.Busy() || requests_.IsReleased()) return;  // the mirror is up
     if (!result.ok() && Gone(result)) return;
     // Some cameras refuse live view for a moment after a photograph; only a longer refusal is reported.
     if (!live_view_trouble_since_) live_view_trouble_since_ = Clock::now();
@@ -430,8 +300,6 @@ class GphotoDevice : public Device {
     }
   }
 
-  // The first photograph announced after a release counts as its answer, although the photographer may have
-  // released it on the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
   void QueueDownload(const GphotoFile& announced) {
     // An event that the camera had kept. Names in its memory come again for other photographs.
     if (!IsInCameraMemory(announced.folder, target_is_memory_) && left_->WasFetched(announced)) return;
@@ -442,12 +310,12 @@ class GphotoDevice : public Device {
     if (auto late = pairing_.LateFile(announced.name, NowS())) {
       file = std::move(*late);  // of an earlier photograph, so it answers no later request
     } else {
-      if (released_at_ && !answer_stem_) {
-        answer_stem_ = StemOf(announced.name);
+      const bool is_first = requests_.AwaitsAnnouncement();
+      if (requests_.IsAnsweredBy(StemOf(announced.name))) file.released_s = requests_.ReleasedHostS();
+      if (is_first) {
         const MutexLock lock(mutex_);
-        release_to_announcement_s_.push_back(file.announced_s - released_host_s_);
+        release_to_announcement_s_.push_back(file.announced_s - file.released_s);
       }
-      if (released_at_ && answer_stem_ == StemOf(announced.name)) file.released_s = released_host_s_;
     }
     downloads_.Announced(announced, std::move(file), NowS());
     Download();
@@ -463,7 +331,7 @@ class GphotoDevice : public Device {
     for (const DownloadedFile& file : outcome.given_up) {
       // The other file of this photograph may answer the request.
       const std::string stem = StemOf(file.name);
-      if (!downloads_.Awaits(stem) && !pairing_.Holds(stem)) EndRequestReleasedAt(file.released_s);
+      if (!downloads_.Awaits(stem) && !pairing_.Holds(stem)) requests_.Came(file.released_s);
       const MutexLock lock(mutex_);
       ++not_downloaded_;
     }
@@ -492,9 +360,8 @@ class GphotoDevice : public Device {
         const MutexLock lock(mutex_);
         if (!is_late) ++photographs_;
       }
-      if (stops_being_taken_ && released_at_ && frame.requested_s == released_host_s_)
-        frame.asked_stops = stops_being_taken_;
-      EndRequestReleasedAt(frame.requested_s.value_or(0));
+      requests_.TellExposure(frame, exif.exposure_s);
+      requests_.Came(frame.requested_s.value_or(0));
       inbox_->Push(std::move(frame));
     }
   }
@@ -522,50 +389,21 @@ class GphotoDevice : public Device {
   // Checks settings, battery and card.
   void Watch() {
     next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
-    for (const std::string& change : settings_.Changes()) Notice(change);
+    const GphotoResult result = watch_.Look();
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
-    NoticeRawOnly();
-    if (watches_storage_) {
-      const GphotoResult result = camera_->Storages(storages_);
-      if (!result.ok() && !result.Busy() && Gone(result)) return;
-    }
-    WatchBatteryAndCard();
-  }
-
-  void NoticeRawOnly() {
-    if (said_raw_only_) return;
-    const std::string words = RawFormatProblem(*camera_, settings_.Value(ShotSetting::kFormat));
-    if (!words.empty()) Notice(words);
-    said_raw_only_ = !words.empty();
-  }
-
-  void WatchBatteryAndCard() {
-    if (const auto battery = camera_->Setting("batterylevel")) {
-      const int percent = std::atoi(battery->value.c_str());
-      const bool low = battery->value.find('%') != std::string::npos ? percent <= options_.battery_low
-                                                                     : battery->value.starts_with("Low");
-      if (low && !said_battery_)
-        Notice(fmt::format("the battery is low ({}); keep another ready", battery->value));
-      said_battery_ = low;
-    }
-    const bool full =
-        !target_is_memory_ &&
-        std::any_of(storages_.begin(), storages_.end(), [](const GphotoStorage& s) { return s.is_card; }) &&
-        std::all_of(storages_.begin(), storages_.end(), [](const GphotoStorage& s) { return s.is_full; });
-    if (full && !said_full_) Notice("the card is full; change it, or use target=ram");
-    said_full_ = full;
+    if (!result.ok()) Gone(result);
   }
 
   // Whether the camera is disconnected. Where the error code does not tell, asks the camera for its storage.
   bool Gone(const GphotoResult& result) {
     if (OutOfStep()) return true;
     bool gone = result.LinkIsGone();
-    if (!gone && watches_storage_) {
+    if (!gone && watch_.HasStorage()) {
       std::vector<GphotoStorage> ignored;
       const GphotoResult life = camera_->Storages(ignored);
       gone = !life.ok() && !life.Busy();
     }
-    if (!gone && !watches_storage_) gone = ++failures_ >= options_.failures_in_row;
+    if (!gone && !watch_.HasStorage()) gone = ++failures_ >= options_.failures_in_row;
     if (gone)
       Lose(
           fmt::format("the camera no longer answers ({}); check its cable or network, its switch and its "
@@ -586,7 +424,7 @@ class GphotoDevice : public Device {
       info_.available = false;
       info_.problem = problem;
     }
-    still_wanted_ = false;
+    requests_.Clear();
     lost_ = true;
   }
 
@@ -604,32 +442,22 @@ class GphotoDevice : public Device {
   CameraSettings settings_;
   PhotographDownloads downloads_;
   PhotographPairing pairing_;
+  CameraWatch watch_;
+  LeftFetch left_fetch_;
+  PhotographRequests requests_;
 
   // Used by the camera's thread.
-  std::vector<GphotoStorage> storages_;
   bool target_is_memory_ = false;
-  bool watches_storage_ = false;
   bool lost_ = false;
-  std::optional<std::string> answer_stem_;  // of the photograph that answers the request
-  bool said_busy_ = false, said_battery_ = false, said_full_ = false, said_raw_only_ = false,
-       said_turned_ = false;
-  std::optional<Clock::time_point> asked_since_, released_at_, stopping_since_, live_view_trouble_since_;
-  double released_host_s_ = 0;
+  bool said_turned_ = false;
+  std::optional<Clock::time_point> stopping_since_, live_view_trouble_since_;
   double live_view_pause_s_ = 0;
   Clock::time_point next_watch_;
   std::uint64_t next_id_ = 0;
   int failures_ = 0;
-  std::optional<LeftPhotographs::Left> to_fetch_;
-  int busy_listings_ = 0;
-
-  ShutterBracket bracket_;
-  std::optional<double> stops_being_taken_;  // by the photograph that is requested
 
   // Shared.
-  std::atomic<bool> exposures_wanted_{false};
-  bool sets_shutter_ = false;  // known from the start
-  std::vector<double> exposures_asked_ ULF_GUARDED_BY(mutex_);
-  std::atomic<bool> stop_{false}, still_wanted_{false}, has_live_view_{true};
+  std::atomic<bool> stop_{false}, has_live_view_{true};
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::unique_ptr<PhotographInbox> inbox_;
   mutable Mutex mutex_;

@@ -15,7 +15,7 @@ namespace {
 // The pauses double, so that a file is given up after 6 s. A busy camera, which writes to its card, gets
 // longer. All guessed.
 constexpr int kTries = 6;
-constexpr double kFirstPauseS = 0.2, kBusyPauseS = 0.1;
+constexpr double kFirstPauseS = 0.2, kFirstBusyPauseS = 0.1, kLongestBusyPauseS = 1.6;
 constexpr double kBusyPatienceS = 20;
 
 std::string PathOf(const GphotoFile& file) { return file.folder + "/" + file.name; }
@@ -23,7 +23,7 @@ std::string PathOf(const GphotoFile& file) { return file.folder + "/" + file.nam
 }  // namespace
 
 void PhotographDownloads::Announced(const GphotoFile& where, DownloadedFile file, double now_s) {
-  waiting_.push_back({where, std::move(file), now_s, now_s, 0});
+  waiting_.push_back({where, std::move(file), now_s, now_s});
 }
 
 bool PhotographDownloads::Awaits(const std::string& stem) const {
@@ -65,7 +65,8 @@ bool PhotographDownloads::GivesUp(const GphotoResult& result, double now_s, Wait
   waiting.file.bytes.clear();
   if (!result.Busy()) outcome.failure = result;
   if (result.Busy() && now_s - waiting.announced_s < kBusyPatienceS) {
-    waiting.again_s = now_s + kBusyPauseS;
+    waiting.busy_pause_s = std::clamp(2 * waiting.busy_pause_s, kFirstBusyPauseS, kLongestBusyPauseS);
+    waiting.again_s = now_s + waiting.busy_pause_s;
     return false;
   }
   const std::string path = PathOf(waiting.where);

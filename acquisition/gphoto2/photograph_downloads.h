@@ -37,6 +37,7 @@ class PhotographDownloads {
     GphotoFile where;
     DownloadedFile file;
     double announced_s = 0, again_s = 0;  // of now_s
+    double busy_pause_s = 0;              // the last one; doubled each time
     int failures = 0;
   };
   // Whether the file is given up after this failure.

@@ -1,8 +1,7 @@
 // Photographs of a bracket one after another: each gets its shutter time before it is released, and the camera has its own
 // back at the end. A camera that is busy is asked again in the next round of its thread, so long as it may be busy.
 //
-// Belongs to the camera's thread. No maker's own bracketing is used: names, steps and drive modes differ with every
-// model, and which photograph belongs to which exposure is not told.
+// Belongs to the camera's thread. For cameras without a bracketing of their own (camera_bracket.h).
 #pragma once
 
 #include <chrono>

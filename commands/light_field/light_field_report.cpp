@@ -66,6 +66,48 @@ std::size_t CountDuplicates(const std::vector<coverage::CriterionView>& views, c
   return duplicates;
 }
 
+// Of light: time, gain and aperture.
+double StopsBetween(const View& view, const ViewExposure& exposure) {
+  const double opening =
+      view.f_number && exposure.f_number ? std::pow(*view.f_number / *exposure.f_number, 2) : 1;
+  return std::log2(exposure.exposure_s * exposure.gain * opening / (view.exposure_s * view.gain));
+}
+
+std::optional<LightFieldReport::Brackets> BracketsOf(const LightField& light_field) {
+  LightFieldReport::Brackets brackets;
+  for (const View& view : light_field.views) {
+    if (view.exposures.empty()) continue;
+    const std::size_t exposures = view.exposures.size() + 1;
+    brackets.fewest = brackets.views == 0 ? exposures : std::min(brackets.fewest, exposures);
+    brackets.most = std::max(brackets.most, exposures);
+    ++brackets.views;
+    brackets.stops.insert(0);
+    for (const ViewExposure& each : view.exposures)
+      if (view.exposure_s > 0) brackets.stops.insert(std::round(10 * StopsBetween(view, each)) / 10 + 0.0);
+    if (!view.merged) continue;
+    ++brackets.merged;
+    if (brackets.ghosts_most && view.merged->ghost_share <= *brackets.ghosts_most) continue;
+    brackets.ghosts_most = view.merged->ghost_share;
+    brackets.ghosts_most_view = view.id;
+  }
+  return brackets.views > 0 ? std::optional(brackets) : std::nullopt;
+}
+
+std::string BracketsText(const LightFieldReport::Brackets& brackets) {
+  std::string stops;
+  for (const double each : brackets.stops)
+    stops += (stops.empty() ? "" : ", ") + (each == 0 ? "0" : fmt::format("{:+g}", each));
+  std::string text = fmt::format("brackets       {} of {} ({} stops), ", Counted(brackets.views, "view"),
+                                 brackets.fewest == brackets.most
+                                     ? fmt::format("{} exposures", brackets.most)
+                                     : fmt::format("{} to {} exposures", brackets.fewest, brackets.most),
+                                 stops);
+  if (!brackets.ghosts_most) return text + "none merged (ulf merge)\n";
+  return text + fmt::format("{} merged; ghosts in at most {:.1f} % of a view's pixels (view {})\n",
+                            brackets.merged == brackets.views ? "all" : fmt::format("{}", brackets.merged),
+                            100 * *brackets.ghosts_most, brackets.ghosts_most_view);
+}
+
 std::vector<LightFieldReport::Hole> HolesOf(const coverage::CoverageMap& map) {
   std::vector<LightFieldReport::Hole> holes;
   for (const coverage::CoverageHole& hole : map.Holes()) {
@@ -123,6 +165,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.units = light_field.units;
   report.reasons = light_field.reasons;
   report.uncounted_views = UncountedViews(light_field);
+  report.brackets = BracketsOf(light_field);
   report.cap = options.cap;
   if (!report.cap && light_field.goal) report.cap = coverage::Cap::FromDegrees(light_field.goal->cap_deg);
   report.threshold_px = options.threshold_px ? *options.threshold_px : light_field.threshold_px.value_or(7);
@@ -299,6 +342,18 @@ nlohmann::json ToJson(const LightFieldReport& report) {
   json["duplicates"] = report.duplicates;
   json["reasons"] = report.reasons;
   json["uncounted_views"] = report.uncounted_views;
+  json["brackets"] = nullptr;
+  if (const auto& brackets = report.brackets) {
+    json["brackets"] = {{"views", brackets->views},
+                        {"exposures", {{"fewest", brackets->fewest}, {"most", brackets->most}}},
+                        {"stops", brackets->stops},
+                        {"merged", brackets->merged},
+                        {"ghosts_most", nullptr}};
+    if (brackets->ghosts_most) {
+      json["brackets"]["ghosts_most"] = *brackets->ghosts_most;
+      json["brackets"]["ghosts_most_view"] = brackets->ghosts_most_view;
+    }
+  }
   return json;
 }
 
@@ -307,6 +362,7 @@ std::string ToText(const LightFieldReport& report) {
   if (report.taken_back > 0) text += fmt::format("taken back     {}, kept in unposed/\n", report.taken_back);
   text += report.capture_s > 0 ? fmt::format("capture time   {:.0f} s\n", report.capture_s)
                                : "capture time   unknown\n";
+  if (report.brackets) text += BracketsText(*report.brackets);
   if (report.views > 0 && !report.subject)
     return text +
            "subject        none: the views look at no common point (--subject x,y,z,radius measures)\n" +

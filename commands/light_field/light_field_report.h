@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,15 @@ struct LightFieldReport {
   std::uint64_t taken_back = 0;  // views that are in unposed/
   std::map<std::string, std::uint64_t> reasons;
   std::size_t uncounted_views = 0;  // of sessions whose frames and time were never written
+  // Views with other exposures (capture --bracket).
+  struct Brackets {
+    std::size_t views = 0, merged = 0;
+    std::size_t fewest = 0, most = 0;   // exposures of a view, its own among them
+    std::set<double> stops;             // from the view's own, to a tenth; 0 is its own
+    std::optional<double> ghosts_most;  // share of a merged view's pixels; none: no view is merged
+    int ghosts_most_view = 0;
+  };
+  std::optional<Brackets> brackets;  // none: no view has other exposures
 };
 
 struct ReportOptions {

@@ -54,11 +54,11 @@ AlignedExposure AlignExposure(const ExposedLight& exposure, const CameraModel& c
     }
   AlignedExposure aligned{.light = {}, .seen = {}, .clipped = {}, .noise = exposure.noise, .ratio = ratio};
   cv::remap(exposure.light, aligned.light, where, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-  // A clipped pixel reaches as far as the interpolation does.
+  // What is clipped reaches as far as the interpolation does.
   cv::Mat around;
   cv::dilate(exposure.clipped, around, cv::Mat::ones(3, 3, CV_8UC1));
   cv::remap(around, aligned.clipped, where, {}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  aligned.clipped = aligned.clipped > 0;
+  aligned.clipped = aligned.clipped > cv::Scalar::all(0);
   aligned.seen = cv::Mat::zeros(depth.size(), CV_8UC1);
   for (int y = 0; y < depth.rows; ++y)
     for (int x = 0; x < depth.cols; ++x) {

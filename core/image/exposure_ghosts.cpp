@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/quantile.h"
+#include "core/image/clipped.h"
 
 namespace ulf {
 namespace {
@@ -40,18 +41,6 @@ cv::Mat VarianceOf(const AlignedExposure& exposure, const cv::Mat& light) {
   return variance;
 }
 
-cv::Mat InThreeColors(const cv::Mat& one) {
-  cv::Mat three;
-  cv::merge(std::vector<cv::Mat>(3, one), three);
-  return three;
-}
-
-cv::Mat LargestColor(const cv::Mat& three) {
-  cv::Mat largest;
-  cv::reduce(three.reshape(1, static_cast<int>(three.total())), largest, 1, cv::REDUCE_MAX);
-  return largest.reshape(1, three.rows);
-}
-
 cv::Mat SumAround(const cv::Mat& numbers) {
   cv::Mat sum;
   cv::boxFilter(numbers, sum, -1, {kAcross, kAcross}, {-1, -1}, false, cv::BORDER_CONSTANT);
@@ -65,12 +54,13 @@ cv::Mat AllowedSquares(std::span<const AlignedExposure> exposures, std::size_t i
   cv::Mat allowed(slope.size(), CV_32FC3);
   for (int y = 0; y < slope.rows; ++y)
     for (int x = 0; x < slope.cols; ++x) {
-      const double off = std::hypot(exposures[index].misaligned_px,
-                                    exposures[alone.which.at<std::uint8_t>(y, x)].misaligned_px);
-      for (int c = 0; c < 3; ++c)
+      for (int c = 0; c < 3; ++c) {
+        const double off = std::hypot(exposures[index].misaligned_px,
+                                      exposures[alone.which.at<cv::Vec3b>(y, x)[c]].misaligned_px);
         allowed.at<cv::Vec3f>(y, x)[c] =
             static_cast<float>(std::pow(off * slope.at<cv::Vec3f>(y, x)[c], 2) +
                                std::pow(kWrongTimes * alone.light.at<cv::Vec3f>(y, x)[c], 2));
+      }
     }
   return allowed;
 }
@@ -83,8 +73,8 @@ double Noisier(const cv::Mat& squares, const cv::Mat& variance, const cv::Mat& a
   std::vector<double> of_noise;
   for (int y = 0; y < squares.rows; ++y)
     for (int x = 0; x < squares.cols; ++x) {
-      if (compared.at<std::uint8_t>(y, x) == 0) continue;
       for (int c = 0; c < 3; ++c) {
+        if (compared.at<cv::Vec3b>(y, x)[c] == 0) continue;
         const double noise = variance.at<cv::Vec3f>(y, x)[c];
         if (allowed.at<cv::Vec3f>(y, x)[c] < noise)
           of_noise.push_back(squares.at<cv::Vec3f>(y, x)[c] / noise);
@@ -99,25 +89,25 @@ double Noisier(const cv::Mat& squares, const cv::Mat& variance, const cv::Mat& a
 LightAlone AloneAt(std::span<const AlignedExposure> exposures) {
   const std::vector<std::size_t> order = InOrderOfTrust(exposures);
   const cv::Size size = exposures[0].light.size();
-  LightAlone alone{cv::Mat(size, CV_8UC1), cv::Mat(size, CV_32FC3), cv::Mat(size, CV_32FC3),
-                   cv::Mat::zeros(size, CV_8UC1)};
+  LightAlone alone{cv::Mat(size, CV_8UC3), cv::Mat(size, CV_32FC3), cv::Mat(size, CV_32FC3),
+                   cv::Mat::zeros(size, CV_8UC3)};
   for (int y = 0; y < size.height; ++y)
-    for (int x = 0; x < size.width; ++x) {
-      std::optional<std::size_t> chosen;
-      std::size_t shortest = 0;
-      for (const std::size_t i : order) {
-        if (exposures[i].seen.at<std::uint8_t>(y, x) == 0) continue;
-        if (exposures[i].ratio < exposures[shortest].ratio) shortest = i;
-        if (!chosen && exposures[i].clipped.at<std::uint8_t>(y, x) == 0) chosen = i;
+    for (int x = 0; x < size.width; ++x)
+      for (int c = 0; c < 3; ++c) {
+        std::optional<std::size_t> chosen;
+        std::size_t shortest = 0;
+        for (const std::size_t i : order) {
+          if (exposures[i].seen.at<std::uint8_t>(y, x) == 0) continue;
+          if (exposures[i].ratio < exposures[shortest].ratio) shortest = i;
+          if (!chosen && exposures[i].clipped.at<cv::Vec3b>(y, x)[c] == 0) chosen = i;
+        }
+        if (!chosen) alone.clipped.at<cv::Vec3b>(y, x)[c] = 255;
+        const std::size_t which = chosen.value_or(shortest);
+        const float light = exposures[which].LightAt(y, x)[c];
+        alone.which.at<cv::Vec3b>(y, x)[c] = static_cast<std::uint8_t>(which);
+        alone.light.at<cv::Vec3f>(y, x)[c] = light;
+        alone.variance.at<cv::Vec3f>(y, x)[c] = static_cast<float>(exposures[which].VarianceAt(light));
       }
-      if (!chosen) alone.clipped.at<std::uint8_t>(y, x) = 255;
-      const std::size_t which = chosen.value_or(shortest);
-      const cv::Vec3f light = exposures[which].LightAt(y, x);
-      alone.which.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(which);
-      alone.light.at<cv::Vec3f>(y, x) = light;
-      for (int c = 0; c < 3; ++c)
-        alone.variance.at<cv::Vec3f>(y, x)[c] = static_cast<float>(exposures[which].VarianceAt(light[c]));
-    }
   return alone;
 }
 
@@ -135,9 +125,9 @@ cv::Mat SlopeOf(const cv::Mat& light, const cv::Mat& variance) {
 
 cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, const LightAlone& alone) {
   const AlignedExposure& exposure = exposures[index];
-  const cv::Mat lower_bound = exposure.seen & exposure.clipped & ~alone.clipped;
-  const cv::Mat compared =
-      ((exposure.Told() & ~alone.clipped) | lower_bound) & (alone.which != static_cast<double>(index));
+  const cv::Mat lower_bound = InThreeColors(exposure.seen) & exposure.clipped & ~alone.clipped;
+  const cv::Mat compared = ((exposure.Told() & ~alone.clipped) | lower_bound) &
+                           (alone.which != cv::Scalar::all(static_cast<double>(index)));
   // Nothing in pixels that do not count, and where the exposure's lower bound holds.
   cv::Mat difference = exposure.light / exposure.ratio - alone.light;
   const cv::Mat too_bright = cv::max(difference, 0);
@@ -147,18 +137,18 @@ cv::Mat GhostsIn(std::span<const AlignedExposure> exposures, std::size_t index, 
   variance.setTo(0, ~compared);
   cv::Mat ones;
   compared.convertTo(ones, CV_32F, 1.0 / 255);
-  const cv::Mat count = InThreeColors(cv::max(SumAround(ones), 1));
+  const cv::Mat count = cv::max(SumAround(ones), 1);
   const cv::Mat mean = SumAround(difference) / count;
   const cv::Mat squares = mean.mul(mean), noise = SumAround(variance) / count.mul(count);
   const cv::Mat allowed = AllowedSquares(exposures, index, alone);
   const double noisier = Noisier(squares, noise, allowed, compared & ~lower_bound);
-  cv::Mat ghosts = LargestColor(squares / (noisier * noise + allowed)) > kGhostSigmas * kGhostSigmas;
-  ghosts &= compared;
+  cv::Mat ghosts = AnyColor(
+      (squares / (noisier * noise + allowed) > cv::Scalar::all(kGhostSigmas * kGhostSigmas)) & compared);
   // A single pixel is noise; what moved has a border that is mixed.
   const cv::Mat around = cv::Mat::ones(3, 3, CV_8UC1);
   cv::morphologyEx(ghosts, ghosts, cv::MORPH_OPEN, around);
   cv::dilate(ghosts, ghosts, around);
-  return ghosts & compared;
+  return ghosts & AnyColor(compared);
 }
 
 }  // namespace ulf

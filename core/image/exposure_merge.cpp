@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
@@ -19,14 +21,70 @@ constexpr int kRatioBlock = 8;  // pixels across
 constexpr std::size_t kFewBlocks = 20;
 constexpr double kRatioSigmas = 3, kMostRatioError = 0.005;
 
-// Where noise reaches full scale it is cut off on one side, and what is left is too dark.
-void MarkCutNoise(double full, ExposedLight& exposed) {
-  const double from = full - kCutSigmas * std::sqrt(exposed.noise.VarianceAt(full));
-  cv::Mat brightest;
-  cv::reduce(exposed.light.reshape(1, static_cast<int>(exposed.light.total())), brightest, 1, cv::REDUCE_MAX);
-  exposed.clipped |= brightest.reshape(1, exposed.light.rows) > std::max(0.5 * full, from);
-  // A mosaic that was demosaicked before has mixed full pixels with those beside them.
-  cv::dilate(exposed.clipped, exposed.clipped, cv::Mat::ones(3, 3, CV_8UC1));
+struct Interpolation {
+  bool is_mean = false;     // of numbers beside it, to the last digit
+  bool is_of_full = false;  // one of them at least is full
+};
+
+// What Demosaiced() (image.h) makes of a colour where the sensor has another one: the mean of two opposite numbers, or of
+// four. `numbers`: CV_32SC3; `full`: CV_8UC3.
+Interpolation InterpolationAt(const cv::Mat& numbers, const cv::Mat& full, int y, int x, int c) {
+  const auto number = [&](int dy, int dx) { return numbers.at<cv::Vec3i>(y + dy, x + dx)[c]; };
+  const auto is_full = [&](int dy, int dx) { return full.at<cv::Vec3b>(y + dy, x + dx)[c] != 0; };
+  const int here = number(0, 0);
+  Interpolation found;
+  for (const auto& [dy, dx] : {std::pair(0, 1), {1, 0}})
+    if (std::abs(2 * here - number(dy, dx) - number(-dy, -dx)) <= 1) {
+      found.is_mean = true;
+      found.is_of_full |= is_full(dy, dx) || is_full(-dy, -dx);
+    }
+  if (std::abs(4 * here - number(1, 1) - number(1, -1) - number(-1, 1) - number(-1, -1)) <= 2) {
+    found.is_mean = true;
+    found.is_of_full |= is_full(1, 1) || is_full(1, -1) || is_full(-1, 1) || is_full(-1, -1);
+  }
+  return found;
+}
+
+// Whether the picture's colours are means of others as often as Demosaiced() makes them so: two of three on average, where
+// numbers are large enough to be such by chance in hardly one of ten.
+bool IsMadeOfMeans(const cv::Mat& numbers, const cv::Mat& full, int full_scale) {
+  constexpr int kGrid = 3, kFew = 200;
+  int means = 0, all = 0;
+  for (int y = 1; y + 1 < numbers.rows; y += kGrid)
+    for (int x = 1; x + 1 < numbers.cols; ++x)
+      for (int c = 0; c < 3; ++c) {
+        if (numbers.at<cv::Vec3i>(y, x)[c] < full_scale / 8 || full.at<cv::Vec3b>(y, x)[c] != 0) continue;
+        ++all;
+        means += InterpolationAt(numbers, full, y, x, c).is_mean;
+      }
+  return all >= kFew && 2 * means > all;
+}
+
+// What is full, and where noise reaches full scale: it is cut off there on one side, and what is left is too dark. With it
+// what a demosaicing has made of such numbers, and no more: the sensor's own numbers beside full ones are the best there is
+// of light just below full scale. Where that cannot be seen, all around.
+cv::Mat ClippedWithNoise(const SensorPicture& picture, const SensorNoise& noise) {
+  const double full_light = 1 - picture.black_level;
+  const double light =
+      std::max(0.5 * full_light, full_light - kCutSigmas * std::sqrt(noise.VarianceAt(full_light)));
+  const auto number = static_cast<float>(picture.black_level + light);
+  const double from = picture.image.transfer == Transfer::kSrgb ? SrgbFromLinear(number) : number;
+  const Image image = Demosaiced(picture.image);
+  const cv::Mat full = ClippedColors(image, std::min(kClippedFrom, from));
+  if (full.empty()) return cv::Mat::zeros(image.pixels.size(), CV_8UC3);
+  cv::Mat clipped = ClippedAfterDemosaicing(full);
+  if (picture.mixes_colors) return InThreeColors(AnyColor(clipped));
+  if (image.pixels.type() != CV_16UC3) return clipped;
+  cv::Mat numbers;
+  image.pixels.convertTo(numbers, CV_32S);
+  if (!IsMadeOfMeans(numbers, full, static_cast<int>(FullScale(CV_16U)))) return clipped;
+  for (int y = 1; y + 1 < full.rows; ++y)
+    for (int x = 1; x + 1 < full.cols; ++x)
+      for (int c = 0; c < 3; ++c)
+        if (clipped.at<cv::Vec3b>(y, x)[c] != 0 && full.at<cv::Vec3b>(y, x)[c] == 0 &&
+            !InterpolationAt(numbers, full, y, x, c).is_of_full)
+          clipped.at<cv::Vec3b>(y, x)[c] = 0;
+  return clipped;
 }
 
 // Means of the exposures over their ratios, where `told` says that they count; elsewhere `light` stays. `slope`: what light
@@ -41,24 +99,26 @@ void WeighByVariance(std::span<const AlignedExposure> exposures, const std::vect
       for (int round = 0; round < kRounds; ++round) {
         cv::Vec3d sum, weights;
         for (std::size_t i = 0; i < exposures.size(); ++i) {
-          if (told[i].at<std::uint8_t>(y, x) == 0) continue;
+          const cv::Vec3b& counts = told[i].at<cv::Vec3b>(y, x);
+          if (counts == cv::Vec3b()) continue;
           const cv::Vec3f there = exposures[i].LightAt(y, x);
           for (int c = 0; c < 3; ++c) {
+            if (counts[c] == 0) continue;
             const double shift = exposures[i].misaligned_px * change[c];
             const double weight = 1 / std::max(1e-30, exposures[i].VarianceAt(here[c]) + shift * shift);
             sum[c] += weight * there[c];
             weights[c] += weight;
           }
         }
-        if (weights[0] == 0) break;
-        for (int c = 0; c < 3; ++c) here[c] = static_cast<float>(sum[c] / weights[c]);
+        for (int c = 0; c < 3; ++c)
+          if (weights[c] > 0) here[c] = static_cast<float>(sum[c] / weights[c]);
       }
     }
 }
 
 }  // namespace
 
-cv::Mat AlignedExposure::Told() const { return seen & ~clipped; }
+cv::Mat AlignedExposure::Told() const { return InThreeColors(seen) & ~clipped; }
 
 cv::Vec3f AlignedExposure::LightAt(int y, int x) const {
   return light.at<cv::Vec3f>(y, x) * static_cast<float>(1 / ratio);
@@ -78,13 +138,13 @@ std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> picture
     ExposedLight& exposed = lights.emplace_back();
     exposed.light = LinearFloat(picture.image);
     if (picture.black_level > 0) exposed.light -= cv::Scalar::all(picture.black_level);
-    exposed.clipped = ClippedPixels(picture.image);
-    if (exposed.clipped.empty()) exposed.clipped = cv::Mat::zeros(exposed.light.size(), CV_8UC1);
-    samples[picture.gain].Add(picture.image, exposed.light, exposed.clipped);
+    cv::Mat full = ClippedPixels(picture.image);
+    if (full.empty()) full = cv::Mat::zeros(exposed.light.size(), CV_8UC1);
+    samples[picture.gain].Add(picture.image, exposed.light, full);
   }
   for (std::size_t i = 0; i < lights.size(); ++i) {
     lights[i].noise = samples[pictures[i].gain].Fit();
-    if (pictures[i].image.pixels.depth() != CV_32F) MarkCutNoise(1 - pictures[i].black_level, lights[i]);
+    lights[i].clipped = ClippedWithNoise(pictures[i], lights[i].noise);
   }
   return lights;
 }
@@ -100,10 +160,12 @@ double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& ref
   for (int y = 0; y + kRatioBlock <= both.rows; y += kRatioBlock)
     for (int x = 0; x + kRatioBlock <= both.cols; x += kRatioBlock) {
       const cv::Rect block(x, y, kRatioBlock, kRatioBlock);
-      if (cv::countNonZero(both(block)) < block.area()) continue;
+      const cv::Scalar told_share = cv::mean(both(block));
+      if (told_share == cv::Scalar()) continue;
       const cv::Scalar bright = cv::mean(longer.light(block)), dark = cv::mean(shorter.light(block));
       for (int c = 0; c < 3; ++c)
-        if (told * bright[c] > kRatioSigmas * std::sqrt(shorter.noise.VarianceAt(told * bright[c])))
+        if (told_share[c] == 255 &&
+            told * bright[c] > kRatioSigmas * std::sqrt(shorter.noise.VarianceAt(told * bright[c])))
           ratios.push_back(dark[c] / bright[c]);
     }
   if (ratios.size() < kFewBlocks) return 0;
@@ -119,13 +181,13 @@ MergedLight MergeExposures(std::span<const AlignedExposure> exposures) {
   CV_Assert(!exposures.empty() && exposures.size() < 256);
   const LightAlone alone = AloneAt(exposures);
   MergedLight merged{.light = alone.light.clone(),
-                     .clipped = alone.clipped,
+                     .clipped = AnyColor(alone.clipped),
                      .ghosts = cv::Mat::zeros(alone.light.size(), CV_8UC1)};
   std::vector<cv::Mat> told;
   for (std::size_t i = 0; i < exposures.size(); ++i) {
     const cv::Mat ghosts = GhostsIn(exposures, i, alone);
     merged.ghosts |= ghosts;
-    told.push_back(exposures[i].Told() & ~ghosts);
+    told.push_back(exposures[i].Told() & ~InThreeColors(ghosts));
   }
   WeighByVariance(exposures, told, {}, merged.light);
   const cv::Mat slope = SlopeOf(merged.light);

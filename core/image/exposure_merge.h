@@ -4,7 +4,7 @@
 // The light at a pixel is the mean of the exposures, each over its ratio to the reference, weighed by one over the
 // variance (Hasinoff, Durand and Freeman 2010, "Noise-optimal capture for high dynamic range photography"). The variance
 // is shot noise and read noise at the merged light: at the noisy number itself it would favour numbers that are too low.
-// A clipped pixel has no weight.
+// A clipped colour of a pixel has no weight; its other colours do, where the picture does not mix them.
 //
 // An exposure that may be misaligned or blurred by so many pixels is less sure where the light changes: it makes flat parts
 // less noisy and leaves edges to the others. What disagrees with the reference by more than all that (a ghost) is left out
@@ -25,7 +25,7 @@ namespace ulf {
 // A photograph as light, with what a merge has to know of it.
 struct ExposedLight {
   cv::Mat light;    // CV_32FC3
-  cv::Mat clipped;  // CV_8UC1, 255: only a lower bound is known, or noise was cut off at full scale
+  cv::Mat clipped;  // CV_8UC3, 255: only a lower bound is known, or noise was cut off at full scale
   SensorNoise noise;
 };
 
@@ -33,6 +33,9 @@ struct SensorPicture {
   Image image;
   double black_level = 0;  // as in Frame
   double gain = 1;
+  // Whether each colour is made of several of the sensor's (a colour matrix, a demosaicing that looks at all colours): then
+  // none is known where one is full. Demosaiced() does not.
+  bool mixes_colors = false;
 };
 
 // Of photographs by one sensor. Their noise is measured in all of them that have the same gain.
@@ -42,12 +45,12 @@ std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> picture
 struct AlignedExposure {
   cv::Mat light;    // CV_32FC3
   cv::Mat seen;     // CV_8UC1, 255 where the exposure shows what the reference's pixel shows
-  cv::Mat clipped;  // CV_8UC1
+  cv::Mat clipped;  // CV_8UC3
   SensorNoise noise;
   double ratio = 1;          // exposure time times gain, over the reference's
   double misaligned_px = 0;  // how far it may lie off, or is blurred
 
-  cv::Mat Told() const;                      // CV_8UC1, 255 where it is seen and not clipped
+  cv::Mat Told() const;                      // CV_8UC3, 255 where it is seen and not clipped
   cv::Vec3f LightAt(int y, int x) const;     // in the reference's terms: over the ratio
   double VarianceAt(double at_light) const;  // of that
 };
@@ -58,7 +61,7 @@ double MeasuredRatio(const AlignedExposure& exposure, const AlignedExposure& ref
 
 struct MergedLight {
   cv::Mat light;    // CV_32FC3, in shares of the reference's full scale: above 1 where only others tell it
-  cv::Mat clipped;  // CV_8UC1, 255 where no exposure tells the light: a lower bound
+  cv::Mat clipped;  // CV_8UC1, 255 where no exposure tells the light of some colour: a lower bound
   cv::Mat ghosts;   // CV_8UC1, 255 where an exposure is left out because it disagrees (exposure_ghosts.h)
   double ghost_share = 0;  // of all pixels
 };

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/image/exposure_alignment.h"
 #include "core/image/exr_file.h"
+#include "core/image/raw_file.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/view_colors.h"
 #include "core/light_field/view_exposures.h"
@@ -21,11 +23,21 @@ namespace {
 constexpr double kBlurAtEdges =
     0.25;  // an even blur moves light at an edge by a quarter of its length, on average
 
+// A developed raw file has a colour matrix behind it, and what is encoded for a display mostly has.
+bool MixesColors(const View& photograph) {
+  const std::filesystem::path path =
+      photograph.master_path.empty() ? photograph.image_path : photograph.master_path;
+  return IsRawFile(path) || photograph.master_transfer.value_or(TransferOfFile(path)) == Transfer::kSrgb;
+}
+
 // The view's own first.
 std::vector<ExposedLight> LightsOf(const LightField& light_field, const std::vector<View>& photographs) {
   std::vector<SensorPicture> pictures;
   for (const View& each : photographs)
-    pictures.push_back({ReadViewMaster(light_field, each), each.black_level, each.gain});
+    pictures.push_back({.image = ReadViewMaster(light_field, each),
+                        .black_level = each.black_level,
+                        .gain = each.gain,
+                        .mixes_colors = MixesColors(each)});
   return ExposedLightsOf(pictures);
 }
 

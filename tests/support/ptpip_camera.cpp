@@ -12,10 +12,9 @@
 
 #include "tests/support/floors.h"
 #include "tests/support/ptp_wire.h"
+#include "tests/support/ptpip_connection.h"
 
 namespace ulf::test {
-
-using namespace ptp;
 
 namespace {
 
@@ -27,87 +26,6 @@ bool IsRaw(const std::string& name) {
 
 }  // namespace
 
-struct PtpipCamera::Request {
-  std::uint16_t operation = 0;
-  std::uint32_t transaction = 0;
-  std::vector<std::uint32_t> parameters;
-  std::string data;  // sent with it
-
-  std::uint32_t Parameter(std::size_t i) const { return i < parameters.size() ? parameters[i] : 0; }
-};
-
-class PtpipCamera::Connection {
- public:
-  explicit Connection(int socket) : socket_(socket) {}
-  ~Connection() { close(socket_); }
-  void Shutdown() { shutdown(socket_, SHUT_RDWR); }
-
-  // False when the other side is gone.
-  bool Read(std::uint32_t& type, std::string& payload) {
-    std::string head(8, 0);
-    if (!ReadBytes(head)) return false;
-    const auto length = Get<std::uint32_t>(head, 0);
-    type = Get<std::uint32_t>(head, 4);
-    if (length < 8 || length > (64u << 20)) return false;
-    payload.assign(length - 8, 0);
-    return ReadBytes(payload);
-  }
-
-  bool Send(std::uint32_t type, const std::string& payload) {
-    std::string packet;
-    Put<std::uint32_t>(packet, static_cast<std::uint32_t>(payload.size() + 8));
-    Put<std::uint32_t>(packet, type);
-    packet += payload;
-    const std::lock_guard lock(mutex_);
-    for (std::size_t sent = 0; sent < packet.size();) {
-      const ssize_t n = send(socket_, packet.data() + sent, packet.size() - sent, MSG_NOSIGNAL);
-      if (n <= 0) return false;
-      sent += static_cast<std::size_t>(n);
-    }
-    return true;
-  }
-
-  void Respond(const Request& request, std::uint16_t code) {
-    std::string payload;
-    Put(payload, code);
-    Put(payload, request.transaction);
-    Send(kResponse, payload);
-  }
-
-  // `bytes_per_s` 0: no limit.
-  void SendData(const Request& request, const std::string& data, double bytes_per_s = 0) {
-    std::string payload;
-    Put(payload, request.transaction);
-    Put<std::uint64_t>(payload, data.size());
-    if (!Send(kStartData, payload)) return;
-    constexpr std::size_t kPiece = 64 << 10;
-    for (std::size_t at = 0;; at += kPiece) {
-      const bool last = at + kPiece >= data.size();
-      payload.clear();
-      Put(payload, request.transaction);
-      payload += data.substr(std::min(at, data.size()), kPiece);
-      if (!Send(last ? kEndData : kData, payload)) return;
-      if (bytes_per_s > 0)
-        std::this_thread::sleep_for(std::chrono::duration<double>(
-            static_cast<double>(std::min(kPiece, data.size() - std::min(at, data.size()))) / bytes_per_s));
-      if (last) return;
-    }
-  }
-
- private:
-  bool ReadBytes(std::string& into) {
-    for (std::size_t got = 0; got < into.size();) {
-      const ssize_t n = recv(socket_, into.data() + got, into.size() - got, 0);
-      if (n <= 0) return false;
-      got += static_cast<std::size_t>(n);
-    }
-    return true;
-  }
-
-  int socket_;
-  std::mutex mutex_;
-};
-
 PtpipCamera::PtpipCamera(LivePicture live, Photograph photograph, const PtpipCameraOptions& options)
     : live_(std::move(live)), photograph_(std::move(photograph)), options_(options) {
   properties_[kPtpBattery] = {2, 80, {}};
@@ -117,6 +35,15 @@ PtpipCamera::PtpipCamera(LivePicture live, Photograph photograph, const PtpipCam
   properties_[kPtpExposure] = {6, 80, {20, 40, 80, 166, 333}};
   properties_[kPtpProgram] = {4, 2, {1, 2, 3, 4}};
   properties_[kPtpIso] = {4, 200, {100, 200, 400, 800, 1600}};
+
+  if (options_.brackets) {
+    properties_[kPtpCaptureMode] = {4, 1, {1, 2}};
+    properties_[kPtpBurstNumber] = {4, 1, {1, 100, 1}, true};
+    properties_[kPtpBracketSet] = {2, 0, {0, 1, 2, 3}};
+    properties_[kPtpBracketing] = {2, 0, {0, 1, 1}, true};  // the driver wants a range
+    properties_[kPtpBracketStep] = {2, 3, {0, 1, 2, 3, 4, 5}};
+    properties_[kPtpBracketPattern] = {2, 0, {0, 1, 2, 3, 4, 5, 6, 7, 8}};
+  }
 
   // Without it the driver begins live view anew for every frame, and drops the first of each.
   if (options_.live_view) properties_[kLiveViewStatus] = {2, 0, {}};
@@ -259,6 +186,11 @@ void PtpipCamera::Answer(Connection& connection, const Request& request) {
 void PtpipCamera::AnswerObject(Connection& connection, const Request& request) {
   std::string data;
   PtpipFile file;
+  if (request.operation == kGetObject && busy_downloads_ > 0) {
+    --busy_downloads_;
+    ++busy_answers_;
+    return connection.Respond(request, kBusy);
+  }
   if (request.operation == kGetObject && failing_downloads_ > 0) {
     --failing_downloads_;
     return connection.Respond(request, kGeneralError);
@@ -310,6 +242,11 @@ void PtpipCamera::AnswerProperty(Connection& connection, const Request& request)
     if (found == properties_.end()) return connection.Respond(request, kBadProperty);
     if (request.operation == kSetProperty) {
       if (found->second.choices.empty()) return connection.Respond(request, kReadOnly);
+      if (code == kPtpBracketing && busy_bracketing_ > 0) {
+        --busy_bracketing_;
+        ++busy_answers_;
+        return connection.Respond(request, kBusy);
+      }
       found->second.value = Get<std::uint32_t>(request.data, 0);
     }
     PutNumber(data, found->second.type, found->second.value);
@@ -379,9 +316,10 @@ std::string PtpipCamera::PropertyDescription(std::uint16_t code) const {
   Put<std::uint8_t>(text, value.choices.empty() ? 0 : 1);
   PutNumber(text, value.type, value.value);
   PutNumber(text, value.type, value.value);
-  if (code == kPtpBattery) {
+  if (code == kPtpBattery || value.is_range) {
     Put<std::uint8_t>(text, 1);  // a range
-    for (const std::uint32_t bound : {0, 100, 1}) PutNumber(text, value.type, bound);
+    for (const std::uint32_t bound : value.is_range ? value.choices : std::vector<std::uint32_t>{0, 100, 1})
+      PutNumber(text, value.type, bound);
     return text;
   }
   if (value.choices.empty()) {
@@ -465,17 +403,21 @@ void PtpipCamera::Shutter() {
       waiting_releases_.erase(waiting_releases_.begin());
     }
     std::this_thread::sleep_for(std::chrono::duration<double>(options_.shutter_lag_s));
-    const std::vector<PtpipFile> files = photograph_(++releases_);
-    for (const PtpipFile& file : files) {
-      std::uint32_t handle = 0;
-      if (&file != &files.front())
-        std::this_thread::sleep_for(std::chrono::duration<double>(options_.between_files_s));
-      {
-        const std::lock_guard lock(mutex_);
-        handle = next_object_++;
-        objects_[handle] = file;
+    const bool is_burst =
+        options_.brackets && Property(kPtpBracketing) == 1 && Property(kPtpCaptureMode) == 2;
+    for (std::uint32_t left = is_burst ? Property(kPtpBurstNumber) : 1; left > 0; --left) {
+      const std::vector<PtpipFile> files = photograph_(++releases_);
+      for (const PtpipFile& file : files) {
+        std::uint32_t handle = 0;
+        if (&file != &files.front())
+          std::this_thread::sleep_for(std::chrono::duration<double>(options_.between_files_s));
+        {
+          const std::lock_guard lock(mutex_);
+          handle = next_object_++;
+          objects_[handle] = file;
+        }
+        Event(kObjectAdded, transaction, handle);
       }
-      Event(kObjectAdded, transaction, handle);
     }
     Event(kCaptureComplete, transaction, 0, 0);
   }

@@ -29,6 +29,13 @@ inline constexpr std::uint16_t kPtpFocusMode = 0x500A;    // 1: manual, 0x8010: 
 inline constexpr std::uint16_t kPtpExposure = 0x500D;     // 0.1 ms
 inline constexpr std::uint16_t kPtpProgram = 0x500E;      // 1: manual, 2: program
 inline constexpr std::uint16_t kPtpIso = 0x500F;
+// Of PtpipCameraOptions::brackets.
+inline constexpr std::uint16_t kPtpCaptureMode = 0x5013;  // 1: single, 2: burst
+inline constexpr std::uint16_t kPtpBurstNumber = 0x5018;
+inline constexpr std::uint16_t kPtpBracketSet = 0xD078;   // 1: exposure only
+inline constexpr std::uint16_t kPtpBracketing = 0xD0C0;   // 1: on
+inline constexpr std::uint16_t kPtpBracketStep = 0xD0C1;  // 3: 1 EV, 4: 2 EV
+inline constexpr std::uint16_t kPtpBracketPattern = 0xD0C2;
 
 struct PtpipFile {
   std::string name;  // "DSC_0001.JPG"; two files of one photograph share the stem
@@ -42,6 +49,8 @@ struct PtpipCameraOptions {
   double download_bytes_per_s = 0;  // 0: as fast as it goes
   double between_files_s = 0;       // of one photograph, from announcement to announcement
   std::string serial = "3001234";
+  // Exposures by itself: so many of one release as its burst number says while bracketing is on in burst mode.
+  bool brackets = false;
 };
 
 class PtpipCamera {
@@ -58,8 +67,10 @@ class PtpipCamera {
   int Port() const { return port_; }
   std::string Uri() const;  // for the device
 
-  void PressShutter();                                 // on the body
-  void AnswerBusy(int requests) { busy_ = requests; }  // to the next releases
+  void PressShutter();                                                      // on the body
+  void AnswerBusy(int requests) { busy_ = requests; }                       // to the next releases
+  void AnswerDownloadsBusy(int requests) { busy_downloads_ = requests; }    // and files
+  void AnswerBracketingBusy(int requests) { busy_bracketing_ = requests; }  // to what turns it on or off
   void SetCardFull(bool full) { card_full_ = full; }
   void FailDownloads(int downloads) { failing_downloads_ = downloads; }  // the next ones
   void FailDownloadsOfRaw(bool fail) { raw_fails_ = fail; }
@@ -90,6 +101,7 @@ class PtpipCamera {
     std::uint16_t type = 0;  // 2: 8 bits, 4: 16 bits, 6: 32 bits, all unsigned
     std::uint32_t value = 0;
     std::vector<std::uint32_t> choices;  // empty: read only
+    bool is_range = false;               // choices are least, most, step
   };
   struct Request;
   class Connection;
@@ -113,7 +125,8 @@ class PtpipCamera {
   const PtpipCameraOptions options_;
   int listener_ = -1;
   int port_ = 0;
-  std::atomic<int> busy_{0}, releases_{0}, busy_answers_{0}, failing_downloads_{0}, releases_asked_{0};
+  std::atomic<int> busy_{0}, busy_downloads_{0}, busy_bracketing_{0}, releases_{0}, busy_answers_{0},
+      failing_downloads_{0}, releases_asked_{0};
   std::atomic<bool> card_full_{false}, refuse_{false}, stop_{false}, press_first_{false}, raw_fails_{false};
   std::atomic<double> stall_s_{0};
   std::atomic<std::uint16_t> stalled_operation_{0};

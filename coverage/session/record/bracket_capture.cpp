@@ -171,7 +171,8 @@ bool BracketCapture::Take(const Frame& frame, const tracking::Track& track) {
 
 bool BracketCapture::TakeStill(const Frame& still, const std::optional<tracking::Track>& track) {
   if (!running_ || !still.asked_stops) return false;
-  ++running_->came;
+  // A camera that brackets by itself takes the view's own exposure once more.
+  if (*still.asked_stops != 0) ++running_->came;
   running_->heard_s = std::max(running_->heard_s, still.device_time_s);
   const int view_id = running_->view_id;
   const Rigid3 view_from_world = poses_.PoseNow(running_->view).value_or(*running_->view.cam_from_world);

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <libexif/exif-data.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <functional>
 #include <memory>
@@ -26,6 +29,50 @@ inline std::string NumberedJpeg(int number, int width, int height) {
   std::vector<unsigned char> bytes;
   cv::imencode(".jpg", picture, bytes);
   return {bytes.begin(), bytes.end()};
+}
+
+// Exif as a camera writes it, before the rest of a JPEG.
+inline std::string WithExif(const std::string& jpeg, std::uint32_t of_second = 60) {
+  ExifData* data = exif_data_new();
+  exif_data_set_option(data, EXIF_DATA_OPTION_FOLLOW_SPECIFICATION);
+  exif_data_set_data_type(data, EXIF_DATA_TYPE_COMPRESSED);
+  exif_data_set_byte_order(data, EXIF_BYTE_ORDER_INTEL);
+  const auto put = [&](ExifTag tag, ExifFormat format, std::uint32_t a, std::uint32_t b) {
+    ExifEntry* entry = exif_entry_new();
+    exif_content_add_entry(data->ifd[EXIF_IFD_EXIF], entry);
+    entry->tag = tag;
+    entry->format = format;
+    entry->components = 1;
+    entry->size = format == EXIF_FORMAT_SHORT ? 2 : 8;
+    entry->data = static_cast<unsigned char*>(calloc(1, 8));
+    if (format == EXIF_FORMAT_SHORT)
+      exif_set_short(entry->data, EXIF_BYTE_ORDER_INTEL, static_cast<ExifShort>(a));
+    else
+      exif_set_rational(entry->data, EXIF_BYTE_ORDER_INTEL, {a, b});
+    exif_entry_unref(entry);
+  };
+  put(EXIF_TAG_EXPOSURE_TIME, EXIF_FORMAT_RATIONAL, 1, of_second);
+  put(EXIF_TAG_FNUMBER, EXIF_FORMAT_RATIONAL, 71, 10);
+  put(EXIF_TAG_ISO_SPEED_RATINGS, EXIF_FORMAT_SHORT, 640, 1);
+  const std::string lens = "Acme 50mm f/1.8";
+  ExifEntry* text = exif_entry_new();
+  exif_content_add_entry(data->ifd[EXIF_IFD_EXIF], text);
+  text->tag = EXIF_TAG_LENS_MODEL;
+  text->format = EXIF_FORMAT_ASCII;
+  text->components = text->size = static_cast<unsigned>(lens.size() + 1);
+  text->data = static_cast<unsigned char*>(calloc(1, lens.size() + 1));
+  std::ranges::copy(lens, text->data);
+  exif_entry_unref(text);
+  unsigned char* bytes = nullptr;
+  unsigned size = 0;
+  exif_data_save_data(data, &bytes, &size);
+  std::string with = jpeg.substr(0, 2) + "\xFF\xE1";
+  with += static_cast<char>((size + 2) >> 8);
+  with += static_cast<char>((size + 2) & 0xFF);
+  with.append(reinterpret_cast<const char*>(bytes), size);
+  free(bytes);
+  exif_data_unref(data);
+  return with + jpeg.substr(2);
 }
 
 inline std::string FileName(int number, const char* ending = "JPG") {

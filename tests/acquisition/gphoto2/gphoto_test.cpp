@@ -2,12 +2,11 @@
 // acquisition/gphoto2/gphoto_features, acquisition/gphoto2/gphoto_options,
 // acquisition/gphoto2/camera_settings, acquisition/gphoto2/photograph_downloads,
 // acquisition/gphoto2/left_photographs, acquisition/gphoto2/ptpip_descriptors,
-// acquisition/gphoto2/shutter_bracket,
+// acquisition/gphoto2/left_fetch, acquisition/gphoto2/camera_watch,
 // acquisition/device/photograph_inbox.
 //
 // A tethered camera over the stock ptp2 driver, on loopback.
 #include <fcntl.h>
-#include <libexif/exif-data.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -616,50 +615,6 @@ TEST(LeftPhotographsTest, AreThoseAfterTheLastThatWasAnnounced) {
       << "none was announced: nobody can tell which are new";
 }
 
-// Exif as a camera writes it, before the rest of a JPEG.
-std::string WithExif(const std::string& jpeg) {
-  ExifData* data = exif_data_new();
-  exif_data_set_option(data, EXIF_DATA_OPTION_FOLLOW_SPECIFICATION);
-  exif_data_set_data_type(data, EXIF_DATA_TYPE_COMPRESSED);
-  exif_data_set_byte_order(data, EXIF_BYTE_ORDER_INTEL);
-  const auto put = [&](ExifTag tag, ExifFormat format, std::uint32_t a, std::uint32_t b) {
-    ExifEntry* entry = exif_entry_new();
-    exif_content_add_entry(data->ifd[EXIF_IFD_EXIF], entry);
-    entry->tag = tag;
-    entry->format = format;
-    entry->components = 1;
-    entry->size = format == EXIF_FORMAT_SHORT ? 2 : 8;
-    entry->data = static_cast<unsigned char*>(calloc(1, 8));
-    if (format == EXIF_FORMAT_SHORT)
-      exif_set_short(entry->data, EXIF_BYTE_ORDER_INTEL, static_cast<ExifShort>(a));
-    else
-      exif_set_rational(entry->data, EXIF_BYTE_ORDER_INTEL, {a, b});
-    exif_entry_unref(entry);
-  };
-  put(EXIF_TAG_EXPOSURE_TIME, EXIF_FORMAT_RATIONAL, 1, 60);
-  put(EXIF_TAG_FNUMBER, EXIF_FORMAT_RATIONAL, 71, 10);
-  put(EXIF_TAG_ISO_SPEED_RATINGS, EXIF_FORMAT_SHORT, 640, 1);
-  const std::string lens = "Acme 50mm f/1.8";
-  ExifEntry* text = exif_entry_new();
-  exif_content_add_entry(data->ifd[EXIF_IFD_EXIF], text);
-  text->tag = EXIF_TAG_LENS_MODEL;
-  text->format = EXIF_FORMAT_ASCII;
-  text->components = text->size = static_cast<unsigned>(lens.size() + 1);
-  text->data = static_cast<unsigned char*>(calloc(1, lens.size() + 1));
-  std::ranges::copy(lens, text->data);
-  exif_entry_unref(text);
-  unsigned char* bytes = nullptr;
-  unsigned size = 0;
-  exif_data_save_data(data, &bytes, &size);
-  std::string with = jpeg.substr(0, 2) + "\xFF\xE1";
-  with += static_cast<char>((size + 2) >> 8);
-  with += static_cast<char>((size + 2) & 0xFF);
-  with.append(reinterpret_cast<const char*>(bytes), size);
-  free(bytes);
-  exif_data_unref(data);
-  return with + jpeg.substr(2);
-}
-
 TEST_F(GphotoTest, WhatThePhotographItselfSaysGoesBeforeTheSettings) {
   Begin([](int number) -> std::vector<PtpipFile> {
     return {{FileName(number), WithExif(NumberedJpeg(number, 960, 640))}};
@@ -772,61 +727,6 @@ TEST(UsbHolders, AreFoundByTheirOpenFiles) {
   fs::create_symlink(usb / "001/005", process / "fd/3");
   EXPECT_THAT(holders(), ElementsAre("gvfsd-gphoto2 (process 4711)"));
   EXPECT_THAT(ProgramsHoldingUsb("ptpip:127.0.0.1", scratch / "proc", usb), IsEmpty());
-}
-
-// 8 ms, of 2, 4, 8, 16.6 and 33.3.
-TEST_F(GphotoTest, ABracketSetsTheShutterOfEachPhotographAndWaitsForABusyCamera) {
-  Begin();
-  auto device = Open("?shutter=1/125");
-  device->Start();
-  ASSERT_TRUE(AwaitLive(*device));
-  EXPECT_EQ(device->TakesExposures(), ExposureRequests::kSetTime);
-  camera_->AnswerBusy(3);
-  ASSERT_EQ(device->RequestExposures({-1, 1, -2}), StillRequest::kAsked);
-  EXPECT_EQ(device->RequestExposures({-1}), StillRequest::kBusy) << "one after the other";
-  EXPECT_EQ(device->RequestStill(), StillRequest::kBusy);
-  for (const auto& [stops, exposure_s] : {std::pair(-1.0, 0.004), {1.0, 0.0166}, {-2.0, 0.002}}) {
-    const auto still = AwaitStill(*device);
-    ASSERT_TRUE(still) << stops;
-    EXPECT_EQ(still->asked_stops, stops);
-    EXPECT_NEAR(still->exposure_s, exposure_s, 0.02 * exposure_s);
-  }
-  EXPECT_EQ(camera_->BusyAnswers(), 3);
-  ASSERT_TRUE(Until(*device, [&] { return camera_->Property(kPtpExposure) == 80; }))
-      << "the shutter is set back";
-  ASSERT_TRUE(Until(*device, [&] { return device->RequestStill() == StillRequest::kAsked; }));
-  const auto still = AwaitStill(*device);
-  ASSERT_TRUE(still);
-  EXPECT_FALSE(still->asked_stops);
-  EXPECT_NEAR(still->exposure_s, 0.008, 1e-4);
-  EXPECT_THAT(Said(*device), Not(HasSubstr("changed from"))) << "what ulf sets itself is no news";
-}
-
-TEST_F(GphotoTest, ABracketWiderThanTheShutterIsTakenAsFarAsItGoes) {
-  Begin();
-  auto device = Open("?shutter=1/125");
-  device->Start();
-  ASSERT_TRUE(AwaitLive(*device));
-  ASSERT_EQ(device->RequestExposures({2, 6}), StillRequest::kAsked);
-  const auto still = AwaitStill(*device);
-  ASSERT_TRUE(still);
-  EXPECT_EQ(still->asked_stops, 2.0);
-  ASSERT_TRUE(Until(*device, [&] { return camera_->Property(kPtpExposure) == 80; }));
-  EXPECT_THAT(Said(*device), HasSubstr("no other shutter time near +6 stops"));
-  EXPECT_EQ(camera_->Releases(), 1);
-}
-
-TEST_F(GphotoTest, StoppedInTheMiddleOfABracketTheShutterIsSetBack) {
-  PtpipCameraOptions options;
-  options.shutter_lag_s = 0.3;
-  Begin(NumberedPhotograph, options);
-  auto device = Open("?shutter=1/125");
-  device->Start();
-  ASSERT_TRUE(AwaitLive(*device));
-  ASSERT_EQ(device->RequestExposures({-2, 2, -1, 1}), StillRequest::kAsked);
-  ASSERT_TRUE(Until(*device, [&] { return camera_->ReleasesAsked() == 1; }));
-  device->Stop();
-  EXPECT_EQ(camera_->Property(kPtpExposure), 80u);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // How wrong the merged light of exposure brackets is, by how bright a pixel is, against the number of exposures, aligned
 // and not.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -14,18 +15,6 @@ namespace ulf::test {
 namespace {
 
 constexpr int kTracked = 3000;  // points
-
-// Of green, by whole stops of the true light, in shares of the view's own full scale.
-using ErrorsByStop = std::map<int, std::vector<double>>;
-
-void AddErrors(const cv::Mat& light, const cv::Mat& truth, ErrorsByStop& errors) {
-  for (int y = 0; y < light.rows; ++y)
-    for (int x = 0; x < light.cols; ++x) {
-      const double is = light.at<cv::Vec3f>(y, x)[1], should = truth.at<cv::Vec3f>(y, x)[1];
-      if (should > 0)
-        errors[static_cast<int>(std::floor(std::log2(should)))].push_back(std::abs(is / should - 1));
-    }
-}
 
 // 0, then two stops shorter and longer in turn.
 std::vector<double> StopsOf(int exposures) {
@@ -94,8 +83,8 @@ Chart BracketsChart(const ChartEffort& effort) {
       "Simulated scene lightbox (sixteen stops), 480 x 360, 12-bit mosaic with noise; a hand that moves at 5 "
       "degrees a second, 50 ms from one exposure to the next, two stops apart; poses exact, {} points as "
       "geometry. {} views of each of the seeds 1 to {}, by the whole stop of the true light (0: full scale "
-      "of "
-      "the view's own exposure, of 1 ms). Things that move: scene branch from a stand, 0.2 s and one stop "
+      "of the view's own exposure, of 1 ms); alone: each exposure by itself, where it was taken, and at each "
+      "stop the one with the least error. Things that move: scene branch from a stand, 0.2 s and one stop "
       "apart; precision within two pixels. Bars: lowest to highest seed. Ringed: what is done.",
       kTracked, views, effort.Of(1, 3));
   const auto by_light = [](const char* title) {
@@ -113,11 +102,15 @@ Chart BracketsChart(const ChartEffort& effort) {
                     {"share found [%]", false, true, false, true},
                     {},
                     false};
-  for (const int exposures : effort.Of(std::vector{1, 3}, {1, 3, 5, 7})) {
+  constexpr std::size_t kFew = 200;  // pixels
+  const std::vector<int> counts = effort.Of(std::vector{1, 3}, {1, 3, 5, 7});
+  for (const int exposures : counts) {
     std::map<bool, std::map<int, std::vector<double>>> medians;
+    std::map<int, std::vector<double>> best_alone;
     std::map<bool, std::vector<double>> shares;
     for (unsigned seed = 1; seed <= effort.Of(1u, 3u); ++seed) {
       std::map<bool, ErrorsByStop> errors;
+      std::vector<ErrorsByStop> alone(static_cast<std::size_t>(exposures));
       std::map<bool, std::vector<double>> ghosts_of;
       for (int i = 0; i < views; ++i) {
         const BracketedView how{.seed = seed,
@@ -132,6 +125,8 @@ Chart BracketsChart(const ChartEffort& effort) {
         const View& view = light_field.views.at(0);
         const auto geometry = PointsSeen(camera, view.cam_from_world, kTracked);
         const cv::Mat truth = camera.CleanLinear(view.cam_from_world);
+        for (std::size_t number = 0; number < alone.size(); ++number)
+          AddErrorsAlone(camera, light_field, view, number, alone[number]);
         for (const bool align : {true, false}) {
           if (exposures == 1 && !align) continue;
           const MergedLight merged = MergeExposuresOf(light_field, view, *geometry, {.align = align}).merged;
@@ -139,7 +134,14 @@ Chart BracketsChart(const ChartEffort& effort) {
           ghosts_of[align].push_back(100 * merged.ghost_share);
         }
       }
-      constexpr std::size_t kFew = 200;  // pixels
+      std::map<int, double> least;
+      for (const ErrorsByStop& each : alone)
+        for (const auto& [stop, all] : each)
+          if (all.size() >= kFew) {
+            const double median = Spread::Of(all).median;
+            least[stop] = std::min(median, least.contains(stop) ? least[stop] : median);
+          }
+      for (const auto& [stop, median] : least) best_alone[stop].push_back(median);
       for (const auto& [align, by_stop] : errors)
         for (const auto& [stop, all] : by_stop)
           if (all.size() >= kFew) medians[align][stop].push_back(Spread::Of(all).median);
@@ -150,6 +152,10 @@ Chart BracketsChart(const ChartEffort& effort) {
       for (const auto& [stop, values] : by_stop)
         (align ? aligned : lying)
             .points.push_back({name, "", Spread::Exactly(stop + 0.5), Spread::Of(values), false});
+    if (exposures == counts.back())
+      for (const auto& [stop, values] : best_alone)
+        aligned.points.push_back({fmt::format("best of {} alone", exposures), "", Spread::Exactly(stop + 0.5),
+                                  Spread::Of(values), false});
     if (exposures == 1) continue;
     std::vector<double> precisions, recalls, of_stand;
     for (unsigned seed = 1; seed <= effort.Of(1u, 3u); ++seed) {

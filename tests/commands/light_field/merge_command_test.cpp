@@ -1,4 +1,4 @@
-// Tests: commands/light_field/merge_command, commands/light_field/merged_brackets.
+// Tests: commands/light_field/merge_command, commands/light_field/merged_brackets, commands/light_field/light_field_report.
 //
 // ulf capture --bracket and ulf merge, as a person meets them.
 #include <gmock/gmock.h>
@@ -15,7 +15,9 @@ namespace ulf::test {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr char kDevice[] =
     "'sim:lightbox?width=320&height=240&fps=30&format=bayerrg12&exposure_us=1000&speed_deg_s=5&look_away=0'";
@@ -39,6 +41,18 @@ TEST(MergeCommand, ABracketedCaptureIsMergedAtItsEndAndAnewByMerge) {
   double brightest = 0;
   cv::minMaxLoc(ReadExr((fs::path(dir) / view.merged->path).string()).reshape(1), nullptr, &brightest);
   EXPECT_GT(brightest, 2) << "beyond full scale of the view's own exposure";
+
+  const CommandResult info = RunUlf("info " + dir + " --json");
+  ASSERT_EQ(info.exit_code, 0) << info.errors;
+  const auto brackets = nlohmann::json::parse(info.output).at("brackets");
+  EXPECT_GE(brackets.at("views"), light_field.views.size() - 1);
+  EXPECT_EQ(brackets.at("exposures").at("most"), 3);
+  EXPECT_EQ(brackets.at("stops"), nlohmann::json({-2, 0, 2}));
+  EXPECT_EQ(brackets.at("merged"), report.at("merged").at("views"));
+  EXPECT_DOUBLE_EQ(brackets.at("ghosts_most").get<double>(),
+                   report.at("merged").at("ghosts_most").get<double>());
+  EXPECT_THAT(RunUlf("info " + dir).output,
+              ContainsRegex("brackets +[0-9]+ views of .*-2, 0, \\+2 stops.*merged"));
 
   // It can be made again, by whatever geometry there is then, and the renderer takes it.
   fs::remove_all(fs::path(dir) / "merged");
@@ -68,6 +82,7 @@ TEST(MergeCommand, WhatCannotBeBracketedOrMergedIsSaid) {
   EXPECT_FALSE(fs::exists(dir)) << "before anything was written";
   ASSERT_EQ(RunUlf(capture + " --headless --deterministic --no-geometry --max-seconds 2 --json").exit_code,
             0);
+  EXPECT_THAT(RunUlf("info " + dir).output, Not(HasSubstr("brackets")));
   const CommandResult nothing = RunUlf("merge " + dir);
   EXPECT_EQ(nothing.exit_code, 1);
   EXPECT_THAT(nothing.errors, HasSubstr("capture with --bracket"));

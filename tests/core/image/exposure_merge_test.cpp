@@ -230,7 +230,7 @@ TEST(ExposureAlignment, FollowsPoseAndDepthAndLeavesOutWhatIsHidden) {
   };
   cv::Mat depth;
   const cv::Mat reference = draw({}, &depth), moved = draw(moved_from_reference, nullptr);
-  const cv::Mat none = cv::Mat::zeros(reference.size(), CV_8UC1);
+  const cv::Mat none = cv::Mat::zeros(reference.size(), CV_8UC3);
   const AlignedExposure aligned = AlignExposure({moved, none, {}}, camera, depth, moved_from_reference, 1);
   const auto mean_error = [&](const cv::Mat& light, const cv::Mat& where) {
     cv::Mat difference;

@@ -2,13 +2,17 @@
 // `ulf capture --bracket` leaves it; poses are exact. And what a merge of it is measured against.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/light_field/light_field_io.h"
+#include "core/light_field/view_exposures.h"
 #include "render/proxy/points_proxy.h"
 #include "tests/support/floors.h"
 
@@ -67,6 +71,26 @@ inline LightField TakeBracket(const SimulatedCamera& camera, const BracketedView
   writer.SetSubject(camera.scene().subject());
   writer.Close(1);
   return ReadLightField(dir);
+}
+
+// Of green, by whole stops of the true light (0: up from full scale of the view's own exposure): shares of the light.
+using ErrorsByStop = std::map<int, std::vector<double>>;
+
+inline void AddErrors(const cv::Mat& light, const cv::Mat& truth, ErrorsByStop& errors) {
+  for (int y = 0; y < light.rows; ++y)
+    for (int x = 0; x < light.cols; ++x) {
+      const double is = light.at<cv::Vec3f>(y, x)[1], should = truth.at<cv::Vec3f>(y, x)[1];
+      if (should > 0)
+        errors[static_cast<int>(std::floor(std::log2(should)))].push_back(std::abs(is / should - 1));
+    }
+}
+
+// Of one exposure by itself (0: the view's own), against what is to be seen where it was taken.
+inline void AddErrorsAlone(const SimulatedCamera& camera, const LightField& light_field, const View& view,
+                           std::size_t number, ErrorsByStop& errors) {
+  const View alone = number == 0 ? view : PhotographOf(view, view.exposures.at(number - 1));
+  const cv::Mat light = LinearFloat(ReadViewMaster(light_field, alone)) - cv::Scalar::all(alone.black_level);
+  AddErrors(light * (view.exposure_s / alone.exposure_s), camera.CleanLinear(alone.cam_from_world), errors);
 }
 
 // Points of what the camera sees from there, as a tracker has them but exact.

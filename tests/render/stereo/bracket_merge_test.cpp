@@ -77,6 +77,36 @@ TEST(BracketMerge, PosesAndGeometryAlignWhatAMovingHandTook) {
   EXPECT_LT(ShareOfHighlightsRight(single.merged.light, truth), 0.1) << "clipped";
 }
 
+double MedianOf(std::vector<double> all) {
+  std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2));
+  return all[all.size() / 2];
+}
+
+// Also just below full scale, beside pixels that are full and where another colour is: there the view's own exposure is the
+// least noisy one.
+TEST(BracketMerge, IsAtNoBrightnessWorseThanTheViewsOwnExposure) {
+  ErrorsByStop merged, own;
+  for (const unsigned seed : {7u, 8u}) {
+    const BracketedView how{.seed = seed, .width = 360, .height = 270, .between_s = 0.05};
+    const ScratchFolder scratch;
+    const SimulatedCamera camera = LightboxCamera(how);
+    const LightField light_field = TakeBracket(camera, how, scratch / "lf", {-2, 2});
+    const View& view = light_field.views.at(0);
+    const auto geometry = PointsSeen(camera, view.cam_from_world, kPoints);
+    AddErrors(MergeExposuresOf(light_field, view, *geometry).merged.light,
+              camera.CleanLinear(view.cam_from_world), merged);
+    AddErrorsAlone(camera, light_field, view, 0, own);
+  }
+  constexpr std::size_t kFew = 300;  // pixels
+  int compared = 0;
+  for (const auto& [stop, errors] : merged) {
+    if (errors.size() < kFew) continue;
+    ++compared;
+    EXPECT_LT(MedianOf(errors), 1.05 * MedianOf(own[stop])) << "from " << stop << " stops over full scale";
+  }
+  EXPECT_GT(compared, 8);
+}
+
 // A shutter that did not do what it says.
 TEST(BracketMerge, AnExposureWhoseLightIsNotWhatItsTimeTellsIsLeftOut) {
   const ScratchFolder scratch;

@@ -1,0 +1,42 @@
+// What of a tethered camera may change by itself, or by a hand on the body, while it is used: settings, image format,
+// battery, card. Each change is told once. Belongs to the camera's thread.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/gphoto2/camera_settings.h"
+#include "acquisition/gphoto2/gphoto_camera.h"
+
+namespace ulf::acquisition {
+
+class CameraWatch {
+ public:
+  // `camera` and `settings` outlive it. `battery_low`: percent.
+  CameraWatch(GphotoCamera& camera, CameraSettings& settings, int battery_low,
+              std::function<void(const std::string&)> notice)
+      : camera_(camera), settings_(settings), battery_low_(battery_low), notice_(std::move(notice)) {}
+
+  // Before the first look, when the settings are as they are to be.
+  void Begin(bool target_is_memory);
+  // A result that is not ok(): the camera may be gone.
+  GphotoResult Look();
+  // Whether the camera can be asked for its storage, which shows that it is there.
+  bool HasStorage() const { return has_storage_; }
+
+ private:
+  void LookAtFormat();
+  void LookAtBatteryAndCard();
+
+  GphotoCamera& camera_;
+  CameraSettings& settings_;
+  const int battery_low_;
+  const std::function<void(const std::string&)> notice_;
+  std::vector<GphotoStorage> storages_;
+  bool target_is_memory_ = false, has_storage_ = false;
+  bool said_battery_ = false, said_full_ = false, said_raw_only_ = false;
+};
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,89 @@
+// What a tethered camera was asked for: a photograph, or the exposures of a bracket. From the asking until the photographs
+// are there, were refused, or were waited for too long.
+//
+// Asked from any thread; everything else belongs to the camera's thread. A bracket is taken by the camera's own bracketing
+// where it offers those exposures (camera_bracket.h), else one photograph after another (shutter_bracket.h).
+//
+// The first photograph announced after a release counts as its answer, although the photographer may have released it on
+// the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "acquisition/gphoto2/camera_bracket.h"
+#include "acquisition/gphoto2/camera_settings.h"
+#include "acquisition/gphoto2/gphoto_camera.h"
+#include "acquisition/gphoto2/gphoto_options.h"
+#include "acquisition/gphoto2/shutter_bracket.h"
+#include "core/base/mutex.h"
+#include "core/image/frame.h"
+
+namespace ulf::acquisition {
+
+class PhotographRequests {
+ public:
+  // `camera` and `settings` outlive it. `gone`: whether a call failed because the camera is gone.
+  PhotographRequests(GphotoCamera& camera, CameraSettings& settings, const GphotoPatience& patience,
+                     const std::function<void(const std::string&)>& notice,
+                     std::function<bool(const GphotoResult&)> gone);
+
+  // From any thread. False: earlier ones are still to come.
+  bool Ask();
+  bool AskExposures(const std::vector<double>& stops);
+  // Whether exposures can be asked for; as LookAtSettings() found it.
+  bool TakesExposures() const { return sets_shutter_; }
+
+  // Before the camera's thread runs, when the settings are as they are to be.
+  void LookAtSettings() { sets_shutter_ = shutter_bracket_.IsPossible(); }
+  // Releases the shutter where that is asked for. A busy camera is asked again in later rounds.
+  void Work();
+  // The shutter was released, and not all of its photographs have come.
+  bool IsReleased() const { return released_at_.has_value(); }
+  // None of them was announced so far.
+  bool AwaitsAnnouncement() const { return IsReleased() && stems_.empty(); }
+  double ReleasedHostS() const { return released_host_s_; }
+  // Whether the photograph of that stem, which is announced now, answers the release.
+  bool IsAnsweredBy(const std::string& stem);
+  // Of a photograph: which of the bracket's exposures it is. `told_s`: the exposure time that the photograph itself tells.
+  void TellExposure(Frame& still, const std::optional<double>& told_s);
+  // A photograph that was released then has come, or will not come.
+  void Came(double released_s);
+  // Nothing is asked for any more.
+  void Clear();
+  // Before the thread ends: what a bracket has changed on the camera is put back, or told.
+  void GiveUpBracket(bool camera_is_gone);
+
+ private:
+  void ReleaseNextExposure();
+  void Release();
+
+  GphotoCamera& camera_;
+  const GphotoPatience patience_;
+  const std::function<void(const std::string&)> notice_;
+  const std::function<bool(const GphotoResult&)> gone_;
+  ShutterBracket shutter_bracket_;
+  CameraBracket camera_bracket_;
+
+  bool said_busy_ = false;
+  std::optional<std::chrono::steady_clock::time_point> asked_since_, released_at_;
+  std::chrono::steady_clock::time_point again_;  // a busy camera is not asked before
+  std::chrono::milliseconds pause_{0};
+  double released_host_s_ = 0;
+  int expected_ = 1, came_ = 0;              // photographs of the release
+  std::set<std::string> stems_;              // of those that were announced
+  std::optional<double> stops_being_taken_;  // by a photograph whose shutter time was set for it
+
+  // Shared.
+  std::atomic<bool> still_wanted_{false}, exposures_wanted_{false};
+  bool sets_shutter_ = false;
+  Mutex mutex_;
+  std::vector<double> exposures_asked_ ULF_GUARDED_BY(mutex_);
+};
+
+}  // namespace ulf::acquisition
