@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "core/base/counted.h"
 #include "core/base/host_time.h"
 #include "core/base/lowercase.h"
 
@@ -99,7 +100,7 @@ class Plan {
 
 // "5 images (normal, 2 unders and 2 overs)", and not those that go to one side only.
 bool IsEvenPattern(const std::string& text, int exposures) {
-  return text.starts_with(fmt::format("{} images", exposures)) && text.find("under") != std::string::npos &&
+  return text.starts_with(Counted(exposures, "image")) && text.find("under") != std::string::npos &&
          text.find("over") != std::string::npos;
 }
 

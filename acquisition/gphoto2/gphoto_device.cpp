@@ -424,7 +424,7 @@ class GphotoDevice : public Device {
       info_.available = false;
       info_.problem = problem;
     }
-    requests_.Clear();
+    requests_.ReleaseNoMore();
     lost_ = true;
   }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/counted.h"
 #include "core/base/host_time.h"
 
 namespace ulf::acquisition {
@@ -73,8 +74,8 @@ void PhotographRequests::Release() {
     notice_(expected_ == 1
                 ? fmt::format("no photograph came within {:.0f} s of its release; another can be requested",
                               patience_.photograph_s)
-                : fmt::format("{} of the bracket's {} photographs came within {:.0f} s of its release", came_,
-                              expected_, patience_.photograph_s));
+                : fmt::format("{} of {} of the bracket came within {:.0f} s of its release", came_,
+                              Counted(expected_, "photograph"), patience_.photograph_s));
     return Clear();
   }
   if (!asked_since_) {
@@ -85,7 +86,8 @@ void PhotographRequests::Release() {
   if (Clock::now() < again_) return;
   const double host_time_s = EpochSeconds();
   const GphotoResult result = camera_.ReleaseShutter();
-  if (result.ok()) {
+  const bool is_gone = !result.ok() && !result.Busy() && gone_(result);
+  if (result.ok() || is_gone) {  // where the link broke before the answer the shutter may have been released
     released_at_ = Clock::now();
     released_host_s_ = host_time_s;
     said_busy_ = false;
@@ -100,7 +102,6 @@ void PhotographRequests::Release() {
     said_busy_ = false;
     return Clear();
   }
-  if (gone_(result)) return;
   if (result.CardFull())
     notice_("the card is full: no photograph was taken; change it, or use target=ram");
   else

@@ -54,6 +54,8 @@ class PhotographRequests {
   void TellExposure(Frame& still, const std::optional<double>& told_s);
   // A photograph that was released then has come, or will not come.
   void Came(double released_s);
+  // Releases nothing more; a photograph that was released may still come.
+  void ReleaseNoMore() { still_wanted_ = false; }
   // Nothing is asked for any more.
   void Clear();
   // Before the thread ends: what a bracket has changed on the camera is put back, or told.

@@ -222,7 +222,7 @@ LimitSurface::LimitSurface(const std::vector<Vector3d>& positions, const std::ve
       corner.star = star_of[At(hub)];
       if (corner.star == nullptr) {
         Triangle small = first.triangles[4 * t + k];  // the hub is its corner k
-        std::ranges::rotate(small, small.begin() + static_cast<std::ptrdiff_t>(k));
+        std::rotate(small.begin(), small.begin() + static_cast<std::ptrdiff_t>(k), small.end());
         patches.regular[k] = Over(ControlsOf(small, fine_opposite), weights_);
       } else {
         const auto next = std::ranges::find(fans[At(hub)], triangles[t][(k + 1) % 3]);

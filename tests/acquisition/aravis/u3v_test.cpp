@@ -146,16 +146,18 @@ TEST_F(U3v, IsListedAndOpensByEachOfItsNames) {
 TEST_F(U3v, TheCheckNamesWhatSharesItsHubAndCountsWhatThatCanTake) {
   const EmulatedU3vCamera camera({.port = "3.1"}), beside({.model = "Second", .serial = "B2", .port = "3.2"}),
       elsewhere({.model = "Third", .serial = "C3", .port = "2"});
-  const auto run = test::RunUlf(std::string("devices --seconds 0.3 --json --check '") + kSmall + "'");
+  const auto run = test::RunUlf(std::string("devices --seconds 0.5 --json --check '") + kSmall + "'");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   std::string value, advice;
-  for (const auto& fact : nlohmann::json::parse(run.output)["facts"])
+  const auto report = nlohmann::json::parse(run.output);
+  for (const auto& fact : report["facts"])
     if (fact["name"] == "beside it") value = fact["value"], advice = fact["advice"];
   EXPECT_THAT(
       value,
       AllOf(HasSubstr("Test Optics Third (port 2-2, 5000 Mbit/s) at the same controller"),
             HasSubstr("Test Optics Second (port 2-3.2, 5000 Mbit/s) behind the same hub 2-3"),
             HasSubstr("carries about 400 MB/s for all, this camera is set to 7.7, the others can take 400")));
+  ASSERT_FALSE(value.empty()) << run.output;
   EXPECT_THAT(advice, AllOf(HasSubstr("a port of the computer for each"), HasSubstr("throughput_limit")));
 }
 
