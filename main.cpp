@@ -7,7 +7,8 @@
 #include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 
-#include "commands/about/library_versions.h"
+#include "commands/about/about_commands.h"
+#include "commands/about/version_text.h"
 #include "commands/commands.h"
 #include "core/base/error.h"
 
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
 
   ulf::commands::ChosenCommand chosen;
   ulf::commands::AddCommands(app, chosen);
+  ulf::commands::AddAboutCommands(app, chosen);
 
   if (argc == 1) {
     std::fputs(app.help().c_str(), stderr);

@@ -29,7 +29,6 @@ void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddCloseAfterCrashCommand(app, chosen);
   AddExportCommand(app, chosen);
   AddMergeCommand(app, chosen);
-  AddAboutCommands(app, chosen);
 }
 
 }  // namespace ulf::commands

@@ -33,6 +33,5 @@ void AddReviewCommand(CLI::App& app, ChosenCommand& chosen);
 void AddRefineCommand(CLI::App& app, ChosenCommand& chosen);
 void AddExportCommand(CLI::App& app, ChosenCommand& chosen);
 void AddMergeCommand(CLI::App& app, ChosenCommand& chosen);
-void AddAboutCommands(CLI::App& app, ChosenCommand& chosen);
 
 }  // namespace ulf::commands

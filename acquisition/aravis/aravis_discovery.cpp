@@ -132,8 +132,4 @@ std::vector<DeviceInfo> ListAravisDevices() {
   return list;
 }
 
-std::string AravisVersion() {
-  return fmt::format("{}.{}.{}", arv_get_major_version(), arv_get_minor_version(), arv_get_micro_version());
-}
-
 }  // namespace ulf::acquisition

@@ -17,7 +17,4 @@ std::string ResolveAravis(const std::string& uri, const std::string& id);
 // in another network, or this user may not open the USB device.
 std::vector<DeviceInfo> ListAravisDevices();
 
-// Of the library in use.
-std::string AravisVersion();
-
 }  // namespace ulf::acquisition

@@ -497,8 +497,4 @@ std::string UsbObstacle(const std::string& port) {
   return fmt::format("{} uses it; close that program", holders);
 }
 
-std::string GphotoLibraryVersion() {
-  return gp_library_version(GP_VERSION_SHORT)[0];  // the first of its lines is the number
-}
-
 }  // namespace ulf::acquisition

@@ -104,7 +104,4 @@ std::vector<std::string> ProgramsHoldingUsb(const std::string& port, const std::
 // The reason why a USB camera cannot be opened, with the remedy; empty: no reason known.
 std::string UsbObstacle(const std::string& port);
 
-// Of the library in use.
-std::string GphotoLibraryVersion();
-
 }  // namespace ulf::acquisition

@@ -650,6 +650,4 @@ std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri, std::shared_ptr<L
   return std::make_unique<GphotoDevice>(uri, std::move(left));
 }
 
-std::string GphotoVersion() { return GphotoLibraryVersion(); }
-
 }  // namespace ulf::acquisition

@@ -24,7 +24,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "acquisition/device/device.h"
@@ -43,8 +42,5 @@ std::unique_ptr<FeatureAccess> OpenGphotoFeatures(const DeviceUri& uri);
 
 // Cameras at USB ports.
 std::vector<DeviceInfo> ListGphotoDevices();
-
-// libgphoto2's version, of the library in use.
-std::string GphotoVersion();
 
 }  // namespace ulf::acquisition

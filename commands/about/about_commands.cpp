@@ -1,4 +1,4 @@
-// ulf manual and ulf completion, which --help does not list: what an installation writes beside the program.
+#include "commands/about/about_commands.h"
 
 #include <fmt/core.h>
 
@@ -8,7 +8,6 @@
 #include "commands/about/command_tree.h"
 #include "commands/about/completion.h"
 #include "commands/about/manual.h"
-#include "commands/commands.h"
 
 namespace ulf::commands {
 

@@ -324,9 +324,4 @@ RawPhotograph DecodeRaw(const std::string& bytes, const std::string& name, RawQu
   return photograph;
 }
 
-std::string LibRawVersion() {
-  const std::string version = LibRaw::version();  // "0.20.2-Release"
-  return version.substr(0, version.find('-'));
-}
-
 }  // namespace ulf

@@ -98,7 +98,4 @@ RawPhotograph DecodeRaw(const std::string& bytes, const std::string& name, RawQu
                         const std::optional<WhiteBalance>& white_balance = std::nullopt,
                         cv::Mat* clipped = nullptr);
 
-// LibRaw's version, of the library in use.
-std::string LibRawVersion();
-
 }  // namespace ulf

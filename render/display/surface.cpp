@@ -256,10 +256,4 @@ void OffscreenSurface::Bind() {
 
 void OffscreenSurface::Present() { glFinish(); }
 
-std::string GlfwVersion() {
-  int major = 0, minor = 0, revision = 0;
-  glfwGetVersion(&major, &minor, &revision);
-  return fmt::format("{}.{}.{}", major, minor, revision);
-}
-
 }  // namespace ulf::render

@@ -89,9 +89,6 @@ class Surface {
 // destroyed sends CloseAsked with every TakeEvents() and shows nothing.
 std::unique_ptr<Surface> OpenWindow(const std::string& title, cv::Size points);
 
-// GLFW's version, of the library in use.
-std::string GlfwVersion();
-
 class OffscreenSurface : public Surface {
  public:
   explicit OffscreenSurface(cv::Size size, double content_scale = 1);
