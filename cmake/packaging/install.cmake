@@ -28,7 +28,7 @@ install(TARGETS ulf RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT progra
 # program alone, so they are made when everything is built.
 set(manual ${CMAKE_BINARY_DIR}/manual)
 set(generated ${manual}/ulf.bash ${manual}/ulf.zsh ${manual}/ulf.fish)
-add_custom_command(OUTPUT ${generated} ${manual}/man1
+add_custom_command(OUTPUT ${generated}
   COMMAND ${CMAKE_COMMAND} -E rm -rf ${manual}
   COMMAND ${CMAKE_COMMAND} -E make_directory ${manual}/man1
   COMMAND ulf manual ${manual}/man1

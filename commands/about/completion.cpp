@@ -21,7 +21,7 @@ std::string Replaced(const std::string& text, const std::vector<std::pair<char, 
 }
 
 // As one word of bash and zsh.
-std::string Quoted(const std::string& text) {
+std::string ShellWord(const std::string& text) {
   return "'" + Replaced(text, {{'\'', "'\\''"}, {'\n', " "}}) + "'";
 }
 
@@ -58,12 +58,12 @@ bool TakesFiles(const CommandPage& page) {
 // --- bash: one function, a case for each command, which stands in `command` by its words.
 
 std::string BashPage(const CommandPage& page) {
-  std::string out = fmt::format("    {})\n", Quoted(fmt::format("{}", fmt::join(page.path, " "))));
+  std::string out = fmt::format("    {})\n", ShellWord(fmt::format("{}", fmt::join(page.path, " "))));
   out += "      case $previous in\n";
   for (const OptionPage& option : page.options) {
     if (option.positional || option.words.empty()) continue;
     out += fmt::format("        {}) words={} ;;\n", fmt::join(option.names, "|"),
-                       Quoted(fmt::format("{}", fmt::join(option.words, " "))));
+                       ShellWord(fmt::format("{}", fmt::join(option.words, " "))));
   }
   const auto files = NamesWhere(page, [](const OptionPage& option) { return option.takes_file; });
   if (!files.empty()) out += fmt::format("        {}) files=yes ;;\n", fmt::join(files, "|"));
@@ -73,8 +73,8 @@ std::string BashPage(const CommandPage& page) {
   if (!others.empty()) out += fmt::format("        {}) return ;;\n", fmt::join(others, "|"));
   const auto all = NamesWhere(page, [](const OptionPage&) { return true; });
   out += fmt::format("        *) words={}; options={}; files={} ;;\n      esac ;;\n",
-                     Quoted(fmt::format("{}", fmt::join(CommandNames(page), " "))),
-                     Quoted(fmt::format("{}", fmt::join(all, " "))), TakesFiles(page) ? "yes" : "");
+                     ShellWord(fmt::format("{}", fmt::join(CommandNames(page), " "))),
+                     ShellWord(fmt::format("{}", fmt::join(all, " "))), TakesFiles(page) ? "yes" : "");
   return out;
 }
 
@@ -89,8 +89,8 @@ std::string Bash(const CommandPage& tree) {
     if (page->path.empty()) continue;
     const std::vector<std::string> above(page->path.begin(), page->path.end() - 1);
     out += fmt::format("      {}) command={} ;;\n",
-                       Quoted(fmt::format("{} {}", fmt::join(above, " "), page->Name())),
-                       Quoted(fmt::format("{}", fmt::join(page->path, " "))));
+                       ShellWord(fmt::format("{} {}", fmt::join(above, " "), page->Name())),
+                       ShellWord(fmt::format("{}", fmt::join(page->path, " "))));
   }
   out += "    esac\n  done\n  case $command in\n";
   for (const CommandPage* page : AllPages(tree)) out += BashPage(*page);
@@ -122,11 +122,11 @@ std::string ZshOption(const OptionPage& option) {
     value = ":value:_files";
   else if (!option.value.empty())
     value = ":value: ";
-  if (option.positional) return Quoted(fmt::format("{}{}", option.repeats ? "*" : "", value));
+  if (option.positional) return ShellWord(fmt::format("{}{}", option.repeats ? "*" : "", value));
   const std::string text = fmt::format("[{}]{}", ZshText(option.text), value);
-  if (option.names.size() == 1) return option.names.front() + Quoted(text);
-  return Quoted(fmt::format("({})", fmt::join(option.names, " "))) +
-         fmt::format("{{{}}}", fmt::join(option.names, ",")) + Quoted(text);
+  if (option.names.size() == 1) return option.names.front() + ShellWord(text);
+  return ShellWord(fmt::format("({})", fmt::join(option.names, " "))) +
+         fmt::format("{{{}}}", fmt::join(option.names, ",")) + ShellWord(text);
 }
 
 std::string ZshPage(const CommandPage& page) {
@@ -135,7 +135,7 @@ std::string ZshPage(const CommandPage& page) {
   if (!page.commands.empty()) {
     out += "  local -a commands\n  commands=(\n";
     for (const CommandPage& command : page.commands)
-      out += "    " + Quoted(command.Name() + ":" + Short(command.text)) + "\n";
+      out += "    " + ShellWord(command.Name() + ":" + Short(command.text)) + "\n";
     out += "  )\n";
   }
   out += "  _arguments -C";

@@ -32,7 +32,7 @@ std::string Roff(const std::string& text) {
 }
 
 // What follows .SH, .B and so on is one argument.
-std::string Quoted(const std::string& text) {
+std::string RoffArgument(const std::string& text) {
   std::string out;
   for (const char c : Roff(text)) out += c == '"' ? std::string("\\(dq") : std::string(1, c);
   return '"' + out + '"';
@@ -51,7 +51,7 @@ std::string PlainText(const CommandPage& page) {
 }
 
 std::string Synopsis(const CommandPage& page) {
-  std::string out = fmt::format(".B {}\n", Quoted(page.FullName(" ")));
+  std::string out = fmt::format(".B {}\n", RoffArgument(page.FullName(" ")));
   out += "[\\fIoptions\\fR]\n";
   for (const OptionPage& option : page.options) {
     if (!option.positional) continue;
@@ -93,15 +93,15 @@ std::string SeeAlso(const CommandPage& page, const CommandPage& tree) {
 }  // namespace
 
 std::string ManPage(const CommandPage& page, const CommandPage& tree, const std::string& version) {
-  std::string out = fmt::format(".TH {} 1 \"\" {} {}\n", Quoted(Upper(page.FullName("-"))),
-                                Quoted("ulf " + version), Quoted("Light fields"));
+  std::string out = fmt::format(".TH {} 1 \"\" {} {}\n", RoffArgument(Upper(page.FullName("-"))),
+                                RoffArgument("ulf " + version), RoffArgument("Light fields"));
   out += fmt::format(".SH NAME\n{} \\- {}\n", Roff(page.FullName("-")), Roff(PlainText(page)));
   out += ".SH SYNOPSIS\n" + Synopsis(page);
   out += ".SH DESCRIPTION\n" + Roff(PlainText(page)) + (PlainText(page).ends_with('.') ? "\n" : ".\n");
   if (!page.commands.empty()) {
     out += ".PP\nCommands, each with a page of its own:\n";
     for (const CommandPage& command : page.commands)
-      out += fmt::format(".TP\n.B {}\n{}\n", Quoted(command.Name()), Roff(command.text));
+      out += fmt::format(".TP\n.B {}\n{}\n", RoffArgument(command.Name()), Roff(command.text));
   }
   out += ".SH OPTIONS\n";
   for (const OptionPage& option : page.options) out += OptionText(option);
