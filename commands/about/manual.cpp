@@ -43,11 +43,21 @@ std::string Upper(std::string text) {
   return text;
 }
 
-// The program's description begins with its name, which a heading has already.
+std::string Capitalized(std::string text) {
+  if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+// Without a full stop, as NAME has it. The program's own begins with its name, which a heading has already.
 std::string PlainText(const CommandPage& page) {
   std::string text = page.text;
   if (page.path.empty() && text.starts_with("ulf: ")) text.erase(0, 5);
+  if (text.ends_with('.')) text.pop_back();
   return text;
+}
+
+std::string Sentence(const std::string& text) {
+  return text.empty() || text.ends_with('.') ? text : text + ".";
 }
 
 std::string Synopsis(const CommandPage& page) {
@@ -65,10 +75,12 @@ std::string Synopsis(const CommandPage& page) {
 
 std::string OptionText(const OptionPage& option) {
   std::string names;
-  for (const std::string& name : option.names)
-    names += (names.empty() ? "\\fB" : ", \\fB") + Roff(name) + "\\fR";
-  if (!option.value.empty()) names += " \\fI" + Roff(option.value) + "\\fR";
-  std::string out = ".TP\n" + names + "\n" + Roff(option.text) + "\n";
+  for (const std::string& name : option.names) {
+    names += names.empty() ? "" : ", ";
+    names += (option.positional ? "\\fI" : "\\fB") + Roff(name) + "\\fR";
+  }
+  if (!option.value.empty() && !option.positional) names += " \\fI" + Roff(option.value) + "\\fR";
+  std::string out = ".TP\n" + names + "\n" + Roff(Sentence(option.text)) + "\n";
   if (!option.default_value.empty()) out += "Default: " + Roff(option.default_value) + ".\n";
   if (option.required) out += "Required.\n";
   return out;
@@ -97,7 +109,7 @@ std::string ManPage(const CommandPage& page, const CommandPage& tree, const std:
                                 RoffArgument("ulf " + version), RoffArgument("Light fields"));
   out += fmt::format(".SH NAME\n{} \\- {}\n", Roff(page.FullName("-")), Roff(PlainText(page)));
   out += ".SH SYNOPSIS\n" + Synopsis(page);
-  out += ".SH DESCRIPTION\n" + Roff(PlainText(page)) + (PlainText(page).ends_with('.') ? "\n" : ".\n");
+  out += ".SH DESCRIPTION\n" + Roff(Sentence(Capitalized(PlainText(page)))) + "\n";
   if (!page.commands.empty()) {
     out += ".PP\nCommands, each with a page of its own:\n";
     for (const CommandPage& command : page.commands)
@@ -112,7 +124,7 @@ std::string ManPage(const CommandPage& page, const CommandPage& tree, const std:
       "Wrong usage.\n",
       kOk, kFailed, kWrongUsage);
   out +=
-      ".SH FILES\nPages that are named as docs/NAME.md are in /usr/share/doc/ulf/docs, or under the prefix "
+      ".SH FILES\nPages of docs/ that are named here are in /usr/share/doc/ulf/docs, or under the prefix "
       "that ulf\n"
       "was installed to.\n";
   out += ".SH SEE ALSO\n" + SeeAlso(page, tree);
