@@ -9,9 +9,8 @@ set(floors core acquisition tracking render coverage)
 foreach(floor IN LISTS floors)
   set_target_properties(ulf_${floor} PROPERTIES EXPORT_NAME ${floor})
   install(TARGETS ulf_${floor} EXPORT ulfTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
-  # Without the headers that include Aravis, which stays behind acquisition/device/device.h.
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/${floor} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ulf COMPONENT dev
-    FILES_MATCHING PATTERN *.h REGEX "/aravis_(calls|description|number|session)[.]h$" EXCLUDE)
+    FILES_MATCHING PATTERN *.h PATTERN shaders EXCLUDE)
 endforeach()
 set_target_properties(ulf_flags PROPERTIES EXPORT_NAME flags)
 install(TARGETS ulf_flags EXPORT ulfTargets)

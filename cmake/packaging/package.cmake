@@ -22,10 +22,10 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libgl1-mesa-dri, fonts-dejavu-core,
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ulf-dev, colmap")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
 "captures and renders unstructured light fields
- ulf captures light fields with one camera held in the hand: it tells which
- viewpoints are still missing, ends when all are there, and renders the result
- at once, without training. GigE Vision, USB3 Vision, webcams and tethered
- cameras; a simulated camera; exports for COLMAP and nerfstudio.")
+ulf captures light fields with one camera held in the hand: it tells which
+viewpoints are still missing, ends when all are there, and renders the result
+at once, without training. GigE Vision, USB3 Vision, webcams and tethered
+cameras; a simulated camera; exports for COLMAP and nerfstudio.")
 
 # Without the instructions that it is compiled for (x86-64-v3, where the computer that builds has them) the program would
 # end at once, so the package refuses.
@@ -43,7 +43,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME ulf-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEV_DESCRIPTION
 "libraries of ulf, for other programs
- Static libraries, headers and CMake's find_package(ulf): light fields on disk,
- cameras, tracking, coverage and rendering as five targets.")
+Static libraries, headers and CMake's find_package(ulf): light fields on disk,
+cameras, tracking, coverage and rendering as five targets.")
 
 include(CPack)

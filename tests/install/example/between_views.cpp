@@ -1,5 +1,6 @@
 // between_views FOLDER PICTURE.png: what a camera sees halfway between the first two viewpoints of a light field.
 #include <cstdio>
+#include <exception>
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/light_field/light_field_io.h"
@@ -19,7 +20,7 @@ int main(int argc, char** argv) {
     const auto picture = renderer->Render(camera, between);
     cv::imwrite(argv[2], ulf::Srgb8FromLinear(picture.linear));
     std::printf("%d x %d, %ld pixels empty\n", picture.linear.cols, picture.linear.rows, picture.empty_px);
-  } catch (const ulf::Error& error) {
+  } catch (const std::exception& error) {
     return std::fprintf(stderr, "between_views: %s\n", error.what()), 1;
   }
 }
