@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 
+#include "commands/about/about_commands.h"
+#include "commands/about/version_text.h"
 #include "commands/commands.h"
 #include "core/base/error.h"
 
@@ -21,13 +23,15 @@ int main(int argc, char** argv) {
   CLI::App app{
       "ulf: captures, measures and renders unstructured light fields with one camera held in the hand."};
   app.require_subcommand(1);
-  app.set_version_flag("--version", "ulf " ULF_VERSION);
+  app.set_version_flag("--version", ulf::commands::VersionText,
+                       "Print the version, those of the libraries, and the renderer of OpenGL");
   app.set_help_all_flag("--help-all", "Help of every command");
   bool verbose = false;
   app.add_flag("-v,--verbose", verbose, "Say more");
 
   ulf::commands::ChosenCommand chosen;
   ulf::commands::AddCommands(app, chosen);
+  ulf::commands::AddAboutCommands(app, chosen);
 
   if (argc == 1) {
     std::fputs(app.help().c_str(), stderr);

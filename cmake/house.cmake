@@ -5,7 +5,7 @@ include(CheckCXXSourceRuns)
 # allocate with 32 and free() what the other side laid out differently.
 add_library(ulf_flags INTERFACE)
 target_compile_definitions(ulf_flags INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1 EIGEN_MAX_ALIGN_BYTES=16)
-target_include_directories(ulf_flags INTERFACE ${CMAKE_SOURCE_DIR})
+target_include_directories(ulf_flags INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/ulf>)
 
 check_cxx_source_runs(
   "int main() { return __builtin_cpu_supports(\"avx2\") && __builtin_cpu_supports(\"fma\") && __builtin_cpu_supports(\"bmi2\") ? 0 : 1; }"
@@ -15,16 +15,18 @@ if(ULF_HOST_HAS_AVX2)
 endif()
 set(ULF_MARCH "${ulf_default_march}" CACHE STRING "Instruction set (-march=); empty for the compiler's own default")
 if(ULF_MARCH)
-  target_compile_options(ulf_flags INTERFACE -march=${ULF_MARCH})
+  target_compile_options(ulf_flags INTERFACE $<BUILD_INTERFACE:-march=${ULF_MARCH}>)
 endif()
 
 option(ULF_WARNINGS_AS_ERRORS "Fail on any warning" ON)
-target_compile_options(ulf_flags INTERFACE -Wall -Wextra -Wno-psabi $<$<BOOL:${ULF_WARNINGS_AS_ERRORS}>:-Werror>)
+target_compile_options(ulf_flags INTERFACE $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wno-psabi>
+  $<$<BOOL:${ULF_WARNINGS_AS_ERRORS}>:$<BUILD_INTERFACE:-Werror>>)
 
 # Clang alone checks what core/base/mutex.h says of locks. The cache knows a precompiled header by its content, so no
 # time goes into it.
 if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
-  target_compile_options(ulf_flags INTERFACE -Wthread-safety "SHELL:-Xclang -fno-pch-timestamp")
+  target_compile_options(ulf_flags INTERFACE $<BUILD_INTERFACE:-Wthread-safety>
+    "$<BUILD_INTERFACE:SHELL:-Xclang -fno-pch-timestamp>")
 endif()
 
 set(ULF_SANITIZE "" CACHE STRING "address,undefined or thread")

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
-#include <opencv2/aruco/charuco.hpp>
 
 #include "core/base/error.h"
+#include "core/fiducials/aruco_calls.h"
 
 namespace ulf {
 namespace {
@@ -123,7 +123,7 @@ Board Board::Parse(const std::string& text) {
     throw UsageError("board '{}': needs at least {}x{} squares (counted are squares, not inner corners)",
                      text, least, least);
   if (board.kind != BoardKind::kChessboard) {
-    const auto dictionary = cv::aruco::getPredefinedDictionary(DictionaryNumber(board.dictionary));
+    const auto dictionary = ArucoDictionary(DictionaryNumber(board.dictionary));
     const int all = board.columns * board.rows;
     const int markers = board.kind == BoardKind::kArucoGrid ? all : all / 2;
     if (markers > dictionary->bytesList.rows)
@@ -181,8 +181,7 @@ std::vector<Eigen::Vector3d> Board::Points() const {
 std::vector<RectangleMm> Board::Dark() const {
   std::vector<RectangleMm> dark;
   cv::Ptr<cv::aruco::Dictionary> markers;
-  if (kind != BoardKind::kChessboard)
-    markers = cv::aruco::getPredefinedDictionary(DictionaryNumber(dictionary));
+  if (kind != BoardKind::kChessboard) markers = ArucoDictionary(DictionaryNumber(dictionary));
   int id = 0;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/quantile.h"
+#include "core/fiducials/aruco_calls.h"
 
 namespace ulf {
 namespace {
@@ -33,7 +33,7 @@ struct Markers {
 };
 
 Markers DetectMarkers(const cv::Mat& gray, const cv::Ptr<cv::aruco::Dictionary>& dictionary, bool refine) {
-  const auto parameters = cv::aruco::DetectorParameters::create();
+  const auto parameters = cv::makePtr<cv::aruco::DetectorParameters>();
   parameters->cornerRefinementMethod =
       refine ? cv::aruco::CORNER_REFINE_SUBPIX : cv::aruco::CORNER_REFINE_NONE;
   // Windows up to the size of a cell of a marker that fills the image.
@@ -68,10 +68,9 @@ double HalfWindowPx(const cv::Point2f& corner, const Markers& markers) {
 }
 
 BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
-  const auto dictionary = cv::aruco::getPredefinedDictionary(DictionaryNumber(board.dictionary));
-  const auto charuco =
-      cv::aruco::CharucoBoard::create(board.columns, board.rows, static_cast<float>(board.square_mm),
-                                      static_cast<float>(board.marker_mm), dictionary);
+  const auto dictionary = ArucoDictionary(DictionaryNumber(board.dictionary));
+  const auto charuco = CharucoBoard({board.columns, board.rows}, static_cast<float>(board.square_mm),
+                                    static_cast<float>(board.marker_mm), dictionary);
   const Markers markers = DetectMarkers(gray, dictionary, false);
   BoardView view;
   if (markers.ids.empty()) return view;
@@ -88,8 +87,7 @@ BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
 }
 
 BoardView DetectArucoGrid(const Board& board, const cv::Mat& gray) {
-  const Markers markers =
-      DetectMarkers(gray, cv::aruco::getPredefinedDictionary(DictionaryNumber(board.dictionary)), true);
+  const Markers markers = DetectMarkers(gray, ArucoDictionary(DictionaryNumber(board.dictionary)), true);
   BoardView view;
   for (std::size_t i = 0; i < markers.ids.size(); ++i) {
     if (markers.ids[i] >= board.columns * board.rows) continue;  // of another sheet

@@ -1,15 +1,15 @@
 #include "core/fiducials/marker_detector.h"
 
 #include <algorithm>
-#include <opencv2/aruco.hpp>
 
+#include "core/fiducials/aruco_calls.h"
 #include "core/fiducials/board.h"
 
 namespace ulf {
 namespace {
 
 cv::Ptr<cv::aruco::DetectorParameters> Parameters(const cv::Size& size) {
-  const auto parameters = cv::aruco::DetectorParameters::create();
+  const auto parameters = cv::makePtr<cv::aruco::DetectorParameters>();
   parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_NONE;  // marker_corners.h
   // Two windows: the cells of a small marker, and of one that fills the image.
   parameters->adaptiveThreshWinSizeMin = 7;
@@ -23,7 +23,7 @@ cv::Ptr<cv::aruco::DetectorParameters> Parameters(const cv::Size& size) {
 std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray) {
   std::vector<std::vector<cv::Point2f>> corners;
   std::vector<int> ids;
-  const auto known = cv::aruco::getPredefinedDictionary(DictionaryNumber(dictionary));
+  const auto known = ArucoDictionary(DictionaryNumber(dictionary));
   cv::aruco::detectMarkers(gray, known, corners, ids, Parameters(gray.size()));
   std::vector<std::pair<int, MarkerImage>> found;
   for (std::size_t i = 0; i < ids.size(); ++i) {

@@ -1,0 +1,12 @@
+// What `ulf --version` says: what a report of a fault needs.
+#pragma once
+
+#include <string>
+
+namespace ulf::commands {
+
+// "ulf 0.1.0" in the first line, then the libraries that it was built with (a Debian release keeps their versions), then the
+// renderer that OpenGL has without a window. Asks OpenGL, which takes some 0.1 s; where there is none, the line says why.
+std::string VersionText();
+
+}  // namespace ulf::commands
