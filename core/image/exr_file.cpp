@@ -14,7 +14,13 @@
 #include <ImfStringAttribute.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <system_error>
 
 #include "core/base/error.h"
 
@@ -133,10 +139,42 @@ namespace {
       path, why);
 }
 
+// The library takes as much memory as a header's attribute claims before it reads it: no attribute may be longer than the
+// file (OpenEXR's file layout: magic, version, then name, type and size of each attribute; an empty name ends a header, and
+// in a file of several parts an empty header ends them).
+void RequireAttributesInside(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code unknown;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, unknown);
+  std::array<char, 8> begin{};
+  if (unknown || !file.read(begin.data(), begin.size())) return;  // the library says why not
+  constexpr char kSeveralParts = 0x10;
+  const bool has_parts = (begin[5] & kSeveralParts) != 0;
+  constexpr int kLongestName = 256;
+  const auto name = [&] {
+    std::string text;
+    for (char c = 0; text.size() < kLongestName && file.get(c) && c != '\0';) text += c;
+    return text;
+  };
+  bool was_empty = false;
+  while (file) {
+    const bool is_end = name().empty();
+    if (is_end && (!has_parts || was_empty)) return;
+    was_empty = is_end;
+    if (is_end) continue;
+    name();  // the type
+    std::uint32_t size = 0;
+    if (!file.read(reinterpret_cast<char*>(&size), sizeof size)) return;
+    if (size > bytes) RefuseExr(path, "an attribute of its header is longer than the file");
+    file.ignore(size);
+  }
+}
+
 }  // namespace
 
 cv::Mat ReadExr(const std::string& path) {
   try {
+    RequireAttributesInside(path);
     Imf::InputFile file(path.c_str());
     return ReadColours(file, path);
   } catch (const Iex::BaseExc& error) {
@@ -146,6 +184,7 @@ cv::Mat ReadExr(const std::string& path) {
 
 cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
   try {
+    RequireAttributesInside(path);
     Imf::InputFile file(path.c_str());
     if (!file.header().channels().findChannel(name)) return {};
     const Imath::Box2i data = file.header().dataWindow();
@@ -165,6 +204,7 @@ cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
 
 ExrColors ExrColorsOf(const std::string& path) {
   try {
+    RequireAttributesInside(path);
     const Imf::InputFile file(path.c_str());
     if (!Imf::hasChromaticities(file.header())) return std::nullopt;
     const Imf::Chromaticities& told = Imf::chromaticities(file.header());
@@ -177,6 +217,7 @@ ExrColors ExrColorsOf(const std::string& path) {
 
 std::string ExrAttribute(const std::string& path, const std::string& name) {
   try {
+    RequireAttributesInside(path);
     const Imf::InputFile file(path.c_str());
     const auto* text = file.header().findTypedAttribute<Imf::StringAttribute>(name);
     return text ? text->value() : "";
