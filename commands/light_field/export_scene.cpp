@@ -57,7 +57,7 @@ struct QuiltArgs : SceneExportArgs {
   std::string proxy = render::kAuto, field = render::kAuto;
 };
 
-std::string NameOf(const std::string& dir) {
+std::string LightFieldName(const std::string& dir) {
   const fs::path path = fs::absolute(dir).lexically_normal();
   const fs::path name = path.has_filename() ? path.filename() : path.parent_path().filename();
   const std::string text = (fs::is_directory(path) ? name : path.parent_path().filename()).string();
@@ -74,7 +74,7 @@ void StopWhereAsked() {
 // Guessed.
 constexpr double kMostSlope = 0.04;
 
-std::vector<render::GltfCamera> CamerasOf(const LightField& light_field) {
+std::vector<render::GltfCamera> GltfCamerasOf(const LightField& light_field) {
   std::vector<CameraModel> straight;
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i)
     straight.push_back(
@@ -98,8 +98,8 @@ int RunGltf(const GltfArgs& args) {
   const StopOnSignal signals;
   Progress progress("export", args.json);
   render::GltfModel model;
-  model.name = NameOf(args.dir);
-  model.cameras = CamerasOf(light_field);
+  model.name = LightFieldName(args.dir);
+  model.cameras = GltfCamerasOf(light_field);
   model.units = light_field.units;
   std::shared_ptr<const render::RenderScene> scene = render::LoadScene(light_field, OptionsOf(args));
   model.up_in_world = scene->up_in_world;
@@ -225,7 +225,7 @@ int RunQuilt(const QuiltArgs& args) {
     StopWhereAsked();
     progress.Show(static_cast<double>(done) / tiles, fmt::format("tile {} of {}", done, tiles));
   });
-  const std::string name = render::QuiltName(NameOf(args.dir), options.format);
+  const std::string name = render::QuiltName(LightFieldName(args.dir), options.format);
   WriteFileAtomically(folder.path() / name, PngBytes(quilt));
   folder.Commit();
   if (args.json) {

@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little,
 // Of the specification.
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedShort = 5123;
 constexpr int kVertices = 34962, kIndices = 34963;  // ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
-constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071;
+constexpr int kFilterLinear = 9729, kFilterMipmaps = 9987, kClampToEdge = 33071;
 
 // The file's one buffer, in views that begin at multiples of four bytes.
 class GltfBuffer {
@@ -53,7 +53,7 @@ class GltfBuffer {
   std::string bytes_;
 };
 
-std::vector<float> Flat(const std::vector<Eigen::Vector3f>& points) {
+std::vector<float> FlatNumbers(const std::vector<Eigen::Vector3f>& points) {
   std::vector<float> numbers;
   numbers.reserve(3 * points.size());
   for (const Eigen::Vector3f& point : points)
@@ -63,7 +63,7 @@ std::vector<float> Flat(const std::vector<Eigen::Vector3f>& points) {
 
 ordered_json PrimitiveOf(const GltfModel& model, ordered_json& document, GltfBuffer& buffer) {
   const TriangleMesh& mesh = model.mesh;
-  const std::vector<float> positions = Flat(mesh.vertices);
+  const std::vector<float> positions = FlatNumbers(mesh.vertices);
   const std::size_t position = buffer.AddAccessor(positions, kFloat, "VEC3", mesh.vertices.size(), kVertices);
   Eigen::Vector3f low = mesh.vertices.front(), high = low;
   for (const Eigen::Vector3f& vertex : mesh.vertices) {
@@ -173,8 +173,8 @@ std::string GlbBytes(const GltfModel& model) {
     material["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
     const std::size_t view = buffer.AddView(model.texture_png.data(), model.texture_png.size(), 0);
     document["images"] = ordered_json::array({{{"bufferView", view}, {"mimeType", "image/png"}}});
-    document["samplers"] = ordered_json::array({{{"magFilter", kLinear},
-                                                 {"minFilter", kLinearMipmapLinear},
+    document["samplers"] = ordered_json::array({{{"magFilter", kFilterLinear},
+                                                 {"minFilter", kFilterMipmaps},
                                                  {"wrapS", kClampToEdge},
                                                  {"wrapT", kClampToEdge}}});
     document["textures"] = ordered_json::array({{{"sampler", 0}, {"source", 0}}});

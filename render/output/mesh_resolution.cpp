@@ -94,7 +94,7 @@ class ClusterGrid {
   std::vector<std::array<std::uint32_t, 3>> triangles_;
 };
 
-std::uint64_t EdgeOf(std::uint32_t a, std::uint32_t b) {
+std::uint64_t EdgeKey(std::uint32_t a, std::uint32_t b) {
   return (static_cast<std::uint64_t>(std::min(a, b)) << 32) | std::max(a, b);
 }
 
@@ -107,14 +107,14 @@ std::unordered_map<std::uint64_t, std::uint32_t> SplitEdges(TriangleMesh& mesh,
   for (const auto& triangle : mesh.triangles)
     for (std::size_t c = 0; c < 3; ++c) {
       const std::uint32_t a = triangle[c], b = triangle[(c + 1) % 3];
-      if (!looked_at.try_emplace(EdgeOf(a, b), true).second) continue;
+      if (!looked_at.try_emplace(EdgeKey(a, b), true).second) continue;
       const Eigen::Vector3f middle = 0.5f * (mesh.vertices[a] + mesh.vertices[b]);
       const double length = (mesh.vertices[a] - mesh.vertices[b]).norm();
       const bool is_long = std::ranges::any_of(view_centers, [&](const Vector3d& center) {
         return length > most_slope * (center - middle.cast<double>()).norm();
       });
       if (!is_long) continue;
-      middles[EdgeOf(a, b)] = static_cast<std::uint32_t>(mesh.vertices.size());
+      middles[EdgeKey(a, b)] = static_cast<std::uint32_t>(mesh.vertices.size());
       mesh.vertices.push_back(middle);
     }
   return middles;
@@ -128,7 +128,7 @@ void AppendParts(const std::array<std::uint32_t, 3>& triangle,
   std::array<std::uint32_t, 3> corner = triangle, middle{};  // of the edge that begins there
   const auto find = [&] {
     for (std::size_t c = 0; c < 3; ++c) {
-      const auto found = middles.find(EdgeOf(corner[c], corner[(c + 1) % 3]));
+      const auto found = middles.find(EdgeKey(corner[c], corner[(c + 1) % 3]));
       middle[c] = found == middles.end() ? kWhole : found->second;
     }
   };

@@ -18,13 +18,13 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Corners = std::array<std::uint32_t, 3>;
+using CornerIndices = std::array<std::uint32_t, 3>;
 
 constexpr double kShownWell = 0.5;   // share of the largest area at which any view shows a triangle. Guessed.
 constexpr double kLeastSeen = 0.25;  // of a triangle's middle. Guessed.
-constexpr int kUnseen = -1;
+constexpr int kNoChart = -1;
 
-std::array<Vector3d, 3> CornersOf(const TriangleMesh& mesh, const Corners& triangle) {
+std::array<Vector3d, 3> CornersOf(const TriangleMesh& mesh, const CornerIndices& triangle) {
   return {mesh.vertices[triangle[0]].cast<double>(), mesh.vertices[triangle[1]].cast<double>(),
           mesh.vertices[triangle[2]].cast<double>()};
 }
@@ -65,7 +65,7 @@ std::vector<ShownBy> ShownWell(const RenderScene& scene, const std::array<Vector
   return shown;
 }
 
-// The view of each triangle's chart, times two, odd where it is shown from behind; kUnseen.
+// The view of each triangle's chart, times two, odd where it is shown from behind; kNoChart.
 std::vector<int> LabelsOf(const RenderScene& scene, const TriangleMesh& mesh) {
   std::vector<std::vector<ShownBy>> shown(mesh.triangles.size());
   std::vector<double> area(shown.size());
@@ -85,7 +85,7 @@ std::vector<int> LabelsOf(const RenderScene& scene, const TriangleMesh& mesh) {
       gain[At(by.view)] += area[i];
       of_view[At(by.view)].push_back(static_cast<std::uint32_t>(i));
     }
-  std::vector<int> labels(shown.size(), kUnseen);
+  std::vector<int> labels(shown.size(), kNoChart);
   std::vector<bool> is_used(scene.views.size(), false);
   for (std::size_t round = 0; round < scene.views.size(); ++round) {
     int best = -1;
@@ -93,7 +93,7 @@ std::vector<int> LabelsOf(const RenderScene& scene, const TriangleMesh& mesh) {
       if (!is_used[v] && (best < 0 || gain[v] > gain[At(best)])) best = static_cast<int>(v);
     is_used[At(best)] = true;
     for (const std::uint32_t i : of_view[At(best)]) {
-      if (labels[i] != kUnseen) continue;
+      if (labels[i] != kNoChart) continue;
       for (const ShownBy& by : shown[i]) {
         gain[At(by.view)] -= area[i];
         if (by.view == best) labels[i] = 2 * best + by.flipped;
@@ -121,7 +121,7 @@ std::vector<std::vector<std::uint32_t>> ChartsOf(const TriangleMesh& mesh, const
   ChartSets sets(mesh.triangles.size());
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at_edge;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    if (labels[i] == kUnseen) continue;
+    if (labels[i] == kNoChart) continue;
     for (std::size_t c = 0; c < 3; ++c) {
       const std::uint32_t a = mesh.triangles[i][c], b = mesh.triangles[i][(c + 1) % 3];
       auto& others = at_edge[(static_cast<std::uint64_t>(std::min(a, b)) << 32) | std::max(a, b)];
@@ -132,7 +132,7 @@ std::vector<std::vector<std::uint32_t>> ChartsOf(const TriangleMesh& mesh, const
   }
   std::map<std::uint32_t, std::vector<std::uint32_t>> charts;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
-    if (labels[i] != kUnseen) charts[sets.Find(i)].push_back(i);
+    if (labels[i] != kNoChart) charts[sets.Find(i)].push_back(i);
   std::vector<std::vector<std::uint32_t>> lists;
   for (auto& [first, triangles] : charts) lists.push_back(std::move(triangles));
   return lists;
@@ -204,7 +204,7 @@ TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh
                               const TextureAtlasOptions& options) {
   const std::vector<int> labels = LabelsOf(scene, mesh);
   TextureAtlas atlas;
-  atlas.unseen = static_cast<std::size_t>(std::ranges::count(labels, kUnseen));
+  atlas.unseen = static_cast<std::size_t>(std::ranges::count(labels, kNoChart));
   if (atlas.unseen == labels.size())
     throw Error("no view sees any of the mesh's {} triangles: is it in the light field's world?",
                 labels.size());
@@ -219,7 +219,7 @@ TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh
     const SceneView& view = scene.views[At(labels[chart.front()] / 2)];
     std::unordered_map<std::uint32_t, std::uint32_t> number;
     for (const std::uint32_t i : chart) {
-      Corners corners;
+      CornerIndices corners;
       for (std::size_t c = 0; c < 3; ++c) {
         const std::uint32_t from = mesh.triangles[i][c];
         const auto [at, is_new] = number.try_emplace(from, static_cast<std::uint32_t>(atlas.source.size()));

@@ -135,7 +135,9 @@ TEST(Quilt, WhatLiesInTheWindowHasNoParallax) {
   const cv::Mat left = quilt({0, 0, 96, 20}), right = quilt({192, 0, 96, 20});
   EXPECT_GT(cv::PSNR(left, right), 27);
   // The square's edges, predicted by similar triangles.
-  const double z = test::kSquareZ, shift = z * std::tan(Radians(12)) / (1.5 - z);
+  const double z = test::kSquareZ;
+  const double distance = (views.cam_from_world[1].OriginInSource() - views.window_center).norm();
+  const double shift = distance * std::tan(Radians(12)) * z / (distance - z);
   const double in_tile = shift * 96 / views.width;
   EXPECT_GT(in_tile, 5);
   const cv::Mat middle_row = quilt({96 + 24, 44, 48, 8});

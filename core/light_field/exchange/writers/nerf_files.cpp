@@ -15,7 +15,7 @@ namespace ulf {
 namespace {
 
 // As the published sets and their readers have it.
-constexpr double kCameraDistance = 4, kNear = 2, kFar = 6;
+constexpr double kCameraDistance = 4, kNearest = 2, kFarthest = 6;
 
 std::vector<double> DistancesTo(const LightField& light_field, const Subject& subject) {
   std::vector<double> distances;
@@ -86,7 +86,7 @@ std::vector<std::string> NerfSyntheticDoubts(const LightField& light_field, cons
   const std::vector<double> distances = DistancesTo(light_field, subject);
   const double scale = NerfFromWorld(light_field, subject).scale;
   const auto cut_off = std::ranges::count_if(distances, [&](double distance) {
-    return scale * (distance - subject.radius) < kNear || scale * (distance + subject.radius) > kFar;
+    return scale * (distance - subject.radius) < kNearest || scale * (distance + subject.radius) > kFarthest;
   });
   if (cut_off > 0)
     doubts.push_back(

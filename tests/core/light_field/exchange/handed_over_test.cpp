@@ -334,7 +334,7 @@ TEST(HandedOver, InstantNgpHasThePosesAndTheSubjectInItsCube) {
   // A pixel that is not 0 is left out.
   for (const View& view : source.views) {
     const cv::Mat dynamic = ReadImageFile(
-        (scratch / "out0/images" / ("dynamic_mask_" + Stem(view.image_path) + ".png")).string());
+        (scratch / "outfalse/images" / ("dynamic_mask_" + Stem(view.image_path) + ".png")).string());
     const cv::Mat mask = ReadViewMask(source, view);
     ASSERT_EQ(dynamic.type(), CV_8U);
     if (mask.empty())
