@@ -291,7 +291,9 @@ void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
           "Degrees from the leftmost viewpoint to the rightmost (what the recorded viewpoints carry, at most "
           "54)")
       ->check(CLI::Range(1.0, 120.0));
-  quilt->add_option("--zoom", quilt_args->zoom, "Above 1: nearer than the whole subject (1)")
+  quilt
+      ->add_option("--zoom", quilt_args->zoom,
+                   "Above 1: nearer than the whole subject; below: more of what is around it (1)")
       ->check(Positive());
   quilt->add_option("--proxy", quilt_args->proxy, "Geometry for the photographs, as of ulf render (auto)");
   quilt->add_option("--field", quilt_args->field, "Blending field, as of ulf render (auto)");
