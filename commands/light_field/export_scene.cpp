@@ -207,19 +207,18 @@ int RunQuilt(const QuiltArgs& args) {
   const StopOnSignal signals;
   Progress progress("export", args.json);
   const auto plain = render::LoadScene(light_field, OptionsOf(args));
-  const render::QuiltViews views = render::QuiltViewsOf(*plain, options);
-  if (!(views.view_cone > 0))
-    throw UsageError(
-        "{}: the recorded viewpoints carry no view to the side of their middle; give --cone DEGREES to try "
-        "all the "
-        "same, or record viewpoints beside each other",
-        args.dir);
   const render::RendererKind kind = RendererFromName(args.renderer);
   render::FieldOptions field;
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
   const ChosenModel chosen = ChooseModel(args, plain, args.proxy, args.field, field, kind);
   const auto renderer = RendererOf(
       args, chosen, {.field = chosen.choice.field, .renderer = kind, .gpu_memory_mb = args.gpu_memory_mb});
+  const render::QuiltViews views = render::QuiltViewsOf(renderer->scene(), options);
+  if (!(views.view_cone > 0))
+    throw UsageError(
+        "{}: the recorded viewpoints carry no view to the side of their middle; give --cone DEGREES to try "
+        "all the same, or record viewpoints beside each other",
+        args.dir);
   const int tiles = static_cast<int>(views.cameras.size());
   const cv::Mat quilt = render::DrawQuilt(*renderer, views, options.format, [&](int done) {
     StopWhereAsked();

@@ -30,26 +30,48 @@ struct QuiltLine {
   }
 };
 
+// How far before the subject's centre, seen from there, its surface lies: the median of what the proxy's triangles show
+// within its sphere. 0 without triangles.
+double SurfaceBefore(const RenderScene& scene, const Rigid3& cam_from_world) {
+  if (!scene.proxy || !scene.proxy->Occluder()) return 0;
+  constexpr int kSide = 64;
+  const Vector3d center = cam_from_world * scene.subject.center_in_world;
+  const double radius = scene.subject.radius;
+  const CameraModel camera = CameraModel::Pinhole(kSide, kSide, 0.5 * kSide * center.z() / radius);
+  const cv::Mat depth = scene.proxy->Depth(camera, cam_from_world);
+  std::vector<double> depths;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x)
+      if (std::hypot(x + 0.5 - camera.cx, y + 0.5 - camera.cy) < 0.5 * kSide)
+        depths.push_back(static_cast<double>(depth.at<float>(y, x)));
+  return std::clamp(center.z() - Median(std::move(depths)), -radius, radius);
+}
+
 // Whether the recorded viewpoints carry one at this angle.
 class CarriedAngles {
  public:
   CarriedAngles(const RenderScene& scene, const QuiltLine& line) : scene_(scene), line_(line) {
     if (scene.mesh.span == Span::kSurface) return;
     std::vector<double> angles;  // of a row or a ring
-    for (const Vector3d& center : scene.Centers()) {
-      const Vector3d arm = center - line.center;
-      angles.push_back(std::atan2(arm.dot(line.right), arm.dot(line.towards_viewer)));
-    }
+    for (const Vector3d& center : scene.Centers()) angles.push_back(AngleOf(center));
     low_ = Quantile(angles, kOutermostViews);
     high_ = Quantile(angles, 1 - kOutermostViews);
   }
   bool operator()(double angle) const {
+    const Vector3d viewpoint = line_.ViewpointAt(angle);
     if (scene_.mesh.span == Span::kSurface)
-      return InsideHull(scene_.mesh, (line_.ViewpointAt(angle) - line_.center).normalized());
-    return angle >= low_ && angle <= high_;
+      return InsideHull(scene_.mesh, (viewpoint - scene_.subject.center_in_world).normalized());
+    const double of_subject = AngleOf(viewpoint);
+    return of_subject >= low_ && of_subject <= high_;
   }
 
  private:
+  // As seen from the subject's centre.
+  double AngleOf(const Vector3d& viewpoint) const {
+    const Vector3d arm = viewpoint - scene_.subject.center_in_world;
+    return std::atan2(arm.dot(line_.right), arm.dot(line_.towards_viewer));
+  }
+
   const RenderScene& scene_;
   QuiltLine line_;
   double low_ = 0, high_ = 0;
@@ -107,10 +129,11 @@ QuiltViews QuiltViewsOf(const RenderScene& scene, const QuiltOptions& options) {
   RequireFormat(format);
   const Rigid3 middle = OrbitPath(scene, 1).cam_from_world.front();
   QuiltViews views;
-  views.window_center = scene.subject.center_in_world;
   views.right = middle.DirectionInSource(Vector3d::UnitX());
   views.up = -middle.DirectionInSource(Vector3d::UnitY());
-  const QuiltLine line{views.window_center, views.right, -middle.DirectionInSource(Vector3d::UnitZ()),
+  const Vector3d towards_viewer = -middle.DirectionInSource(Vector3d::UnitZ());
+  views.window_center = scene.subject.center_in_world + SurfaceBefore(scene, middle) * towards_viewer;
+  const QuiltLine line{views.window_center, views.right, towards_viewer,
                        (middle.OriginInSource() - views.window_center).norm()};
   const CarriedAngles carried(scene, line);
   views.view_cone = options.view_cone.value_or(WidestCone(carried));

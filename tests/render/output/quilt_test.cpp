@@ -123,8 +123,10 @@ TEST(Quilt, TilesBeginAtTheBottomLeft) {
 
 // What lies in the window does not move from tile to tile; what stands before it does, against the viewpoint.
 TEST(Quilt, WhatLiesInTheWindowHasNoParallax) {
-  const auto scene =
-      test::MakeScene({.viewpoints = test::GridViewpoints(9, 5, 0.15, 1.5), .with_square = true});
+  // The square is a small part of what the subject's sphere holds.
+  const auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(9, 5, 0.15, 1.5),
+                                      .subject = {Vector3d::Zero(), 0.6},
+                                      .with_square = true});
   const auto over_mesh =
       WithProxy(*scene, std::make_shared<MeshProxy>(scene->subject, test::PlaneAndSquare()));
   ReferenceRenderer renderer(over_mesh, {});
@@ -149,6 +151,22 @@ TEST(Quilt, WhatLiesInTheWindowHasNoParallax) {
       best_shift = by;
     }
   EXPECT_NEAR(best_shift, in_tile, 2);  // from the left it stands farther to the right
+}
+
+TEST(Quilt, TheWindowStandsWhereTheSubjectIsSeen) {
+  const auto scene = SceneOfCap();
+  for (const float before : {-0.2f, 0.1f, 0.2f}) {
+    TriangleMesh plane = *test::PlaneAndSquare();
+    plane.triangles.resize(2);  // without the square
+    for (Eigen::Vector3f& vertex : plane.vertices) vertex.z() += before;
+    const auto over_mesh =
+        WithProxy(*scene, std::make_shared<MeshProxy>(scene->subject, std::make_shared<TriangleMesh>(plane)));
+    const QuiltViews views = QuiltViewsOf(*over_mesh, {.format = kSmall});
+    EXPECT_NEAR(views.window_center.z(), static_cast<double>(before), 0.02);
+    const Vector3d arm = views.cam_from_world[0].OriginInSource() - scene->subject.center_in_world;
+    EXPECT_NEAR(arm.dot(views.right.cross(views.up)), 1.5, 0.15);  // the line stays where it is
+    EXPECT_EQ(views.outside, 0);
+  }
 }
 
 TEST(Quilt, NamesAndDisplays) {
