@@ -1,4 +1,4 @@
-// `ulf export colmap|nerfstudio`: exports a light field for other programs, with points measured again.
+// `ulf export FORM`: exports a light field for other programs, with points measured again where the form has points.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -8,6 +8,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "commands/commands.h"
+#include "commands/light_field/export_scene.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"
@@ -23,6 +24,7 @@ namespace {
 struct ExportArgs {
   std::string dir;
   std::string output;
+  std::string subject;
   bool undistort = false;
   bool binary = false;
   bool known_points = false;
@@ -63,12 +65,7 @@ std::string Described(const Undistortion& camera, std::size_t number) {
                      camera.is_limited ? ", nothing beyond 60 degrees from the axis" : "");
 }
 
-void PrintText(const ExportArgs& args, const ExportSummary& summary, const Triangulated& triangulated) {
-  fmt::print("{}: {}, {} copied as they are{}\n", args.output, Counted(summary.copied + summary.made, "view"),
-             summary.copied, summary.masks > 0 ? fmt::format(", {}", Counted(summary.masks, "mask")) : "");
-  for (std::size_t i = 0; i < summary.cameras.size(); ++i)
-    fmt::print("{}", Described(summary.cameras[i], i + 1));
-  const PointStatistics& points = summary.points;
+void PrintPoints(const PointStatistics& points) {
   fmt::print("points: {}", points.points);
   if (points.tracked > 0 && points.tracked < points.points)
     fmt::print(", {} of them measured", points.tracked);
@@ -76,6 +73,15 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Trian
     fmt::print(", seen {} times ({:.1f} views each), {:.3f} px off (mean)", points.observations,
                points.mean_track_length, points.mean_error_px);
   fmt::print("\n");
+}
+
+void PrintText(const ExportArgs& args, const ExportSummary& summary, const Triangulated& triangulated,
+               bool has_points) {
+  fmt::print("{}: {}, {} copied as they are{}\n", args.output, Counted(summary.copied + summary.made, "view"),
+             summary.copied, summary.masks > 0 ? fmt::format(", {}", Counted(summary.masks, "mask")) : "");
+  for (std::size_t i = 0; i < summary.cameras.size(); ++i)
+    fmt::print("{}", Described(summary.cameras[i], i + 1));
+  if (has_points) PrintPoints(summary.points);
   if (triangulated.kept_points)
     fmt::print("the photographs share nothing that can be measured: the points stay as they were\n");
   constexpr double kPoorPx = 2;  // guessed
@@ -85,10 +91,12 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Trian
         triangulated.pose_error_px);
   if (triangulated.unread > 0)
     fmt::print("{} could not be read to measure points\n", Counted(triangulated.unread, "view"));
+  for (const std::string& doubt : summary.doubts) fmt::print("{}\n", doubt);
 }
 
 int RunExport(const ExportArgs& args, ExportForm form) {
   LightField light_field = ReadLightField(args.dir);
+  if (!args.subject.empty()) light_field.subject = ParseSubject(args.subject);
   cv::setNumThreads(args.threads);
   Progress progress("export", args.json);
   ExportOptions options;
@@ -96,22 +104,24 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   options.undistort = args.undistort;
   options.stop = [] { return StopOnSignal::Asked(); };
   Triangulated triangulated;
-  const double points_share = args.known_points ? 0 : 0.8;  // of the time; guessed
+  const bool measures = HasPoints(form) && !args.known_points;
+  const double points_share = measures ? 0.8 : 0;  // of the time; guessed
   RequireExportable(light_field, args.output, options);
-  if (!args.known_points) triangulated = MakePoints(light_field, progress, points_share);
+  if (measures) triangulated = MakePoints(light_field, progress, points_share);
   const StopOnSignal signals;  // from here on a stop removes what was written
   options.progress = [&](double share, const std::string& what) {
     progress.Show(points_share + (1 - points_share) * share, what);
   };
   const ExportSummary summary = ExportLightField(light_field, args.output, options);
   if (!args.json) {
-    PrintText(args, summary, triangulated);
+    PrintText(args, summary, triangulated, HasPoints(form));
     return kOk;
   }
   nlohmann::ordered_json json{{"output", args.output},
                               {"views", summary.copied + summary.made},
                               {"copied", summary.copied},
                               {"masks", summary.masks},
+                              {"doubts", summary.doubts},
                               {"points", summary.points.points},
                               {"measured_points", summary.points.tracked},
                               {"observations", summary.points.observations},
@@ -122,24 +132,49 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   return kOk;
 }
 
-void AddForm(CLI::App& command, ChosenCommand& chosen, const char* name, const char* what, bool is_colmap) {
+// A form of export_light_field.h on the command line.
+struct FormOption {
+  ExportForm form;
+  const char* name;
+  const char* what;
+  const char* subject = nullptr;  // what it is used for; none: the form has no use for it
+};
+constexpr FormOption kForms[] = {
+    {ExportForm::kColmapText, "colmap", "COLMAP's folder: images, sparse/0 with tracks, masks"},
+    {ExportForm::kNerfstudio, "nerfstudio",
+     "nerfstudio's folder: images, transforms.json, points.ply, masks"},
+    {ExportForm::kInstantNgp, "instant-ngp",
+     "instant-ngp's folder: images, dynamic masks, transforms.json with the subject in the unit cube",
+     "That fills the unit cube"},
+    {ExportForm::kNerfSynthetic, "nerf-synthetic",
+     "A set as NeRF's synthetic ones: RGBA images of one pinhole camera, every 8th view for testing",
+     "That stands at the origin"},
+    {ExportForm::kRealityScan, "realityscan",
+     "Images with RealityScan's (RealityCapture's) XMP files beside them"},
+    {ExportForm::kMetashape, "metashape", "Images with Agisoft Metashape's cameras.xml, points.ply, masks"}};
+
+void AddForm(CLI::App& command, ChosenCommand& chosen, const FormOption& option) {
   auto args = std::make_shared<ExportArgs>();
-  CLI::App* form = command.add_subcommand(name, what);
+  CLI::App* form = command.add_subcommand(option.name, option.what);
   form->add_option("DIR", args->dir, "Light field, or a set with transforms.json")->required();
   form->add_option("-o,--output", args->output, "New folder")->required();
-  form->add_flag("--undistort", args->undistort,
-                 "Undistort photographs, with the principal point in the centre (default: copy them)");
-  if (is_colmap) form->add_flag("--binary", args->binary, "Write the binary model (default: text)");
-  form->add_flag("--known-points", args->known_points,
-                 "Export the light field's own points (default: measure all points that its views share)");
+  if (option.form != ExportForm::kNerfSynthetic)
+    form->add_flag("--undistort", args->undistort,
+                   "Undistort photographs, with the principal point in the centre (default: copy them)");
+  if (option.form == ExportForm::kColmapText)
+    form->add_flag("--binary", args->binary, "Write the binary model (default: text)");
+  if (option.subject != nullptr)
+    form->add_option("--subject", args->subject,
+                     fmt::format("{}: centre and radius x,y,z,r (the light field's)", option.subject));
+  if (HasPoints(option.form))
+    form->add_flag("--known-points", args->known_points,
+                   "Export the light field's own points (default: measure all points that its views share)");
   form->add_option("--threads", args->threads, "Number of threads (default: all processors)")
       ->check(CLI::Range(1, 256));
   form->add_flag("--json", args->json, "Print one JSON object");
-  form->callback([args, is_colmap, &chosen] {
-    const ExportForm to = !is_colmap     ? ExportForm::kNerfstudio
-                          : args->binary ? ExportForm::kColmapBinary
-                                         : ExportForm::kColmapText;
-    chosen = [args, to] { return RunExport(*args, to); };
+  form->callback([args, to = option.form, &chosen] {
+    const ExportForm form_of = args->binary ? ExportForm::kColmapBinary : to;
+    chosen = [args, form_of] { return RunExport(*args, form_of); };
   });
 }
 
@@ -148,9 +183,8 @@ void AddForm(CLI::App& command, ChosenCommand& chosen, const char* name, const c
 void AddExportCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* command = app.add_subcommand("export", "A light field for other programs (docs/export.md)");
   command->require_subcommand(1);
-  AddForm(*command, chosen, "colmap", "COLMAP's folder: images, sparse/0, masks", true);
-  AddForm(*command, chosen, "nerfstudio", "nerfstudio's folder: images, transforms.json, points.ply, masks",
-          false);
+  for (const FormOption& form : kForms) AddForm(*command, chosen, form);
+  AddSceneForms(*command, chosen);
   command->footer("Example: ulf export colmap vase -o vase_colmap --undistort --binary");
 }
 

@@ -1,5 +1,8 @@
 #include "commands/rendering/chosen_model.h"
 
+#include "render/gl/make_renderer.h"
+#include "render/renderer/cut_out_renderer.h"
+
 namespace ulf::commands {
 
 ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const render::RenderScene>& plain,
@@ -15,6 +18,17 @@ ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const rende
   chosen.explained = chosen.choice.explained;
   if (light) chosen.explained.push_back(light->explained);
   return chosen;
+}
+
+std::unique_ptr<render::Renderer> RendererOf(const SceneArgs& args, const ChosenModel& chosen,
+                                             const render::RenderOptions& options) {
+  auto renderer = render::MakeRenderer(render::WithProxy(*chosen.scene, chosen.choice.proxy), options);
+  const auto masks = LoadMasks(args, *chosen.scene);
+  if (!masks) return renderer;
+  render::RenderOptions plainly = options;
+  plainly.show_field = plainly.depth = plainly.weights = false;
+  return std::make_unique<render::CutOutRenderer>(
+      std::move(renderer), render::MakeRenderer(render::WithProxy(*masks, chosen.choice.proxy), plainly));
 }
 
 }  // namespace ulf::commands

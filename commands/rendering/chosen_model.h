@@ -24,4 +24,8 @@ ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const rende
                         const render::FieldOptions& details, render::RendererKind renderer,
                         render::ChoiceOptions options = {});
 
+// The renderer of what was chosen; where masks cut the subject out (a turntable's), a CutOutRenderer.
+std::unique_ptr<render::Renderer> RendererOf(const SceneArgs& args, const ChosenModel& chosen,
+                                             const render::RenderOptions& options);
+
 }  // namespace ulf::commands

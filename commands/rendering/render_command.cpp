@@ -23,7 +23,6 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/light_field_io.h"
-#include "render/gl/make_renderer.h"
 #include "render/output/camera_path.h"
 #include "render/output/frame_range.h"
 #include "render/output/picture_files.h"
@@ -31,7 +30,6 @@
 #include "render/output/video.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
-#include "render/renderer/cut_out_renderer.h"
 
 namespace ulf::commands {
 namespace {
@@ -324,15 +322,16 @@ struct ChosenRenderer {
   std::vector<ModelChoice> explained;
 };
 
-ChosenRenderer RendererOf(const RenderArgs& args, const render::PictureEncoding& encoding,
-                          const std::shared_ptr<const render::RenderScene>& plain) {
+ChosenRenderer ChosenRendererOf(const RenderArgs& args, const render::PictureEncoding& encoding,
+                                const std::shared_ptr<const render::RenderScene>& plain) {
   const std::string field = args.field == render::kAuto && args.aperture.Asked()
                                 ? render::FieldName(render::FieldKind::kSubdivision)
                                 : args.field;
   render::FieldOptions details = FieldDetails(args.field_details);
   if (field != render::kAuto) details.kind = render::FieldFromName(field);
   const render::RendererKind kind = RendererFromName(args.renderer);
-  const auto [scene, choice, explained] = ChooseModel(args, plain, args.proxy, field, details, kind);
+  const ChosenModel chosen = ChooseModel(args, plain, args.proxy, field, details, kind);
+  const auto& [scene, choice, explained] = chosen;
   SayWhy(args.explain, args.json, choice.why, explained);
   if (!choice.candidates.empty())
     spdlog::info("to skip this comparison the next time: {}", OptionsFor(args, choice));
@@ -346,14 +345,7 @@ ChosenRenderer RendererOf(const RenderArgs& args, const render::PictureEncoding&
                                       .depth = encoding.format == render::PictureFormat::kExr,
                                       .weights = args.weights,
                                       .gpu_memory_mb = args.gpu_memory_mb};
-  auto renderer = render::MakeRenderer(render::WithProxy(*scene, choice.proxy), options);
-  const auto masks = LoadMasks(args, *scene);
-  if (!masks) return {std::move(renderer), explained};
-  render::RenderOptions plainly = options;
-  plainly.show_field = plainly.depth = plainly.weights = false;
-  return {std::make_unique<render::CutOutRenderer>(
-              std::move(renderer), render::MakeRenderer(render::WithProxy(*masks, choice.proxy), plainly)),
-          explained};
+  return {RendererOf(args, chosen, options), explained};
 }
 
 int RunRender(const RenderArgs& args) {
@@ -371,7 +363,7 @@ int RunRender(const RenderArgs& args) {
     spdlog::warn("--frames {}: the path ends after {}", args.frames, Counted(all, "picture"));
   const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
   encoding.knows_colors = plain->knows_colors;
-  const auto [renderer, explained] = RendererOf(args, encoding, plain);
+  const auto [renderer, explained] = ChosenRendererOf(args, encoding, plain);
   Zoom(args, *renderer, path);
   if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
   if (!path.apertures.empty()) {

@@ -1,5 +1,6 @@
 #include "core/image/undistortion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -96,29 +97,31 @@ double KeptShare(const CameraModel& from, const CameraModel& to) {
   return std::abs(area) / ((from.width - 1.0) * (from.height - 1.0));
 }
 
-}  // namespace
+CameraModel WithoutZeroDistortion(const CameraModel& camera) {
+  const bool straight =
+      camera.distortion == Distortion::kRadialTangential && camera.coefficients == std::array<double, 5>{};
+  return straight ? camera.WithoutDistortion() : camera;
+}
 
-Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner) {
-  Undistortion result;
-  result.from = result.to = camera;
-  if (result.from.distortion == Distortion::kRadialTangential &&
-      result.from.coefficients == std::array<double, 5>{})
-    result.to = camera.WithoutDistortion();
-  if (IsCentredPinhole(result.to)) {
-    result.is_identity = true;
-    return result;
-  }
-  const Vector2d half = LargestWindow(camera);
-  result.to = CameraModel::Pinhole(static_cast<int>(std::floor(2 * half.x() * camera.fx)) + 1,
-                                   static_cast<int>(std::floor(2 * half.y() * camera.fy)) + 1, camera.fx);
-  result.to.fy = camera.fy;
+CameraModel PinholeOfWindow(const Vector2d& half, double fx, double fy) {
+  CameraModel camera = CameraModel::Pinhole(static_cast<int>(std::floor(2 * half.x() * fx)) + 1,
+                                            static_cast<int>(std::floor(2 * half.y() * fy)) + 1, fx);
+  camera.fy = fy;
+  return camera;
+}
+
+void RequireAxisInPicture(const Vector2d& half, const Undistortion& undistortion, const std::string& owner) {
   constexpr int kLeast = 16;
-  if (half.x() <= 0 || result.to.width < kLeast || result.to.height < kLeast)
+  const CameraModel& camera = undistortion.from;
+  if (half.x() <= 0 || undistortion.to.width < kLeast || undistortion.to.height < kLeast)
     throw Error(
         "{}: its optical axis is outside its picture (principal point {:.1f} {:.1f} of {}x{}); correct the "
         "intrinsics, or export without --undistort",
         owner, camera.cx, camera.cy, camera.width, camera.height);
-  // Rounding may have put the last pixel outside.
+}
+
+// Rounding may have put the last pixel outside.
+void Finish(const Vector2d& half, Undistortion& result) {
   while (!CoversAllPixels(result)) {
     --result.to.width;
     --result.to.height;
@@ -126,8 +129,57 @@ Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner)
     result.to.cy = 0.5 * result.to.height;
   }
   result.is_limited = half.norm() > 0.999 * std::tan(kMostAngle);
-  result.kept_share = KeptShare(camera, result.to);
+  result.kept_share = KeptShare(result.from, result.to);
+}
+
+}  // namespace
+
+Undistortion UndistortionOf(const CameraModel& camera, const std::string& owner) {
+  Undistortion result;
+  result.from = camera;
+  result.to = WithoutZeroDistortion(camera);
+  if (IsCentredPinhole(result.to)) {
+    result.is_identity = true;
+    return result;
+  }
+  const Vector2d half = LargestWindow(camera);
+  result.to = PinholeOfWindow(half, camera.fx, camera.fy);
+  RequireAxisInPicture(half, result, owner);
+  Finish(half, result);
   return result;
+}
+
+std::vector<Undistortion> UndistortionsToOne(const std::vector<CameraModel>& cameras,
+                                             const std::vector<std::string>& owners) {
+  std::vector<Undistortion> results;
+  const CameraModel first = cameras.empty() ? CameraModel() : WithoutZeroDistortion(cameras.front());
+  if (first.fx == first.fy && IsCentredPinhole(first) &&
+      std::ranges::all_of(
+          cameras, [&](const CameraModel& camera) { return WithoutZeroDistortion(camera) == first; })) {
+    for (const CameraModel& camera : cameras) results.push_back({camera, first, true, false, 1});
+    return results;
+  }
+  Vector2d half = Vector2d::Constant(std::tan(kMostAngle));
+  double focal_px = 0;
+  for (const CameraModel& camera : cameras) {
+    half = half.cwiseMin(LargestWindow(camera));
+    focal_px = std::max(focal_px, camera.MeanFocalPx());
+  }
+  CameraModel to = PinholeOfWindow(half, focal_px, focal_px);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    Undistortion& result = results.emplace_back();
+    result.from = cameras[i];
+    result.to = to;
+    RequireAxisInPicture(half, result, owners[i]);
+    Finish(half, result);
+    to = result.to;
+  }
+  for (Undistortion& result : results) {
+    result.to = to;
+    result.kept_share = KeptShare(result.from, to);
+    result.is_identity = WithoutZeroDistortion(result.from) == to;
+  }
+  return results;
 }
 
 UndistortionMap MapOf(const Undistortion& undistortion) {

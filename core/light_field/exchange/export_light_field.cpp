@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <exception>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 #include <unordered_map>
 
@@ -19,6 +20,10 @@
 #include "core/light_field/exchange/image_names.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/exchange/writers/metashape_xml.h"
+#include "core/light_field/exchange/writers/nerf_files.h"
+#include "core/light_field/exchange/writers/realityscan_xmp.h"
+#include "core/light_field/exchange/writers/unit_cube.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
 
@@ -26,6 +31,51 @@ namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
+
+// What a form asks of the photographs and their masks.
+struct FormRules {
+  enum class Masks { kBeside, kDynamic, kLayer, kAlpha };
+  bool has_points = true;
+  Masks masks = Masks::kBeside;
+  bool by_stem = false;   // photographs are told apart by their names without the ending
+  bool one_lens = false;  // one pinhole camera for all
+};
+
+FormRules RulesOf(ExportForm form) {
+  switch (form) {
+    case ExportForm::kColmapText:
+    case ExportForm::kColmapBinary:
+    case ExportForm::kNerfstudio:
+      return {};
+    case ExportForm::kInstantNgp:
+      return {.has_points = false, .masks = FormRules::Masks::kDynamic, .by_stem = true};
+    case ExportForm::kNerfSynthetic:
+      return {.has_points = false, .masks = FormRules::Masks::kAlpha, .by_stem = true, .one_lens = true};
+    case ExportForm::kRealityScan:
+      return {.has_points = false, .masks = FormRules::Masks::kLayer, .by_stem = true};
+    case ExportForm::kMetashape:
+      return {.by_stem = true};
+  }
+  return {};
+}
+
+bool IsUndistorted(const ExportOptions& options) {
+  return options.undistort || RulesOf(options.form).one_lens;
+}
+
+std::string MaskName(FormRules::Masks masks, const std::string& name) {
+  switch (masks) {
+    case FormRules::Masks::kBeside:
+      return "masks/" + name + ".png";
+    case FormRules::Masks::kDynamic:
+      return "images/dynamic_mask_" + fs::path(name).stem().string() + ".png";
+    case FormRules::Masks::kLayer:
+      return "images/" + name + ".mask.png";
+    case FormRules::Masks::kAlpha:
+      break;
+  }
+  return {};
+}
 
 // All photographs of an export are in one folder.
 std::string NameInExport(const std::string& image_path, std::set<std::string>& taken) {
@@ -41,11 +91,14 @@ bool StaysAsItIs(const View& view, const std::vector<Undistortion>& cameras) {
   return cameras.empty() || cameras[static_cast<std::size_t>(view.camera)].is_identity;
 }
 
-std::vector<Undistortion> UndistortAll(const LightField& light_field) {
-  std::vector<Undistortion> cameras;
+std::vector<Undistortion> UndistortAll(const LightField& light_field, bool one_lens) {
+  std::vector<std::string> owners;
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i)
-    cameras.push_back(UndistortionOf(light_field.cameras[i],
-                                     fmt::format("{}: camera {}", light_field.root.string(), i + 1)));
+    owners.push_back(fmt::format("{}: camera {}", light_field.root.string(), i + 1));
+  if (one_lens) return UndistortionsToOne(light_field.cameras, owners);
+  std::vector<Undistortion> cameras;
+  for (std::size_t i = 0; i < owners.size(); ++i)
+    cameras.push_back(UndistortionOf(light_field.cameras[i], owners[i]));
   return cameras;
 }
 
@@ -85,6 +138,14 @@ cv::Mat MaskOf(const LightField& light_field, const View& view) {
   return mask.empty() ? cv::Mat(camera.height, camera.width, CV_8U, cv::Scalar(255)) : mask;
 }
 
+cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
+  cv::Mat all(bgr.size(), CV_8UC4);
+  const cv::Mat from[] = {bgr, alpha};
+  const int pairs[] = {0, 0, 1, 1, 2, 2, 3, 3};
+  cv::mixChannels(from, 2, &all, 1, pairs, 4);
+  return all;
+}
+
 struct Files {
   std::vector<std::pair<fs::path, std::string>> contents;
   bool copied = false;
@@ -93,8 +154,8 @@ struct Files {
 class Pictures {
  public:
   Pictures(const LightField& from, const LightField& to, const std::vector<Undistortion>& cameras,
-           const fs::path& folder)
-      : from_(from), to_(to), cameras_(cameras), folder_(folder) {
+           FormRules::Masks masks, const fs::path& folder)
+      : from_(from), to_(to), cameras_(cameras), masks_(masks), folder_(folder) {
     for (const Undistortion& undistortion : cameras)
       maps_.push_back(undistortion.is_identity ? UndistortionMap{} : MapOf(undistortion));
   }
@@ -105,6 +166,16 @@ class Pictures {
     Image image = ReadRecordedImage(from_, view);  // checked, too
     const fs::path original = from_.root / view.image_path;
     Files files;
+    if (masks_ == FormRules::Masks::kAlpha) {
+      cv::Mat pixels = Srgb8(image), mask = MaskOf(from_, view);
+      if (pixels.channels() == 1) cv::cvtColor(pixels, pixels, cv::COLOR_GRAY2BGR);
+      if (!stays) {
+        pixels = Undistorted(MapFor(view), pixels);
+        mask = UndistortedMask(MapFor(view), mask);
+      }
+      files.contents.emplace_back(folder_ / exported.image_path, PngBytes(WithAlpha(pixels, mask)));
+      return files;
+    }
     const bool is_raw = IsRawFile(original);  // no other program takes it
     if (is_raw) image.pixels = Srgb8(image);
     files.copied = stays && !is_raw && fs::is_regular_file(original);
@@ -116,9 +187,10 @@ class Pictures {
                   Ending(exported.image_path), stays ? image.pixels : Undistorted(MapFor(view), image.pixels),
                   Ending(original) == ".exr" && fs::exists(original) ? ExrColorsOf(original) : std::nullopt));
     if (exported.mask_path.empty()) return files;
-    const cv::Mat mask = MaskOf(from_, view);
-    files.contents.emplace_back(folder_ / exported.mask_path,
-                                Encoded(".png", stays ? mask : UndistortedMask(MapFor(view), mask)));
+    cv::Mat mask = MaskOf(from_, view);
+    if (!stays) mask = UndistortedMask(MapFor(view), mask);
+    if (masks_ == FormRules::Masks::kDynamic) mask = mask == 0;
+    files.contents.emplace_back(folder_ / exported.mask_path, Encoded(".png", mask));
     return files;
   }
 
@@ -128,6 +200,7 @@ class Pictures {
   }
   const LightField &from_, &to_;
   const std::vector<Undistortion>& cameras_;
+  const FormRules::Masks masks_;
   const fs::path folder_;
   std::vector<UndistortionMap> maps_;
 };
@@ -163,14 +236,8 @@ void WritePictures(const Pictures& pictures, std::size_t count, const ExportOpti
   }
 }
 
-void WriteModel(const LightField& exported, ExportForm form, const fs::path& folder) {
-  if (form == ExportForm::kNerfstudio) {
-    if (!exported.points.empty()) WriteFileAtomically(folder / "points.ply", PointPlyBytes(exported.points));
-    WriteFileAtomically(folder / kTransformsFile, TransformsJsonText(exported));
-    return;
-  }
+void WriteColmap(const LightField& exported, bool binary, const fs::path& folder) {
   const ColmapReconstruction model = ToColmap(exported);
-  const bool binary = form == ExportForm::kColmapBinary;
   const ColmapFiles files = binary ? ToColmapBinary(model) : ToColmapText(model);
   const fs::path sparse = folder / "sparse" / "0";
   const char* ending = binary ? ".bin" : ".txt";
@@ -178,6 +245,47 @@ void WriteModel(const LightField& exported, ExportForm form, const fs::path& fol
   WriteFileAtomically(sparse / (std::string("cameras") + ending), files.cameras);
   WriteFileAtomically(sparse / (std::string("images") + ending), files.images);
   WriteFileAtomically(sparse / (std::string("points3D") + ending), files.points3d);
+}
+
+void WriteNerfSynthetic(const LightField& exported, const fs::path& folder) {
+  const Similarity3 nerf_from_world = NerfFromWorld(exported, SubjectForExport(exported, "nerf-synthetic"));
+  const std::string testing = NerfSyntheticText(exported, nerf_from_world, true);
+  WriteFileAtomically(folder / "transforms_train.json", NerfSyntheticText(exported, nerf_from_world, false));
+  WriteFileAtomically(folder / "transforms_val.json", testing);  // some readers stop without it
+  WriteFileAtomically(folder / "transforms_test.json", testing);
+}
+
+void WriteXmpFiles(const LightField& exported, const fs::path& folder) {
+  constexpr std::size_t kAtOnce = 64;  // files that are open together
+  for (std::size_t done = 0; done < exported.views.size(); done += kAtOnce) {
+    FileBatch batch;
+    for (std::size_t i = done; i < std::min(done + kAtOnce, exported.views.size()); ++i) {
+      const View& view = exported.views[i];
+      const std::string text = RealityScanXmpText(exported.CameraOf(view), view.camera, view.cam_from_world);
+      batch.Write(folder / fs::path(view.image_path).replace_extension(".xmp"), ContentOf(text));
+    }
+    batch.Commit();
+  }
+}
+
+void WriteModel(const LightField& exported, ExportForm form, const fs::path& folder) {
+  if (!exported.points.empty() && (form == ExportForm::kNerfstudio || form == ExportForm::kMetashape))
+    WriteFileAtomically(folder / "points.ply", PointPlyBytes(exported.points));
+  switch (form) {
+    case ExportForm::kColmapText:
+    case ExportForm::kColmapBinary:
+      return WriteColmap(exported, form == ExportForm::kColmapBinary, folder);
+    case ExportForm::kNerfstudio:
+      return WriteFileAtomically(folder / kTransformsFile, TransformsJsonText(exported));
+    case ExportForm::kInstantNgp:
+      return WriteFileAtomically(folder / kTransformsFile, InstantNgpText(exported));
+    case ExportForm::kNerfSynthetic:
+      return WriteNerfSynthetic(exported, folder);
+    case ExportForm::kRealityScan:
+      return WriteXmpFiles(exported, folder);
+    case ExportForm::kMetashape:
+      return WriteFileAtomically(folder / "cameras.xml", MetashapeXmlText(exported));
+  }
 }
 
 // nerfstudio has one kind of lens for all of a set.
@@ -192,26 +300,48 @@ void RequireOneKind(const LightField& light_field) {
         light_field.root.string());
 }
 
-}  // namespace
+// Of a lens with the sixth order of radial distortion instant-ngp would take what it knows for the whole.
+void RequireNoSixthOrder(const LightField& light_field) {
+  for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
+    const CameraModel& camera = light_field.cameras[i];
+    if (camera.distortion == Distortion::kRadialTangential && camera.coefficients[4] != 0)
+      throw UsageError("{}: camera {} has k3 = {}, which instant-ngp does not know; give --undistort",
+                       light_field.root.string(), i + 1, camera.coefficients[4]);
+  }
+}
 
-LightField AsExported(const LightField& light_field, bool undistort, std::vector<Undistortion>* undistorted) {
+bool AnyMask(const LightField& light_field) {
+  return std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
+}
+
+// The views and points of the export, with paths relative to it.
+LightField AsExported(const LightField& light_field, const ExportOptions& options,
+                      std::vector<Undistortion>& cameras) {
+  const FormRules rules = RulesOf(options.form);
+  const bool undistort = IsUndistorted(options);
   LightField exported = light_field;
-  std::vector<Undistortion> cameras;
-  if (undistort) cameras = UndistortAll(light_field);
+  if (undistort) cameras = UndistortAll(light_field, rules.one_lens);
   for (std::size_t i = 0; i < cameras.size(); ++i) exported.cameras[i] = cameras[i].to;
   exported.flat_fields.clear();
   exported.color_profiles.clear();
-  const bool masks =
-      std::ranges::any_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); });
+  const bool masks = AnyMask(light_field), alpha = rules.masks == FormRules::Masks::kAlpha;
   std::set<std::string> taken;
-  for (View& view : exported.views) {
+  for (std::size_t i = 0; i < exported.views.size(); ++i) {
+    View& view = exported.views[i];
     const bool is_there = fs::is_regular_file(light_field.root / view.image_path);
     fs::path path = view.image_path;
-    if (!(StaysAsItIs(view, cameras) && is_there && !IsRawFile(path)) && Ending(view.image_path) != ".exr")
+    if (alpha ||
+        (!(StaysAsItIs(view, cameras) && is_there && !IsRawFile(path)) && Ending(view.image_path) != ".exr"))
       path.replace_extension(".png");
-    const std::string name = NameInExport(path.generic_string(), taken);
-    view.image_path = "images/" + name;
-    view.mask_path = masks ? "masks/" + name + ".png" : "";
+    std::string name = path.generic_string(), ending;
+    if (rules.by_stem) {
+      ending = path.extension().string();
+      name.resize(name.size() - ending.size());
+      std::ranges::replace(name, '.', '_');  // a reader would take what follows for the ending
+    }
+    name = NameInExport(name, taken) + ending;
+    view.image_path = (!alpha ? "images/" : IsForTesting(i) ? "test/" : "train/") + name;
+    view.mask_path = masks ? MaskName(rules.masks, name) : "";
     view.master_path.clear();
     view.master_transfer.reset();
     view.master_mosaic = Mosaic::kNone;
@@ -220,21 +350,30 @@ LightField AsExported(const LightField& light_field, bool undistort, std::vector
   }
   if (undistort) MoveObservations(light_field, cameras, exported);
   MeasurePoints(exported);
-  if (undistorted) *undistorted = std::move(cameras);
   return exported;
 }
 
-void RequireExportable(const LightField& light_field, const fs::path& out, const ExportOptions& options) {
-  const fs::path inside =
-      fs::weakly_canonical(out).lexically_relative(fs::weakly_canonical(light_field.root));
+}  // namespace
+
+bool HasPoints(ExportForm form) { return RulesOf(form).has_points; }
+
+void RequireOutside(const fs::path& light_field, const fs::path& out) {
+  const fs::path inside = fs::weakly_canonical(out).lexically_relative(fs::weakly_canonical(light_field));
   if (!inside.empty() && *inside.begin() != "..")
     throw UsageError("-o {}: lies in the light field, which stays as it is; choose a folder beside it",
                      out.string());
+}
+
+void RequireExportable(const LightField& light_field, const fs::path& out, const ExportOptions& options) {
+  RequireOutside(light_field.root, out);
   const StagedFolder tried(out);
-  if (options.undistort)
-    UndistortAll(light_field);
-  else if (options.form == ExportForm::kNerfstudio)
-    RequireOneKind(light_field);
+  if (IsUndistorted(options)) UndistortAll(light_field, RulesOf(options.form).one_lens);
+  if (options.form == ExportForm::kInstantNgp) UnitCubeOf(light_field);
+  if (options.form == ExportForm::kNerfSynthetic) SubjectForExport(light_field, "nerf-synthetic");
+  if (options.undistort) return;
+  if (options.form == ExportForm::kNerfstudio) RequireOneKind(light_field);
+  if (options.form == ExportForm::kInstantNgp) RequireNoSixthOrder(light_field);
+  if (options.form == ExportForm::kRealityScan) RequireRealityScanLenses(light_field);
 }
 
 ExportSummary ExportLightField(const LightField& light_field, const fs::path& out,
@@ -242,13 +381,17 @@ ExportSummary ExportLightField(const LightField& light_field, const fs::path& ou
   RequireExportable(light_field, out, options);
   ExportSummary summary;
   StagedFolder folder(out);
-  const LightField exported = AsExported(light_field, options.undistort, &summary.cameras);
-  MakeFolder(folder.path() / "images");
-  if (!exported.views.empty() && !exported.views.front().mask_path.empty())
-    MakeFolder(folder.path() / "masks");
-  WritePictures(Pictures(light_field, exported, summary.cameras, folder.path()), exported.views.size(),
-                options, summary);
+  const FormRules rules = RulesOf(options.form);
+  const LightField exported = AsExported(light_field, options, summary.cameras);
+  for (const View& view : exported.views)
+    for (const std::string& path : {view.image_path, view.mask_path})
+      if (!path.empty()) MakeFolder((folder.path() / path).parent_path());
+  WritePictures(Pictures(light_field, exported, summary.cameras, rules.masks, folder.path()),
+                exported.views.size(), options, summary);
   WriteModel(exported, options.form, folder.path());
+  if (options.form == ExportForm::kNerfSynthetic)
+    summary.doubts =
+        NerfSyntheticDoubts(exported, SubjectForExport(exported, "nerf-synthetic"), AnyMask(light_field));
   summary.points = StatisticsOf(exported.points);
   folder.Commit();
   return summary;

@@ -1,10 +1,14 @@
-// Exports a light field for other programs: COLMAP's or nerfstudio's folder, with the photographs unchanged
-// or undistorted, masks, and points with their observations.
+// Exports a light field for other programs: a folder as they know it, with the photographs unchanged or undistorted,
+// masks, and points with their observations.
 //
-//   OUT/images/NAME  OUT/masks/NAME.png  and  OUT/sparse/0/{cameras,images,points3D}.{txt,bin}
-//                                        or   OUT/transforms.json  OUT/points.ply
+//   COLMAP          images/NAME  masks/NAME.png  sparse/0/{cameras,images,points3D}.{txt,bin}
+//   nerfstudio      images/NAME  masks/NAME.png  transforms.json  points.ply
+//   instant-ngp     images/NAME  images/dynamic_mask_STEM.png  transforms.json
+//   NeRF synthetic  {train,test}/STEM.png (RGBA)  transforms_{train,val,test}.json
+//   RealityScan     images/NAME  images/STEM.xmp  images/NAME.mask.png
+//   Metashape       images/NAME  masks/NAME.png  cameras.xml  points.ply
 //
-// Poses are unchanged. Photographs that need no change are copied byte for byte. Names lose folders and
+// Poses are unchanged (NeRF's synthetic sets have a world of their own). Photographs that need no change are copied byte for byte. Names lose folders and
 // spaces, which some readers do not accept. The export is complete, or OUT does not exist.
 #pragma once
 
@@ -19,7 +23,17 @@
 
 namespace ulf {
 
-enum class ExportForm { kColmapText, kColmapBinary, kNerfstudio };
+enum class ExportForm {
+  kColmapText,
+  kColmapBinary,
+  kNerfstudio,
+  kInstantNgp,
+  kNerfSynthetic,  // always undistorted
+  kRealityScan,
+  kMetashape
+};
+// Whether the form has points: else none need be measured.
+bool HasPoints(ExportForm form);
 
 struct ExportOptions {
   ExportForm form = ExportForm::kColmapText;
@@ -33,7 +47,11 @@ struct ExportSummary {
   std::size_t masks = 0;
   std::vector<Undistortion> cameras;  // of undistorted photographs, one per camera
   PointStatistics points;
+  std::vector<std::string> doubts;  // in words: what the form's programs will not take as it is
 };
+
+// Throws UsageError when `out` lies in the light field's folder.
+void RequireOutside(const std::filesystem::path& light_field, const std::filesystem::path& out);
 
 // Checks before any work: throws Error when OUT exists and is not empty, UsageError when the form cannot
 // represent the light field.
@@ -44,8 +62,5 @@ void RequireExportable(const LightField& light_field, const std::filesystem::pat
 // when the form cannot represent the light field.
 ExportSummary ExportLightField(const LightField& light_field, const std::filesystem::path& out,
                                const ExportOptions& options);
-
-// The views and points of the export, with paths relative to it.
-LightField AsExported(const LightField& light_field, bool undistort, std::vector<Undistortion>* cameras);
 
 }  // namespace ulf

@@ -1,5 +1,8 @@
 #include "core/light_field/exchange/nerf_synthetic_set.h"
 
+#include <set>
+#include <string>
+
 #include "core/light_field/exchange/transforms_json.h"
 
 namespace ulf {
@@ -24,11 +27,14 @@ PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder) {
   set.background = cv::Vec3d::all(1);
   LightField& all = set.light_field;
   all.root = folder;
+  std::set<std::string> taken;
   for (const char* part : kParts) {
     const std::filesystem::path file = FileOfPart(folder, part);
     if (!std::filesystem::exists(file)) continue;
     LightField light_field = ReadTransformsJson(file);
     for (View& view : light_field.views) {
+      // A set whose validation is its test names the same photographs twice.
+      if (!taken.insert(view.image_path).second) continue;
       view.id = static_cast<int>(all.views.size()) + 1;
       view.camera = IndexOfCamera(light_field.CameraOf(view), all.cameras);
       all.views.push_back(std::move(view));

@@ -359,7 +359,15 @@ TransformsText ReadTransformsText(const fs::path& file) {
           document.top().contains("ulf")};
 }
 
-std::string TransformsJsonText(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
+json OpenGlRows(const Eigen::Matrix4d& ours) {
+  const Eigen::Matrix4d world_from_cam = ours * OpenGlFromOurs();
+  json rows = json::array();
+  for (int r = 0; r < 4; ++r)
+    rows.push_back({world_from_cam(r, 0), world_from_cam(r, 1), world_from_cam(r, 2), world_from_cam(r, 3)});
+  return rows;
+}
+
+json TransformsDocument(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
   json document;
   const bool one_camera = light_field.cameras.size() == 1;
   if (one_camera) WriteCamera(light_field.cameras.front(), document);
@@ -373,17 +381,18 @@ std::string TransformsJsonText(const LightField& light_field, const std::optiona
       std::ranges::none_of(light_field.views, [](const View& view) { return view.mask_path.empty(); });
   json& frames = document["frames"] = json::array();
   for (const View& view : light_field.views) {
-    const Eigen::Matrix4d world_from_cam = view.cam_from_world.Inverse().Matrix() * OpenGlFromOurs();
-    json rows = json::array();
-    for (int r = 0; r < 4; ++r)
-      rows.push_back(
-          {world_from_cam(r, 0), world_from_cam(r, 1), world_from_cam(r, 2), world_from_cam(r, 3)});
-    json frame = {{"file_path", view.image_path}, {"transform_matrix", rows}, {"ulf", ViewToJson(view)}};
+    json frame = {{"file_path", view.image_path},
+                  {"transform_matrix", OpenGlRows(view.cam_from_world.Inverse().Matrix())},
+                  {"ulf", ViewToJson(view)}};
     if (all_masked) frame["mask_path"] = view.mask_path;
     if (!one_camera) WriteCamera(light_field.CameraOf(view), frame);
     frames.push_back(std::move(frame));
   }
-  return document.dump(1) + "\n";
+  return document;
+}
+
+std::string TransformsJsonText(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
+  return TransformsDocument(light_field, made_from).dump(1) + "\n";
 }
 
 }  // namespace ulf

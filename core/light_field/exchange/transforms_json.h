@@ -8,6 +8,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -34,8 +35,14 @@ struct TransformsText {
 TransformsText ReadTransformsText(const std::filesystem::path& file);
 
 // `made_from`: the journal of the values.
+nlohmann::json TransformsDocument(const LightField& light_field,
+                                  const std::optional<JournalStamp>& made_from = std::nullopt);
+// The document as a file.
 std::string TransformsJsonText(const LightField& light_field,
                                const std::optional<JournalStamp>& made_from = std::nullopt);
+
+// The rows of "transform_matrix" for a camera-to-world matrix with our axes.
+nlohmann::json OpenGlRows(const Eigen::Matrix4d& world_from_cam);
 
 // Throws Error naming `where` and `key` unless the matrix is a rotation and a translation.
 void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, const char* key);

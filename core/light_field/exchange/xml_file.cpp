@@ -160,6 +160,23 @@ XmlElement ReadXmlFile(const fs::path& file) {
   return {document, document->parsed.document_element().internal_object()};
 }
 
+std::string XmlEscaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '&')
+      escaped += "&amp;";
+    else if (c == '<')
+      escaped += "&lt;";
+    else if (c == '>')
+      escaped += "&gt;";
+    else if (c == '"')
+      escaped += "&quot;";
+    else
+      escaped += c;
+  }
+  return escaped;
+}
+
 std::vector<double> NumbersOf(const std::string& text, std::size_t count, const std::string& where,
                               const std::string& what) {
   std::vector<double> numbers;

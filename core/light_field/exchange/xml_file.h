@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -54,6 +55,9 @@ class XmlElement {
 // The outermost element. Throws Error for a file that cannot be read, is larger than 256 MB or is no XML,
 // with the line at which it ceases to be one.
 XmlElement ReadXmlFile(const std::filesystem::path& file);
+
+// Text as it may stand in an element or an attribute.
+std::string XmlEscaped(std::string_view text);
 
 // Exactly `count` finite numbers between white space. Throws Error that begins with `where` and names `what`.
 std::vector<double> NumbersOf(const std::string& text, std::size_t count, const std::string& where,

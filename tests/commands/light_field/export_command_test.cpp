@@ -1,4 +1,5 @@
-// Tests: commands/light_field/export_command, core/light_field/exchange/export_light_field.
+// Tests: commands/light_field/export_command, commands/light_field/export_scene,
+// core/light_field/exchange/export_light_field.
 //
 // `ulf export` on photographs: its points come from them, and COLMAP itself takes what it writes.
 #include <gmock/gmock.h>
@@ -167,6 +168,49 @@ TEST_F(ExportCommand, SaysWhatItCutAndWhatItFound) {
   EXPECT_THAT(again.errors, HasSubstr("not an empty folder"));
   EXPECT_THAT(again.errors, Not(HasSubstr("reading view"))) << "said before the work";
   EXPECT_EQ(RunUlf("export").exit_code, 2);
+}
+
+TEST_F(ExportCommand, WritesTheFormsWithoutPoints) {
+  const ScratchFolder scratch;
+  for (const std::string form : {"instant-ngp", "nerf-synthetic", "realityscan"}) {
+    const auto report = Export(form, scratch / form);
+    EXPECT_EQ(report["views"], kViews) << form;
+    const auto back = RunUlf("import " + (scratch / form).string() + " --no-check -o " +
+                             (scratch / (form + "_back")).string());
+    EXPECT_EQ(back.exit_code, 0) << back.errors;
+    EXPECT_EQ(ReadLightField(scratch / (form + "_back")).views.size(), static_cast<std::size_t>(kViews));
+  }
+  EXPECT_THAT(RunUlf("export --help").output,
+              testing::AllOf(HasSubstr("metashape"), HasSubstr("gltf"), HasSubstr("quilt")));
+  const auto bad =
+      RunUlf("export nerf-synthetic " + Dir().string() + " --subject 1,2 -o " + (scratch / "no").string());
+  EXPECT_EQ(bad.exit_code, 2);
+}
+
+TEST_F(ExportCommand, DrawsAQuiltAndBakesAMesh) {
+  const ScratchFolder scratch;
+  const auto quilt = Export(
+      "quilt --tiles 3x2 --size 96x64 --aspect 1 --cone 6 --proxy plane --field nearest "
+      "--renderer reference",
+      scratch / "quilt");
+  EXPECT_EQ(quilt["tiles"], 6);
+  EXPECT_EQ(quilt["file"], "lf_qs3x2a1.png");
+  EXPECT_EQ(ReadImageFile((scratch / "quilt/lf_qs3x2a1.png").string()).size(), cv::Size(96, 64));
+  const auto unmade = RunUlf("export gltf " + Dir().string() + " -o " + (scratch / "no").string());
+  EXPECT_EQ(unmade.exit_code, 1);
+  EXPECT_THAT(unmade.errors, HasSubstr("ulf proxy"));
+  EXPECT_FALSE(fs::exists(scratch / "no"));
+  std::ofstream(scratch / "wall.ply")
+      << "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+         "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "-0.6 -0.6 3\n0.6 -0.6 3\n0.6 0.6 3\n-0.6 0.6 3\n4 0 1 2 3\n";
+  const auto baked = Export("gltf --texture 512 --mesh " + (scratch / "wall.ply").string(), scratch / "gltf");
+  EXPECT_EQ(baked["cameras"], kViews);
+  EXPECT_EQ(baked["of_triangles"], 2);
+  EXPECT_GT(baked["triangles"], 20);
+  EXPECT_LE(baked["texture"][0], 512);
+  for (const char* name : {"lf.glb", "lf_vertex_colors.glb"})
+    EXPECT_TRUE(fs::exists(scratch / "gltf" / name));
 }
 
 // ---- COLMAP itself (Debian's, without a display or a GPU). ----

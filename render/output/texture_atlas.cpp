@@ -1,0 +1,249 @@
+#include "render/output/texture_atlas.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <unordered_map>
+
+#include "core/base/at.h"
+#include "core/base/error.h"
+#include "core/base/parallel_for.h"
+
+namespace ulf::render {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using CornerIndices = std::array<std::uint32_t, 3>;
+
+constexpr double kShownWell = 0.5;   // share of the largest area at which any view shows a triangle. Guessed.
+constexpr double kLeastSeen = 0.25;  // of a triangle's middle. Guessed.
+constexpr int kNoChart = -1;
+
+std::array<Vector3d, 3> CornersOf(const TriangleMesh& mesh, const CornerIndices& triangle) {
+  return {mesh.vertices[triangle[0]].cast<double>(), mesh.vertices[triangle[1]].cast<double>(),
+          mesh.vertices[triangle[2]].cast<double>()};
+}
+
+// Twice the signed area in the view's image, pixels; none where the view does not show the whole triangle.
+std::optional<double> AreaIn(const SceneView& view, const std::array<Vector3d, 3>& corners) {
+  std::array<Vector2d, 3> img;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto seen = view.Frame(corners[i]);
+    if (!seen) return std::nullopt;
+    img[i] = seen->img;
+  }
+  const Vector2d a = img[1] - img[0], b = img[2] - img[0];
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+struct ShownBy {
+  int view;
+  bool flipped;  // from behind
+};
+
+// The views that show a triangle well.
+std::vector<ShownBy> ShownWell(const RenderScene& scene, const std::array<Vector3d, 3>& corners) {
+  const Vector3d middle = (corners[0] + corners[1] + corners[2]) / 3;
+  std::vector<std::pair<int, double>> areas;
+  double most = 0;
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const auto area = AreaIn(scene.views[i], corners);
+    if (!area || !(std::abs(*area) > 0)) continue;
+    const auto seen = scene.views[i].See(middle);
+    if (!seen || seen->feather < kLeastSeen) continue;
+    areas.emplace_back(static_cast<int>(i), *area);
+    most = std::max(most, std::abs(*area));
+  }
+  std::vector<ShownBy> shown;
+  for (const auto& [view, area] : areas)
+    if (std::abs(area) >= kShownWell * most) shown.push_back({view, area < 0});
+  return shown;
+}
+
+// The view of each triangle's chart, times two, odd where it is shown from behind; kNoChart.
+std::vector<int> LabelsOf(const RenderScene& scene, const TriangleMesh& mesh) {
+  std::vector<std::vector<ShownBy>> shown(mesh.triangles.size());
+  std::vector<double> area(shown.size());
+  constexpr std::size_t kTogether = 1024;
+  const std::size_t parts = (shown.size() + kTogether - 1) / kTogether;
+  ParallelFor(parts, [&](std::size_t part) {
+    for (std::size_t i = part * kTogether; i < std::min(shown.size(), (part + 1) * kTogether); ++i) {
+      const auto corners = CornersOf(mesh, mesh.triangles[i]);
+      shown[i] = ShownWell(scene, corners);
+      area[i] = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+    }
+  });
+  std::vector<double> gain(scene.views.size(), 0);
+  std::vector<std::vector<std::uint32_t>> of_view(scene.views.size());
+  for (std::size_t i = 0; i < shown.size(); ++i)
+    for (const ShownBy& by : shown[i]) {
+      gain[At(by.view)] += area[i];
+      of_view[At(by.view)].push_back(static_cast<std::uint32_t>(i));
+    }
+  std::vector<int> labels(shown.size(), kNoChart);
+  std::vector<bool> is_used(scene.views.size(), false);
+  for (std::size_t round = 0; round < scene.views.size(); ++round) {
+    int best = -1;
+    for (std::size_t v = 0; v < gain.size(); ++v)
+      if (!is_used[v] && (best < 0 || gain[v] > gain[At(best)])) best = static_cast<int>(v);
+    is_used[At(best)] = true;
+    for (const std::uint32_t i : of_view[At(best)]) {
+      if (labels[i] != kNoChart) continue;
+      for (const ShownBy& by : shown[i]) {
+        gain[At(by.view)] -= area[i];
+        if (by.view == best) labels[i] = 2 * best + by.flipped;
+      }
+    }
+  }
+  return labels;
+}
+
+class ChartSets {
+ public:
+  explicit ChartSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t Find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void Join(std::uint32_t a, std::uint32_t b) { parent_[Find(a)] = Find(b); }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+// Triangles of each chart: of one label, joined along edges.
+std::vector<std::vector<std::uint32_t>> ChartsOf(const TriangleMesh& mesh, const std::vector<int>& labels) {
+  ChartSets sets(mesh.triangles.size());
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at_edge;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (labels[i] == kNoChart) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint32_t a = mesh.triangles[i][c], b = mesh.triangles[i][(c + 1) % 3];
+      auto& others = at_edge[(static_cast<std::uint64_t>(std::min(a, b)) << 32) | std::max(a, b)];
+      for (const std::uint32_t other : others)
+        if (labels[other] == labels[i]) sets.Join(i, other);
+      others.push_back(i);
+    }
+  }
+  std::map<std::uint32_t, std::vector<std::uint32_t>> charts;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    if (labels[i] != kNoChart) charts[sets.Find(i)].push_back(i);
+  std::vector<std::vector<std::uint32_t>> lists;
+  for (auto& [first, triangles] : charts) lists.push_back(std::move(triangles));
+  return lists;
+}
+
+// A chart before it has a place.
+struct ChartPiece {
+  std::uint32_t first_vertex = 0, vertices = 0;
+  Vector2d low = Vector2d::Zero(), high = Vector2d::Zero();  // pixels of its photograph
+  int left = 0, top = 0;                                     // of its box on the page, padding included
+  cv::Size BoxAt(double scale) const {
+    const Vector2d size = scale * (high - low);
+    return {static_cast<int>(std::ceil(size.x())) + 1 + 2 * kChartPadding,
+            static_cast<int>(std::ceil(size.y())) + 1 + 2 * kChartPadding};
+  }
+};
+
+// In shelves, highest first; false where they do not fit.
+bool Pack(std::vector<ChartPiece>& pieces, double scale, int width, int height) {
+  std::vector<std::size_t> order(pieces.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::ranges::greater(),
+                           [&](std::size_t i) { return pieces[i].BoxAt(scale).height; });
+  int left = 0, top = 0, shelf = 0;
+  for (const std::size_t i : order) {
+    const cv::Size box = pieces[i].BoxAt(scale);
+    if (left + box.width > width) {
+      left = 0;
+      top += shelf;
+      shelf = 0;
+    }
+    if (box.width > width || top + box.height > height) return false;
+    shelf = std::max(shelf, box.height);
+    pieces[i].left = left;
+    pieces[i].top = top;
+    left += box.width;
+  }
+  return true;
+}
+
+// The smallest page at full size, else the largest page and what fits there.
+void PackOnPage(std::vector<ChartPiece>& pieces, int most_px, TextureAtlas& atlas) {
+  constexpr int kLeastPage = 64;
+  for (int side = kLeastPage; side <= most_px; side *= 2)
+    for (const int height : {side / 2, side})
+      if (Pack(pieces, 1, side, height)) {
+        atlas.width = side;
+        atlas.height = height;
+        return;
+      }
+  atlas.width = atlas.height = most_px;
+  double fits = 0, too_large = 1;
+  if (!Pack(pieces, 0, most_px, most_px))
+    throw Error(
+        "a texture of {0}x{0} pixels is too small for {1} pieces of surface: give a larger --texture, or "
+        "fewer --triangles",
+        most_px, pieces.size());
+  for (int step = 0; step < 12; ++step) {
+    const double middle = 0.5 * (fits + too_large);
+    (Pack(pieces, middle, most_px, most_px) ? fits : too_large) = middle;
+  }
+  atlas.scale = fits;
+  Pack(pieces, fits, most_px, most_px);
+}
+
+}  // namespace
+
+TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh,
+                              const TextureAtlasOptions& options) {
+  const std::vector<int> labels = LabelsOf(scene, mesh);
+  TextureAtlas atlas;
+  atlas.unseen = static_cast<std::size_t>(std::ranges::count(labels, kNoChart));
+  if (atlas.unseen == labels.size())
+    throw Error("no view sees any of the mesh's {} triangles: is it in the light field's world?",
+                labels.size());
+  std::vector<ChartPiece> pieces;
+  std::vector<Vector2d> in_photograph;
+  for (const std::vector<std::uint32_t>& chart : ChartsOf(mesh, labels)) {
+    ChartPiece& piece = pieces.emplace_back();
+    piece.first_vertex = static_cast<std::uint32_t>(atlas.source.size());
+    piece.low = Vector2d::Constant(1e300);
+    piece.high = -piece.low;
+    atlas.chart_begins.push_back(static_cast<std::uint32_t>(atlas.mesh.triangles.size()));
+    const SceneView& view = scene.views[At(labels[chart.front()] / 2)];
+    std::unordered_map<std::uint32_t, std::uint32_t> number;
+    for (const std::uint32_t i : chart) {
+      CornerIndices corners;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint32_t from = mesh.triangles[i][c];
+        const auto [at, is_new] = number.try_emplace(from, static_cast<std::uint32_t>(atlas.source.size()));
+        corners[c] = at->second;
+        if (!is_new) continue;
+        atlas.source.push_back(from);
+        atlas.mesh.vertices.push_back(mesh.vertices[from]);
+        const Vector2d img = view.Frame(mesh.vertices[from].cast<double>())->img;
+        in_photograph.push_back(img);
+        piece.low = piece.low.cwiseMin(img);
+        piece.high = piece.high.cwiseMax(img);
+      }
+      atlas.mesh.triangles.push_back(corners);
+    }
+    piece.vertices = static_cast<std::uint32_t>(atlas.source.size()) - piece.first_vertex;
+  }
+  PackOnPage(pieces, options.most_page_px, atlas);
+  atlas.texel.resize(atlas.source.size());
+  for (const ChartPiece& piece : pieces)
+    for (std::uint32_t i = piece.first_vertex; i < piece.first_vertex + piece.vertices; ++i)
+      atlas.texel[i] = (atlas.scale * (in_photograph[i] - piece.low) +
+                        Vector2d(piece.left + kChartPadding + 0.5, piece.top + kChartPadding + 0.5))
+                           .cast<float>();
+  return atlas;
+}
+
+}  // namespace ulf::render

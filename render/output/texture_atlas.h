@@ -1,0 +1,40 @@
+// A mesh cut into charts for a texture: each chart is a connected piece of the surface as one photograph shows it, so that
+// a texel is about a pixel of a photograph, and all charts are packed into one page whose sides are powers of two.
+//
+// Photographs are chosen greedily, the one that shows the most of what is left well first (at half of the size at which
+// any shows it, or more), so that charts are few and large. Which photographs the light comes from is another
+// matter (texture_baking.h). Triangles that no view sees are left out.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "render/proxy/triangle_mesh.h"
+#include "render/scene/scene.h"
+
+namespace ulf::render {
+
+struct TextureAtlas {
+  TriangleMesh mesh;                   // a vertex for each chart that it belongs to
+  std::vector<std::uint32_t> source;   // of each vertex: its number in the mesh that was cut
+  std::vector<Eigen::Vector2f> texel;  // of each vertex: pixels of the page, (0, 0) its upper left corner
+  std::vector<std::uint32_t> chart_begins;  // first triangle of each chart; their triangles follow each other
+  int width = 0, height = 0;                // powers of two
+  double scale = 1;        // texels for a pixel of a photograph; below 1 where the page is too small
+  std::size_t unseen = 0;  // triangles that were left out
+
+  std::size_t Charts() const { return chart_begins.size(); }
+};
+
+struct TextureAtlasOptions {
+  int most_page_px = 8192;  // a power of two
+};
+// Texels around each chart that belong to it.
+inline constexpr int kChartPadding = 3;
+
+// `scene` is over the mesh. Throws Error where no view sees any of it, or where the page is too small for its charts.
+TextureAtlas MakeTextureAtlas(const RenderScene& scene, const TriangleMesh& mesh,
+                              const TextureAtlasOptions& options = {});
+
+}  // namespace ulf::render
