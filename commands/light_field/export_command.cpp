@@ -1,4 +1,4 @@
-// `ulf export colmap|nerfstudio`: exports a light field for other programs, with points measured again.
+// `ulf export colmap|nerfstudio|web`: exports a light field for other programs, with points measured again, or as a page.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -8,6 +8,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "commands/commands.h"
+#include "commands/rendering/export_web_command.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"
@@ -151,6 +152,7 @@ void AddExportCommand(CLI::App& app, ChosenCommand& chosen) {
   AddForm(*command, chosen, "colmap", "COLMAP's folder: images, sparse/0, masks", true);
   AddForm(*command, chosen, "nerfstudio", "nerfstudio's folder: images, transforms.json, points.ply, masks",
           false);
+  AddExportWeb(*command, chosen);
   command->footer("Example: ulf export colmap vase -o vase_colmap --undistort --binary");
 }
 
