@@ -23,8 +23,6 @@ export interface Fan {
 export interface FieldTriangle {
   /** Of the corners: x and y of clip space, and w. */
   corners: [Vec3, Vec3, Vec3];
-  /** 0 to 1, in their order: of overlapping triangles the last counts. */
-  along: number;
   denominator: Vec3;
   fans: Fan[];
 }
@@ -93,7 +91,7 @@ function inPicture(corners: [Vec3, Vec3, Vec3], camera: Camera): [Vec3, Vec3, Ve
 
 /** Of several weights per view; fewer than mostViewsOfTriangle are left. */
 function triangleOf(
-  clip: [Vec3, Vec3, Vec3], rows: [Vec3, Vec3, Vec3], along: number, entries: { view: number; weights: Vec3 }[],
+  clip: [Vec3, Vec3, Vec3], rows: [Vec3, Vec3, Vec3], entries: { view: number; weights: Vec3 }[],
 ): FieldTriangle {
   const size = Math.max(...rows.map(norm));
   const r = rows.map((row) => scaled(row, 1 / size)) as [Vec3, Vec3, Vec3];
@@ -104,7 +102,6 @@ function triangleOf(
       .slice(0, mostViewsOfTriangle);
   return {
     corners: clip,
-    along,
     denominator: sum(sum(r[0], r[1]), r[2]),
     fans: kept.map(({ view, weights }) => ({
       view,
@@ -197,7 +194,7 @@ export class MeshField {
       if (!clip) return;
       const rows = inverse(...corners);
       if (!rows) return;
-      placed.push(triangleOf(clip, rows, t / this.triangles.length,
+      placed.push(triangleOf(clip, rows,
         this.entries[t]!.map(({ vertex, weights }) => ({ view: this.viewAt(vertex, distance), weights }))));
     });
     return placed;
@@ -235,7 +232,7 @@ export class LumigraphField {
   }
 
   place(camera: Camera): FieldTriangle[] {
-    const columns = 16, rows = 12; // guessed
+    const columns = 8, rows = 6; // guessed
     const distance = norm(camera.eye);
     const toCenter = scaled(camera.eye, -1 / distance);
     const vertices: { ray: Vec3; clip: Vec3; weights: Map<number, number> }[] = [];
@@ -262,7 +259,7 @@ export class LumigraphField {
           of.set(view, weights);
         }
       });
-      placed.push(triangleOf(corners.map((corner) => corner.clip) as [Vec3, Vec3, Vec3], inverted, 0,
+      placed.push(triangleOf(corners.map((corner) => corner.clip) as [Vec3, Vec3, Vec3], inverted,
         [...of].map(([view, weights]) => ({ view, weights }))));
     };
     for (let y = 0; y < rows; ++y)

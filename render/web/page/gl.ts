@@ -35,6 +35,10 @@ export class Program {
     this.gl.uniform1i(this.at(name), value);
     return this;
   }
+  vectors(name: string, values: Float32Array): this {
+    this.gl.uniform4fv(this.at(name), values);
+    return this;
+  }
   numbers(name: string, ...values: number[]): this {
     const place = this.at(name);
     if (values.length === 1) this.gl.uniform1f(place, values[0]!);
@@ -78,7 +82,8 @@ export class Target {
     this.height = height;
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     const [layout, type] = this.isDepth ? [gl.DEPTH_COMPONENT, gl.UNSIGNED_INT]
-      : this.format === gl.R16F ? [gl.RED, gl.HALF_FLOAT] : [gl.RED, gl.UNSIGNED_BYTE];
+      : this.format === gl.R16F ? [gl.RED, gl.HALF_FLOAT]
+      : this.format === gl.RGBA8 ? [gl.RGBA, gl.UNSIGNED_BYTE] : [gl.RED, gl.UNSIGNED_BYTE];
     gl.texImage2D(gl.TEXTURE_2D, 0, this.format, width, height, 0, layout, type, null);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, this.isDepth ? gl.DEPTH_ATTACHMENT : gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D,

@@ -8,7 +8,8 @@ import { Program, Target } from "./gl";
 import { Vec3, angleBetween, difference, dot, norm, scaled, sum, times, timesInverse, unit } from "./math";
 import { Pictures } from "./pictures";
 import {
-  apertureFragment, fieldFragment, fieldVertex, mostFilling, mostViewsOfDraw, pullFragment, pushFragment, screenVertex,
+  apertureFragment, fieldFragment, fieldVertex, fillFragment, finishedFragment,
+  mostFilling, mostViewsOfDraw, pullFragment, pushFragment, screenVertex,
   vectorsOfView,
 } from "./shaders";
 
@@ -21,22 +22,17 @@ export interface Aperture {
 
 const kinds = [4, 6, 8, mostViewsOfTriangle]; // views of a triangle that there are programs for
 
-interface Kind {
-  most: number;
-  program: Program;
-  vertices: WebGLVertexArrayObject;
-  // Of each triangle; in two buffers, because WebGL's strides end at 255 bytes.
-  corners: WebGLBuffer;
-  fans: WebGLBuffer;
-}
-
 export class Renderer {
   readonly cameras: ViewCamera[];
   readonly field: Field;
   readonly pictures: Pictures;
   private geometry: Geometry | null = null;
   private readonly gl: WebGL2RenderingContext;
-  private readonly kinds: Kind[];
+  private readonly fieldPrograms: Program[];
+  private readonly finished: Program;
+  private readonly fill: Program;
+  private readonly drawn: Target;
+  private readonly nothing: WebGLVertexArrayObject;
   private readonly apertureProgram: Program;
   private readonly pull: Program;
   private readonly push: Program;
@@ -45,6 +41,7 @@ export class Renderer {
   private readonly pushed: Target[] = [];
   private readonly canDrawFloats: boolean;
   private readonly views: WebGLBuffer;
+  private readonly corners = new Float32Array(12);
   private readonly data = new Float32Array(4 * vectorsOfView * mostViewsOfDraw);
 
   constructor(canvas: HTMLCanvasElement, readonly header: SceneHeader, arrays: Arrays, changed: (view: number) => void) {
@@ -58,7 +55,11 @@ export class Renderer {
     this.cameras = viewCameras(arrays, header.views);
     this.field = arrays.has("triangles") ? new MeshField(arrays, this.cameras) : new LumigraphField(header, this.cameras);
     this.pictures = new Pictures(gl, header, this.cameras, () => this.geometry, changed);
-    this.kinds = kinds.map((most) => this.makeKind(most));
+    this.fieldPrograms = kinds.map((most) => new Program(gl, fieldVertex, fieldFragment(most)));
+    this.finished = new Program(gl, screenVertex, finishedFragment);
+    this.fill = new Program(gl, screenVertex, fillFragment);
+    this.drawn = new Target(gl, gl.RGBA8, gl.NEAREST);
+    this.nothing = gl.createVertexArray();
     this.apertureProgram = new Program(gl, screenVertex, apertureFragment);
     this.pull = new Program(gl, screenVertex, pullFragment);
     this.push = new Program(gl, screenVertex, pushFragment);
@@ -66,23 +67,6 @@ export class Renderer {
     this.views = gl.createBuffer();
     gl.bindBuffer(gl.UNIFORM_BUFFER, this.views);
     gl.bufferData(gl.UNIFORM_BUFFER, this.data.byteLength, gl.DYNAMIC_DRAW);
-  }
-
-  private makeKind(most: number): Kind {
-    const gl = this.gl;
-    const vertices = gl.createVertexArray(), corners = gl.createBuffer(), fans = gl.createBuffer();
-    gl.bindVertexArray(vertices);
-    let place = 0;
-    for (const [buffer, count] of [[corners, 4], [fans, most]] as const) {
-      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-      for (let i = 0; i < count; ++i, ++place) {
-        gl.enableVertexAttribArray(place);
-        gl.vertexAttribPointer(place, 4, gl.FLOAT, false, 16 * count, 16 * i);
-        gl.vertexAttribDivisor(place, 1);
-      }
-    }
-    gl.bindVertexArray(null);
-    return { most, program: new Program(gl, fieldVertex(most), fieldFragment(most)), vertices, corners, fans };
   }
 
   setGeometry(header: GeometryHeader, arrays: Arrays): void {
@@ -147,7 +131,8 @@ export class Renderer {
       [(2 * camera.focalPx) / camera.width, (-2 * camera.focalPx) / camera.height, 0, 0], this.near(camera));
     if (!this.canDrawFloats) return false;
     const sizes: [number, number][] = [];
-    for (let w = camera.width, h = camera.height; w > 1 || h > 1;) sizes.push([w = (w + 1) >> 1, h = (h + 1) >> 1]);
+    for (let w = (camera.width + 1) >> 1, h = (camera.height + 1) >> 1; w > 1 || h > 1;)
+      sizes.push([w = (w + 1) >> 1, h = (h + 1) >> 1]);
     while (this.pulled.length < sizes.length) {
       this.pulled.push(new Target(gl, gl.R16F, gl.NEAREST));
       this.pushed.push(new Target(gl, gl.R16F, gl.LINEAR));
@@ -198,10 +183,6 @@ export class Renderer {
     gl.disable(gl.BLEND);
     this.depth.resize(camera.width, camera.height);
     const holes = aperture ? false : this.drawDepth(camera);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, camera.width, camera.height);
-    gl.clearColor(0, 0, 0, 0);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const focusDepth = aperture ? this.focusDepth(camera, aperture) : 0;
     const through = aperture ? this.viewsThrough(camera, aperture) : [];
     const used = through.length > 0 && aperture ? this.drawAperture(camera, aperture, through, focusDepth)
@@ -229,6 +210,8 @@ export class Renderer {
     views.forEach((view, index) => this.put(index, view, camera));
     this.uploadViews(views.length);
     this.setPixels(this.apertureProgram, camera, 1 / focusDepth, false);
+    this.gl.bindFramebuffer(this.gl.FRAMEBUFFER, null);
+    this.gl.viewport(0, 0, camera.width, camera.height);
     this.apertureProgram.integer("count", views.length).numbers("inverseRadius", 1 / aperture.radius).numbers("depth", 0);
     this.gl.drawArrays(this.gl.TRIANGLES, 0, 3);
     return views;
@@ -247,81 +230,58 @@ export class Renderer {
   private drawField(camera: Camera, focusInverse: number, holes: boolean): number[] {
     const gl = this.gl;
     const filling = this.nearestViews(camera, mostFilling);
-    const wanted = new Map<number, number>(); // views with their weights
+    const wanted = new Map<number, number>(); // views with their weights in the middle
+    this.drawn.resize(camera.width, camera.height);
+    this.drawn.bind();
+    gl.clearColor(0, 0, 0, 0);
+    gl.clear(gl.COLOR_BUFFER_BIT);
+    gl.bindVertexArray(this.nothing);
     const triangles = this.field.place(camera);
-    // First what no triangle covers, then the triangles; as many at once as a draw has views.
-    let indexOf = new Map<number, number>();
-    let byKind: { corners: number[]; fans: number[] }[] = [];
-    const begin = (): void => {
-      indexOf = new Map(filling.map((view, index) => [view, index]));
-      byKind = this.kinds.map(() => ({ corners: [], fans: [] }));
-    };
-    const flush = (): void => {
-      for (const [view, index] of indexOf) this.put(index, view, camera);
-      this.uploadViews(indexOf.size);
-      gl.enable(gl.DEPTH_TEST);
-      gl.depthFunc(gl.LEQUAL);
-      this.kinds.forEach((kind, k) => {
-        const { corners, fans } = byKind[k]!;
-        if (corners.length === 0) return;
-        this.setPixels(kind.program, camera, focusInverse, holes);
-        kind.program.integer("filling", filling.length);
-        gl.bindVertexArray(kind.vertices);
-        for (const [buffer, values] of [[kind.corners, corners], [kind.fans, fans]] as const) {
-          gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-          gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STREAM_DRAW);
-        }
-        gl.drawArraysInstanced(gl.TRIANGLES, 0, 3, corners.length / 16);
-        gl.bindVertexArray(null);
-      });
-      gl.disable(gl.DEPTH_TEST);
-    };
-    begin();
-    const screen: Vec3[] = [[-1, -1, 1], [3, -1, 1], [-1, 3, 1]];
-    const add = (corners: Vec3[], depth: number, denominator: Vec3, fans: number[]): void => {
-      const k = this.kinds.findIndex((kind) => 4 * kind.most >= fans.length);
-      const of = byKind[k]!;
-      corners.forEach((corner, n) => of.corners.push(...corner, n === 0 ? depth : 0));
-      of.corners.push(...denominator, 0);
-      of.fans.push(...fans);
-      for (let n = fans.length; n < 4 * this.kinds[k]!.most; n += 4) of.fans.push(0, 0, 0, 0);
-    };
-    if (!triangles.some((triangle) => covers(triangle.corners))) add(screen, 0.95, [0, 0, 1], []);
-    for (const triangle of triangles) {
-      const there = triangle.fans.filter((fan) => this.pictures.place(fan.view));
+    const drawing = triangles.map((triangle) => triangle.fans.filter((fan) => this.pictures.place(fan.view)));
+    // Of overlapping triangles the last counts. Programs are changed as seldom as that allows.
+    let current = -1;
+    triangles.forEach((triangle, t) => {
       for (const fan of triangle.fans)
         wanted.set(fan.view, (wanted.get(fan.view) ?? 0) + Math.max(0, fan.numerator[2]) / Math.max(triangle.denominator[2], 1e-9));
-      const fresh = there.filter((fan) => !indexOf.has(fan.view)).length;
-      if (indexOf.size + fresh > mostViewsOfDraw) {
-        flush();
-        begin();
+      const fans = drawing[t]!;
+      if (fans.length === 0) return;
+      const kind = kinds.findIndex((most) => most >= fans.length);
+      const program = this.fieldPrograms[kind]!;
+      if (kind !== current) this.setPixels(program, camera, focusInverse, holes);
+      current = kind;
+      const most = kinds[kind]!;
+      for (let n = 0; n < most; ++n) {
+        const fan = fans[Math.min(n, fans.length - 1)]!;
+        this.put(n, fan.view, camera);
+        this.data.set(n < fans.length ? fan.numerator : [0, 0, 0], 4 * (vectorsOfView * n + 5));
       }
-      const fans: number[] = [];
-      for (const fan of there) {
-        if (!indexOf.has(fan.view)) indexOf.set(fan.view, indexOf.size);
-        fans.push(...fan.numerator, indexOf.get(fan.view)!);
-      }
-      add(triangle.corners, 0.9 - 1.8 * triangle.along, triangle.denominator, fans);
-    }
-    flush();
+      triangle.corners.forEach((corner, n) => this.corners.set([corner[0], corner[1], 0, corner[2]], 4 * n));
+      program.vectors("own", this.data.subarray(0, 4 * vectorsOfView * most)).vectors("corners", this.corners)
+        .numbers("denominator", ...triangle.denominator);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    });
+    filling.forEach((view, index) => this.put(index, view, camera));
+    this.uploadViews(filling.length);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, camera.width, camera.height);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.LESS);
+    gl.activeTexture(gl.TEXTURE3);
+    gl.bindTexture(gl.TEXTURE_2D, this.drawn.texture);
+    this.finished.use().integer("drawn", 3).numbers("depth", -0.5);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    this.setPixels(this.fill, camera, focusInverse, holes);
+    this.fill.integer("drawn", 3).integer("filling", filling.length).numbers("depth", 0.5);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.disable(gl.DEPTH_TEST);
+    gl.bindVertexArray(null);
     const inOrder = [...wanted].sort((a, b) => b[1] - a[1]).map(([view]) => view);
     return [...inOrder, ...filling.filter((view) => !wanted.has(view)).slice(0, 4)];
   }
 
   /** Graphics memory that is taken by pictures, in bytes. */
   textureBytes(width: number, height: number): number {
-    return this.pictures.bytes + 4 * width * height + 2 * 2 * Math.ceil((width * height) / 3);
+    return this.pictures.bytes + 8 * width * height + 2 * 2 * Math.ceil((width * height) / 3);
   }
-}
-
-// Whether a triangle covers the whole picture: the corners of the picture are inside.
-function covers(corners: [Vec3, Vec3, Vec3]): boolean {
-  if (corners.some((corner) => corner[2] <= 0)) return false;
-  const [a, b, c] = corners.map((corner) => [corner[0] / corner[2], corner[1] / corner[2]]) as [number[], number[], number[]];
-  const side = (p: number[], q: number[], x: number, y: number): number =>
-    (q[0]! - p[0]!) * (y - p[1]!) - (q[1]! - p[1]!) * (x - p[0]!);
-  return [[-1, -1], [1, -1], [-1, 1], [1, 1]].every(([x, y]) => {
-    const sides = [side(a, b, x!, y!), side(b, c, x!, y!), side(c, a, x!, y!)];
-    return sides.every((s) => s >= 0) || sides.every((s) => s <= 0);
-  });
 }

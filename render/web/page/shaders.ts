@@ -12,23 +12,21 @@ precision highp int;
 precision highp sampler2DArray;
 `;
 
-const ofViews = `
+const ofView = `
 uniform sampler2DArray pictures;
-// Of each view: rows of its picture (of size 1) from this camera, with the translation; feathers' inverse widths, layer,
-// the factor of inverse depths; scale and offset in the layer; its centre.
-layout(std140) uniform Views { vec4 views[${mostViewsOfDraw * vectorsOfView}]; };
 uniform float masks;  // 1 where views' alpha hides something
 
-// The light of view \`v\` for the point at \`inverse\` depth along the ray; alpha: how much it sees of it.
-vec4 see(int v, vec3 ray, float inverse, out float feather) {
-  int at = ${vectorsOfView} * v;
-  vec4 row0 = views[at], row1 = views[at + 1], row2 = views[at + 2], more = views[at + 3], place = views[at + 4];
+// The light of a view for the point at \`inverse\` depth along the ray; alpha: how much it sees of it. Of the view: rows of
+// its picture (of size 1) from this camera, with the translation; feathers' inverse widths, layer, the factor of inverse
+// depths; scale and offset in the layer.
+vec4 see(vec4 row0, vec4 row1, vec4 row2, vec4 more, vec4 place, vec3 ray, float inverse, out float feather) {
   vec3 p = vec3(dot(row0.xyz, ray), dot(row1.xyz, ray), dot(row2.xyz, ray)) + inverse * vec3(row0.w, row1.w, row2.w);
-  vec2 uv = p.xy / p.z;
+  float far = 1.0 / p.z;
+  vec2 uv = p.xy * far;
   vec2 edge = min(uv, 1.0 - uv) * more.xy;
   feather = p.z > 0.0 ? clamp(min(edge.x, edge.y), 0.0, 1.0) : 0.0;
-  vec4 light = textureLod(pictures, vec3(place.xy * clamp(uv, 0.0, 1.0) + place.zw, more.z), 0.0);
-  float nearness = min(inverse / p.z * more.w, 0.985);
+  vec4 light = textureLod(pictures, vec3(place.xy * uv + place.zw, more.z), 0.0);
+  float nearness = min(inverse * far * more.w, 0.985);
   float seen = clamp((nearness - 1.0 + light.a) * 255.0 + 1.0, 0.0, 1.0);
   return vec4(light.rgb, feather * mix(1.0, seen, masks));
 }
@@ -37,6 +35,15 @@ vec3 srgb(vec3 light) {
   // Within 0.2 levels of 255 of the exact curve.
   vec3 a = sqrt(clamp(light, 0.0, 1.0)), b = sqrt(a), c = sqrt(b);
   return 0.662002687 * a + 0.684122060 * b - 0.323583601 * c - 0.0225411470 * a * a;
+}
+`;
+
+const ofViews = `
+// Of each view what see() wants, and its centre in this camera.
+layout(std140) uniform Views { vec4 views[${mostViewsOfDraw * vectorsOfView}]; };
+vec4 seeView(int v, vec3 ray, float inverse, out float feather) {
+  int at = ${vectorsOfView} * v;
+  return see(views[at], views[at + 1], views[at + 2], views[at + 3], views[at + 4], ray, inverse, feather);
 }
 `;
 
@@ -62,47 +69,65 @@ float inverseDepth(vec3 ray) {
 }
 `;
 
-/** Triangles of the blending field, one an instance. */
-export const fieldVertex = (most: number): string => `${head}
-layout(location = 0) in vec4 corner0;  // x, y and w of clip space; the depth
-layout(location = 1) in vec3 corner1;
-layout(location = 2) in vec3 corner2;
-layout(location = 3) in vec3 denominators;
-${Array.from({ length: most }, (_, n) => `layout(location = ${4 + n}) in vec4 fanIn${n};`).join("\n")}
-flat out vec3 denominator;
-${Array.from({ length: most }, (_, n) => `flat out vec4 fan${n};`).join("\n")}
-void main() {
-  denominator = denominators;
-  ${Array.from({ length: most }, (_, n) => `fan${n} = fanIn${n};`).join("\n  ")}
-  vec3 corner = gl_VertexID == 0 ? corner0.xyz : gl_VertexID == 1 ? corner1 : corner2;
-  gl_Position = vec4(corner.xy, corner0.w * corner.z, corner.z);
-}`;
+/** A triangle of the blending field. */
+export const fieldVertex = `${head}
+uniform vec4 corners[3];  // of clip space
+void main() { gl_Position = corners[gl_VertexID]; }`;
 
-export const fieldFragment = (most: number): string => `${head}${ofViews}${ofPixel}
-flat in vec3 denominator;
-${Array.from({ length: most }, (_, n) => `flat in vec4 fan${n};`).join("\n")}
-uniform int filling;  // views that fill what the field's own hardly see, nearest first: the first of all
+/**
+ * The light of a triangle's views, by their weights; alpha: 1 where they see enough of the point, less where others have to
+ * fill in. Views are uniforms, since software drawing takes twice as long with numbers that might differ between pixels.
+ */
+export const fieldFragment = (most: number): string => `${head}${ofView}${ofPixel}
+uniform vec4 own[${vectorsOfView * most}];  // of each view what see() wants, and the numerator of its weight
+uniform vec3 denominator;
 out vec4 color;
 
 void main() {
   vec3 ray = rayOfPixel();
   float inverse = inverseDepth(ray);
-  vec4 own = vec4(0.0);
+  vec4 all = vec4(0.0);
   float feather;
-${Array.from({ length: most }, (_, n) => `  {
-    vec4 light = see(int(fan${n}.w), ray, inverse, feather);
-    float weight = max(dot(fan${n}.xyz, ray), 0.0) * light.a;
-    own += vec4(light.rgb * weight, weight);
-  }`).join("\n")}
-  float share = own.a / max(dot(denominator, ray), 1e-30);
-  float mostFeather = share;
+${Array.from({ length: most }, (_, n) => {
+    const at = (k: number): string => `own[${vectorsOfView * n + k}]`;
+    return `  {
+    vec4 light = see(${[0, 1, 2, 3, 4].map(at).join(", ")}, ray, inverse, feather);
+    float weight = max(dot(${at(5)}.xyz, ray), 0.0) * light.a;
+    all += vec4(light.rgb * weight, weight);
+  }`;
+  }).join("\n")}
+  float share = clamp(2.0 * all.a / max(dot(denominator, ray), 1e-30), 0.0, 1.0);
+  color = vec4(srgb(all.rgb / max(all.a, 1e-30)), share);
+}`;
+
+/** What is finished goes into the canvas, and before what is not: software drawing takes as long for a branch not taken. */
+export const finishedFragment = `${head}
+uniform sampler2D drawn;
+out vec4 color;
+void main() {
+  color = texelFetch(drawn, ivec2(gl_FragCoord.xy), 0);
+  if (color.a < 0.996) discard;
+}`;
+
+/** Views fill in, nearest first, where the field's own see hardly anything. */
+export const fillFragment = `${head}${ofView}${ofViews}${ofPixel}
+uniform sampler2D drawn;
+uniform int filling;
+out vec4 color;
+
+void main() {
+  color = texelFetch(drawn, ivec2(gl_FragCoord.xy), 0);
+  float most = 0.5 * color.a;  // the clearest view of the point
   vec4 others = vec4(0.0), hidden = vec4(0.0);
-  int count = 0;
+  vec3 ray = rayOfPixel();
+  float inverse = inverseDepth(ray);
   vec3 point = ray / inverse;
-  for (int n = 0; n < filling && share < 0.5 && count < 4; ++n) {
-    vec4 light = see(n, ray, inverse, feather);
+  int count = 0;
+  for (int n = 0; n < filling && count < 4; ++n) {
+    float feather;
+    vec4 light = seeView(n, ray, inverse, feather);
     if (feather <= 0.0) continue;
-    mostFeather = max(mostFeather, feather);
+    most = max(most, feather);
     if (hidden.a == 0.0) hidden = vec4(light.rgb * feather, feather);
     if (light.a <= 0.0) continue;
     vec3 toView = views[${vectorsOfView} * n + 5].xyz - point;
@@ -112,10 +137,9 @@ ${Array.from({ length: most }, (_, n) => `  {
     ++count;
   }
   if (others.a <= 0.0) others = hidden;
-  vec3 light = own.rgb / max(own.a, 1e-30);
-  if (others.a > 0.0 && share < 0.5) light = mix(others.rgb / others.a, light, own.a > 0.0 ? 2.0 * share : 0.0);
-  float alpha = own.a + others.a > 0.0 ? clamp(mostFeather, 0.0, 1.0) : 0.0;
-  color = vec4(srgb(light), 1.0) * (share >= 0.5 ? 1.0 : alpha);
+  if (others.a > 0.0) color.rgb = mix(srgb(others.rgb / others.a), color.rgb, color.a);
+  float there = color.a + others.a > 0.0 ? clamp(most, 0.0, 1.0) : 0.0;
+  color = vec4(color.rgb * there, there);
 }`;
 
 /** The whole picture at once. */
@@ -124,7 +148,7 @@ uniform float depth;
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, depth, 1.0); }`;
 
 /** A wide aperture: every view counts by where its ray goes through the lens. */
-export const apertureFragment = `${head}${ofViews}${ofPixel}
+export const apertureFragment = `${head}${ofView}${ofViews}${ofPixel}
 uniform int count;
 uniform float inverseRadius;
 out vec4 color;
@@ -139,7 +163,7 @@ void main() {
     vec2 through = mix(point.xy, center.xy, point.z / (point.z - center.z)) * inverseRadius;
     float from_middle = dot(through, through);
     if (from_middle >= 1.0 || center.z >= point.z) continue;
-    vec4 light = see(n, ray, focusInverse, feather);
+    vec4 light = seeView(n, ray, focusInverse, feather);
     float weight = (1.0 - from_middle) * (1.0 - from_middle) * feather;
     all += vec4(light.rgb * weight, weight);
   }
@@ -167,10 +191,12 @@ uniform highp sampler2D finer;
 uniform bool ofNearness;
 out vec4 color;
 void main() {
-  ivec2 size = textureSize(finer, 0), first = 2 * ivec2(gl_FragCoord.xy);
+  // The first level is a quarter of the picture, of one in four pixels: depths of holes are smooth.
+  int apart = ofNearness ? 2 : 1;
+  ivec2 size = textureSize(finer, 0), first = 2 * apart * ivec2(gl_FragCoord.xy);
   float total = 0.0, known = 0.0;
   for (int n = 0; n < 4; ++n) {
-    ivec2 at = first + ivec2(n & 1, n >> 1);
+    ivec2 at = first + apart * ivec2(n & 1, n >> 1);
     if (any(greaterThanEqual(at, size))) continue;
     float value = texelFetch(finer, at, 0).r;
     if (ofNearness) value = 1.0 - value;
