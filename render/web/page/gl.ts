@@ -98,4 +98,14 @@ export class Target {
     this.gl.bindFramebuffer(this.gl.FRAMEBUFFER, this.frame);
     this.gl.viewport(0, 0, this.width, this.height);
   }
+
+  /** Onto the canvas, pixel by pixel. */
+  copyToScreen(): void {
+    const gl = this.gl, { width, height } = this;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.frame);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
+    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, width, height);
+  }
 }

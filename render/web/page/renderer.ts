@@ -8,9 +8,8 @@ import { Program, Target } from "./gl";
 import { Vec3, angleBetween, difference, dot, norm, scaled, sum, times, timesInverse, unit } from "./math";
 import { Pictures } from "./pictures";
 import {
-  apertureFragment, fieldFragment, fieldVertex, fillFragment, finishedFragment,
-  mostFilling, mostViewsOfDraw, pullFragment, pushFragment, screenVertex,
-  vectorsOfView,
+  apertureFragment, fieldFragment, fieldVertex, fillFragment, fillVertex,
+  mostFilling, mostViewsOfDraw, openTilesFragment, pullFragment, pushFragment, screenVertex, tilePx, vectorsOfView,
 } from "./shaders";
 
 export interface Aperture {
@@ -20,7 +19,7 @@ export interface Aperture {
   focus: Vec3;
 }
 
-const kinds = [4, 6, 8, mostViewsOfTriangle]; // views of a triangle that there are programs for
+const kinds = [3, 4, 5, 6, 7, 8, 10, mostViewsOfTriangle]; // views of a triangle that there are programs for
 
 export class Renderer {
   readonly cameras: ViewCamera[];
@@ -28,8 +27,9 @@ export class Renderer {
   readonly pictures: Pictures;
   private geometry: Geometry | null = null;
   private readonly gl: WebGL2RenderingContext;
-  private readonly fieldPrograms: Program[];
-  private readonly finished: Program;
+  private readonly fieldPrograms: (Program | undefined)[] = []; // made when they are first needed
+  private readonly findOpen: Program;
+  private readonly open: Target;
   private readonly fill: Program;
   private readonly drawn: Target;
   private readonly nothing: WebGLVertexArrayObject;
@@ -46,7 +46,7 @@ export class Renderer {
 
   constructor(canvas: HTMLCanvasElement, readonly header: SceneHeader, arrays: Arrays, changed: (view: number) => void) {
     const gl = canvas.getContext("webgl2", {
-      alpha: true, antialias: false, depth: true, stencil: false, powerPreference: "high-performance",
+      alpha: true, antialias: false, depth: false, stencil: false, powerPreference: "high-performance",
     });
     if (!gl) throw new Error("This browser has no WebGL 2, which draws the pictures.");
     this.gl = gl;
@@ -55,9 +55,9 @@ export class Renderer {
     this.cameras = viewCameras(arrays, header.views);
     this.field = arrays.has("triangles") ? new MeshField(arrays, this.cameras) : new LumigraphField(header, this.cameras);
     this.pictures = new Pictures(gl, header, this.cameras, () => this.geometry, changed);
-    this.fieldPrograms = kinds.map((most) => new Program(gl, fieldVertex, fieldFragment(most)));
-    this.finished = new Program(gl, screenVertex, finishedFragment);
-    this.fill = new Program(gl, screenVertex, fillFragment);
+    this.findOpen = new Program(gl, screenVertex, openTilesFragment);
+    this.open = new Target(gl, gl.R8, gl.NEAREST);
+    this.fill = new Program(gl, fillVertex, fillFragment);
     this.drawn = new Target(gl, gl.RGBA8, gl.NEAREST);
     this.nothing = gl.createVertexArray();
     this.apertureProgram = new Program(gl, screenVertex, apertureFragment);
@@ -246,7 +246,7 @@ export class Renderer {
       const fans = drawing[t]!;
       if (fans.length === 0) return;
       const kind = kinds.findIndex((most) => most >= fans.length);
-      const program = this.fieldPrograms[kind]!;
+      const program = this.fieldPrograms[kind] ??= new Program(gl, fieldVertex, fieldFragment(kinds[kind]!));
       if (kind !== current) this.setPixels(program, camera, focusInverse, holes);
       current = kind;
       const most = kinds[kind]!;
@@ -262,19 +262,20 @@ export class Renderer {
     });
     filling.forEach((view, index) => this.put(index, view, camera));
     this.uploadViews(filling.length);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, camera.width, camera.height);
-    gl.clear(gl.DEPTH_BUFFER_BIT);
-    gl.enable(gl.DEPTH_TEST);
-    gl.depthFunc(gl.LESS);
+    this.open.resize(Math.ceil(camera.width / tilePx), Math.ceil(camera.height / tilePx));
+    this.open.bind();
     gl.activeTexture(gl.TEXTURE3);
     gl.bindTexture(gl.TEXTURE_2D, this.drawn.texture);
-    this.finished.use().integer("drawn", 3).numbers("depth", -0.5);
+    this.findOpen.use().integer("drawn", 3).numbers("depth", 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    this.drawn.copyToScreen();
     this.setPixels(this.fill, camera, focusInverse, holes);
-    this.fill.integer("drawn", 3).integer("filling", filling.length).numbers("depth", 0.5);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
-    gl.disable(gl.DEPTH_TEST);
+    gl.activeTexture(gl.TEXTURE3);
+    gl.bindTexture(gl.TEXTURE_2D, this.drawn.texture);
+    gl.activeTexture(gl.TEXTURE4);
+    gl.bindTexture(gl.TEXTURE_2D, this.open.texture);
+    this.fill.integer("drawn", 3).integer("openTiles", 4).integer("filling", filling.length);
+    gl.drawArraysInstanced(gl.TRIANGLES, 0, 6, this.open.width * this.open.height);
     gl.bindVertexArray(null);
     const inOrder = [...wanted].sort((a, b) => b[1] - a[1]).map(([view]) => view);
     return [...inOrder, ...filling.filter((view) => !wanted.has(view)).slice(0, 4)];

@@ -100,13 +100,29 @@ ${Array.from({ length: most }, (_, n) => {
   color = vec4(srgb(all.rgb / max(all.a, 1e-30)), share);
 }`;
 
-/** What is finished goes into the canvas, and before what is not: software drawing takes as long for a branch not taken. */
-export const finishedFragment = `${head}
+/** Tiles of the picture in which some pixel is not finished. */
+export const tilePx = 16;
+export const openTilesFragment = `${head}
 uniform sampler2D drawn;
 out vec4 color;
 void main() {
-  color = texelFetch(drawn, ivec2(gl_FragCoord.xy), 0);
-  if (color.a < 0.996) discard;
+  ivec2 first = ${tilePx} * ivec2(gl_FragCoord.xy), last = textureSize(drawn, 0) - 1;
+  float least = 1.0;
+  for (int y = 0; y < ${tilePx}; ++y)
+    for (int x = 0; x < ${tilePx}; ++x) least = min(least, texelFetch(drawn, min(first + ivec2(x, y), last), 0).a);
+  color = vec4(least < 0.996 ? 1.0 : 0.0);
+}`;
+
+/** A square of each such tile, and nothing of the others: software drawing takes as long for a branch not taken. */
+export const fillVertex = `${head}
+uniform sampler2D openTiles;
+uniform vec4 camera;  // half of the width and height
+void main() {
+  const ivec2 corners[6] = ivec2[6](ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(0, 1), ivec2(1, 0), ivec2(1, 1));
+  int columns = textureSize(openTiles, 0).x;
+  ivec2 tile = ivec2(gl_InstanceID % columns, gl_InstanceID / columns);
+  vec2 corner = vec2(${tilePx} * (tile + corners[gl_VertexID])) / camera.xy - 1.0;
+  gl_Position = texelFetch(openTiles, tile, 0).r > 0.5 ? vec4(corner, 0.0, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
 /** Views fill in, nearest first, where the field's own see hardly anything. */
@@ -117,13 +133,14 @@ out vec4 color;
 
 void main() {
   color = texelFetch(drawn, ivec2(gl_FragCoord.xy), 0);
-  float most = 0.5 * color.a;  // the clearest view of the point
+  bool finished = color.a >= 0.996;
+  float most = finished ? 1.0 : 0.5 * color.a;  // the clearest view of the point
   vec4 others = vec4(0.0), hidden = vec4(0.0);
   vec3 ray = rayOfPixel();
   float inverse = inverseDepth(ray);
   vec3 point = ray / inverse;
   int count = 0;
-  for (int n = 0; n < filling && count < 4; ++n) {
+  for (int n = 0; n < filling && count < 4 && !finished; ++n) {
     float feather;
     vec4 light = seeView(n, ray, inverse, feather);
     if (feather <= 0.0) continue;
