@@ -51,7 +51,7 @@ cv::Mat LightOf(const SceneView& view, int level) {
 
 class PicturesOfViews {
  public:
-  explicit PicturesOfViews(const RenderScene& scene) : scene_(scene) {
+  explicit PicturesOfViews(const RenderScene& scene) : scene_(scene), kept_(scene.views.size()) {
     for (std::size_t i = 0; i < scene.views.size(); ++i) {
       const SceneView& view = scene.views[i];
       const bool is_as_before = i > 0 && view.camera == scene.views[i - 1].camera;
@@ -79,8 +79,18 @@ class PicturesOfViews {
                          std::max(1, static_cast<int>(std::lround(share * full.height))));
   }
 
-  // CV_8UC3, or CV_8UC4 with alpha where some of the picture has no light.
-  cv::Mat Draw(std::size_t index, const CameraModel& camera) const {
+  // CV_8UC3, or CV_8UC4 with alpha where some of the picture has no light. For each index in one thread at a time.
+  cv::Mat Draw(std::size_t index, const CameraModel& camera) {
+    cv::Mat& kept = kept_[index];
+    if (kept.cols == camera.width && kept.rows == camera.height) return kept;
+    cv::Mat picture = Drawn(index, camera);
+    constexpr std::size_t kMostKeptBytes = std::size_t{1} << 30;  // other pictures are drawn again. Guessed.
+    if (picture.total() * picture.elemSize() * count() <= kMostKeptBytes) kept = picture;
+    return picture;
+  }
+
+ private:
+  cv::Mat Drawn(std::size_t index, const CameraModel& camera) const {
     const SceneView& view = scene_.views[index];
     const Undistortion& full = undistortions_[index];
     int level = 0;  // the smallest that has a pixel for each
@@ -111,9 +121,9 @@ class PicturesOfViews {
     return with_alpha;
   }
 
- private:
   const RenderScene& scene_;
   std::vector<Undistortion> undistortions_;
+  std::vector<cv::Mat> kept_;  // of the size that was drawn last
 };
 
 std::string WebP(const cv::Mat& picture, int quality) {
@@ -123,7 +133,7 @@ std::string WebP(const cv::Mat& picture, int quality) {
   return {bytes.begin(), bytes.end()};
 }
 
-WebPicture Encoded(const PicturesOfViews& views, std::size_t index, int longest_px, int quality) {
+WebPicture Encoded(PicturesOfViews& views, std::size_t index, int longest_px, int quality) {
   WebPicture encoded{.camera = views.CameraOf(index, longest_px), .fine = {}, .small = {}};
   const cv::Mat picture = views.Draw(index, encoded.camera);
   encoded.has_gaps = picture.channels() == 4;
@@ -136,7 +146,7 @@ WebPicture Encoded(const PicturesOfViews& views, std::size_t index, int longest_
   return encoded;
 }
 
-std::vector<WebPicture> EncodeSome(const PicturesOfViews& views, const std::vector<std::size_t>& which,
+std::vector<WebPicture> EncodeSome(PicturesOfViews& views, const std::vector<std::size_t>& which,
                                    int longest_px, int quality, const WebPictureOptions& options,
                                    double progress_from, double progress_to) {
   std::vector<WebPicture> encoded(which.size());
@@ -171,7 +181,7 @@ std::size_t BytesOf(const std::vector<WebPicture>& pictures) {
 }  // namespace
 
 WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& options) {
-  const PicturesOfViews views(scene);
+  PicturesOfViews views(scene);
   constexpr std::size_t kSample = 12;  // views by which the others are judged. Guessed.
   std::vector<std::size_t> all(views.count()), sample;
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;

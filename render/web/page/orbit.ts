@@ -5,6 +5,7 @@ import { Camera, Field } from "./field";
 import { Vec3, angleBetween, clamp, cross, lookAtCenter, norm, scaled, turned, unit } from "./math";
 
 export const mostZoom = 2.5;
+const mostStartingZoom = 1.1; // of a photograph that fills the picture: its border is left out. Guessed.
 const leastPolarRad = 0.035; // of the camera from a pole, where up has no meaning
 
 export class Orbit {
@@ -32,7 +33,7 @@ export class Orbit {
     const distance = norm(this.eye), slope = this.header.radius / Math.sqrt(Math.max(distance ** 2 - this.header.radius ** 2, 1e-12));
     const air = 1.25; // around the subject's sphere. Guessed.
     const fits = Math.min(width, height) / (2 * air * slope * this.filling(width, height));
-    return clamp(fits, this.leastZoom(width, height), 1);
+    return clamp(fits, this.leastZoom(width, height), mostStartingZoom);
   }
   setZoom(zoom: number, width: number, height: number): void {
     this.zoom = clamp(zoom, this.leastZoom(width, height), mostZoom);

@@ -49,10 +49,6 @@ try {
   page.on("pageerror", (error) => report.messages.push(`error: ${error.message}`));
   page.on("request", (request) => report.requests.push(request.url()));
   const figures = () => page.evaluate(() => ({ ...window.ulfPage.figures }));
-  const frames = async (count) => {
-    const until = (await figures()).frames + count;
-    await page.waitForFunction((n) => window.ulfPage.figures.frames >= n, until, { timeout: 20000 });
-  };
   if (plan.mbit) {
     const session = await context.newCDPSession(page);
     await session.send("Network.enable");
@@ -118,9 +114,9 @@ try {
     report.controls.mostZoom = await zoom();
     await page.keyboard.press("Home");
     report.controls.tabs = [];
-    await page.evaluate(() => document.activeElement.blur());
+    await page.evaluate(() => document.getElementById("picture").focus());
     for (let i = 0; i < 7; ++i) {
-      await page.keyboard.press("Tab");
+      if (i > 0) await page.keyboard.press("Tab");
       report.controls.tabs.push(await page.evaluate(() => {
         const outline = getComputedStyle(document.activeElement);
         return `${document.activeElement.id} ${outline.outlineStyle !== "none" && parseFloat(outline.outlineWidth) >= 2}`;
@@ -130,12 +126,13 @@ try {
   if (plan.poses?.length) {
     await page.addStyleTag({ content: "main > :not(#stage), #mark { display: none !important } #picture { transition: none !important; outline: none !important }" });
     for (const pose of plan.poses) {
-      await page.evaluate(({ eye, zoom, aperture }) => {
+      const before = await page.evaluate(({ eye, zoom, aperture }) => {
         window.ulfPage.lookFrom(eye, zoom);
         window.ulfPage.openLens(aperture ?? 0);
+        return window.ulfPage.figures.frames;
       }, pose);
-      await frames(1);
-      await page.waitForFunction(() => window.ulfPage.figures.complete, null, { timeout: 60000 });
+      await page.waitForFunction((n) => window.ulfPage.figures.frames > n && window.ulfPage.figures.complete, before,
+        { timeout: 60000 });
       await page.waitForTimeout(100);
       await page.screenshot({ path: join(out, pose.name) });
     }
