@@ -27,7 +27,10 @@ class Page {
   private shown: number[] = []; // views of the last picture
   private asked = false;        // a frame
   private movedAt = -Infinity;
+  private hasMoved = false;     // since the last frame
+  private moves = false;        // in the last frame
   private lastFrameAt = 0;
+  private later = 0;            // a frame, asked for by a timer
   private loadedBytes = 0;
   private hasTurned = false;
   /** For tests: what the last frames were like. */
@@ -48,7 +51,8 @@ class Page {
         if (header.kind === "fine") this.renderer.pictures.addFine(view, picture);
         else void this.renderer.pictures.addSmall(view, picture).catch((error: unknown) => this.fail(error));
       }
-      this.draw();
+      if (header.kind === "fine") this.fetch();
+      else if (header.kind === "geometry") this.draw();
     } catch (error) {
       this.fail(error);
     }
@@ -138,7 +142,8 @@ class Page {
     this.asked = false;
     if (!this.renderer || !this.orbit || this.renderer.pictures.shown === 0) return;
     const restMs = 180;
-    const moves = now - this.movedAt < restMs;
+    const moves = this.hasMoved || now - this.movedAt < restMs;
+    this.hasMoved = false;
     const scale = moves ? this.pace.size : 1;
     const { width, height } = this.size(scale);
     if (this.canvas.width !== width || this.canvas.height !== height) {
@@ -155,9 +160,10 @@ class Page {
     this.figures.scale = scale;
     this.figures.complete = this.progress.classList.contains("done") && !this.renderer.pictures.waits(this.shown);
     if (moves) {
-      if (now - this.lastFrameAt < 300) this.pace.note(now - this.lastFrameAt);
+      if (this.moves) this.pace.note(now - this.lastFrameAt);
       this.draw(); // until it rests
     }
+    this.moves = moves;
     this.lastFrameAt = now;
   }
 
@@ -170,13 +176,21 @@ class Page {
     pictures.want([...this.shown, ...around.filter((view) => !this.shown.includes(view))]);
   }
   private arrived(view: number): void {
-    const { frames } = this.figures;
-    if (frames === 0 || this.shown.includes(view)) this.draw();
-    else this.fetch();
+    if (this.figures.frames > 0 && !this.shown.includes(view)) return this.fetch();
+    // What is on the screen gets better a few times a second: more would only hold loading up.
+    const patienceMs = this.figures.frames === 0 ? 0 : 250;
+    const wait = this.lastFrameAt + patienceMs - performance.now();
+    if (wait <= 0) this.draw();
+    else if (!this.later) this.later = setTimeout(() => {
+      this.later = 0;
+      this.draw();
+    }, wait);
+    this.fetch();
   }
 
   private moved(): void {
     this.movedAt = performance.now();
+    this.hasMoved = true;
     this.draw();
   }
   turn(right: number, up: number): void {

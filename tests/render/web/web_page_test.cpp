@@ -175,7 +175,9 @@ TEST_F(ExportWeb, MeetsItsBudget) {
     EXPECT_LE(BytesOf(out), 1000u * kilobytes);
     EXPECT_TRUE(BytesOf(out) >= 950u * kilobytes || said["quality"] == 95) << said.dump();
     EXPECT_EQ(said["views"], 30);
-    if (kilobytes == 200) EXPECT_LT(said["quality"], 95);
+    if (kilobytes == 200) {
+      EXPECT_LT(said["quality"], 95);
+    }
   }
 }
 
