@@ -247,11 +247,17 @@ struct Pose {
   double right, up, farther, zoom;
 };
 
-// Opens the page of a light field with a mesh and compares its pictures with the GL renderer's: mean differences in levels
-// of 255. What else `plan` asks for stands in `report`.
-std::vector<double> DifferencesFromRenderer(const fs::path& dir, const fs::path& site,
-                                            const std::vector<Pose>& poses, json plan, const fs::path& out,
-                                            json& report) {
+// From the GL renderer's picture.
+struct Difference {
+  double mean = 0;   // levels of 255
+  double large = 0;  // share of the pixels that are off by more than 20 levels in a colour
+};
+
+// Opens the page of a light field with a mesh and compares its pictures with the GL renderer's. What else `plan` asks for
+// stands in `report`.
+std::vector<Difference> DifferencesFromRenderer(const fs::path& dir, const fs::path& site,
+                                                const std::vector<Pose>& poses, json plan,
+                                                const fs::path& out, json& report) {
   const auto plain = LoadScene(ReadLightField(dir), {});
   const auto scene = WithProxy(*plain, ProxyFromName("mesh", plain->subject, dir));
   const auto renderer = MakeRenderer(scene, {});
@@ -268,7 +274,7 @@ std::vector<double> DifferencesFromRenderer(const fs::path& dir, const fs::path&
     cameras.push_back(camera);
   }
   report = json::parse(Browse(site, plan, out));
-  std::vector<double> differences;
+  std::vector<Difference> differences;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const cv::Mat shown = cv::imread((out / plan["poses"][i]["name"]).string());
     const cv::Size size(plan["width"], plan["height"]);
@@ -282,22 +288,34 @@ std::vector<double> DifferencesFromRenderer(const fs::path& dir, const fs::path&
     cv::Mat difference;
     cv::absdiff(shown, expected, difference);
     const cv::Scalar mean = cv::mean(difference);
-    differences.push_back((mean[0] + mean[1] + mean[2]) / 3);
+    cv::Mat channels[3];
+    cv::split(difference, channels);
+    const cv::Mat most = cv::max(cv::max(channels[0], channels[1]), channels[2]);
+    differences.push_back(
+        {(mean[0] + mean[1] + mean[2]) / 3,
+         static_cast<double>(cv::countNonZero(most > 20)) / static_cast<double>(most.total())});
+    std::printf("pose %zu: mean difference %.2f, %.2f %% of the pixels by more than 20 levels\n", i,
+                differences.back().mean, 100 * differences.back().large);
   }
   return differences;
 }
+
+const std::vector<Pose> kPoses{
+    {0, 0, 1, 1.2}, {0.25, 0.1, 1, 1.3}, {-0.3, 0.2, 1, 1.3}, {0.1, -0.3, 1.1, 1.6}, {0.2, 0, 0.9, 2.4}};
+constexpr double kMostLarge = 0.02;
 
 TEST_F(ExportWeb, PageDrawsAsTheRendererFromAFolder) {
   const fs::path site = *scratch_ / "site";
   Export(site, "--budget 2MB");
   json report;
-  const std::vector<double> differences = DifferencesFromRenderer(
-      Dir(), site,
-      {{0, 0, 1, 1.2}, {0.25, 0.1, 1, 1.3}, {-0.3, 0.2, 1, 1.3}, {0.1, -0.3, 1.1, 1.6}, {0.2, 0, 0.9, 2.4}},
-      {{"width", 480}, {"height", 360}, {"axe", true}, {"controls", true}}, *scratch_ / "from_folder",
-      report);
+  const std::vector<Difference> differences = DifferencesFromRenderer(
+      Dir(), site, kPoses, {{"width", 480}, {"height", 360}, {"axe", true}, {"controls", true}},
+      *scratch_ / "from_folder", report);
   ExpectQuiet(report);
-  EXPECT_THAT(differences, testing::Each(testing::Le(3)));
+  for (const Difference& difference : differences) {
+    EXPECT_LE(difference.mean, 3);
+    EXPECT_LE(difference.large, kMostLarge);
+  }
   EXPECT_THAT(report["axe"]["violations"], IsEmpty());
   EXPECT_GT(report["axe"]["passes"], 10);
   for (const char* control : {"keys", "mouse", "wheel", "finger", "pinch"})
@@ -319,6 +337,32 @@ TEST_F(ExportWeb, PageOfAHostFitsAPhoneInTheDark) {
   EXPECT_THAT(report["axe"]["violations"], IsEmpty());
 }
 
+// Pages that are wrong on purpose.
+TEST_F(ExportWeb, WhatIsWrongIsSeenInTheComparison) {
+  const fs::path site = *scratch_ / "right";
+  Export(site, "--budget 2MB");
+  const auto spoilt = [&](const std::string& name, const std::string& what, const std::string& by) {
+    const fs::path wrong = *scratch_ / name;
+    fs::copy(site, wrong, fs::copy_options::recursive);
+    std::ifstream stream(wrong / "page.js");
+    std::string program{std::istreambuf_iterator<char>(stream), {}};
+    const std::size_t at = program.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    program.replace(at, what.size(), by);
+    std::ofstream(wrong / "page.js") << program;
+    json report;
+    Difference most;
+    for (const Difference& difference : DifferencesFromRenderer(
+             Dir(), wrong, kPoses, {{"width", 480}, {"height", 360}}, *scratch_ / (name + "_out"), report)) {
+      most.mean = std::max(most.mean, difference.mean);
+      most.large = std::max(most.large, difference.large);
+    }
+    return most;
+  };
+  EXPECT_GT(spoilt("nothing_hides", "feather * mix(1.0, seen, masks)", "feather").large, 2 * kMostLarge);
+  EXPECT_GT(spoilt("no_geometry", "float inverse = (1.0 - far) * camera.w;", "float inverse = 0.5;").mean, 3);
+}
+
 // Prints what docs/web_page.md tells.
 TEST(WebPageOfACapture, OfTwoHundredViewsIsThatOfTheRenderer) {
   const ScratchFolder scratch;
@@ -332,16 +376,15 @@ TEST(WebPageOfACapture, OfTwoHundredViewsIsThatOfTheRenderer) {
   EXPECT_LE(BytesOf(site), 20'000'000u);
   EXPECT_GE(BytesOf(site), 19'000'000u);
   json report;
-  const std::vector<double> differences = DifferencesFromRenderer(
+  const std::vector<Difference> differences = DifferencesFromRenderer(
       dir, site,
       {{0, 0, 1, 1.1}, {0.2, 0.1, 1, 1.1}, {-0.35, 0.15, 1, 1.3}, {0.3, -0.1, 1, 1.6}, {0.1, 0.05, 1, 2.5}},
       {{"width", 800}, {"height", 600}, {"host", true}, {"mbit", 10}, {"seconds", 12}}, scratch / "out",
       report);
   ExpectQuiet(report);
-  EXPECT_THAT(differences, testing::Each(testing::Le(3)));
-  std::printf("%s\nmean differences:", exported.output.c_str());
-  for (const double difference : differences) std::printf(" %.2f", difference);
-  std::printf("\nfirst picture after %.0f ms at 10 Mbit/s; %s; textures %.1f MB\n",
+  for (const Difference& difference : differences) EXPECT_LE(difference.mean, 3);
+  std::printf("%s", exported.output.c_str());
+  std::printf("first picture after %.0f ms at 10 Mbit/s; %s; textures %.1f MB\n",
               report["first"]["firstPictureMs"].get<double>(), report["pace"].dump().c_str(),
               report["textureMegabytes"].get<double>());
 }
