@@ -72,7 +72,7 @@ class Page {
       this.orbit?.setZoom(this.orbit.zoom, now.width, now.height);
       this.draw();
     }).observe(this.canvas);
-    this.canvas.addEventListener("webglcontextlost", () => location.reload());
+    this.canvas.addEventListener("webglcontextlost", () => this.say("The device took the graphics away. Reload the page."));
     addEventListener("load", () => void this.loadRest(header));
     if (document.readyState === "complete") void this.loadRest(header);
   }
@@ -258,6 +258,7 @@ class Page {
   private toggleLens(open = this.lens.hidden): void {
     this.lens.hidden = !open;
     element("depth_of_field").setAttribute("aria-expanded", String(open));
+    document.body.classList.add("used");
     if (open && Number(this.apertureSlider.value) === 0) this.step(this.apertureSlider, 35);
     if (open) this.apertureSlider.focus();
   }

@@ -363,6 +363,30 @@ TEST_F(ExportWeb, WhatIsWrongIsSeenInTheComparison) {
   EXPECT_GT(spoilt("no_geometry", "float inverse = (1.0 - far) * camera.w;", "float inverse = 0.5;").mean, 3);
 }
 
+// Views that span no surface have no mesh: the page computes lumigraph weights.
+TEST(WebPageOfARow, DrawsAsTheRenderer) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "row", site = scratch / "site";
+  test::WriteLightField(dir,
+                        {.viewpoints = test::GridViewpoints(9, 1, 0.12, 2.0),
+                         .width = 320,
+                         .height = 240,
+                         .focal_px = 300,
+                         .with_square = true},
+                        true);
+  WriteMeshPly(dir / kMeshProxyFile, *test::PlaneAndSquare());
+  const auto exported = RunUlf("export web " + dir.string() + " -o " + site.string() + " --budget 900kB");
+  ASSERT_EQ(exported.exit_code, 0) << exported.errors;
+  json report;
+  for (const Difference& difference :
+       DifferencesFromRenderer(dir, site, {{0, 0, 1, 1.2}, {0.1, 0, 1, 1.3}, {-0.17, 0.02, 1, 1.3}},
+                               {{"width", 480}, {"height", 360}}, scratch / "out", report)) {
+    EXPECT_LE(difference.mean, 3);
+    EXPECT_LE(difference.large, kMostLarge);
+  }
+  ExpectQuiet(report);
+}
+
 // Prints what docs/web_page.md tells.
 TEST(WebPageOfACapture, OfTwoHundredViewsIsThatOfTheRenderer) {
   const ScratchFolder scratch;
