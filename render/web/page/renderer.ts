@@ -33,7 +33,7 @@ export class Renderer {
   private readonly fill: Program;
   private readonly drawn: Target;
   private readonly nothing: WebGLVertexArrayObject;
-  private readonly apertureProgram: Program;
+  private apertureProgram: Program | undefined; // made when it is first needed
   private readonly pull: Program;
   private readonly push: Program;
   private readonly depth: Target;
@@ -60,7 +60,6 @@ export class Renderer {
     this.fill = new Program(gl, fillVertex, fillFragment);
     this.drawn = new Target(gl, gl.RGBA8, gl.NEAREST);
     this.nothing = gl.createVertexArray();
-    this.apertureProgram = new Program(gl, screenVertex, apertureFragment);
     this.pull = new Program(gl, screenVertex, pullFragment);
     this.push = new Program(gl, screenVertex, pushFragment);
     this.depth = new Target(gl, gl.DEPTH_COMPONENT24, gl.NEAREST);
@@ -209,11 +208,13 @@ export class Renderer {
   private drawAperture(camera: Camera, aperture: Aperture, views: number[], focusDepth: number): number[] {
     views.forEach((view, index) => this.put(index, view, camera));
     this.uploadViews(views.length);
-    this.setPixels(this.apertureProgram, camera, 1 / focusDepth, false);
-    this.gl.bindFramebuffer(this.gl.FRAMEBUFFER, null);
-    this.gl.viewport(0, 0, camera.width, camera.height);
-    this.apertureProgram.integer("count", views.length).numbers("inverseRadius", 1 / aperture.radius).numbers("depth", 0);
-    this.gl.drawArrays(this.gl.TRIANGLES, 0, 3);
+    const gl = this.gl;
+    const program = this.apertureProgram ??= new Program(gl, screenVertex, apertureFragment);
+    this.setPixels(program, camera, 1 / focusDepth, false);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, camera.width, camera.height);
+    program.integer("count", views.length).numbers("inverseRadius", 1 / aperture.radius).numbers("depth", 0);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
     return views;
   }
 
