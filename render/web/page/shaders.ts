@@ -76,7 +76,7 @@ void main() { gl_Position = corners[gl_VertexID]; }`;
 
 /**
  * The light of a triangle's views, by their weights; alpha: 1 where they see enough of the point, less where others have to
- * fill in. Views are uniforms, since software drawing takes twice as long with numbers that might differ between pixels.
+ * fill in. Views are uniforms, since software drawing takes up to twice as long with numbers that might differ between pixels.
  */
 export const fieldFragment = (most: number): string => `${head}${ofView}${ofPixel}
 uniform vec4 own[${vectorsOfView * most}];  // of each view what see() wants, and the numerator of its weight

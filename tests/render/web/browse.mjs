@@ -8,11 +8,11 @@ import { createRequire } from "node:module";
 import { createServer } from "node:http";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { extname, join, normalize } from "node:path";
+import { extname, join, normalize, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 
 const [tools, site, planFile, out] = process.argv.slice(2);
-const require = createRequire(join(tools, "package.json"));
+const require = createRequire(resolve(tools, "package.json"));
 const { chromium } = require("playwright-core");
 const plan = JSON.parse(readFileSync(planFile, "utf8"));
 const report = { messages: [], requests: [], failed: "", poses: [] };
@@ -27,7 +27,7 @@ const server = createServer((request, response) => {
     response.writeHead(404).end();
   }
 });
-if (plan.host) await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+if (plan.host) await new Promise((done) => server.listen(0, "127.0.0.1", done));
 const root = plan.host ? `http://127.0.0.1:${server.address().port}/` : pathToFileURL(site).href.replace(/\/*$/, "/");
 
 const profile = mkdtempSync(join(tmpdir(), "ulf-chromium-"));
