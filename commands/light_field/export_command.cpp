@@ -1,4 +1,5 @@
-// `ulf export FORM`: exports a light field for other programs, with points measured again where the form has points.
+// `ulf export FORM`: exports a light field for other programs, with points measured again where the form has points,
+// or as a page.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +10,7 @@
 
 #include "commands/commands.h"
 #include "commands/light_field/export_scene.h"
+#include "commands/rendering/export_web_command.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/progress.h"
@@ -185,6 +187,7 @@ void AddExportCommand(CLI::App& app, ChosenCommand& chosen) {
   command->require_subcommand(1);
   for (const FormOption& form : kForms) AddForm(*command, chosen, form);
   AddSceneForms(*command, chosen);
+  AddExportWeb(*command, chosen);
   command->footer("Example: ulf export colmap vase -o vase_colmap --undistort --binary");
 }
 

@@ -171,7 +171,7 @@ void WriteLightField(const std::filesystem::path& dir, const SceneSpec& spec, bo
     View view;
     view.cam_from_world = LookAt(spec.viewpoints[i], spec.subject.center_in_world, Vector3d::UnitY());
     Frame frame;
-    frame.image = {.pixels = PhotographOfPlane(header.camera, view.cam_from_world),
+    frame.image = {.pixels = PhotographOfPlane(header.camera, view.cam_from_world, spec.with_square),
                    .transfer = Transfer::kSrgb};
     frame.id = i;
     writer.AddView(frame, view);

@@ -1,0 +1,137 @@
+// `ulf export web`: a light field as a page for browsers.
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/commands.h"
+#include "commands/number_checks.h"
+#include "commands/rendering/export_web_command.h"
+#include "commands/rendering/scene_options.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/progress.h"
+#include "core/base/shell_word.h"
+#include "core/base/stop_signal.h"
+#include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/planes_proxy.h"
+#include "render/proxy/proxy_choice.h"
+#include "render/quality/choice.h"
+#include "render/web/web_page.h"
+
+namespace ulf::commands {
+namespace {
+
+struct WebArgs : SceneArgs {
+  std::string output;
+  std::string budget = "20MB";
+  std::string proxy = render::kAuto;
+  std::string title;
+  int longest_px = render::WebPageOptions{}.longest_px;
+  bool json = false;
+};
+
+std::size_t BytesFromText(const std::string& text) {
+  double number = 0;
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%lf%n", &number, &end) == 1 && std::isfinite(number) && number > 0) {
+    const std::string unit = text.substr(static_cast<std::size_t>(end));
+    const double of_unit = unit == "GB" ? 1e9 : unit == "MB" ? 1e6 : unit == "kB" || unit == "KB" ? 1e3 : 0;
+    if (of_unit > 0 && number * of_unit >= 1 && number * of_unit <= 1e12)
+      return static_cast<std::size_t>(number * of_unit);
+  }
+  throw UsageError("--budget {}: a size is a number with kB, MB or GB, such as 20MB", text);
+}
+
+// Geometry that stays the same from picture to picture: the best that the light field has.
+std::shared_ptr<const render::Proxy> ProxyFor(const WebArgs& args, const Subject& subject) {
+  if (args.proxy != render::kAuto) {
+    const auto proxy = render::ProxyFromName(args.proxy, subject, args.dir);
+    if (args.proxy != "plane" && !proxy->Occluder())
+      throw UsageError(
+          "--proxy {}: a page takes plane, planes, mesh, or a PLY or OBJ file; a mesh is made with: ulf "
+          "proxy {}",
+          args.proxy, ShellWord(args.dir));
+    return proxy;
+  }
+  if (std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
+    return render::ProxyFromName("mesh", subject, args.dir);
+  spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
+  const std::vector<std::string> own = render::OwnProxies(args.dir);
+  const bool has_planes = std::ranges::count(own, render::kPlanesProxy) > 0;
+  return render::ProxyFromName(has_planes ? render::kPlanesProxy : "plane", subject, args.dir);
+}
+
+int RunExportWeb(const WebArgs& args) {
+  const LightField light_field = ReadLightField(args.dir);
+  render::WebPageOptions options;
+  options.budget_bytes = BytesFromText(args.budget);
+  options.longest_px = args.longest_px;
+  options.title =
+      args.title.empty() ? std::filesystem::weakly_canonical(args.dir).filename().string() : args.title;
+  RequireExportable(light_field, args.output, {});
+  const auto plain = render::LoadScene(light_field, OptionsOf(args));
+  const auto proxy = ProxyFor(args, plain->subject);
+  const auto light = LightOf(args, *plain, proxy);
+  const auto scene = render::WithProxy(light ? *render::WithLight(*plain, *light) : *plain, proxy);
+  Progress progress("export", args.json);
+  options.progress = [&](double share, const std::string& what) { progress.Show(share, what); };
+  options.stop = [] { return StopOnSignal::Asked(); };
+  const StopOnSignal signals;  // from here on a stop removes what was written
+  const render::WebPageSummary summary = render::ExportWebPage(*scene, args.output, options);
+  if (args.json) {
+    const nlohmann::ordered_json json{
+        {"output", args.output},          {"views", summary.views},
+        {"width", summary.width},         {"height", summary.height},
+        {"quality", summary.quality},     {"proxy", proxy->Name()},
+        {"triangles", summary.triangles}, {"triangles_before", summary.triangles_before},
+        {"bytes", summary.bytes},         {"bytes_before_the_first_picture", summary.first_bytes},
+        {"files", summary.files}};
+    fmt::print("{}\n", json.dump(2));
+    return kOk;
+  }
+  fmt::print(
+      "{}: {} of {}x{} at quality {}, {:.2f} MB of {} in {}, {:.2f} MB of them before the first picture\n",
+      args.output, Counted(summary.views, "view"), summary.width, summary.height, summary.quality,
+      1e-6 * static_cast<double>(summary.bytes), args.budget, Counted(summary.files, "file"),
+      1e-6 * static_cast<double>(summary.first_bytes));
+  if (summary.triangles > 0)
+    fmt::print("geometry: {}, {} of its {}\n", proxy->Name(), Counted(summary.triangles, "triangle"),
+               summary.triangles_before);
+  else
+    fmt::print("geometry: {}\n", proxy->Name());
+  fmt::print("open {} in a browser, or lay the folder on any host\n",
+             (std::filesystem::path(args.output) / "index.html").string());
+  return kOk;
+}
+
+}  // namespace
+
+void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
+  const auto args = std::make_shared<WebArgs>();
+  CLI::App* web = command.add_subcommand(
+      "web", "A page for browsers, which needs no program behind it (docs/web_page.md)");
+  AddSceneOptions(*web, *args);
+  web->add_option("-o,--output", args->output, "New folder")->required();
+  web->add_option("--budget", args->budget, "Size of the whole folder, such as 20MB (20MB)");
+  web->add_option(
+      "--proxy", args->proxy,
+      "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, or a PLY or "
+      "OBJ file");
+  web->add_option("--title", args->title, "Title of the page (the folder's name)");
+  web->add_option(
+         "--longest", args->longest_px,
+         "Largest longer side of the pictures in pixels; phones keep fewer large ones in memory (1280)")
+      ->check(CLI::Range(64, 4096));
+  web->add_flag("--json", args->json, "Print one JSON object");
+  web->footer("Example: ulf export web vase -o site --budget 20MB");
+  web->callback([args, &chosen] { chosen = [args] { return RunExportWeb(*args); }; });
+}
+
+}  // namespace ulf::commands

@@ -1,0 +1,154 @@
+#include "render/web/mesh_simplification.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <unordered_map>
+
+namespace ulf::render {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// Space in which cells are cubes of one size.
+Vector3d Evened(const Vector3d& from_center, double even_within) {
+  const double distance = from_center.norm() / even_within;
+  if (distance <= 1) return from_center / even_within;
+  return from_center / (even_within * distance) * (1 + std::log(distance));
+}
+
+struct Cell {
+  Matrix3d quadric = Matrix3d::Zero();  // of the planes through its triangles, weighed by their areas
+  Vector3d quadric_by_point = Vector3d::Zero();
+  Vector3d sum = Vector3d::Zero();
+  int points = 0;
+  std::uint32_t vertex = 0;
+};
+
+// The place that is nearest to the planes; in directions of which they say little, the middle of the points.
+Vector3d PlaceOf(const Cell& cell, double cell_size) {
+  constexpr double kLeastShare =
+      1e-2;  // of the largest eigenvalue: below it planes count as parallel. Guessed.
+  const Vector3d middle = cell.sum / cell.points;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(cell.quadric);
+  const double largest = solver.eigenvalues()(2);
+  if (!(largest > 0)) return middle;
+  const Vector3d residual = cell.quadric_by_point - cell.quadric * middle;
+  Vector3d step = Vector3d::Zero();
+  for (int i = 0; i < 3; ++i)
+    if (solver.eigenvalues()(i) > kLeastShare * largest) {
+      const Vector3d axis = solver.eigenvectors().col(i);
+      step += axis * (axis.dot(residual) / solver.eigenvalues()(i));
+    }
+  if (step.norm() > cell_size) return middle;  // planes that meet far away
+  return middle + step;
+}
+
+class Grid {
+ public:
+  Grid(const TriangleMesh& mesh, const MeshSimplification& options) : mesh_(mesh), options_(options) {
+    for (const Eigen::Vector3f& vertex : mesh.vertices)
+      evened_.push_back(Evened(vertex.cast<double>() - options.center_in_world, options.even_within));
+  }
+
+  // `size`: of a cell, in the evened space.
+  std::vector<std::uint64_t> CellsOf(double size) const {
+    constexpr std::int64_t kHalf = 1 << 20;
+    std::vector<std::uint64_t> cells;
+    cells.reserve(evened_.size());
+    for (const Vector3d& place : evened_) {
+      std::uint64_t key = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto number =
+            static_cast<std::int64_t>(std::clamp(std::floor(place(axis) / size), 1.0 - kHalf, kHalf - 1.0));
+        key = key << 21 | static_cast<std::uint64_t>(number + kHalf);
+      }
+      cells.push_back(key);
+    }
+    return cells;
+  }
+
+  TriangleMesh With(double size) const {
+    const std::vector<std::uint64_t> cell_of = CellsOf(size);
+    std::unordered_map<std::uint64_t, Cell> cells;
+    for (std::size_t i = 0; i < cell_of.size(); ++i) {
+      Cell& cell = cells[cell_of[i]];
+      cell.sum += mesh_.vertices[i].cast<double>();
+      ++cell.points;
+    }
+    std::set<std::array<std::uint64_t, 3>> kept;
+    std::vector<std::array<std::uint64_t, 3>> in_order;
+    for (const auto& triangle : mesh_.triangles) {
+      std::array<Vector3d, 3> corner;
+      std::array<std::uint64_t, 3> at{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        corner[k] = mesh_.vertices[triangle[k]].cast<double>();
+        at[k] = cell_of[triangle[k]];
+      }
+      const Vector3d normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);  // as long as its area
+      const double length = normal.norm();
+      if (length > 0) {
+        const Matrix3d quadric = normal * normal.transpose() / length;
+        for (const std::uint64_t key : at) {
+          Cell& cell = cells[key];
+          cell.quadric += quadric;
+          cell.quadric_by_point += quadric * corner[0];
+        }
+      }
+      if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
+      std::ranges::rotate(at, std::ranges::min_element(at));
+      if (kept.insert(at).second) in_order.push_back(at);
+    }
+    TriangleMesh result;
+    std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;
+    const auto vertex = [&](std::uint64_t key) {
+      const auto [found, is_new] = vertex_of.emplace(key, static_cast<std::uint32_t>(result.vertices.size()));
+      if (is_new) {
+        const Cell& cell = cells[key];
+        const double distance =
+            (cell.sum / cell.points - options_.center_in_world).norm() / options_.even_within;
+        const double in_world = size * options_.even_within * std::max(1.0, distance);
+        result.vertices.push_back(PlaceOf(cell, in_world).cast<float>());
+      }
+      return found->second;
+    };
+    for (const auto& at : in_order) result.triangles.push_back({vertex(at[0]), vertex(at[1]), vertex(at[2])});
+    return result;
+  }
+
+  std::size_t TrianglesWith(double size) const {
+    const std::vector<std::uint64_t> cell_of = CellsOf(size);
+    std::set<std::array<std::uint64_t, 3>> kept;
+    for (const auto& triangle : mesh_.triangles) {
+      std::array<std::uint64_t, 3> at{cell_of[triangle[0]], cell_of[triangle[1]], cell_of[triangle[2]]};
+      if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
+      std::ranges::rotate(at, std::ranges::min_element(at));
+      kept.insert(at);
+    }
+    return kept.size();
+  }
+
+ private:
+  const TriangleMesh& mesh_;
+  const MeshSimplification& options_;
+  std::vector<Vector3d> evened_;
+};
+
+}  // namespace
+
+TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& options) {
+  if (mesh.triangles.size() <= options.most_triangles) return mesh;
+  const Grid grid(mesh, options);
+  double fine = 1e-5, coarse = 4;  // cells that join nothing, and everything
+  constexpr double kNear = 1.02;   // ratio of two sizes that are as good as one
+  while (coarse > kNear * fine) {
+    const double size = std::sqrt(fine * coarse);
+    (grid.TrianglesWith(size) > options.most_triangles ? fine : coarse) = size;
+  }
+  return grid.With(coarse);
+}
+
+}  // namespace ulf::render

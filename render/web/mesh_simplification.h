@@ -1,0 +1,22 @@
+// A mesh of fewer triangles for where bytes are dear: vertices that lie in one cell of a grid become one, at the place
+// that is nearest to the planes of their triangles (Lindstrom 2000, "Out-of-core simplification of large polygonal
+// models"). Cells grow with the distance from a centre, as the scene does in pictures that are taken around it.
+#pragma once
+
+#include <cstddef>
+
+#include "render/proxy/triangle_mesh.h"
+
+namespace ulf::render {
+
+struct MeshSimplification {
+  Eigen::Vector3d center_in_world = Eigen::Vector3d::Zero();
+  double even_within = 1;  // world units: nearer to the centre than this all cells have one size
+  std::size_t most_triangles = 20000;
+};
+
+// The mesh as it is where it has no more triangles, else one of at most `most_triangles`, and of not many fewer where
+// the mesh allows that. Triangles that collapse, and copies, are left out.
+TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& options);
+
+}  // namespace ulf::render

@@ -1,0 +1,348 @@
+#include "render/web/web_page.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "core/base/at.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/geometry/angles.h"
+#include "core/light_field/exchange/staged_folder.h"
+#include "render/fields/mesh_field.h"
+#include "render/viewer/viewer_camera.h"
+#include "render/web/embedded_page.h"
+#include "render/web/mesh_simplification.h"
+#include "render/web/web_file.h"
+#include "render/web/web_pictures.h"
+
+namespace ulf::render {
+namespace {
+
+using Eigen::Vector3d;
+using Json = nlohmann::ordered_json;
+
+// What the page needs before it shows anything is at most this share of the budget; and no more than comes in a second.
+constexpr double kGeometryShare = 0.06;
+constexpr std::size_t kMostGeometryBytes = 300'000;
+constexpr std::size_t kFirstViews = 12;           // whose small pictures are the first that is seen
+constexpr std::size_t kFileBytes = 700'000;       // of the files after the first, about
+constexpr std::size_t kBytesOfFileList = 64;      // of a file's entry in the scene's header, at most
+constexpr std::size_t kBytesOfPictureEntry = 32;  // of a picture in a file's header, at most
+
+constexpr std::size_t kBytesOfPlaces = 1500;  // of arrays in headers, at most
+
+struct NamedFile {
+  std::string name, text;
+};
+
+// Numbers and their places in a file, as the page reads them: name to [type, first byte, count].
+class Arrays {
+ public:
+  template <typename Number>
+  void Add(const char* name, const std::vector<Number>& values) {
+    const char* type = std::is_same_v<Number, float>           ? "f32"
+                       : std::is_same_v<Number, std::uint16_t> ? "u16"
+                                                               : "u32";
+    places_[name] = {type, bytes_.Add(std::span<const Number>(values)), values.size()};
+  }
+  const std::string& bytes() const { return bytes_.bytes(); }
+  const Json& places() const { return places_; }
+
+ private:
+  WebBytes bytes_;
+  Json places_ = Json::object();
+};
+
+template <typename Vector>
+Json JsonOf(const Vector& vector) {
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+std::vector<float> Floats(const std::vector<Vector3d>& vectors) {
+  std::vector<float> floats;
+  for (const Vector3d& vector : vectors)
+    for (const double value : vector) floats.push_back(static_cast<float>(value));
+  return floats;
+}
+
+std::vector<std::uint32_t> Indices(const std::vector<Triangle>& triangles) {
+  std::vector<std::uint32_t> indices;
+  for (const Triangle& triangle : triangles)
+    for (const int corner : triangle) indices.push_back(static_cast<std::uint32_t>(corner));
+  return indices;
+}
+
+// Everything is relative to the subject's centre: browsers draw in 32 bits.
+Arrays FieldArrays(const RenderScene& scene, const std::vector<WebPicture>& pictures) {
+  const Vector3d& center = scene.subject.center_in_world;
+  Arrays arrays;
+  std::vector<float>
+      cameras;  // per view: fx fy cx cy of a picture of size 1, width, height, cam_from_world by rows
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const CameraModel& camera = pictures[i].camera;
+    Rigid3 cam_from_center = scene.views[i].cam_from_world;
+    cam_from_center.translation = cam_from_center * center;
+    const Eigen::Matrix3d r = cam_from_center.RotationMatrix();
+    for (const double value : {camera.fx / camera.width, camera.fy / camera.height, camera.cx / camera.width,
+                               camera.cy / camera.height, 1.0 * camera.width, 1.0 * camera.height})
+      cameras.push_back(static_cast<float>(value));
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) cameras.push_back(static_cast<float>(r(row, column)));
+      cameras.push_back(static_cast<float>(cam_from_center.translation(row)));
+    }
+  }
+  arrays.Add("cameras", cameras);
+  if (scene.mesh.span != Span::kSurface) return arrays;
+
+  const FieldMesh field = MakeFieldMesh(scene.mesh, FieldOptions{}.level);
+  std::vector<Vector3d> positions;
+  for (const Vector3d& position : field.positions) positions.push_back(position - center);
+  arrays.Add("positions", Floats(positions));
+  arrays.Add("triangles", Indices(field.triangles));
+  std::vector<std::uint32_t> first_weight, weight_vertex;
+  std::vector<float> weight;
+  for (const SparseWeights& weights : field.weights) {
+    first_weight.push_back(static_cast<std::uint32_t>(weight.size()));
+    for (const auto& [vertex, share] : weights) {
+      weight_vertex.push_back(static_cast<std::uint32_t>(vertex));
+      weight.push_back(static_cast<float>(share));
+    }
+  }
+  first_weight.push_back(static_cast<std::uint32_t>(weight.size()));
+  arrays.Add("firstWeight", first_weight);
+  arrays.Add("weightVertex", std::vector<std::uint16_t>(weight_vertex.begin(), weight_vertex.end()));
+  arrays.Add("weight", weight);
+
+  std::vector<std::uint32_t> first_view, views;
+  for (const ViewpointMesh::Vertex& vertex : scene.mesh.vertices) {
+    first_view.push_back(static_cast<std::uint32_t>(views.size()));
+    for (const int view : vertex.views) views.push_back(static_cast<std::uint32_t>(view));
+  }
+  first_view.push_back(static_cast<std::uint32_t>(views.size()));
+  arrays.Add("firstViewOfVertex", first_view);
+  arrays.Add("viewOfVertex", views);
+  arrays.Add("hull", Indices(scene.mesh.triangles));
+  return arrays;
+}
+
+struct Geometry {
+  Json header = nullptr;
+  Arrays arrays;
+  std::size_t triangles = 0, before = 0;
+};
+
+// Places as 16 bits of a cube around the mesh.
+Geometry GeometryOf(const RenderScene& scene, std::size_t most_bytes) {
+  Geometry geometry;
+  const auto occluder = scene.proxy->Occluder();
+  if (!occluder || occluder->triangles.empty()) return geometry;
+  const Vector3d& center = scene.subject.center_in_world;
+  geometry.before = occluder->triangles.size();
+  constexpr std::size_t kBytesOfTriangle = 12;  // 3 indices of 16 bits and half a vertex, in base64
+  MeshSimplification simplification{
+      .center_in_world = center,
+      .even_within = std::max(scene.mesh.median_distance, scene.subject.radius),
+      .most_triangles = std::max<std::size_t>(500, most_bytes / kBytesOfTriangle)};
+  if (!(simplification.even_within > 0)) simplification.even_within = 1;
+  const TriangleMesh mesh = Simplified(*occluder, simplification);
+  geometry.triangles = mesh.triangles.size();
+  Eigen::Vector3f low = mesh.vertices.front(), high = low;
+  for (const Eigen::Vector3f& vertex : mesh.vertices) {
+    low = low.cwiseMin(vertex);
+    high = high.cwiseMax(vertex);
+  }
+  const Eigen::Vector3f size = (high - low).cwiseMax(1e-12f);
+  constexpr float kMost = 65535;
+  std::vector<std::uint16_t> places;
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    for (const float value : Eigen::Vector3f((vertex - low).cwiseQuotient(size) * kMost))
+      places.push_back(static_cast<std::uint16_t>(std::lround(value)));
+  geometry.arrays.Add("places", places);
+  std::vector<std::uint32_t> corners;
+  for (const auto& triangle : mesh.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
+  if (mesh.vertices.size() <= 65536)
+    geometry.arrays.Add("corners", std::vector<std::uint16_t>(corners.begin(), corners.end()));
+  else
+    geometry.arrays.Add("corners", corners);
+  geometry.header = {{"low", JsonOf(Vector3d(low.cast<double>() - center))},
+                     {"step", JsonOf(Vector3d(size.cast<double>() / kMost))}};
+  return geometry;
+}
+
+// The views by how far they are from where the page begins.
+std::vector<std::size_t> ByDistance(const RenderScene& scene, const Vector3d& eye) {
+  std::vector<std::size_t> order(scene.views.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::stable_sort(
+      order, {}, [&](std::size_t i) { return (scene.views[i].center_in_world - eye).squaredNorm(); });
+  return order;
+}
+
+// The first few as they are, then each as far as possible from those before: any prefix is spread over all.
+std::vector<std::size_t> Spread(const RenderScene& scene, const std::vector<std::size_t>& by_distance,
+                                std::size_t first) {
+  std::vector<std::size_t> order;
+  std::vector<double> distance(scene.views.size(), INFINITY);
+  std::vector<bool> taken(scene.views.size(), false);
+  while (order.size() < by_distance.size()) {
+    const std::size_t next = order.size() < first
+                                 ? by_distance[order.size()]
+                                 : *std::ranges::max_element(by_distance, {}, [&](std::size_t i) {
+                                     return taken[i] ? -1.0 : distance[i];
+                                   });
+    taken[next] = true;
+    order.push_back(next);
+    for (std::size_t i = 0; i < distance.size(); ++i)
+      distance[i] =
+          std::min(distance[i], (scene.views[i].center_in_world - scene.views[next].center_in_world).norm());
+  }
+  return order;
+}
+
+// Files of pictures of about kFileBytes each.
+void AddPictureFiles(const std::vector<WebPicture>& pictures, const std::vector<std::size_t>& order,
+                     bool fine, std::vector<NamedFile>& files) {
+  Json views = Json::array();
+  WebBytes bytes;
+  int number = 0;
+  const auto close = [&] {
+    if (views.empty()) return;
+    files.push_back({fmt::format("data/{}_{:03d}.js", fine ? "fine" : "small", number++),
+                     WebFileText({{"kind", fine ? "fine" : "small"}, {"views", views}}, bytes.bytes())});
+    views = Json::array();
+    bytes = WebBytes();
+  };
+  for (const std::size_t view : order) {
+    const std::string& picture = fine ? pictures[view].fine : pictures[view].small;
+    views.push_back({view, bytes.Add(picture), picture.size()});
+    if (WebFileSize(0, bytes.bytes().size()) >= kFileBytes) close();
+  }
+  close();
+}
+
+std::string EscapedHtml(const std::string& text) {
+  std::string escaped;
+  for (const char c : text)
+    escaped += c == '&'   ? "&amp;"
+               : c == '<' ? "&lt;"
+               : c == '>' ? "&gt;"
+               : c == '"' ? "&quot;"
+                          : std::string(1, c);
+  return escaped;
+}
+
+std::string PageHtml(const std::string& title) {
+  std::string html = page::k_index_html;
+  const auto put = [&](const std::string& mark, const std::string& text) {
+    for (std::size_t at = html.find(mark); at != std::string::npos; at = html.find(mark, at + text.size()))
+      html.replace(at, mark.size(), text);
+  };
+  put("{{style}}", page::k_page_css);
+  put("{{title}}", EscapedHtml(title));
+  return html;
+}
+
+Json SceneHeader(const RenderScene& scene, const WebPageOptions& options, const ViewerCamera& start,
+                 const std::vector<WebPicture>& pictures) {
+  const bool masks = std::ranges::any_of(pictures, &WebPicture::has_gaps);
+  int width = 1, height = 1;
+  for (const WebPicture& picture : pictures) {
+    width = std::max(width, picture.camera.width);
+    height = std::max(height, picture.camera.height);
+  }
+  const FieldOptions field = FieldThatServes({}, scene.mesh);
+  const Vector3d& center = scene.subject.center_in_world;
+  return {{"kind", "scene"},
+          {"title", options.title},
+          {"views", scene.views.size()},
+          {"picture", {width, height}},
+          {"small", kSmallWebPicture},
+          {"radius", scene.subject.radius},
+          {"up", JsonOf(start.up_in_world)},
+          {"eye", JsonOf(Vector3d(start.eye_in_world - center))},
+          {"lens", {start.photograph.width, start.photograph.height, start.photograph.MeanFocalPx()}},
+          {"spacing", scene.mesh.mean_edge_rad},
+          {"lumigraphViews", field.lumigraph_k},
+          {"lumigraphResolution", field.lumigraph_resolution},
+          {"feather", kFeatherShare},
+          {"masks", masks}};
+}
+
+}  // namespace
+
+WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::path& out,
+                             const WebPageOptions& options) {
+  StagedFolder folder(out);
+  const ViewerCamera start = StartingCamera(scene);
+  const std::vector<std::size_t> by_distance = ByDistance(scene, start.eye_in_world);
+  const std::vector<std::size_t> spread = Spread(scene, by_distance, kFirstViews);
+
+  std::vector<NamedFile> files{{"index.html", PageHtml(options.title)}, {"page.js", page::k_page_js}};
+  const auto geometry_bytes =
+      std::min(kMostGeometryBytes,
+               static_cast<std::size_t>(kGeometryShare * static_cast<double>(options.budget_bytes)));
+  const Geometry geometry = GeometryOf(scene, geometry_bytes);
+
+  // What pictures may take is what is left of the budget.
+  const std::vector<WebPicture> none(scene.views.size());
+  std::size_t taken = WebFileSize(SceneHeader(scene, options, start, none).dump().size(),
+                                  FieldArrays(scene, none).bytes().size() + geometry.arrays.bytes().size());
+  for (const NamedFile& file : files) taken += file.text.size();
+  taken += 2 * scene.views.size() * kBytesOfPictureEntry;
+  taken += (options.budget_bytes / kFileBytes + 8) * 2 * kBytesOfFileList + kBytesOfPlaces;
+  if (taken >= options.budget_bytes)
+    throw UsageError("--budget: page, cameras and geometry alone take {:.1f} MB; give more",
+                     1e-6 * static_cast<double>(taken));
+  WebPictures pictures = MakeWebPictures(scene, {.most_bytes = (options.budget_bytes - taken) / 4 * 3,
+                                                 .longest_px = options.longest_px,
+                                                 .progress = options.progress,
+                                                 .stop = options.stop});
+
+  std::vector<NamedFile> later;
+  const std::size_t first = std::min(kFirstViews, spread.size());
+  const auto split = spread.begin() + static_cast<std::ptrdiff_t>(first);
+  std::vector<NamedFile> of_first;
+  AddPictureFiles(pictures.views, {spread.begin(), split}, false, of_first);
+  AddPictureFiles(pictures.views, {split, spread.end()}, false, later);
+  AddPictureFiles(pictures.views, by_distance, true, later);
+
+  Json header = SceneHeader(scene, options, start, pictures.views);
+  Json list = Json::array();
+  for (const NamedFile& file : later) list.push_back({file.name, file.text.size()});
+  header["files"] = list;
+  const Arrays field = FieldArrays(scene, pictures.views);
+  header["arrays"] = field.places();
+  files.push_back({"data/scene.js", WebFileText(header, field.bytes())});
+  Json geometry_header{
+      {"kind", "geometry"}, {"geometry", geometry.header}, {"arrays", geometry.arrays.places()}};
+  files.push_back({"data/geometry.js", WebFileText(geometry_header, geometry.arrays.bytes())});
+  files.push_back({"data/first.js", ""});
+  for (const NamedFile& file : of_first) files.back().text += file.text;
+
+  WebPageSummary summary{.views = scene.views.size(),
+                         .width = header["picture"][0],
+                         .height = header["picture"][1],
+                         .quality = pictures.quality,
+                         .triangles = geometry.triangles,
+                         .triangles_before = geometry.before};
+  for (const NamedFile& file : files) summary.first_bytes += file.text.size();
+  files.insert(files.end(), std::make_move_iterator(later.begin()), std::make_move_iterator(later.end()));
+  summary.files = files.size();
+  MakeFolder(folder.path() / "data");
+  FileBatch batch;
+  for (const NamedFile& file : files) {
+    summary.bytes += file.text.size();
+    batch.Write(folder.path() / file.name, ContentOf(file.text));
+  }
+  batch.Commit();
+  folder.Commit();
+  return summary;
+}
+
+}  // namespace ulf::render

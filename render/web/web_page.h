@@ -1,0 +1,44 @@
+// A light field as a page for browsers: a folder that opens by a double click or lies on any host, without a program
+// behind it (docs/web_page.md).
+//
+//   OUT/index.html   the page, which is its own help
+//   OUT/page.js      its program, bundled from render/web/page/
+//   OUT/data/*.js    cameras and blending field, geometry, small and fine pictures, in the order in which they are wanted
+//
+// What is heavy is computed here: the mesh of the viewpoints with its subdivided weights (MakeFieldMesh), geometry of few
+// triangles, photographs without distortion on one scale of light. The page draws as the GL renderer does.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "render/scene/scene.h"
+
+namespace ulf::render {
+
+struct WebPageOptions {
+  std::string title = {};
+  std::size_t budget_bytes = 20'000'000;  // of the whole folder
+  int longest_px = 1280;                  // WebPictureOptions::longest_px
+  std::function<void(double share, const std::string& what)> progress = {};
+  std::function<bool()> stop = {};  // polled; true: throws Error and leaves nothing
+};
+
+struct WebPageSummary {
+  std::size_t views = 0;
+  int width = 0, height = 0, quality = 0;  // of the pictures
+  std::size_t triangles = 0, triangles_before = 0;
+  std::size_t bytes = 0;        // of the folder
+  std::size_t first_bytes = 0;  // before the first picture is there
+  std::size_t files = 0;
+};
+
+// `scene`: over a plane through the subject that faces the camera, or over triangles that do not change from picture to
+// picture. `out` must not exist or be empty. Throws Error, UsageError where the budget does not suffice.
+WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::path& out,
+                             const WebPageOptions& options);
+
+}  // namespace ulf::render

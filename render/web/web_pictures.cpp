@@ -1,0 +1,241 @@
+#include "render/web/web_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/parallel_for.h"
+#include "core/image/image.h"
+#include "core/image/undistortion.h"
+
+namespace ulf::render {
+namespace {
+
+constexpr int kBestQuality = 95, kUsualQuality = 80, kLeastQuality = 40,
+              kSmallQuality = 70;  // WebP's. Guessed.
+constexpr int kLeastPx = 64;       // of the longer side. Guessed.
+
+// B G R and the share of the pixel that has light, CV_32FC4, linear, of the photograph's level.
+cv::Mat LightOf(const SceneView& view, int level) {
+  const cv::Mat pixels = view.photograph->Level(level);
+  cv::Mat light(pixels.size(), CV_32FC4);
+  if (view.photograph->linear()) {
+    pixels.convertTo(light, CV_32F);
+  } else {
+    const cv::Mat linear = LinearFloat({pixels, Transfer::kSrgb});
+    cv::mixChannels(std::vector<cv::Mat>{linear, cv::Mat::ones(pixels.size(), CV_32F)}, {light},
+                    {0, 0, 1, 1, 2, 2, 3, 3});
+  }
+  const double to_full = 1.0 * view.camera.width / pixels.cols;
+  const bool is_even = view.correction == LightCorrection{};
+  const cv::Vec3f even = view.ScaleAt({view.camera.cx, view.camera.cy});
+  for (int y = 0; y < light.rows; ++y)
+    for (int x = 0; x < light.cols; ++x) {
+      auto& at = light.at<cv::Vec4f>(y, x);
+      if (!(at[3] > 0)) {
+        at = {0, 0, 0, 0};
+        continue;
+      }
+      const cv::Vec3f scale = is_even ? even : view.ScaleAt({(x + 0.5) * to_full, (y + 0.5) * to_full});
+      for (int c = 0; c < 3; ++c) at[c] = (at[c] / at[3] - view.black) * scale[c];
+    }
+  return light;
+}
+
+class PicturesOfViews {
+ public:
+  explicit PicturesOfViews(const RenderScene& scene) : scene_(scene), kept_(scene.views.size()) {
+    for (std::size_t i = 0; i < scene.views.size(); ++i) {
+      const SceneView& view = scene.views[i];
+      const bool is_as_before = i > 0 && view.camera == scene.views[i - 1].camera;
+      if (is_as_before)
+        undistortions_.push_back(undistortions_.back());
+      else if (view.camera.distortion == Distortion::kNone)
+        undistortions_.push_back({.from = view.camera, .to = view.camera, .is_identity = true});
+      else
+        undistortions_.push_back(UndistortionOf(view.camera, fmt::format("view {}", view.id)));
+    }
+  }
+
+  std::size_t count() const { return scene_.views.size(); }
+  int LongestPx() const {
+    int longest = 1;
+    for (const Undistortion& undistortion : undistortions_)
+      longest = std::max({longest, undistortion.to.width, undistortion.to.height});
+    return longest;
+  }
+
+  CameraModel CameraOf(std::size_t index, int longest_px) const {
+    const CameraModel& full = undistortions_[index].to;
+    const double share = std::min(1.0, 1.0 * longest_px / std::max(full.width, full.height));
+    return full.ScaledTo(std::max(1, static_cast<int>(std::lround(share * full.width))),
+                         std::max(1, static_cast<int>(std::lround(share * full.height))));
+  }
+
+  // CV_8UC3, or CV_8UC4 with alpha where some of the picture has no light. For each index in one thread at a time.
+  cv::Mat Draw(std::size_t index, const CameraModel& camera) {
+    cv::Mat& kept = kept_[index];
+    if (kept.cols == camera.width && kept.rows == camera.height) return kept;
+    cv::Mat picture = Drawn(index, camera);
+    constexpr std::size_t kMostKeptBytes = std::size_t{1} << 30;  // other pictures are drawn again. Guessed.
+    if (picture.total() * picture.elemSize() * count() <= kMostKeptBytes) kept = picture;
+    return picture;
+  }
+
+ private:
+  cv::Mat Drawn(std::size_t index, const CameraModel& camera) const {
+    const SceneView& view = scene_.views[index];
+    const Undistortion& full = undistortions_[index];
+    int level = 0;  // the smallest that has a pixel for each
+    while (level + 1 < view.photograph->LevelCount() &&
+           view.photograph->LevelSize(level + 1).width * full.to.width >= camera.width * full.from.width)
+      ++level;
+    cv::Mat light = LightOf(view, level);
+    if (!full.is_identity) {
+      Undistortion here = full;
+      here.from = full.from.ScaledTo(light.cols, light.rows);
+      const double share = 1.0 * light.cols / full.from.width;
+      here.to = full.to.ScaledTo(std::max(1, static_cast<int>(std::lround(share * full.to.width))),
+                                 std::max(1, static_cast<int>(std::lround(share * full.to.height))));
+      light = Undistorted(MapOf(here), light);
+    }
+    if (light.cols != camera.width || light.rows != camera.height)
+      cv::resize(light, light, {camera.width, camera.height}, 0, 0, cv::INTER_AREA);
+    cv::Mat bgr, share, picture;
+    cv::cvtColor(light, bgr, cv::COLOR_BGRA2BGR);
+    cv::extractChannel(light, share, 3);
+    picture = Srgb8FromLinear(bgr);
+    double least = 1;
+    cv::minMaxLoc(share, &least);
+    if (least > 0.5) return picture;
+    cv::Mat alpha, with_alpha;
+    share.convertTo(alpha, CV_8U, 255);
+    cv::merge(std::vector<cv::Mat>{picture, alpha}, with_alpha);
+    return with_alpha;
+  }
+
+  const RenderScene& scene_;
+  std::vector<Undistortion> undistortions_;
+  std::vector<cv::Mat> kept_;  // of the size that was drawn last
+};
+
+std::string WebP(const cv::Mat& picture, int quality) {
+  std::vector<unsigned char> bytes;
+  if (!cv::imencode(".webp", picture, bytes, {cv::IMWRITE_WEBP_QUALITY, quality}))
+    throw Error("a picture of {}x{} could not be encoded as WebP", picture.cols, picture.rows);
+  return {bytes.begin(), bytes.end()};
+}
+
+WebPicture Encoded(PicturesOfViews& views, std::size_t index, int longest_px, int quality) {
+  WebPicture encoded{.camera = views.CameraOf(index, longest_px), .fine = {}, .small = {}};
+  const cv::Mat picture = views.Draw(index, encoded.camera);
+  encoded.has_gaps = picture.channels() == 4;
+  encoded.fine = WebP(picture, quality);
+  const cv::Size small(std::max(1, encoded.camera.width / kSmallWebPicture),
+                       std::max(1, encoded.camera.height / kSmallWebPicture));
+  cv::Mat reduced;
+  cv::resize(picture, reduced, small, 0, 0, cv::INTER_AREA);
+  encoded.small = WebP(reduced, kSmallQuality);
+  return encoded;
+}
+
+std::vector<WebPicture> EncodeSome(PicturesOfViews& views, const std::vector<std::size_t>& which,
+                                   int longest_px, int quality, const WebPictureOptions& options,
+                                   double progress_from, double progress_to) {
+  std::vector<WebPicture> encoded(which.size());
+  const std::size_t at_once = 4 * static_cast<std::size_t>(std::max(1, cv::getNumThreads()));
+  for (std::size_t done = 0; done < which.size(); done += at_once) {
+    if (options.stop && options.stop()) throw Error("stopped before the end, as asked; nothing was exported");
+    const std::size_t some = std::min(at_once, which.size() - done);
+    std::vector<std::exception_ptr> problems(some);
+    ParallelFor(some, [&](std::size_t i) {
+      try {
+        encoded[done + i] = Encoded(views, which[done + i], longest_px, quality);
+      } catch (...) {
+        problems[i] = std::current_exception();
+      }
+    });
+    for (const std::exception_ptr& problem : problems)
+      if (problem) std::rethrow_exception(problem);
+    if (options.progress)
+      options.progress(progress_from + (progress_to - progress_from) * static_cast<double>(done + some) /
+                                           static_cast<double>(which.size()),
+                       fmt::format("quality {}, picture {} of {}", quality, done + some, which.size()));
+  }
+  return encoded;
+}
+
+std::size_t BytesOf(const std::vector<WebPicture>& pictures) {
+  std::size_t bytes = 0;
+  for (const WebPicture& picture : pictures) bytes += picture.fine.size() + picture.small.size();
+  return bytes;
+}
+
+}  // namespace
+
+WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& options) {
+  PicturesOfViews views(scene);
+  constexpr std::size_t kSample = 12;  // views by which the others are judged. Guessed.
+  std::vector<std::size_t> all(views.count()), sample;
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  const std::size_t samples = std::min(kSample, all.size());
+  for (std::size_t i = 0; i < samples; ++i) sample.push_back((2 * i + 1) * all.size() / (2 * samples));
+  const auto expected = [&](int longest_px, int quality) {
+    return static_cast<double>(BytesOf(EncodeSome(views, sample, longest_px, quality, options, 0, 0))) *
+           static_cast<double>(all.size()) / static_cast<double>(samples);
+  };
+  const auto budget = static_cast<double>(options.most_bytes);
+
+  const int most_px = std::min(views.LongestPx(), options.longest_px);
+  int longest_px = most_px;
+  if (expected(most_px, kUsualQuality) > budget) {
+    double small = std::min(kLeastPx, most_px), large = most_px;
+    constexpr double kNear = 1.02;  // ratio of two sizes that are as good as one
+    while (large > kNear * small) {
+      const double middle = std::sqrt(small * large);
+      (expected(static_cast<int>(middle), kUsualQuality) > budget ? large : small) = middle;
+    }
+    longest_px = static_cast<int>(small);
+  }
+  int quality = kLeastQuality;
+  for (int step = 32; step > 0; step /= 2)
+    if (quality + step <= kBestQuality && expected(longest_px, quality + step) <= budget) quality += step;
+
+  // The sample may be off by some percent: the highest quality that fits is looked for with all views, and as many
+  // views as there is room for get the next one.
+  WebPictures result;
+  std::vector<WebPicture> too_large;  // of the next quality
+  for (double from = 0.1;; from += 0.5 * (1 - from)) {
+    std::vector<WebPicture> pictures =
+        EncodeSome(views, all, longest_px, quality, options, from, 0.5 * (1 + from));
+    const std::size_t bytes = BytesOf(pictures);
+    if (bytes > options.most_bytes) {
+      too_large = std::move(pictures);
+      if (!result.views.empty()) break;
+      if (quality <= kLeastQuality)
+        throw UsageError("--budget: {} take at least {:.1f} MB; give more, or export fewer views",
+                         Counted(all.size(), "view"), 1e-6 * 4 / 3 * static_cast<double>(bytes));
+      --quality;
+      continue;
+    }
+    result = {.views = std::move(pictures), .quality = quality, .bytes = bytes};
+    if (!too_large.empty() || quality >= kBestQuality) break;
+    ++quality;
+  }
+  for (std::size_t i = 0; i < too_large.size(); ++i) {
+    const std::size_t with = result.bytes - result.views[i].fine.size() + too_large[i].fine.size();
+    if (with > options.most_bytes) continue;
+    result.bytes = with;
+    result.views[i] = std::move(too_large[i]);
+  }
+  return result;
+}
+
+}  // namespace ulf::render

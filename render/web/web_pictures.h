@@ -1,0 +1,43 @@
+// The photographs of a light field as pictures for a page: without distortion, on one scale of light (exposures, gains
+// and fall-offs divided out), in sRGB, as WebP, each in two sizes. The size and the quality follow from the bytes that
+// they may take.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "render/scene/scene.h"
+
+namespace ulf::render {
+
+struct WebPictureOptions {
+  std::size_t most_bytes = 0;  // of all pictures together, both sizes
+  // Of the longer side: a phone keeps some dozens of such pictures in 150 MB of textures.
+  int longest_px = 1280;
+  std::function<void(double share, const std::string& what)> progress = {};
+  std::function<bool()> stop = {};  // polled; true: throws Error
+};
+
+struct WebPicture {
+  CameraModel camera;       // without distortion, of the size of `fine`
+  std::string fine, small;  // WebP
+  bool has_gaps = false;    // alpha is 0 where the photograph has no light (masks)
+};
+
+// The smaller pictures have this share of the finer ones' width and height.
+inline constexpr int kSmallWebPicture = 4;
+
+struct WebPictures {
+  std::vector<WebPicture> views;  // as the scene's
+  int quality = 0;                // WebP's, 1 to 100, of the finer ones
+  std::size_t bytes = 0;
+};
+
+// At least 95 % of the bytes are used, unless the photographs' own size and the best quality take fewer. Throws
+// UsageError that says how many are needed where they do not suffice, Error where a photograph cannot be read.
+WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& options);
+
+}  // namespace ulf::render
