@@ -110,21 +110,18 @@ TEST(Damage, AByteThatFlipsCostsOneViewAtMost) {
     int good = 0;
     for (const View& view : read.views) {
       EXPECT_NO_THROW(ReadViewImage(read, view)) << where;
-      const View original = [&] {
-        View found = ViewNumber(view.id - 1);
-        return found;
-      }();
-      const bool same = (view.cam_from_world.Matrix() - original.cam_from_world.Matrix()).norm() < 1e-6;
+      const bool same =
+          (view.cam_from_world.Matrix() - ViewNumber(view.id - 1).cam_from_world.Matrix()).norm() < 1e-6;
       changed += !same;
       good += same;
     }
     EXPECT_GE(good, kViews - 1) << where;
     lost += kViews - static_cast<int>(read.views.size());
     // Nothing is deleted: what the views lost lies beside them.
-    for (const auto& [name, was] : whole)
-      if (name.starts_with("images/") && name != file)
-        EXPECT_TRUE(fs::exists(dir / name) || fs::exists(dir / "unposed" / fs::path(name).filename()))
-            << where;
+    for (const auto& [name, was] : whole) {
+      if (!name.starts_with("images/") || name == file) continue;
+      EXPECT_TRUE(fs::exists(dir / name) || fs::exists(dir / "unposed" / fs::path(name).filename())) << where;
+    }
   }
   EXPECT_LE(lost, kTries);
   test::PrintFaultRow("one bit flipped in any file, then `ulf repair --write`", kTries,

@@ -79,7 +79,6 @@ std::size_t SetAside(const CaptureSummary& summary) {
 
 // Goes on with what is there, or begins where nothing is yet.
 Captured GoOn(const fs::path& dir) {
-  std::optional<LightFieldWriter> begun;
   const bool is_there = [&] {
     try {
       return !ReadLightField(dir).views.empty();
@@ -148,7 +147,9 @@ TEST(CaptureFaults, KilledBeforeEveryCallThatChangesTheDisk) {
       lost += std::max(0, missing);
       most_lost = std::max(most_lost, missing);
       in_closing += *accepted == kShots;
-      if (!threads) EXPECT_LE(missing, 0) << "call " << call;
+      if (!threads) {
+        EXPECT_LE(missing, 0) << "call " << call;
+      }
       const auto again = Clock::now();
       const Captured resumed = GoOn(dir);
       longest_s = std::max(longest_s, SecondsSince(again));
@@ -344,7 +345,9 @@ TEST(CaptureFaults, AFolderThatIsRemoved) {
       for (const auto& [folder, count] : summary.set_aside) {
         aside += count;
         for (const auto& file : fs::recursive_directory_iterator(folder))
-          if (file.is_regular_file()) EXPECT_NO_THROW(ReadImageFile(file.path().string())) << file.path();
+          if (file.is_regular_file()) {
+            EXPECT_NO_THROW(ReadImageFile(file.path().string())) << file.path();
+          }
       }
       EXPECT_EQ(Taken(summary), 8 + summary.unwritten + aside) << deleted << threads;
       uncounted += Taken(summary) - 8 - aside;
