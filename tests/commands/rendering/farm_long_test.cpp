@@ -2,13 +2,18 @@
 //
 // Depth maps and pictures by the tasks of a real Slurm, started here with one node and two slots, with the scripts of
 // docs/farm: one task of each array is killed, runs again, and the bytes are those of one process.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
+#include <map>
+#include <optional>
 #include <thread>
 
 #include "core/base/atomic_file.h"
@@ -60,8 +65,8 @@ class Slurm {
         "NodeName={0} NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN\nPartitionName=all Nodes={0} Default=YES "
         "State=UP\n",
         host, port, port + 1, at);
-    // Without cgroups, which a container does not own.
-    std::ofstream(dir_ / "cgroup.conf") << "CgroupPlugin=disabled\n";
+    // It is loaded, and nothing above uses it: a container does not own its cgroups.
+    std::ofstream(dir_ / "cgroup.conf") << "CgroupPlugin=cgroup/v1\n";
     setenv("SLURM_CONF", (dir_ / "slurm.conf").c_str(), 1);
     munged_.emplace(std::vector<std::string>{
         "munged", "--foreground", "--force", "--num-threads=2", "--socket=" + at + "/munge.socket",
