@@ -196,7 +196,7 @@ TEST(FarmLong, TasksOfSlurmGiveTheBytesOfOneProcessThoughOneIsKilled) {
   const auto fused =
       RunUlf("proxy " + farmed.string() + " --maps " + (dir / "maps").string() + proxy_options);
   ASSERT_EQ(fused.exit_code, 0) << fused.errors;
-  EXPECT_EQ(Bytes(farmed), Bytes(alone)) << "mesh and depth maps";
+  EXPECT_TRUE(Bytes(farmed) == Bytes(alone)) << "mesh and depth maps";
   // The pictures' folder notes the light field by its files, not by its place.
   RunAndKill(submit + (farm / "pictures.sbatch").string() + " " + farmed.string() + " " +
                  (dir / "pictures").string() + " 16" + render_options,

@@ -50,7 +50,7 @@ TEST(Damage, ALightFieldByANewerVersionIsLeftAlone) {
     WriteSample(dir, 5);
     if (journal_gone) {
       fs::remove(dir / "journal.jsonl");
-      Replace(dir / "transforms.json", "\"format_version\":", "\"format_version\": 9");
+      Replace(dir / "transforms.json", "\"format_version\": ", "\"format_version\": 9");
     } else {
       Replace(dir / "journal.jsonl", "\"version\":", "\"version\":9");
     }
@@ -65,7 +65,7 @@ TEST(Damage, ALightFieldByANewerVersionIsLeftAlone) {
     }
     EXPECT_THAT([&] { PlanRepair(dir); }, newer) << journal_gone;
     EXPECT_THAT([&] { Repair(dir); }, newer) << journal_gone;
-    EXPECT_EQ(Bytes(dir), before) << journal_gone;
+    EXPECT_TRUE(Bytes(dir) == before) << journal_gone;
     tried += journal_gone ? 2 : 4;
   }
   test::PrintFaultRow("light field by a newer version: read, resumed, begun anew, repaired", tried,
@@ -102,7 +102,7 @@ TEST(Damage, AByteThatFlipsCostsOneViewAtMost) {
       continue;  // the digit of the version
     } catch (const Error& error) {
       ++refused;  // the header: repair makes it anew
-      EXPECT_THAT(error.what(), HasSubstr("journal.jsonl")) << where;
+      EXPECT_THAT(error.what(), HasSubstr("ulf repair")) << where;
     }
     Repair(dir);
     read = ReadLightField(dir);
