@@ -23,6 +23,10 @@ Clock::duration Seconds(double seconds) {
 // The shortest gap in device time between the last frame before a clock's restart and the first one after it.
 constexpr double kShortestGapSeconds = 1e-3;
 
+// A frame waits no longer for its reader: where the computer's clock says that the gap was longer than the steady clock by
+// more, it was set meanwhile. Guessed.
+constexpr double kLongestWaitSeconds = 10;
+
 std::string Describe(const DeviceInfo& info) {
   std::string text = info.maker + (info.maker.empty() ? "" : " ") + info.model;
   if (!info.serial.empty()) text += ", serial " + info.serial;
@@ -403,8 +407,9 @@ bool ReconnectingDevice::TakeFoundDriver(milliseconds timeout) {
 std::string ReconnectingDevice::AlignClock(const Frame& frame) {
   if (!last_device_time_s_) return "";
   double gap_s = SecondsSince(last_frame_at_);
-  if (frame.host_time_s > *last_host_time_s_ && *last_host_time_s_ > 0)
-    gap_s = frame.host_time_s - *last_host_time_s_;
+  const double host_gap_s = frame.host_time_s - *last_host_time_s_;
+  if (*last_host_time_s_ > 0 && host_gap_s > 0 && host_gap_s < gap_s + kLongestWaitSeconds)
+    gap_s = host_gap_s;
   const double expected_s = *last_device_time_s_ + std::max(gap_s, kShortestGapSeconds);
   const double time_s = frame.device_time_s + TimeShiftSeconds();
   const bool same_clock =

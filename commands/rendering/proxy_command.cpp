@@ -37,6 +37,8 @@ struct ProxyArgs {
   std::string from;
   std::string out;
   int leave_out_every = 0;
+  std::string maps;     // the folder of swept maps
+  std::string maps_of;  // the share that is to be swept; empty: all of them are fused
   render::ProxyOptions options;
   std::string renderer = "auto";
   bool no_maps = false;
@@ -85,7 +87,7 @@ render::ProxyMesh Imported(const std::string& file) {
   return {std::move(reading.mesh), {}, {}};
 }
 
-render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
+std::shared_ptr<const render::RenderScene> SceneFor(const ProxyArgs& args, const LightField& light_field) {
   render::SceneOptions scene_options;
   if (!args.subject.empty()) scene_options.subject = ParseSubject(args.subject);
   if (args.leave_out_every > 0)
@@ -95,11 +97,39 @@ render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
     throw Error("{}: a mesh needs at least two views; there {} {}, {} left out; capture or import more",
                 args.dir, light_field.views.size() == 1 ? "is" : "are", light_field.views.size(),
                 scene_options.leave_out.size());
-  const auto scene = LoadForGeometry(light_field, scene_options, args.options.size_px);
+  return LoadForGeometry(light_field, scene_options, args.options.size_px);
+}
+
+render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
+  const auto scene = SceneFor(args, light_field);
   Progress progress("proxy");
   render::ProxyOptions options = args.options;
   options.keep_maps = args.out.empty() && !args.no_maps;
-  return render::BuildProxy(*scene, options, &progress);
+  if (args.maps.empty()) return render::BuildProxy(*scene, options, &progress);
+  const render::SweptMaps maps = render::ReadSweptMaps(args.maps, render::SweepDigest(*scene, options));
+  return render::BuildProxyOf(maps, *scene, options, &progress);
+}
+
+int SweepMaps(const ProxyArgs& args, const LightField& light_field) {
+  const auto start = std::chrono::steady_clock::now();
+  const render::MapShare share = render::MapShare::Parse(args.maps_of);
+  const auto scene = SceneFor(args, light_field);
+  Progress progress("proxy");
+  const render::SweptMaps maps = render::SweepShare(*scene, args.options, share, &progress);
+  render::WriteSweptMaps(args.maps, share, render::SweepDigest(*scene, args.options), maps);
+  const double seconds = SecondsSince(start);
+  if (args.json)
+    fmt::print("{}\n", nlohmann::json{{"output", args.maps},
+                                      {"share", share.index},
+                                      {"of", share.of},
+                                      {"depth_maps", maps.size()},
+                                      {"seconds", seconds},
+                                      {"peak_mib", PeakMebibytes()}}
+                           .dump(1));
+  else
+    fmt::print("{}: share {} of {}, {}, {:.1f} s\n", args.maps, share.index, share.of,
+               Counted(maps.size(), "depth map"), seconds);
+  return kOk;
 }
 
 // Compares the mesh with the other proxies on left-out views.
@@ -127,6 +157,7 @@ int RunProxy(const ProxyArgs& args) {
   if (Lowercase(std::filesystem::path(out).extension().string()) != ".ply")
     throw UsageError("-o {}: a mesh is written as PLY; give a name ending in .ply", out);
   const LightField light_field = ReadLightField(args.dir);
+  if (!args.maps_of.empty()) return SweepMaps(args, light_field);
   RequireWritable(out);
   const render::ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
   render::WriteMeshPly(out, proxy.mesh);
@@ -181,6 +212,14 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->add_option("--triangles", args->options.mesh.most_triangles, "Largest number of triangles, about")
       ->check(CLI::Range(100, 20000000))
       ->capture_default_str();
+  auto* maps = sub->add_option(
+      "--maps", args->maps,
+      "Fuse the depth maps of this folder, which --maps-of made, in place of comparing photographs");
+  sub->add_option("--maps-of", args->maps_of,
+                  "K/N: only make the depth maps of share K of N (from 0), in the folder --maps; for several "
+                  "computers "
+                  "(docs/farm.md)")
+      ->needs(maps);
   sub->add_option(
          "--renderer", args->renderer,
          "What compares photographs: gl (OpenGL without a window), reference or auto (the processor)")

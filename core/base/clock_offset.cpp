@@ -14,6 +14,7 @@ constexpr double kWindowS = 30;
 
 void ClockOffset::Add(double device_time_s, double host_time_s) {
   const double delay_s = host_time_s - device_time_s;
+  if (host_time_s < present_.begin_host_s) past_ = present_ = {};  // the host's clock was set back
   if (past_.count + present_.count == 0) reference_s_ = delay_s;
   if (present_.count > 0 && host_time_s - present_.begin_host_s > kWindowS) {
     past_ = present_;

@@ -18,6 +18,7 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/newer_format.h"
 #include "core/light_field/view_exposures.h"
 #include "core/light_field/view_json.h"
 #include "core/light_field/view_numbers.h"
@@ -38,8 +39,8 @@ constexpr const char* kEventsWithoutViews[] = {"subject",  "up",     "goal",    
 void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   const int version = event.Integer("version");
   if (version > kVersion)
-    throw Error("{}: journal version {} is newer than this program's {}; use a newer ulf", event.where,
-                version, kVersion);
+    throw NewerFormatError("{}: journal version {} is newer than this program's {}; use a newer ulf",
+                           event.where, version, kVersion);
   for (const json& camera : event.Raw("cameras")) {
     if (camera.contains("flat_field"))
       light_field.flat_fields[static_cast<int>(light_field.cameras.size())] =
@@ -294,6 +295,8 @@ void ReadHeader(const std::optional<json>& object, const std::string& where, Jou
     if (event.Text("event") != "header")
       throw Error("{}: a journal begins with its header; this file is none", where);
     ApplyHeader(event, contents.light_field);
+  } catch (const NewerFormatError&) {
+    throw;
   } catch (const Error& error) {
     throw Error("{}; 'ulf repair {}' shows what can be put back", error.what(),
                 ShellWord(contents.light_field.root.string()));

@@ -10,6 +10,7 @@
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_check.h"
+#include "core/light_field/newer_format.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/view_files.h"
 #include "core/light_field/view_numbers.h"
@@ -53,6 +54,8 @@ bool HeaderFromTransforms(const fs::path& dir, Found& found) {
   TransformsText text;
   try {
     text = ReadTransformsText(dir / kTransformsFile);
+  } catch (const NewerFormatError&) {
+    throw;
   } catch (const Error& error) {
     found.problem += fmt::format("; {}", error.what());
     return false;
@@ -84,6 +87,8 @@ Found FindJournal(const fs::path& dir) {
       throw Error("{}: there is no journal", (dir / kJournalFile).string());
     found.journal = ReadJournal(dir / kJournalFile);
     return found;
+  } catch (const NewerFormatError&) {
+    throw;
   } catch (const Error& error) {
     found.problem = error.what();
   }

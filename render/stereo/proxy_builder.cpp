@@ -11,6 +11,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/quantile.h"
 #include "core/base/stopwatch.h"
+#include "core/geometry/digest.h"
 #include "render/stereo/depth_range.h"
 #include "render/stereo/gl_plane_sweep.h"
 #include "render/stereo/view_selection.h"
@@ -124,26 +125,60 @@ std::vector<ViewDepth> DepthMaps(const std::vector<StereoView>& views, const std
   return maps;
 }
 
-}  // namespace
+// What both steps begin with; the tasks point into the views.
+struct Beginning {
+  std::vector<StereoView> views;
+  std::vector<Task> tasks;
+};
 
-ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress) {
+Beginning Begin(const RenderScene& scene, const ProxyOptions& options, Progress* progress) {
   if (scene.views.size() < 2)
     throw Error("a mesh needs at least two views of the same thing; there is {}: capture or import more",
                 Counted(scene.views.size(), "view"));
-  ProxyMesh result;
-  result.summary.views = static_cast<int>(scene.views.size());
-  Stopwatch watch;
-  const std::vector<StereoView> views = StereoViews(scene, options.size_px, progress);
-  const std::vector<Task> tasks = TasksOf(views, scene.subject, options);
-  if (tasks.empty())
+  Beginning begun{StereoViews(scene, options.size_px, progress), {}};
+  begun.tasks = TasksOf(begun.views, scene.subject, options);
+  if (begun.tasks.empty())
     throw Error(
         "no two of the {} views look at the same thing from different places, so that its distance cannot be "
         "found: move the camera sideways between views",
         scene.views.size());
-  result.summary.pixel_depth_radii = PixelDepthRadii(views, tasks, scene.subject);
-  const std::unique_ptr<GlPlaneSweep> gl = MakeSweepOn(options.device);
-  result.summary.device = gl ? gl->device() : "processor";
-  std::vector<ViewDepth> maps = DepthMaps(views, tasks, scene.subject, gl.get(), progress);
+  return begun;
+}
+
+std::vector<ViewDepth> MapsOfTasks(const SweptMaps& swept, const RenderScene& scene, const Beginning& begun) {
+  std::vector<ViewDepth> maps;
+  for (const Task& task : begun.tasks) {
+    const int id = scene.views[At(task.view)].id;
+    const StereoView& view = begun.views[At(task.view)];
+    const auto found = swept.find(id);
+    if (found == swept.end())
+      throw Error("the depth map of view {} is missing; make the maps again in an empty folder", id);
+    const SweptMap& map = found->second;
+    if (map.depth.size() != view.grey.size())
+      throw Error("the depth map of view {} has {}x{} pixels instead of {}x{}; make the maps again", id,
+                  map.depth.cols, map.depth.rows, view.grey.cols, view.grey.rows);
+    maps.push_back({view, map.depth, map.plane_step});
+  }
+  return maps;
+}
+
+// Sweeps, or takes the maps that were swept before.
+ProxyMesh Build(const RenderScene& scene, const ProxyOptions& options, const SweptMaps* swept,
+                Progress* progress) {
+  ProxyMesh result;
+  result.summary.views = static_cast<int>(scene.views.size());
+  Stopwatch watch;
+  const Beginning begun = Begin(scene, options, progress);
+  result.summary.pixel_depth_radii = PixelDepthRadii(begun.views, begun.tasks, scene.subject);
+  std::vector<ViewDepth> maps;
+  if (swept) {
+    maps = MapsOfTasks(*swept, scene, begun);
+    result.summary.device = "earlier";
+  } else {
+    const std::unique_ptr<GlPlaneSweep> gl = MakeSweepOn(options.device);
+    result.summary.device = gl ? gl->device() : "processor";
+    maps = DepthMaps(begun.views, begun.tasks, scene.subject, gl.get(), progress);
+  }
   result.summary.depth_maps = static_cast<int>(maps.size());
   result.summary.sweep_s = watch.LapSeconds();
 
@@ -163,10 +198,51 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
         Counted(surface.points, "point"), Counted(result.summary.depth_maps, "depth map"));
   if (options.keep_maps) {
     std::vector<int> view_ids;
-    for (const Task& task : tasks) view_ids.push_back(scene.views[At(task.view)].id);
+    for (const Task& task : begun.tasks) view_ids.push_back(scene.views[At(task.view)].id);
     result.maps = MapsForRendering(std::move(kept), view_ids, result.mesh, scene.subject, options.mesh);
   }
   return result;
+}
+
+}  // namespace
+
+ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress) {
+  return Build(scene, options, nullptr, progress);
+}
+
+ProxyMesh BuildProxyOf(const SweptMaps& maps, const RenderScene& scene, const ProxyOptions& options,
+                       Progress* progress) {
+  return Build(scene, options, &maps, progress);
+}
+
+SweptMaps SweepShare(const RenderScene& scene, const ProxyOptions& options, const MapShare& share,
+                     Progress* progress) {
+  const Beginning begun = Begin(scene, options, progress);
+  std::vector<Task> tasks;
+  for (std::size_t i = At(share.index); i < begun.tasks.size(); i += At(share.of))
+    tasks.push_back(begun.tasks[i]);
+  SweptMaps swept;
+  if (tasks.empty()) return swept;
+  const std::unique_ptr<GlPlaneSweep> gl = MakeSweepOn(options.device);
+  const std::vector<ViewDepth> maps = DepthMaps(begun.views, tasks, scene.subject, gl.get(), progress);
+  for (std::size_t i = 0; i < maps.size(); ++i)
+    swept[scene.views[At(tasks[i].view)].id] = {maps[i].depth, maps[i].plane_step};
+  return swept;
+}
+
+std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options) {
+  Digest digest;
+  for (const SceneView& view : scene.views) {
+    digest.Add(static_cast<double>(view.id));
+    digest.Add(view.cam_from_world);
+    digest.Add(view.camera);
+  }
+  for (int axis = 0; axis < 3; ++axis) digest.Add(scene.subject.center_in_world[axis]);
+  digest.Add(scene.subject.radius);
+  for (const int option :
+       {options.size_px, options.depth_maps, options.neighbours, options.device == SweepDevice::kGl ? 1 : 0})
+    digest.Add(static_cast<double>(option));
+  return digest.Value();
 }
 
 }  // namespace ulf::render

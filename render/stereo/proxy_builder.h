@@ -16,6 +16,7 @@
 #include "render/proxy/view_depth_map.h"
 #include "render/scene/scene.h"
 #include "render/stereo/mesh_of_maps.h"
+#include "render/stereo/swept_maps.h"
 
 namespace ulf::render {
 
@@ -55,5 +56,15 @@ struct ProxyMesh {
 // Throws Error where the views give no geometry (fewer than two views, all in one place, no surface on which
 // they agree), and for SweepDevice::kGl without OpenGL.
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress = nullptr);
+
+// The same in two steps, for several processes: the depth maps of a share of the views, and the mesh of the maps of all
+// shares. What BuildProxy() gives does not depend on how it is shared out.
+SweptMaps SweepShare(const RenderScene& scene, const ProxyOptions& options, const MapShare& share,
+                     Progress* progress = nullptr);
+// Throws Error where a map is missing or has another size than its view.
+ProxyMesh BuildProxyOf(const SweptMaps& maps, const RenderScene& scene, const ProxyOptions& options,
+                       Progress* progress = nullptr);
+// Of the views, and of the options on which the maps depend.
+std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options);
 
 }  // namespace ulf::render

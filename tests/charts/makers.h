@@ -39,6 +39,7 @@ Chart PredictedErrorChart(const ChartEffort& effort);
 Chart WrongChoiceChart(const ChartEffort& effort);
 Chart CoverChart(const ChartEffort& effort);
 Chart MeasuredErrorChart(const ChartEffort& effort);
+Chart LongCaptureChart(const ChartEffort& effort);
 Chart PacketsChart(const ChartEffort& effort);
 Chart ClippedChart(const ChartEffort& effort);
 Chart BracketsChart(const ChartEffort& effort);

@@ -1,4 +1,4 @@
-// The tables of docs/devices_measured.md (faults) and docs/tracking_measured.md (where tracking is hard):
+// The tables of docs/devices_measured.md and docs/reliability.md (faults) and docs/tracking_measured.md (where tracking is hard):
 // every row has an outcome, and a test that exists.
 #include <gmock/gmock.h>
 
@@ -47,7 +47,8 @@ struct Matrix {
   std::string heading;
   std::size_t cells;  // a row; the last one names the test
 };
-const Matrix kFaults{"\n## Faults", 4}, kSituations{"\n## Where tracking is hard", 3};
+const Matrix kFaults{"\n## Faults", 4}, kCounted{"\n## Faults", 5},
+    kSituations{"\n## Where tracking is hard", 3};
 
 // Its rows, without the head.
 std::vector<Row> RowsOf(const std::string& page, const Matrix& matrix) {
@@ -96,6 +97,9 @@ TEST(FaultMatrix, EveryRowNamesATestThatExists) {
   const std::string devices = TextOf(Checkout() / "docs" / "devices_measured.md");
   ASSERT_GT(RowsOf(devices, kFaults).size(), 10u) << "the table was not found";
   EXPECT_THAT(Faults(devices, kFaults, tests), IsEmpty());
+  const std::string reliability = TextOf(Checkout() / "docs" / "reliability.md");
+  ASSERT_GT(RowsOf(reliability, kCounted).size(), 10u) << "the table was not found";
+  EXPECT_THAT(Faults(reliability, kCounted, tests), IsEmpty());
   const std::string tracking = TextOf(Checkout() / "docs" / "tracking_measured.md");
   ASSERT_GT(RowsOf(tracking, kSituations).size(), 10u) << "the table was not found";
   EXPECT_THAT(Faults(tracking, kSituations, tests), IsEmpty());

@@ -1,9 +1,13 @@
 #include "tests/support/slow_disk.h"
 
+#include <signal.h>
 #include <sys/stat.h>
 #include <sys/types.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cerrno>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
@@ -26,6 +30,13 @@ struct Disk {
 Disk& TheDisk() {
   static Disk disk;
   return disk;
+}
+
+std::atomic<int> refuses_with{0};
+std::atomic<int> calls_left{0};  // before death; 0: immortal
+
+void CountCall() {
+  if (calls_left > 0 && --calls_left == 0) kill(getpid(), SIGKILL);
 }
 
 bool IsOnDisk(int descriptor) {
@@ -69,6 +80,11 @@ SlowDisk::~SlowDisk() {
   TheDisk().changed.notify_all();
 }
 
+RefusingDisk::RefusingDisk(int error) { refuses_with = error; }
+RefusingDisk::~RefusingDisk() { refuses_with = 0; }
+
+void DieBeforeDiskCall(int call) { calls_left = call; }
+
 HangingDisk::HangingDisk() : disk_({10 * kGiveUpAfter, 1}) {}
 HangingDisk::~HangingDisk() = default;
 
@@ -87,14 +103,50 @@ bool HangingDisk::GaveUp() const {
 extern "C" {
 ssize_t __real_write(int descriptor, const void* bytes, size_t size);
 int __real_fsync(int descriptor);
+int __real_ftruncate(int descriptor, off_t size);
+int __real_rename(const char* from, const char* to);
+int __real_renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags);
+int __real_link(const char* from, const char* to);
+int __real_unlink(const char* path);
 
 ssize_t __wrap_write(int descriptor, const void* bytes, size_t size) {
+  const bool on_disk = ulf::test::IsOnDisk(descriptor);
+  if (on_disk) ulf::test::CountCall();
+  if (on_disk && ulf::test::refuses_with != 0) return errno = ulf::test::refuses_with, -1;
   ulf::test::TakeTime(descriptor, size, false);
   return __real_write(descriptor, bytes, size);
 }
 
 int __wrap_fsync(int descriptor) {
+  const bool on_disk = ulf::test::IsOnDisk(descriptor);
+  if (on_disk) ulf::test::CountCall();
+  if (on_disk && ulf::test::refuses_with != 0) return errno = ulf::test::refuses_with, -1;
   ulf::test::TakeTime(descriptor, 0, true);
   return __real_fsync(descriptor);
+}
+
+int __wrap_ftruncate(int descriptor, off_t size) {
+  ulf::test::CountCall();
+  return __real_ftruncate(descriptor, size);
+}
+
+int __wrap_rename(const char* from, const char* to) {
+  ulf::test::CountCall();
+  return __real_rename(from, to);
+}
+
+int __wrap_renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags) {
+  ulf::test::CountCall();
+  return __real_renameat2(from_folder, from, to_folder, to, flags);
+}
+
+int __wrap_link(const char* from, const char* to) {
+  ulf::test::CountCall();
+  return __real_link(from, to);
+}
+
+int __wrap_unlink(const char* path) {
+  ulf::test::CountCall();
+  return __real_unlink(path);
 }
 }

@@ -1,5 +1,6 @@
-// A disk that takes its time. Everything else about it is real: write() and fsync() of the whole program go
-// through here first, by the linker's --wrap, in the tests that link ulf_slow_disk.
+// A disk that takes its time, refuses, or is the last thing that a process asked. Everything else about it is
+// real: the calls of the whole program that change files go through here first, by the linker's --wrap, in the tests that
+// link ulf_slow_disk.
 #pragma once
 
 #include <chrono>
@@ -35,5 +36,18 @@ class HangingDisk {
  private:
   SlowDisk disk_;
 };
+
+// A disk that refuses every write() and fsync() with this errno.
+class RefusingDisk {
+ public:
+  explicit RefusingDisk(int error);
+  ~RefusingDisk();
+  RefusingDisk(const RefusingDisk&) = delete;
+  RefusingDisk& operator=(const RefusingDisk&) = delete;
+};
+
+// This process dies of SIGKILL before its `call`-th call of write(), fsync(), ftruncate(), rename(), renameat2(), link()
+// or unlink() from here on, of a regular file or folder. For a child of a test.
+void DieBeforeDiskCall(int call);
 
 }  // namespace ulf::test

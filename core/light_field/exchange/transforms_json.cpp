@@ -21,6 +21,7 @@
 #include "core/image/image_header.h"
 #include "core/light_field/exchange/raw_beside.h"
 #include "core/light_field/exchange/transforms_camera.h"
+#include "core/light_field/newer_format.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/view_json.h"
 
@@ -80,8 +81,8 @@ std::string MaskPath(const fs::path& root, const JsonPlace& frame) {
 void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   const int version = ours.Integer("format_version", kFormatVersion);
   if (version > kFormatVersion)
-    throw Error("{}: format version {} is newer than this program's {}; use a newer ulf", ours.where, version,
-                kFormatVersion);
+    throw NewerFormatError("{}: format version {} is newer than this program's {}; use a newer ulf",
+                           ours.where, version, kFormatVersion);
   if (ours.Has("subject")) {
     const JsonPlace subject{ours.Raw("subject"), ours.where + ", subject"};
     light_field.subject = Subject{Vector3FromJson(subject, "center"), subject.Positive("radius")};

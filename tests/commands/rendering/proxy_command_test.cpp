@@ -181,6 +181,39 @@ TEST(ProxyCommand, LeavesOutWhatIsEvaluatedAndKeepsToItsLimits) {
   EXPECT_LE(report["triangles"], 600);
 }
 
+std::map<std::string, std::string> BytesUnder(const std::filesystem::path& dir) {
+  std::map<std::string, std::string> bytes;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(dir))
+    if (entry.is_regular_file())
+      bytes[entry.path().lexically_relative(dir).generic_string()] = ReadWholeFile(entry.path());
+  return bytes;
+}
+
+TEST(ProxyCommand, SharesOfMapsGiveTheBytesOfOneProcess) {
+  const test::ScratchFolder scratch;
+  const std::string alone = (scratch / "alone").string(), shared = (scratch / "shared").string();
+  const std::string maps = " --maps " + (scratch / "maps").string();
+  WriteWall(alone);
+  std::filesystem::copy(alone, shared, std::filesystem::copy_options::recursive);
+  ASSERT_EQ(RunUlf("proxy " + alone).exit_code, 0);
+  for (const char* share : {"2/3", "0/3", "2/3"})  // one of them twice, as after a kill
+    ASSERT_EQ(RunUlf("proxy " + shared + maps + " --maps-of " + share).exit_code, 0) << share;
+  const auto early = RunUlf("proxy " + shared + maps);
+  EXPECT_EQ(early.exit_code, 1);
+  EXPECT_THAT(early.errors, HasSubstr("--maps-of 1/3"));
+  ASSERT_EQ(RunUlf("proxy " + shared + maps + " --maps-of 1/3").exit_code, 0);
+  const auto other = RunUlf("proxy " + shared + maps + " --size 200");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.errors, HasSubstr("other photographs, poses or options"));
+  const auto fused = RunUlf("proxy " + shared + maps);
+  ASSERT_EQ(fused.exit_code, 0) << fused.errors;
+  EXPECT_TRUE(BytesUnder(shared) == BytesUnder(alone));
+  for (const char* share : {"3/3", "1", "-1/3", "1/0", "a/b"})
+    EXPECT_EQ(RunUlf("proxy " + shared + maps + " --maps-of " + share).exit_code, 2) << share;
+  EXPECT_EQ(RunUlf("proxy " + shared + " --maps-of 0/1").exit_code, 2) << "without a folder";
+  EXPECT_EQ(RunUlf("proxy " + shared + " --maps " + (scratch / "none").string()).exit_code, 1);
+}
+
 TEST(ProxyCommand, TakesAMeshMadeElsewhere) {
   const test::ScratchFolder scratch;
   const std::string dir = (scratch / "field").string();

@@ -36,5 +36,18 @@ TEST(ClockOffset, FollowsADriftingClock) {
   EXPECT_LT(*clock.JitterS(), 60 * drift);
 }
 
+// The host's clock is set back by an hour, and what was measured before says nothing any more.
+TEST(ClockOffset, BeginsAnewWhereTheHostsClockIsSetBack) {
+  ClockOffset clock;
+  for (int i = 0; i < 30 * 60; ++i) clock.Add(i / 30.0, 5000 + i / 30.0);
+  for (int i = 0; i < 30 * 600; ++i) {
+    const double device_s = 60 + i / 30.0;
+    clock.Add(device_s, 1400 + device_s * (1 + 100e-6));
+  }
+  // Ten minutes later it has followed the drift since, which a window that waits for the old hour would not.
+  EXPECT_NEAR(*clock.OffsetS(), 1400 + 660 * 100e-6, 61 * 100e-6);
+  EXPECT_LT(*clock.JitterS(), 60 * 100e-6);
+}
+
 }  // namespace
 }  // namespace ulf

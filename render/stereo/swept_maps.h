@@ -1,0 +1,35 @@
+// Depth maps of a share of a light field's views, made by one process and fused by another (proxy_builder.h), on one disk:
+// `ulf proxy --maps-of K/N` and `ulf proxy --maps`. A folder holds each map as a TIFF of 32-bit floats, and for each share
+// an index, written last: a share is there as a whole or not at all, and one that is made again replaces itself.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <opencv2/core.hpp>
+#include <string>
+
+namespace ulf::render {
+
+struct SweptMap {
+  cv::Mat depth;          // CV_32F, along the optical axis in world units; 0: none
+  double plane_step = 0;  // of the sweep, in inverse depth
+};
+using SweptMaps = std::map<int, SweptMap>;  // by View::id
+
+// Every `of`-th of the views that get a depth map, from number `index` (from 0) on.
+struct MapShare {
+  int index = 0, of = 1;
+  // "K/N"; throws UsageError.
+  static MapShare Parse(const std::string& text);
+};
+
+// `digest`: of all that the maps depend on (BuildDigest()). Throws DiskFullError, Error.
+void WriteSweptMaps(const std::filesystem::path& folder, const MapShare& share, std::uint64_t digest,
+                    const SweptMaps& maps);
+
+// All shares of the folder. Throws Error naming the shares that are missing, and for one that was made of other photographs,
+// poses or options, or whose files have changed.
+SweptMaps ReadSweptMaps(const std::filesystem::path& folder, std::uint64_t digest);
+
+}  // namespace ulf::render
