@@ -9,8 +9,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <future>
 #include <set>
+#include <string_view>
 #include <thread>
 
 #include "acquisition/device/reconnecting_device.h"
@@ -81,7 +83,8 @@ std::size_t SetAside(const CaptureSummary& summary) {
 Captured GoOn(const fs::path& dir) {
   const bool is_there = [&] {
     try {
-      return !ReadLightField(dir).views.empty();
+      ReadLightField(dir);
+      return true;
     } catch (const Error&) {
       return false;
     }
@@ -100,11 +103,8 @@ Captured GoOn(const fs::path& dir) {
 
 // One child for each call that changes the disk, from the first file of the folder to the end of closing.
 TEST(CaptureFaults, KilledBeforeEveryCallThatChangesTheDisk) {
-#ifdef ULF_EVERY_CALL
-  constexpr int kStep = 1;
-#else
-  constexpr int kStep = 9;
-#endif
+  const char* const asked = std::getenv("ULF_STABILITY");  // every call in the long run, every ninth each day
+  const int step = asked && std::string_view(asked) == "seeds" ? 1 : 9;
   constexpr int kShots = 5;
   const ScratchFolder scratch;
   Capture(scratch / "whole", Arc(kShots));
@@ -116,7 +116,7 @@ TEST(CaptureFaults, KilledBeforeEveryCallThatChangesTheDisk) {
   for (const bool threads : {false, true}) {
     int tried = 0, lost = 0, most_lost = 0, in_closing = 0;
     double longest_s = 0;
-    for (int call = 1;; call += kStep) {
+    for (int call = 1;; call += step) {
       const fs::path dir = scratch / fmt::format("killed_{}_{}", threads, call);
       *accepted = 0;
       const pid_t child = fork();
@@ -159,7 +159,7 @@ TEST(CaptureFaults, KilledBeforeEveryCallThatChangesTheDisk) {
     }
     EXPECT_LE(most_lost, static_cast<int>(CaptureOptions{}.spool_views));
     EXPECT_GT(in_closing, 0) << "it was never killed while closing";
-    EXPECT_GT(tried, 40 / kStep);
+    EXPECT_GT(tried, 40 / step);
     PrintFaultRow(
         fmt::format("SIGKILL before each call that changes the disk, {}",
                     threads ? "writing in threads" : "writing in the capture's own thread"),
@@ -185,11 +185,11 @@ struct GoesOn {
 
 TEST(CaptureFaults, AFullDisk) {
   const ScratchFolder scratch;
-  if (const auto problem = MountSmallDisk(scratch.path(), 48 << 20)) GTEST_SKIP() << *problem;
+  if (const auto problem = MountSmallDisk(scratch.path(), 32 << 20)) GTEST_SKIP() << *problem;
   int tried = 0;
   std::uint64_t lost = 0;
   double longest_s = 0;
-  for (const int full_at : {0, 3, 10}) {
+  for (const int full_at : {0, 10}) {
     const fs::path dir = scratch / fmt::format("lf{}", full_at), ballast = scratch / "ballast";
     GoesOn goes_on;
     CaptureHooks hooks;
