@@ -111,10 +111,10 @@ void CameraModel::Validate(const std::string& owner) const {
   for (const double value : {fx, fy, cx, cy})
     if (!std::isfinite(value))
       throw Error("{}: an intrinsic parameter is not finite; calibrate again or correct the file", owner);
-  constexpr double kShortest = 1e-4;  // of the side: a hundred times shorter than any fisheye's
-  if (fx < kShortest * width || fy < kShortest * height)
-    throw Error("{}: focal lengths {} and {} px {}; calibrate again or correct the file", owner, fx, fy,
-                fx > 0 && fy > 0 ? "are no lens's" : "must be positive");
+  constexpr double kShortest_px = 1e-3;  // shorter ones are zeros that a file has not written as such
+  if (fx < kShortest_px || fy < kShortest_px)
+    throw Error("{}: focal lengths {} and {} px must be positive; calibrate again or correct the file", owner,
+                fx, fy);
   for (const double value : coefficients)
     if (!std::isfinite(value))
       throw Error("{}: a distortion coefficient is not finite; calibrate again or correct the file", owner);
