@@ -125,7 +125,7 @@ std::vector<pid_t> ProcessesWith(const std::string& one, const std::string& othe
 std::map<std::string, std::string> Bytes(const fs::path& dir) {
   std::map<std::string, std::string> bytes;
   for (const auto& entry : fs::recursive_directory_iterator(dir))
-    if (entry.is_regular_file())
+    if (entry.is_regular_file() && entry.path().string().find("/cache/") == std::string::npos)
       bytes[entry.path().lexically_relative(dir).generic_string()] = ReadWholeFile(entry.path());
   return bytes;
 }
