@@ -29,7 +29,7 @@ struct Ended {
   double seconds = 0, peak_mb = 0;
 };
 
-Ended Run(const std::string& arguments) {
+Ended Measure(const std::string& arguments) {
   const std::string command = fmt::format("exec '{}' {} >/dev/null", std::getenv("ULF_BINARY"), arguments);
   const char* words[] = {"/bin/sh", "-c", command.c_str(), nullptr};
   const auto start = std::chrono::steady_clock::now();
@@ -87,8 +87,8 @@ TEST(ManyViews, TenThousandAreOpenedDescribedAndRendered) {
     ASSERT_EQ(light_field.views.size(), static_cast<std::size_t>(views));
     EXPECT_TRUE(light_field.doubts.empty()) << light_field.doubts.front();
     Measured one{
-        views, Run(fmt::format("info {}", dir.string())),
-        Run(fmt::format("render {} --path orbit --frames 1 --width 320 --height 240 --proxy plane --field "
+        views, Measure(fmt::format("info {}", dir.string())),
+        Measure(fmt::format("render {} --path orbit --frames 1 --width 320 --height 240 --proxy plane --field "
                         "subdivision -o {}",
                         dir.string(), picture.string()))};
     EXPECT_EQ(one.info.exit_code, 0) << views;
