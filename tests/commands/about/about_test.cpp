@@ -63,7 +63,7 @@ std::vector<std::string> OptionsInHelp(const std::string& help) {
   return names;
 }
 
-// "  capture   Capture a light field" below "Subcommands:" gives capture.
+// "  capture   Capture a light field" below "Subcommands:" gives capture, "  gltf, blender   ..." gltf.
 std::vector<std::string> CommandsInHelp(const std::string& help) {
   std::vector<std::string> names;
   bool listed = false;
@@ -73,7 +73,7 @@ std::vector<std::string> CommandsInHelp(const std::string& help) {
     else if (!line.starts_with("  "))
       listed = false;
     else if (listed && line[2] != ' ')
-      names.push_back(line.substr(2, line.find(' ', 2) - 2));
+      names.push_back(line.substr(2, line.find_first_of(" ,", 2) - 2));
   }
   return names;
 }
