@@ -231,7 +231,7 @@ std::string Browse(const fs::path& site, json plan, const fs::path& out) {
   while (const std::size_t count = std::fread(buffer, 1, sizeof(buffer), pipe)) printed.append(buffer, count);
   const int status = pclose(pipe);
   std::ifstream errors(out / "errors.txt");
-  EXPECT_EQ(status, 0) << "is everything there? ./run deps and ./run web install it\n"
+  EXPECT_EQ(status, 0) << "is everything there? ./run web installs it\n"
                        << std::string{std::istreambuf_iterator<char>(errors), {}};
   return status == 0 ? printed : "{}";
 }
