@@ -86,11 +86,11 @@ TEST(ManyViews, TenThousandAreOpenedDescribedAndRendered) {
     const LightField light_field = ReadLightField(dir);
     ASSERT_EQ(light_field.views.size(), static_cast<std::size_t>(views));
     EXPECT_TRUE(light_field.doubts.empty()) << light_field.doubts.front();
-    Measured one{
-        views, Measure(fmt::format("info {}", dir.string())),
-        Measure(fmt::format("render {} --path orbit --frames 1 --width 320 --height 240 --proxy plane --field "
-                        "subdivision -o {}",
-                        dir.string(), picture.string()))};
+    Measured one{views, Measure(fmt::format("info {}", dir.string())),
+                 Measure(fmt::format(
+                     "render {} --path orbit --frames 1 --width 320 --height 240 --proxy plane --field "
+                     "subdivision -o {}",
+                     dir.string(), picture.string()))};
     EXPECT_EQ(one.info.exit_code, 0) << views;
     EXPECT_EQ(one.picture.exit_code, 0) << views;
     const cv::Mat rendered = cv::imread(picture.string());
