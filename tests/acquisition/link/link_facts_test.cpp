@@ -50,6 +50,19 @@ struct GigabitLink {
   }
 };
 
+GigabitLink OnUsb(const char* port, int megabits, std::optional<int> memory_mb) {
+  GigabitLink setup;
+  setup.camera.bus = "USB3Vision";
+  setup.camera.address.clear();
+  setup.path = {
+      .network = {},
+      .usb =
+          UsbCameraPlace{
+              .maker = {}, .model = {}, .serial = {}, .node = {}, .port = port, .megabits = megabits},
+      .usb_memory_mb = memory_mb};
+  return setup;
+}
+
 TEST(LinkFacts, AGoodLinkHasNothingToMend) {
   GigabitLink setup;
   EXPECT_EQ(setup.Wrong().name, "");
@@ -112,14 +125,7 @@ TEST(LinkFacts, ACameraThatLimitsItselfIsNamedWithTheLimitThatIsEnough) {
 }
 
 TEST(LinkFacts, AUsb2PortIsNamedWhereItIsTooSlow) {
-  GigabitLink setup;
-  setup.camera.bus = "USB3Vision";
-  setup.camera.address.clear();
-  setup.path = {
-      .network = {},
-      .usb =
-          UsbCameraPlace{.maker = {}, .model = {}, .serial = {}, .node = {}, .port = "2-1", .megabits = 480},
-      .usb_memory_mb = 16};
+  GigabitLink setup = OnUsb("2-1", 480, 16);
   bool port_is_wrong = false;
   for (const LinkFact& fact : setup.Facts().facts)
     if (fact.name == "port") {
@@ -160,15 +166,7 @@ TEST(LinkFacts, ACameraIsTheLimitWhereItsSettingOrTheLinkSaysSo) {
 }
 
 TEST(LinkFacts, NeighboursAreCountedWithWhatTheirLinksCarry) {
-  GigabitLink setup;
-  setup.camera.bus = "USB3Vision";
-  setup.camera.address.clear();
-  setup.path = {
-      .network = {},
-      .usb =
-          UsbCameraPlace{
-              .maker = {}, .model = {}, .serial = {}, .node = {}, .port = "2-1.1", .megabits = 5000},
-      .usb_memory_mb = {}};
+  GigabitLink setup = OnUsb("2-1.1", 5000, {});
   const auto beside_it = [&] {
     for (const LinkFact& fact : setup.Facts().facts)
       if (fact.name == "beside it") return fact;
