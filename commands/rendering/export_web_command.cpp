@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 
 #include "commands/commands.h"
 #include "commands/number_checks.h"
@@ -18,11 +19,14 @@
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
+#include "core/image/image.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/light_field_io.h"
+#include "render/gl/make_renderer.h"
 #include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
+#include "render/viewer/viewer_camera.h"
 #include "render/web/web_page.h"
 
 namespace ulf::commands {
@@ -68,6 +72,21 @@ std::shared_ptr<const render::Proxy> ProxyFor(const WebArgs& args, const Subject
   return render::ProxyFromName(has_planes ? render::kPlanesProxy : "plane", subject, args.dir);
 }
 
+// Where the page begins, as the page will draw it.
+cv::Mat Poster(const WebArgs& args, const std::shared_ptr<const render::RenderScene>& scene) {
+  const render::ViewerCamera start = render::StartingCamera(*scene);
+  constexpr int kLongestPx = 960;  // larger ones would hold the page's own data up. Guessed.
+  const double share =
+      std::min(1.0, 1.0 * kLongestPx / std::max(start.photograph.width, start.photograph.height));
+  const cv::Size size(std::max(1, static_cast<int>(std::lround(share * start.photograph.width))),
+                      std::max(1, static_cast<int>(std::lround(share * start.photograph.height))));
+  const auto renderer = render::MakeRenderer(scene, {.renderer = RendererFromName(args.renderer)});
+  const render::Rendering picture = renderer->Render(start.For(size), start.CamFromWorld());
+  cv::Mat poster = Srgb8FromLinear(picture.linear);
+  if (picture.empty_px > 0) cv::merge(std::vector<cv::Mat>{poster, picture.drawn}, poster);
+  return poster;
+}
+
 int RunExportWeb(const WebArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   render::WebPageOptions options;
@@ -83,6 +102,7 @@ int RunExportWeb(const WebArgs& args) {
   Progress progress("export", args.json);
   options.progress = [&](double share, const std::string& what) { progress.Show(share, what); };
   options.stop = [] { return StopOnSignal::Asked(); };
+  options.poster = Poster(args, scene);
   const StopOnSignal signals;  // from here on a stop removes what was written
   const render::WebPageSummary summary = render::ExportWebPage(*scene, args.output, options);
   if (args.json) {
@@ -91,13 +111,13 @@ int RunExportWeb(const WebArgs& args) {
         {"width", summary.width},         {"height", summary.height},
         {"quality", summary.quality},     {"proxy", proxy->Name()},
         {"triangles", summary.triangles}, {"triangles_before", summary.triangles_before},
-        {"bytes", summary.bytes},         {"bytes_before_the_first_picture", summary.first_bytes},
+        {"bytes", summary.bytes},         {"bytes_before_the_page_draws", summary.first_bytes},
         {"files", summary.files}};
     fmt::print("{}\n", json.dump(2));
     return kOk;
   }
   fmt::print(
-      "{}: {} of {}x{} at quality {}, {:.2f} MB of {} in {}, {:.2f} MB of them before the first picture\n",
+      "{}: {} of {}x{} at quality {}, {:.2f} MB of {} in {}, {:.2f} MB of them before the page draws\n",
       args.output, Counted(summary.views, "view"), summary.width, summary.height, summary.quality,
       1e-6 * static_cast<double>(summary.bytes), args.budget, Counted(summary.files, "file"),
       1e-6 * static_cast<double>(summary.first_bytes));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <utility>
 #include <vector>
 
@@ -27,9 +28,11 @@ namespace {
 using Eigen::Vector3d;
 using Json = nlohmann::ordered_json;
 
-// What the page needs before it shows anything is at most this share of the budget; and no more than comes in a second.
-constexpr double kGeometryShare = 0.06;
+// Of the budget, and no more than a phone draws quickly.
+constexpr double kGeometryShare = 0.05;
 constexpr std::size_t kMostGeometryBytes = 300'000;
+// Of the triangles, and so of the pixels of small pictures (page/pace.ts): what the first picture waits for.
+constexpr std::size_t kTrianglesOfCoarse = 4;
 constexpr std::size_t kFirstViews = 12;           // whose small pictures are the first that is seen
 constexpr std::size_t kFileBytes = 700'000;       // of the files after the first, about
 constexpr std::size_t kBytesOfFileList = 64;      // of a file's entry in the scene's header, at most
@@ -132,26 +135,12 @@ Arrays FieldArrays(const RenderScene& scene, const std::vector<WebPicture>& pict
 }
 
 struct Geometry {
-  Json header = nullptr;
-  Arrays arrays;
-  std::size_t triangles = 0, before = 0;
+  std::string file;  // empty: there is none
+  std::size_t triangles = 0;
 };
 
 // Places as 16 bits of a cube around the mesh.
-Geometry GeometryOf(const RenderScene& scene, std::size_t most_bytes) {
-  Geometry geometry;
-  const auto occluder = scene.proxy->Occluder();
-  if (!occluder || occluder->triangles.empty()) return geometry;
-  const Vector3d& center = scene.subject.center_in_world;
-  geometry.before = occluder->triangles.size();
-  constexpr std::size_t kBytesOfTriangle = 12;  // 3 indices of 16 bits and half a vertex, in base64
-  MeshSimplification simplification{
-      .center_in_world = center,
-      .even_within = std::max(scene.mesh.median_distance, scene.subject.radius),
-      .most_triangles = std::max<std::size_t>(500, most_bytes / kBytesOfTriangle)};
-  if (!(simplification.even_within > 0)) simplification.even_within = 1;
-  const TriangleMesh mesh = Simplified(*occluder, simplification);
-  geometry.triangles = mesh.triangles.size();
+Geometry GeometryFile(const TriangleMesh& mesh, const Vector3d& center, bool coarse) {
   Eigen::Vector3f low = mesh.vertices.front(), high = low;
   for (const Eigen::Vector3f& vertex : mesh.vertices) {
     low = low.cwiseMin(vertex);
@@ -163,15 +152,50 @@ Geometry GeometryOf(const RenderScene& scene, std::size_t most_bytes) {
   for (const Eigen::Vector3f& vertex : mesh.vertices)
     for (const float value : Eigen::Vector3f((vertex - low).cwiseQuotient(size) * kMost))
       places.push_back(static_cast<std::uint16_t>(std::lround(value)));
-  geometry.arrays.Add("places", places);
+  Arrays arrays;
+  arrays.Add("places", places);
   std::vector<std::uint32_t> corners;
   for (const auto& triangle : mesh.triangles) corners.insert(corners.end(), triangle.begin(), triangle.end());
   if (mesh.vertices.size() <= 65536)
-    geometry.arrays.Add("corners", std::vector<std::uint16_t>(corners.begin(), corners.end()));
+    arrays.Add("corners", std::vector<std::uint16_t>(corners.begin(), corners.end()));
   else
-    geometry.arrays.Add("corners", corners);
-  geometry.header = {{"low", JsonOf(Vector3d(low.cast<double>() - center))},
-                     {"step", JsonOf(Vector3d(size.cast<double>() / kMost))}};
+    arrays.Add("corners", corners);
+  const Json frame{{"low", JsonOf(Vector3d(low.cast<double>() - center))},
+                   {"step", JsonOf(Vector3d(size.cast<double>() / kMost))}};
+  const Json header{
+      {"kind", "geometry"}, {"coarse", coarse}, {"geometry", frame}, {"arrays", arrays.places()}};
+  return {WebFileText(header, arrays.bytes()), mesh.triangles.size()};
+}
+
+struct PageGeometry {
+  Geometry first, fine;  // no fine one where few triangles are all
+  std::size_t triangles_before = 0;
+};
+
+PageGeometry GeometryOf(const RenderScene& scene, std::size_t most_bytes) {
+  PageGeometry geometry;
+  const auto occluder = scene.proxy->Occluder();
+  if (!occluder || occluder->triangles.empty()) {
+    geometry.first.file = WebFileText(
+        {{"kind", "geometry"}, {"coarse", false}, {"geometry", nullptr}, {"arrays", Json::object()}}, "");
+    return geometry;
+  }
+  const Vector3d& center = scene.subject.center_in_world;
+  geometry.triangles_before = occluder->triangles.size();
+  constexpr std::size_t kBytesOfTriangle = 12;  // 3 indices of 16 bits and half a vertex, in base64
+  MeshSimplification simplification{
+      .center_in_world = center,
+      .even_within = std::max(scene.mesh.median_distance, scene.subject.radius),
+      .most_triangles = std::max<std::size_t>(500, most_bytes / kBytesOfTriangle)};
+  if (!(simplification.even_within > 0)) simplification.even_within = 1;
+  const TriangleMesh fine = Simplified(*occluder, simplification);
+  simplification.most_triangles /= kTrianglesOfCoarse;
+  if (fine.triangles.size() <= simplification.most_triangles) {
+    geometry.first = GeometryFile(fine, center, false);
+    return geometry;
+  }
+  geometry.first = GeometryFile(Simplified(*occluder, simplification), center, true);
+  geometry.fine = GeometryFile(fine, center, false);
   return geometry;
 }
 
@@ -237,13 +261,32 @@ std::string EscapedHtml(const std::string& text) {
   return escaped;
 }
 
-std::string PageHtml(const std::string& title) {
+constexpr const char* kPosterFile = "poster.webp";
+
+// What page/orbit.ts wants for the poster's zoom: a photograph's width, height and focal length, and how wide the subject is
+// at the distance of the camera.
+std::string PosterHtml(const ViewerCamera& start, double radius) {
+  const CameraModel& lens = start.photograph;
+  return fmt::format(
+      R"(<img id="poster" src="{}" alt="" elementtiming="poster" data-lens="{} {} {:.6g}" data-subject="{:.6g} {:.6g}">)",
+      kPosterFile, lens.width, lens.height, lens.MeanFocalPx(), radius, start.Distance());
+}
+
+std::string PosterBytes(const cv::Mat& poster) {
+  constexpr int kPosterQuality = 75;  // Guessed.
+  std::vector<unsigned char> bytes;
+  if (!poster.empty()) cv::imencode(".webp", poster, bytes, {cv::IMWRITE_WEBP_QUALITY, kPosterQuality});
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string PageHtml(const std::string& title, const std::string& poster) {
   std::string html = page::k_index_html;
   const auto put = [&](const std::string& mark, const std::string& text) {
     for (std::size_t at = html.find(mark); at != std::string::npos; at = html.find(mark, at + text.size()))
       html.replace(at, mark.size(), text);
   };
   put("{{style}}", page::k_page_css);
+  put("{{poster}}", poster);
   put("{{title}}", EscapedHtml(title));
   return html;
 }
@@ -283,16 +326,21 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
   const std::vector<std::size_t> by_distance = ByDistance(scene, start.eye_in_world);
   const std::vector<std::size_t> spread = Spread(scene, by_distance, kFirstViews);
 
-  std::vector<NamedFile> files{{"index.html", PageHtml(options.title)}, {"page.js", page::k_page_js}};
+  const std::string poster = PosterBytes(options.poster);
+  std::vector<NamedFile> files{
+      {"index.html", PageHtml(options.title, poster.empty() ? "" : PosterHtml(start, scene.subject.radius))},
+      {"page.js", page::k_page_js}};
+  if (!poster.empty()) files.push_back({kPosterFile, poster});
   const auto geometry_bytes =
       std::min(kMostGeometryBytes,
                static_cast<std::size_t>(kGeometryShare * static_cast<double>(options.budget_bytes)));
-  const Geometry geometry = GeometryOf(scene, geometry_bytes);
+  const PageGeometry geometry = GeometryOf(scene, geometry_bytes);
 
   // What pictures may take is what is left of the budget.
   const std::vector<WebPicture> none(scene.views.size());
   std::size_t taken = WebFileSize(SceneHeader(scene, options, start, none).dump().size(),
-                                  FieldArrays(scene, none).bytes().size() + geometry.arrays.bytes().size());
+                                  FieldArrays(scene, none).bytes().size()) +
+                      geometry.first.file.size() + geometry.fine.file.size();
   for (const NamedFile& file : files) taken += file.text.size();
   taken += 2 * scene.views.size() * kBytesOfPictureEntry;
   taken += (options.budget_bytes / kFileBytes + 8) * 2 * kBytesOfFileList + kBytesOfPlaces;
@@ -305,6 +353,7 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
                                                  .stop = options.stop});
 
   std::vector<NamedFile> later;
+  if (!geometry.fine.file.empty()) later.push_back({"data/geometry_fine.js", geometry.fine.file});
   const std::size_t first = std::min(kFirstViews, spread.size());
   const auto split = spread.begin() + static_cast<std::ptrdiff_t>(first);
   std::vector<NamedFile> of_first;
@@ -319,9 +368,7 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
   const Arrays field = FieldArrays(scene, pictures.views);
   header["arrays"] = field.places();
   files.push_back({"data/scene.js", WebFileText(header, field.bytes())});
-  Json geometry_header{
-      {"kind", "geometry"}, {"geometry", geometry.header}, {"arrays", geometry.arrays.places()}};
-  files.push_back({"data/geometry.js", WebFileText(geometry_header, geometry.arrays.bytes())});
+  files.push_back({"data/geometry.js", geometry.first.file});
   files.push_back({"data/first.js", ""});
   for (const NamedFile& file : of_first) files.back().text += file.text;
 
@@ -329,8 +376,8 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
                          .width = header["picture"][0],
                          .height = header["picture"][1],
                          .quality = pictures.quality,
-                         .triangles = geometry.triangles,
-                         .triangles_before = geometry.before};
+                         .triangles = std::max(geometry.first.triangles, geometry.fine.triangles),
+                         .triangles_before = geometry.triangles_before};
   for (const NamedFile& file : files) summary.first_bytes += file.text.size();
   files.insert(files.end(), std::make_move_iterator(later.begin()), std::make_move_iterator(later.end()));
   summary.files = files.size();

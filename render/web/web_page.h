@@ -3,6 +3,7 @@
 //
 //   OUT/index.html   the page, which is its own help
 //   OUT/page.js      its program, bundled from render/web/page/
+//   OUT/poster.webp  what stands there until the page draws
 //   OUT/data/*.js    cameras and blending field, geometry, small and fine pictures, in the order in which they are wanted
 //
 // What is heavy is computed here: the mesh of the viewpoints with its subdivided weights (MakeFieldMesh), geometry of few
@@ -13,6 +14,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <string>
 
 #include "render/scene/scene.h"
@@ -23,6 +25,9 @@ struct WebPageOptions {
   std::string title = {};
   std::size_t budget_bytes = 20'000'000;  // of the whole folder
   int longest_px = 1280;                  // WebPictureOptions::longest_px
+  // 8 bits, B G R and, where parts of it have no light, alpha: what a camera of StartingCamera() with zoom 1 sees.
+  // Empty: the page begins without a picture.
+  cv::Mat poster = {};
   std::function<void(double share, const std::string& what)> progress = {};
   std::function<bool()> stop = {};  // polled; true: throws Error and leaves nothing
 };
@@ -32,7 +37,7 @@ struct WebPageSummary {
   int width = 0, height = 0, quality = 0;  // of the pictures
   std::size_t triangles = 0, triangles_before = 0;
   std::size_t bytes = 0;        // of the folder
-  std::size_t first_bytes = 0;  // before the first picture is there
+  std::size_t first_bytes = 0;  // before the page draws
   std::size_t files = 0;
 };
 

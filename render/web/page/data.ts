@@ -28,6 +28,8 @@ export interface SceneHeader {
 }
 export interface GeometryHeader {
   kind: "geometry";
+  /** Whether a finer one comes later. */
+  coarse: boolean;
   geometry: { low: [number, number, number]; step: [number, number, number] } | null;
   arrays: Record<string, Place>;
 }

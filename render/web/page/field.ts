@@ -62,6 +62,12 @@ interface Entry {
   weights: Vec3;
 }
 
+/** Triangles of the mesh with, for each, the weights of viewpoints at its corners. */
+interface Level {
+  triangles: [number, number, number][];
+  entries: Entry[][];
+}
+
 const onMeshShare = 1e-3; // kOnMeshShare
 
 /** The inverse of the matrix with these columns; null where it has no volume. */
@@ -113,23 +119,28 @@ function triangleOf(
 /** Weights by where rays cross the mesh of viewpoints. */
 export class MeshField {
   private readonly positions: Vec3[] = [];
-  private readonly triangles: [number, number, number][] = [];
-  private readonly entries: Entry[][] = [];
+  private readonly subdivided: Level;
+  private readonly plain: Level; // not subdivided: three viewpoints a triangle
   private readonly viewsOfVertex: number[][] = [];
-  private readonly hull: [number, number, number][] = [];
 
   constructor(arrays: Arrays, private readonly cameras: ViewCamera[]) {
     const positions = arrays.f32("positions");
     for (let i = 0; i < positions.length; i += 3)
       this.positions.push([positions[i]!, positions[i + 1]!, positions[i + 2]!]);
-    const triples = (name: string, into: [number, number, number][]): void => {
-      const corners = arrays.integers(name);
+    const triples = (name: string): [number, number, number][] => {
+      const corners = arrays.integers(name), into: [number, number, number][] = [];
       for (let i = 0; i < corners.length; i += 3) into.push([corners[i]!, corners[i + 1]!, corners[i + 2]!]);
+      return into;
     };
-    triples("triangles", this.triangles);
-    triples("hull", this.hull);
+    const hull = triples("hull");
+    const unitWeights: Vec3[] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    this.plain = {
+      triangles: hull,
+      entries: hull.map((triangle) => triangle.map((vertex, k) => ({ vertex, weights: unitWeights[k]! }))),
+    };
+    this.subdivided = { triangles: triples("triangles"), entries: [] };
     const first = arrays.integers("firstWeight"), vertex = arrays.integers("weightVertex"), weight = arrays.f32("weight");
-    for (const triangle of this.triangles) {
+    for (const triangle of this.subdivided.triangles) {
       const of = new Map<number, Vec3>();
       triangle.forEach((corner, k) => {
         for (let i = first[corner]!; i < first[corner + 1]!; ++i) {
@@ -138,7 +149,7 @@ export class MeshField {
           of.set(vertex[i]!, weights);
         }
       });
-      this.entries.push([...of].map(([key, weights]) => ({ vertex: key, weights })));
+      this.subdivided.entries.push([...of].map(([key, weights]) => ({ vertex: key, weights })));
     }
     const firstView = arrays.integers("firstViewOfVertex"), views = arrays.integers("viewOfVertex");
     for (let i = 0; i + 1 < firstView.length; ++i)
@@ -147,17 +158,17 @@ export class MeshField {
 
   /** Whether a direction from the subject meets the mesh. */
   inside(direction: Vec3): boolean {
-    return this.hull.some((triangle) => {
+    return this.plain.triangles.some((triangle) => {
       const arms = triangle.map((corner) => this.positions[corner]!);
       return [0, 1, 2].every((k) => dot(direction, cross(arms[k]!, arms[(k + 1) % 3]!)) >= 0);
     });
   }
 
   // Moved off the mesh where the camera stands on it: there every ray would cross it at the camera.
-  private offTheMesh(eye: Vec3): Vec3 {
+  private offTheMesh(eye: Vec3, triangles: Level["triangles"]): Vec3 {
     const radial = unit(eye);
-    for (let t = this.triangles.length - 1; t >= 0; --t) {
-      const [a, b, c] = this.triangles[t]!.map((corner) => this.positions[corner]!) as [Vec3, Vec3, Vec3];
+    for (let t = triangles.length - 1; t >= 0; --t) {
+      const [a, b, c] = triangles[t]!.map((corner) => this.positions[corner]!) as [Vec3, Vec3, Vec3];
       const rows = inverse(a, b, c);
       if (!rows || rows.some((row) => dot(row, radial) < 0)) continue;
       const first = difference(b, a), second = difference(c, b), third = difference(a, c);
@@ -179,13 +190,14 @@ export class MeshField {
     return best;
   }
 
-  /** The triangles that the picture shows, in their order. */
-  place(camera: Camera): FieldTriangle[] {
-    const from = this.offTheMesh(camera.eye);
+  /** The triangles that the picture shows, in their order. Simple: of the mesh that is not subdivided. */
+  place(camera: Camera, simple: boolean): FieldTriangle[] {
+    const { triangles, entries } = simple ? this.plain : this.subdivided;
+    const from = this.offTheMesh(camera.eye, triangles);
     const distance = norm(camera.eye);
     const inCamera = this.positions.map((position) => times(camera.camFromWorld, difference(position, from)));
     const placed: FieldTriangle[] = [];
-    this.triangles.forEach((triangle, t) => {
+    triangles.forEach((triangle, t) => {
       let corners = triangle.map((corner) => inCamera[corner]!) as [Vec3, Vec3, Vec3];
       // Outward normals: the volume is negative where the camera is outside the triangle's plane.
       if (dot(corners[0], cross(corners[1], corners[2])) > 0)
@@ -195,7 +207,7 @@ export class MeshField {
       const rows = inverse(...corners);
       if (!rows) return;
       placed.push(triangleOf(clip, rows,
-        this.entries[t]!.map(({ vertex, weights }) => ({ view: this.viewAt(vertex, distance), weights }))));
+        entries[t]!.map(({ vertex, weights }) => ({ view: this.viewAt(vertex, distance), weights }))));
     });
     return placed;
   }
@@ -231,7 +243,7 @@ export class LumigraphField {
     return weights;
   }
 
-  place(camera: Camera): FieldTriangle[] {
+  place(camera: Camera, _simple: boolean): FieldTriangle[] {
     const columns = 8, rows = 6; // guessed
     const distance = norm(camera.eye);
     const toCenter = scaled(camera.eye, -1 / distance);

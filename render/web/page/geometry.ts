@@ -2,18 +2,18 @@
 import { Arrays, GeometryHeader } from "./data";
 import { Program } from "./gl";
 import { Mat3, Vec3, cross, difference, dot } from "./math";
-import { depthFragment, depthVertex } from "./shaders";
 
 export class Geometry {
-  private readonly program: Program;
   private readonly vertices: WebGLVertexArrayObject;
   private readonly count: number;
   private readonly cornerType: GLenum;
   private readonly corners: Uint16Array<ArrayBuffer> | Uint32Array<ArrayBuffer>;
   private readonly places: Uint16Array<ArrayBuffer> | Uint32Array<ArrayBuffer>;
 
-  constructor(private readonly gl: WebGL2RenderingContext, private readonly header: NonNullable<GeometryHeader["geometry"]>, arrays: Arrays) {
-    this.program = new Program(gl, depthVertex, depthFragment);
+  constructor(
+    private readonly gl: WebGL2RenderingContext, private readonly program: Program,
+    private readonly header: NonNullable<GeometryHeader["geometry"]>, arrays: Arrays,
+  ) {
     this.places = arrays.integers("places");
     this.corners = arrays.integers("corners");
     this.count = this.corners.length;

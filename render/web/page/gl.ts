@@ -2,28 +2,34 @@
 export class Program {
   private readonly program: WebGLProgram;
   private readonly places = new Map<string, WebGLUniformLocation | null>();
+  private isChecked = false; // asking for the outcome waits for the compiler: not before it is needed
 
   constructor(private readonly gl: WebGL2RenderingContext, vertex: string, fragment: string) {
-    const program = gl.createProgram();
+    this.program = gl.createProgram();
     for (const [type, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]] as const) {
       const shader = gl.createShader(type);
       if (!shader) throw new Error("the graphics were lost");
       gl.shaderSource(shader, source);
       gl.compileShader(shader);
-      gl.attachShader(program, shader);
-      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS) && !gl.isContextLost())
-        throw new Error(`shader: ${gl.getShaderInfoLog(shader)}`);
-      gl.deleteShader(shader);
+      gl.attachShader(this.program, shader);
+      gl.deleteShader(shader); // when the program goes
     }
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost())
-      throw new Error(`shaders: ${gl.getProgramInfoLog(program)}`);
-    this.program = program;
+    gl.linkProgram(this.program);
+  }
+
+  private check(): void {
+    const { gl, program } = this;
+    this.isChecked = true;
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+      const logs = (gl.getAttachedShaders(program) ?? []).map((shader) => gl.getShaderInfoLog(shader));
+      throw new Error(`shaders: ${[...logs, gl.getProgramInfoLog(program)].join(" ")}`);
+    }
     const views = gl.getUniformBlockIndex(program, "Views");
     if (views !== gl.INVALID_INDEX) gl.uniformBlockBinding(program, views, 0);
   }
 
   use(): this {
+    if (!this.isChecked) this.check();
     this.gl.useProgram(this.program);
     return this;
   }

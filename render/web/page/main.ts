@@ -1,14 +1,30 @@
 // The page: loads the light field, first a few small pictures, and lets one look around in it.
 import { Arrays, GeometryHeader, Header, SceneHeader, load, receiveData } from "./data";
 import { Vec3, clamp, difference, norm, scaled, sum, timesInverse, times } from "./math";
-import { Orbit, mostZoom } from "./orbit";
-import { Pace } from "./pace";
+import { Orbit, mostZoom, startingZoom } from "./orbit";
+import { Pace, simpleSize } from "./pace";
 import { listen } from "./input";
 import { Aperture, Renderer } from "./renderer";
 
 function element<T extends HTMLElement>(id: string): T {
   return document.getElementById(id) as T;
 }
+
+/** The picture that stands there until the page draws, at the zoom with which the page begins. Ends when it can be seen. */
+async function showPoster(): Promise<void> {
+  const poster = document.getElementById("poster") as HTMLImageElement | null;
+  if (!poster) return;
+  const numbers = (text = ""): number[] => text.split(" ").map(Number);
+  const [width = 1, height = 1, focal = 1] = numbers(poster.dataset.lens);
+  const [radius = 0, distance = 1] = numbers(poster.dataset.subject);
+  const zoom = startingZoom({ width, height, focal }, radius, distance, innerWidth || 1, innerHeight || 1);
+  poster.style.transform = `scale(${zoom})`;
+  poster.style.opacity = "1";
+  await poster.decode().catch(() => undefined); // then the page begins without it
+  await new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+}
+
+const after = (ms: number): Promise<void> => new Promise((resolve) => setTimeout(resolve, ms));
 
 class Page {
   private readonly canvas = element<HTMLCanvasElement>("picture");
@@ -31,13 +47,21 @@ class Page {
   private moves = false;        // in the last frame
   private lastFrameAt = 0;
   private later = 0;            // a frame, asked for by a timer
+  private begun: () => void = () => undefined; // when the first frame is drawn
+  private readonly hasBegun = new Promise<void>((resolve) => (this.begun = resolve));
   private loadedBytes = 0;
   private hasTurned = false;
   /** For tests: what the last frames were like. */
   readonly figures = { frames: 0, firstPictureMs: 0, complete: false, scale: 1, failed: "" };
 
   constructor() {
-    receiveData((header, bytes) => this.receive(header, bytes));
+    // Starting the graphics holds the browser up: not before the poster is seen, which a hidden page never shows.
+    const patienceMs = 400;
+    const posterSeen = Promise.race([showPoster(), after(patienceMs)]);
+    receiveData((header, bytes) => {
+      if (header.kind === "scene") void posterSeen.then(() => this.receive(header, bytes));
+      else this.receive(header, bytes);
+    });
     this.connect();
   }
 
@@ -45,7 +69,7 @@ class Page {
     try {
       if (header.kind === "scene") this.begin(header, bytes);
       else if (!this.renderer) this.waiting.push([header, bytes]);
-      else if (header.kind === "geometry") this.renderer.setGeometry(header as GeometryHeader, new Arrays(header.arrays, bytes));
+      else if (header.kind === "geometry") this.renderer.addGeometry(header as GeometryHeader, new Arrays(header.arrays, bytes));
       else for (const [view, at, size] of header.views) {
         const picture = bytes.slice(at, at + size);
         if (header.kind === "fine") this.renderer.pictures.addFine(view, picture);
@@ -78,6 +102,8 @@ class Page {
   }
 
   private async loadRest(header: SceneHeader): Promise<void> {
+    const patienceMs = 3000;
+    await Promise.race([this.hasBegun, after(patienceMs)]);
     const all = header.files.reduce((total, [, size]) => total + size, 0);
     const queue = [...header.files];
     const worker = async (): Promise<void> => {
@@ -144,17 +170,23 @@ class Page {
     const restMs = 180;
     const moves = this.hasMoved || now - this.movedAt < restMs;
     this.hasMoved = false;
-    const scale = moves ? this.pace.size : 1;
+    const isFirst = this.figures.frames === 0;
+    const scale = isFirst ? simpleSize : moves ? this.pace.size : 1; // the first is to be there soon
     const { width, height } = this.size(scale);
     if (this.canvas.width !== width || this.canvas.height !== height) {
       this.canvas.width = width;
       this.canvas.height = height;
     }
-    this.shown = this.renderer.draw(this.orbit.camera(width, height), this.aperture);
+    const simple = isFirst || (moves && this.pace.simple);
+    this.shown = this.renderer.draw(this.orbit.camera(width, height), this.aperture, simple);
     this.fetch();
-    if (this.figures.frames === 0) {
+    if (isFirst) {
+      this.renderer.finish();
       this.figures.firstPictureMs = performance.now();
       document.body.classList.add("shows");
+      setTimeout(() => document.getElementById("poster")?.remove(), 500); // when the canvas has faded in
+      this.begun();
+      this.draw();
     }
     ++this.figures.frames;
     this.figures.scale = scale;
@@ -335,11 +367,6 @@ class Page {
   openLens(value: number): void {
     this.apertureSlider.value = String(value);
     this.draw();
-  }
-  /** For tests: what textures take. */
-  textureBytes(): number {
-    const { width, height } = this.size(1);
-    return this.renderer?.textureBytes(width, height) ?? 0;
   }
 }
 

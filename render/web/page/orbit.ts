@@ -8,6 +8,27 @@ export const mostZoom = 2.5;
 const mostStartingZoom = 1.1; // of a photograph that fills the picture: its border is left out. Guessed.
 const leastPolarRad = 0.035; // of the camera from a pole, where up has no meaning
 
+/** Of a photograph, in its pixels. */
+export interface Lens {
+  width: number;
+  height: number;
+  focal: number;
+}
+
+/** At this zoom all of a photograph is in the window; at 1 it just fills it. */
+function leastZoom(lens: Lens, width: number, height: number): number {
+  const across = width / lens.width, down = height / lens.height;
+  return Math.min(across, down) / Math.max(across, down);
+}
+
+/** At which a subject of this radius fits into the window. */
+export function startingZoom(lens: Lens, radius: number, distance: number, width: number, height: number): number {
+  const slope = radius / Math.sqrt(Math.max(distance ** 2 - radius ** 2, 1e-12));
+  const filling = lens.focal * Math.max(width / lens.width, height / lens.height);
+  const air = 1.25; // around the subject's sphere. Guessed.
+  return clamp(Math.min(width, height) / (2 * air * slope * filling), leastZoom(lens, width, height), mostStartingZoom);
+}
+
 export class Orbit {
   eye: Vec3;
   zoom = 1;
@@ -18,36 +39,25 @@ export class Orbit {
     this.up = unit(header.up);
   }
 
-  /** Pixels of focal length at which a photograph just fills the picture. */
-  private filling(width: number, height: number): number {
-    const [w, h, focal] = this.header.lens;
-    return focal * Math.max(width / w, height / h);
+  private get lens(): Lens {
+    const [width, height, focal] = this.header.lens;
+    return { width, height, focal };
   }
-  /** At this zoom all of a photograph is in the picture. */
   leastZoom(width: number, height: number): number {
-    const [w, h] = this.header.lens;
-    return Math.min(width / w, height / h) / Math.max(width / w, height / h);
-  }
-  /** At which the subject fits. */
-  startingZoom(width: number, height: number): number {
-    const distance = norm(this.eye), slope = this.header.radius / Math.sqrt(Math.max(distance ** 2 - this.header.radius ** 2, 1e-12));
-    const air = 1.25; // around the subject's sphere. Guessed.
-    const fits = Math.min(width, height) / (2 * air * slope * this.filling(width, height));
-    return clamp(fits, this.leastZoom(width, height), mostStartingZoom);
+    return leastZoom(this.lens, width, height);
   }
   setZoom(zoom: number, width: number, height: number): void {
     this.zoom = clamp(zoom, this.leastZoom(width, height), mostZoom);
   }
   reset(width: number, height: number): void {
     this.eye = this.header.eye;
-    this.zoom = this.startingZoom(width, height);
+    this.zoom = startingZoom(this.lens, this.header.radius, norm(this.eye), width, height);
   }
 
   camera(width: number, height: number): Camera {
-    return {
-      eye: this.eye, camFromWorld: lookAtCenter(this.eye, this.up), focalPx: this.zoom * this.filling(width, height),
-      width, height,
-    };
+    const { lens } = this;
+    const focalPx = this.zoom * lens.focal * Math.max(width / lens.width, height / lens.height);
+    return { eye: this.eye, camFromWorld: lookAtCenter(this.eye, this.up), focalPx, width, height };
   }
 
   /** Round the subject, in radians, as far as there are recorded viewpoints: at their rim along it. Whether it moved. */

@@ -38,6 +38,7 @@ export class Pictures {
   private readonly smallLayers: number;
   private readonly places: (Place | undefined)[];
   private readonly smallIn: boolean[];
+  private readonly small: (Blob | undefined)[];
   private readonly slots: Slot[] = [];
   private readonly fine: (Blob | undefined)[];
   private readonly decoding = new Set<number>();
@@ -65,6 +66,7 @@ export class Pictures {
     this.smallLayers = Math.ceil(header.views / perSide ** 2);
     this.places = new Array<Place | undefined>(header.views);
     this.smallIn = new Array<boolean>(header.views).fill(false);
+    this.small = new Array<Blob | undefined>(header.views);
     this.fine = new Array<Blob | undefined>(header.views);
     const mostLayers = gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS) as number;
     const ofLayer = 4 * this.width * this.height;
@@ -106,15 +108,30 @@ export class Pictures {
   }
 
   addSmall(view: number, bytes: Uint8Array<ArrayBuffer>): Promise<void> {
-    return this.decode(view, new Blob([bytes], { type: "image/webp" }), this.smallWidth, this.smallHeight, (bitmap) => {
+    this.small[view] = new Blob([bytes], { type: "image/webp" });
+    return this.readSmall(view);
+  }
+  private async readSmall(view: number): Promise<void> {
+    const blob = this.small[view];
+    if (!blob) return;
+    await this.decode(view, blob, this.smallWidth, this.smallHeight, (bitmap) => {
       const perSide = Math.round(this.width / this.smallWidth), k = view % perSide ** 2;
       const x = (k % perSide) * this.smallWidth, y = Math.floor(k / perSide) * this.smallHeight;
+      if (!this.smallIn[view]) ++this.shown;
       this.smallIn[view] = true;
-      ++this.shown;
       const place = this.smallPlace(view);
       this.upload(view, bitmap, place.layer, x, y, this.smallWidth, this.smallHeight);
       if (!this.places[view]) this.places[view] = place;
     });
+  }
+  /** Reads all pictures again: each keeps in its alpha what the geometry of that time hid from it. */
+  geometryChanged(): void {
+    this.hidesOf.fill(-1);
+    for (const slot of this.slots) {
+      if (slot.view >= 0) this.places[slot.view] = this.smallIn[slot.view] ? this.smallPlace(slot.view) : undefined;
+      slot.view = -1;
+    }
+    this.small.forEach((blob, view) => blob && void this.readSmall(view).catch(() => undefined)); // as it was
   }
   private smallPlace(view: number): Place {
     const perSide = Math.round(this.width / this.smallWidth), k = view % perSide ** 2;

@@ -8,7 +8,7 @@ import { Program, Target } from "./gl";
 import { Vec3, angleBetween, difference, dot, norm, scaled, sum, times, timesInverse, unit } from "./math";
 import { Pictures } from "./pictures";
 import {
-  apertureFragment, fieldFragment, fieldVertex, fillFragment, fillVertex,
+  apertureFragment, depthFragment, depthVertex, fieldFragment, fieldVertex, fillFragment, fillVertex,
   mostFilling, mostViewsOfDraw, openTilesFragment, pullFragment, pushFragment, screenVertex, tilePx, vectorsOfView,
 } from "./shaders";
 
@@ -25,9 +25,11 @@ export class Renderer {
   readonly cameras: ViewCamera[];
   readonly field: Field;
   readonly pictures: Pictures;
-  private geometry: Geometry | null = null;
+  private coarse: Geometry | null = null; // a quarter of the triangles
+  private fine: Geometry | null = null;   // comes later
   private readonly gl: WebGL2RenderingContext;
   private readonly fieldPrograms: (Program | undefined)[] = []; // made when they are first needed
+  private readonly nearnessProgram: Program;
   private readonly findOpen: Program;
   private readonly open: Target;
   private readonly fill: Program;
@@ -55,6 +57,7 @@ export class Renderer {
     this.cameras = viewCameras(arrays, header.views);
     this.field = arrays.has("triangles") ? new MeshField(arrays, this.cameras) : new LumigraphField(header, this.cameras);
     this.pictures = new Pictures(gl, header, this.cameras, () => this.geometry, changed);
+    this.nearnessProgram = new Program(gl, depthVertex, depthFragment);
     this.findOpen = new Program(gl, screenVertex, openTilesFragment);
     this.open = new Target(gl, gl.R8, gl.NEAREST);
     this.fill = new Program(gl, fillVertex, fillFragment);
@@ -68,8 +71,15 @@ export class Renderer {
     gl.bufferData(gl.UNIFORM_BUFFER, this.data.byteLength, gl.DYNAMIC_DRAW);
   }
 
-  setGeometry(header: GeometryHeader, arrays: Arrays): void {
-    if (header.geometry) this.geometry = new Geometry(this.gl, header.geometry, arrays);
+  addGeometry(header: GeometryHeader, arrays: Arrays): void {
+    if (!header.geometry) return;
+    const geometry = new Geometry(this.gl, this.nearnessProgram, header.geometry, arrays);
+    if (header.coarse) this.coarse = geometry;
+    else this.fine = geometry;
+    this.pictures.geometryChanged();
+  }
+  private get geometry(): Geometry | null {
+    return this.fine ?? this.coarse;
   }
 
   /** The point of the scene under a pixel. */
@@ -119,14 +129,15 @@ export class Renderer {
   }
 
   // Returns whether holes have depths.
-  private drawDepth(camera: Camera): boolean {
+  private drawDepth(camera: Camera, simple: boolean): boolean {
     const gl = this.gl;
     this.depth.bind();
-    if (!this.geometry) {
+    const geometry = simple ? this.coarse ?? this.fine : this.geometry;
+    if (!geometry) {
       gl.clear(gl.DEPTH_BUFFER_BIT);
       return false;
     }
-    this.geometry.drawNearness(camera.camFromWorld, scaled(times(camera.camFromWorld, camera.eye), -1),
+    geometry.drawNearness(camera.camFromWorld, scaled(times(camera.camFromWorld, camera.eye), -1),
       [(2 * camera.focalPx) / camera.width, (-2 * camera.focalPx) / camera.height, 0, 0], this.near(camera));
     if (!this.canDrawFloats) return false;
     const sizes: [number, number][] = [];
@@ -176,16 +187,19 @@ export class Renderer {
     gl.bindTexture(gl.TEXTURE_2D, holes ? this.pushed[0]!.texture : this.depth.texture);
   }
 
-  /** Draws into the canvas. Returns the views that the picture is made of, the most important first. */
-  draw(camera: Camera, aperture: Aperture | null): number[] {
+  /**
+   * Draws into the canvas; simple: with coarse geometry and three views a triangle, for small pictures that move. Returns the
+   * views that the picture is made of, the most important first.
+   */
+  draw(camera: Camera, aperture: Aperture | null, simple: boolean): number[] {
     const gl = this.gl;
     gl.disable(gl.BLEND);
     this.depth.resize(camera.width, camera.height);
-    const holes = aperture ? false : this.drawDepth(camera);
+    const holes = aperture ? false : this.drawDepth(camera, simple);
     const focusDepth = aperture ? this.focusDepth(camera, aperture) : 0;
     const through = aperture ? this.viewsThrough(camera, aperture) : [];
     const used = through.length > 0 && aperture ? this.drawAperture(camera, aperture, through, focusDepth)
-      : this.drawField(camera, aperture ? 1 / focusDepth : 0, holes);
+      : this.drawField(camera, aperture ? 1 / focusDepth : 0, holes, simple);
     return used;
   }
 
@@ -228,7 +242,7 @@ export class Renderer {
       .sort((a, b) => a[0] - b[0]).map(([, index]) => index);
   }
 
-  private drawField(camera: Camera, focusInverse: number, holes: boolean): number[] {
+  private drawField(camera: Camera, focusInverse: number, holes: boolean, simple: boolean): number[] {
     const gl = this.gl;
     const filling = this.nearestViews(camera, mostFilling);
     const wanted = new Map<number, number>(); // views with their weights in the middle
@@ -237,7 +251,7 @@ export class Renderer {
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
     gl.bindVertexArray(this.nothing);
-    const triangles = this.field.place(camera);
+    const triangles = this.field.place(camera, simple);
     const drawing = triangles.map((triangle) => triangle.fans.filter((fan) => this.pictures.place(fan.view)));
     // Of overlapping triangles the last counts. Programs are changed as seldom as that allows.
     let current = -1;
@@ -282,8 +296,8 @@ export class Renderer {
     return [...inOrder, ...filling.filter((view) => !wanted.has(view)).slice(0, 4)];
   }
 
-  /** Graphics memory that is taken by pictures, in bytes. */
-  textureBytes(width: number, height: number): number {
-    return this.pictures.bytes + 8 * width * height + 2 * 2 * Math.ceil((width * height) / 3);
+  /** Waits until what was asked for is drawn. */
+  finish(): void {
+    this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
   }
 }

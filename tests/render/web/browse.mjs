@@ -15,7 +15,7 @@ const [tools, site, planFile, out] = process.argv.slice(2);
 const require = createRequire(resolve(tools, "package.json"));
 const { chromium } = require("playwright-core");
 const plan = JSON.parse(readFileSync(planFile, "utf8"));
-const report = { messages: [], requests: [], failed: "", poses: [] };
+const report = { messages: [], requests: [], failed: "", apertures: [] };
 
 const types = { ".html": "text/html; charset=utf-8", ".js": "text/javascript; charset=utf-8" };
 const server = createServer((request, response) => {
@@ -29,6 +29,39 @@ const server = createServer((request, response) => {
 });
 if (plan.host) await new Promise((done) => server.listen(0, "127.0.0.1", done));
 const root = plan.host ? `http://127.0.0.1:${server.address().port}/` : pathToFileURL(site).href.replace(/\/*$/, "/");
+
+// What textures and the drawing buffers really take, by the calls that make them.
+function watchTextures() {
+  const taken = new Map(); // bytes by texture
+  const ofPixel = { R8: 1, R16F: 2, R32F: 4, RGBA8: 4, SRGB8_ALPHA8: 4, DEPTH_COMPONENT24: 4 };
+  const gl = WebGL2RenderingContext.prototype;
+  const bytes = (format) => {
+    const name = Object.keys(ofPixel).find((one) => gl[one] === format);
+    if (!name) console.warn(`a texture of an unknown format, ${format}`);
+    return ofPixel[name] ?? 16;
+  };
+  const bindings = () => new Map([[gl.TEXTURE_2D, gl.TEXTURE_BINDING_2D], [gl.TEXTURE_2D_ARRAY, gl.TEXTURE_BINDING_2D_ARRAY]]);
+  const watch = (name, size) => {
+    const original = gl[name];
+    gl[name] = function (...all) {
+      taken.set(this.getParameter(bindings().get(all[0])), size(all));
+      return original.apply(this, all);
+    };
+  };
+  watch("texStorage3D", ([, , format, width, height, depth]) => bytes(format) * width * height * depth);
+  watch("texStorage2D", ([, , format, width, height]) => bytes(format) * width * height);
+  watch("texImage2D", ([, , format, width, height]) => bytes(format) * width * height);
+  window.takenByTextures = () => {
+    const canvas = document.querySelector("canvas");
+    return [...taken.values()].reduce((sum, one) => sum + one, 2 * 4 * canvas.width * canvas.height);
+  };
+}
+// When the poster is on the screen; of a page on a host alone.
+function watchPoster() {
+  new PerformanceObserver((list) => {
+    for (const entry of list.getEntries()) window.posterMs ??= entry.renderTime || entry.loadTime;
+  }).observe({ type: "element", buffered: true });
+}
 
 const profile = mkdtempSync(join(tmpdir(), "ulf-chromium-"));
 const context = await chromium.launchPersistentContext(profile, {
@@ -48,6 +81,8 @@ try {
   page.on("console", (message) => report.messages.push(`${message.type()}: ${message.text()}`));
   page.on("pageerror", (error) => report.messages.push(`error: ${error.message}`));
   page.on("request", (request) => report.requests.push(request.url()));
+  await page.addInitScript(watchTextures);
+  await page.addInitScript(watchPoster);
   const figures = () => page.evaluate(() => ({ ...window.ulfPage.figures }));
   if (plan.mbit) {
     const session = await context.newCDPSession(page);
@@ -55,10 +90,11 @@ try {
     await session.send("Network.emulateNetworkConditions",
       { offline: false, latency: 20, downloadThroughput: plan.mbit * 125000, uploadThroughput: plan.mbit * 125000 });
   }
+  await page.waitForTimeout(plan.settle_ms ?? 0); // browsers run before a page is opened
   await page.goto(`${root}index.html`, { waitUntil: "commit" });
   await page.waitForFunction(() => window.ulfPage && (window.ulfPage.figures.frames > 0 || window.ulfPage.figures.failed),
     null, { timeout: 60000 });
-  report.first = await figures();
+  report.first = { ...(await figures()), posterMs: await page.evaluate(() => window.posterMs ?? null) };
   if (plan.firstPicture) await page.screenshot({ path: join(out, plan.firstPicture) });
   await page.waitForFunction(() => window.ulfPage.figures.complete || window.ulfPage.figures.failed, null, { timeout: 240000 });
   report.failed = (await figures()).failed;
@@ -70,12 +106,33 @@ try {
     await page.waitForTimeout(picture.wait_ms ?? 600);
     await page.screenshot({ path: join(out, picture.name) });
   }
+  report.colors = await page.evaluate(() => {
+    const style = getComputedStyle(document.body);
+    return { background: style.backgroundColor, text: style.color };
+  });
   if (plan.axe) {
     await page.addScriptTag({ content: readFileSync(require.resolve("axe-core/axe.min.js"), "utf8") });
-    report.axe = await page.evaluate(async () => {
-      const found = await window.axe.run(document);
-      return { violations: found.violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).join(" ")}`), passes: found.passes.length };
-    });
+    report.axe = { violations: [], passes: 0, seen: [] };
+    const check = async () => {
+      const found = await page.evaluate(async () => {
+        const { violations, passes } = await window.axe.run(document);
+        const seen = ["lens", "help"].filter((id) => document.getElementById(id).checkVisibility());
+        return {
+          violations: violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).join(" ")}`), passes: passes.length, seen,
+        };
+      });
+      report.axe.violations.push(...found.violations);
+      report.axe.passes += found.passes;
+      report.axe.seen.push(found.seen.join(" "));
+    };
+    await check();
+    await page.click("#depth_of_field");
+    await check();
+    await page.click("#depth_of_field");
+    await page.click("#show_help");
+    await check();
+    await page.click("#close_help");
+    await page.keyboard.press("Home");
   }
   if (plan.controls) {
     const eye = () => page.evaluate(() => [...window.ulfPage.orbit.eye]);
@@ -113,6 +170,30 @@ try {
     for (let i = 0; i < 60; ++i) await page.keyboard.press("+");
     report.controls.mostZoom = await zoom();
     await page.keyboard.press("Home");
+    const value = (id) => page.evaluate((name) => Number(document.getElementById(name).value), id);
+    const focus = () => page.evaluate(() => [...window.ulfPage.focus]);
+    const number = (id) => () => value(id);
+    Object.assign(report.controls, {
+      zoomOut: await moved(() => page.click("#zoom_out"), zoom),
+      zoomIn: await moved(() => page.click("#zoom_in"), zoom),
+      lensButton: await moved(() => page.click("#depth_of_field"), number("aperture")),
+      widerKey: await moved(() => page.keyboard.press("o"), number("aperture")),
+      narrowerKey: await moved(() => page.keyboard.press("i"), number("aperture")),
+      fartherKey: await moved(() => page.keyboard.press("u"), focus),
+      nearerKey: await moved(() => page.keyboard.press("j"), focus),
+      click: await moved(() => page.mouse.click(0.3 * plan.width, 0.4 * plan.height), focus),
+      fullscreen: await moved(async () => {
+        await page.keyboard.press("f");
+        await page.waitForTimeout(300);
+      }, () => page.evaluate(() => document.fullscreenElement !== null)),
+    });
+    await page.keyboard.press("f");
+    await page.waitForTimeout(300);
+    await page.click("#depth_of_field");
+    await page.keyboard.press("ArrowRight");
+    report.controls.againButton = await moved(() => page.click("#again"), eye);
+    report.controls.helpKey = await moved(() => page.keyboard.press("?"), () => page.evaluate(() => document.getElementById("help").open));
+    await page.click("#close_help");
     report.controls.tabs = [];
     await page.evaluate(() => document.getElementById("picture").focus());
     for (let i = 0; i < 7; ++i) {
@@ -131,6 +212,7 @@ try {
         window.ulfPage.openLens(aperture ?? 0);
         return window.ulfPage.figures.frames;
       }, pose);
+      report.apertures.push(await page.evaluate(() => window.ulfPage.aperture));
       await page.waitForFunction((n) => window.ulfPage.figures.frames > n && window.ulfPage.figures.complete, before,
         { timeout: 60000 });
       await page.waitForTimeout(100);
@@ -165,7 +247,7 @@ try {
         slowestTenthMs: sorted[Math.floor(0.9 * sorted.length)], size: sizes[sizes.length - 1], frames: intervals.length,
       };
     }, plan.seconds);
-  report.textureMegabytes = await page.evaluate(() => 1e-6 * window.ulfPage.textureBytes());
+  report.textureMegabytes = await page.evaluate(() => 1e-6 * window.takenByTextures());
   report.last = await figures();
 } finally {
   await context.close();

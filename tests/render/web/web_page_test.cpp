@@ -7,13 +7,16 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
+#include "render/fields/aperture.h"
 #include "render/gl/make_renderer.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
@@ -245,6 +248,7 @@ void ExpectQuiet(const json& report) {
 
 struct Pose {
   double right, up, farther, zoom;
+  double aperture = 0;  // of the page's slider, 0 (closed) to 100
 };
 
 // From the GL renderer's picture.
@@ -270,7 +274,8 @@ std::vector<Difference> DifferencesFromRenderer(const fs::path& dir, const fs::p
     const Vector3d eye = camera.eye_in_world - scene->subject.center_in_world;
     plan["poses"].push_back({{"name", "pose_" + std::to_string(cameras.size()) + ".png"},
                              {"eye", {eye.x(), eye.y(), eye.z()}},
-                             {"zoom", camera.zoom}});
+                             {"zoom", camera.zoom},
+                             {"aperture", pose.aperture}});
     cameras.push_back(camera);
   }
   report = json::parse(Browse(site, plan, out));
@@ -282,6 +287,11 @@ std::vector<Difference> DifferencesFromRenderer(const fs::path& dir, const fs::p
       ADD_FAILURE() << "pose " << i << " was not shown";
       continue;
     }
+    std::optional<render::Aperture> aperture;
+    if (const json& open = report["apertures"][i]; poses[i].aperture > 0)
+      aperture = {open["radius"], scene->subject.center_in_world +
+                                      Vector3d(open["focus"][0], open["focus"][1], open["focus"][2])};
+    renderer->SetAperture(aperture);
     const cv::Mat expected =
         Srgb8FromLinear(renderer->Render(cameras[i].For(size), cameras[i].CamFromWorld()).linear);
     cv::imwrite((out / ("expected_" + std::to_string(i) + ".png")).string(), expected);
@@ -300,8 +310,8 @@ std::vector<Difference> DifferencesFromRenderer(const fs::path& dir, const fs::p
   return differences;
 }
 
-const std::vector<Pose> kPoses{
-    {0, 0, 1, 1.2}, {0.25, 0.1, 1, 1.3}, {-0.3, 0.2, 1, 1.3}, {0.1, -0.3, 1.1, 1.6}, {0.2, 0, 0.9, 2.4}};
+const std::vector<Pose> kPoses{{0, 0, 1, 1.2},        {0.25, 0.1, 1, 1.3}, {-0.3, 0.2, 1, 1.3},
+                               {0.1, -0.3, 1.1, 1.6}, {0.2, 0, 0.9, 2.4},  {0.1, 0.05, 1, 1.2, 60}};
 constexpr double kMostLarge = 0.02;
 
 TEST_F(ExportWeb, PageDrawsAsTheRendererFromAFolder) {
@@ -318,7 +328,10 @@ TEST_F(ExportWeb, PageDrawsAsTheRendererFromAFolder) {
   }
   EXPECT_THAT(report["axe"]["violations"], IsEmpty());
   EXPECT_GT(report["axe"]["passes"], 10);
-  for (const char* control : {"keys", "mouse", "wheel", "finger", "pinch"})
+  EXPECT_THAT(report["axe"]["seen"], ElementsAre("", "lens", "help"));
+  for (const char* control :
+       {"keys", "mouse", "wheel", "finger", "pinch", "zoomOut", "zoomIn", "lensButton", "widerKey",
+        "narrowerKey", "fartherKey", "nearerKey", "click", "fullscreen", "againButton", "helpKey"})
     EXPECT_TRUE(report["controls"][control]) << control;
   EXPECT_NEAR(report["controls"]["mostZoom"], 2.5, 1e-6);
   EXPECT_THAT(report["controls"]["tabs"],
@@ -326,15 +339,30 @@ TEST_F(ExportWeb, PageDrawsAsTheRendererFromAFolder) {
                           "depth_of_field true", "fullscreen true", "show_help true"));
 }
 
-TEST_F(ExportWeb, PageOfAHostFitsAPhoneInTheDark) {
+TEST_F(ExportWeb, PageOfAHostFitsAPhoneLightAndDark) {
   const fs::path site = *scratch_ / "hosted";
   Export(site, "--budget 900kB --proxy plane");
-  const json report = json::parse(Browse(
-      site,
-      {{"host", true}, {"width", 390}, {"height", 760}, {"ratio", 2}, {"scheme", "dark"}, {"axe", true}},
-      *scratch_ / "from_host"));
-  ExpectQuiet(report);
-  EXPECT_THAT(report["axe"]["violations"], IsEmpty());
+  std::map<std::string, double> brightness;
+  for (const std::string scheme : {"light", "dark"}) {
+    const json report = json::parse(Browse(
+        site,
+        {{"host", true}, {"width", 390}, {"height", 760}, {"ratio", 2}, {"scheme", scheme}, {"axe", true}},
+        *scratch_ / ("from_host_" + scheme)));
+    ExpectQuiet(report);
+    EXPECT_THAT(report["axe"]["violations"], IsEmpty());
+    // The first picture was there before all others.
+    EXPECT_EQ(report["first"]["complete"], false);
+    EXPECT_TRUE(report["first"]["posterMs"].is_number());
+    for (const std::string of : {"background", "text"}) {
+      int red = -1;
+      std::sscanf(report["colors"][of].get<std::string>().c_str(), "rgb(%d", &red);
+      brightness[scheme + " " + of] = red;
+    }
+  }
+  EXPECT_GT(brightness["light background"], 200);
+  EXPECT_GT(brightness["dark text"], 200);
+  EXPECT_LT(brightness["light text"], 60);
+  EXPECT_LT(brightness["dark background"], 60);
 }
 
 // Pages that are wrong on purpose.
@@ -402,15 +430,24 @@ TEST(WebPageOfACapture, OfTwoHundredViewsIsThatOfTheRenderer) {
   json report;
   const std::vector<Difference> differences = DifferencesFromRenderer(
       dir, site,
-      {{0, 0, 1, 1.1}, {0.2, 0.1, 1, 1.1}, {-0.35, 0.15, 1, 1.3}, {0.3, -0.1, 1, 1.6}, {0.1, 0.05, 1, 2.5}},
-      {{"width", 800}, {"height", 600}, {"host", true}, {"mbit", 10}, {"seconds", 12}}, scratch / "out",
-      report);
+      {{0, 0, 1, 1.1},
+       {0.2, 0.1, 1, 1.1},
+       {-0.35, 0.15, 1, 1.3},
+       {0.3, -0.1, 1, 1.6},
+       {0.1, 0.05, 1, 2.5},
+       {0, 0.1, 1, 1.2, 35}},
+      {{"width", 800}, {"height", 600}, {"host", true}, {"mbit", 10}, {"seconds", 12}, {"settle_ms", 2000}},
+      scratch / "out", report);
   ExpectQuiet(report);
   for (const Difference& difference : differences) EXPECT_LE(difference.mean, 3);
   std::printf("%s", exported.output.c_str());
-  std::printf("first picture after %.0f ms at 10 Mbit/s; %s; textures %.1f MB\n",
-              report["first"]["firstPictureMs"].get<double>(), report["pace"].dump().c_str(),
-              report["textureMegabytes"].get<double>());
+  std::printf("poster after %.0f ms, first drawn picture after %.0f ms at 10 Mbit/s; %s; textures %.1f MB\n",
+              report["first"]["posterMs"].get<double>(), report["first"]["firstPictureMs"].get<double>(),
+              report["pace"].dump().c_str(), report["textureMegabytes"].get<double>());
+  const json phone = json::parse(
+      Browse(site, {{"host", true}, {"width", 390}, {"height", 760}, {"ratio", 2}}, scratch / "phone"));
+  ExpectQuiet(phone);
+  std::printf("of a phone: textures %.1f MB\n", phone["textureMegabytes"].get<double>());
 }
 
 // The program in the tree, and so in ulf, is the one that its sources make.
