@@ -23,6 +23,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/image/image_header.h"
 
 namespace ulf {
 namespace {
@@ -47,19 +48,30 @@ class BytesStream : public Imf::OStream {
   std::size_t position_ = 0;
 };
 
+cv::Size2d SizeOf(const Imath::Box2i& window) {
+  return {static_cast<double>(window.max.x) - window.min.x + 1,
+          static_cast<double>(window.max.y) - window.min.y + 1};
+}
+
+// For as many numbers a pixel as floats.
+void RequireRoom(const std::string& path, const cv::Size2d& size, int channels) {
+  constexpr double kMostPx = 1 << 20;
+  std::error_code unknown;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, unknown);
+  if (!(size.width >= 1 && size.height >= 1 && size.width <= kMostPx && size.height <= kMostPx))
+    throw Error("{}: is {:.0f}x{:.0f}, which is no picture's size; write it again", path, size.width,
+                size.height);
+  RequirePixelsOfFile(path, unknown ? 0 : bytes, size.area(), channels * sizeof(float));
+}
+
 cv::Mat ReadColours(Imf::InputFile& file, const std::string& path) {
   const Imf::Header& header = file.header();
   const Imath::Box2i shown = header.displayWindow(), data = header.dataWindow();
-  const auto extent = [](int low, int high) { return static_cast<double>(high) - low + 1; };
-  const double width = extent(data.min.x, data.max.x), height = extent(data.min.y, data.max.y);
-  const double shown_width = extent(shown.min.x, shown.max.x),
-               shown_height = extent(shown.min.y, shown.max.y);
-  constexpr double kMostPixels = 1 << 30;
-  if (std::max(width * height, shown_width * shown_height) > kMostPixels)
-    throw Error("{}: is {:.0f}x{:.0f}, more than can be read; make it smaller", path,
-                std::max(width, shown_width), std::max(height, shown_height));
+  const cv::Size2d size = SizeOf(data), shown_size = SizeOf(shown);
+  RequireRoom(path, size, 3);
+  RequireRoom(path, shown_size, 3);
   // Indexed from the data window's corner.
-  cv::Mat stored(static_cast<int>(height), static_cast<int>(width), CV_32FC3, cv::Scalar::all(0));
+  cv::Mat stored(static_cast<int>(size.height), static_cast<int>(size.width), CV_32FC3, cv::Scalar::all(0));
   Imf::FrameBuffer buffer;
   const auto has = [&](const char* name) { return header.channels().findChannel(name) != nullptr; };
   const bool color = has("R") && has("G") && has("B");
@@ -81,7 +93,7 @@ cv::Mat ReadColours(Imf::InputFile& file, const std::string& path) {
       for (int x = 0; x < stored.cols; ++x)
         stored.at<cv::Vec3f>(y, x) = cv::Vec3f::all(stored.at<cv::Vec3f>(y, x)[0]);
   if (shown == data) return stored;
-  cv::Mat picture(static_cast<int>(shown_height), static_cast<int>(shown_width), CV_32FC3,
+  cv::Mat picture(static_cast<int>(shown_size.height), static_cast<int>(shown_size.width), CV_32FC3,
                   cv::Scalar::all(0));
   const cv::Rect data_in_shown(data.min.x - shown.min.x, data.min.y - shown.min.y, stored.cols, stored.rows);
   const cv::Rect both = data_in_shown & cv::Rect(0, 0, picture.cols, picture.rows);
@@ -188,7 +200,9 @@ cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
     Imf::InputFile file(path.c_str());
     if (!file.header().channels().findChannel(name)) return {};
     const Imath::Box2i data = file.header().dataWindow();
-    cv::Mat stored(data.max.y - data.min.y + 1, data.max.x - data.min.x + 1, CV_32FC1);
+    const cv::Size2d size = SizeOf(data);
+    RequireRoom(path, size, 1);
+    cv::Mat stored(static_cast<int>(size.height), static_cast<int>(size.width), CV_32FC1);
     char* base = reinterpret_cast<char*>(stored.data) -
                  data.min.x * static_cast<std::ptrdiff_t>(sizeof(float)) -
                  data.min.y * static_cast<std::ptrdiff_t>(stored.step);

@@ -235,6 +235,10 @@ void RequireWholeFile(const std::string& path) {
 }
 
 cv::Mat Decoded(const std::string& path) {
+  if (const auto header = ReadImageHeader(path))
+    RequirePixelsOfFile(path, std::filesystem::file_size(path),
+                        static_cast<double>(header->width) * static_cast<double>(header->height),
+                        header->channels * header->bits / 8.0);
   cv::Mat pixels;
   try {
     pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);

@@ -2,12 +2,15 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <istream>
 #include <string_view>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/image/raw_file.h"
 
@@ -17,7 +20,7 @@ namespace {
 using Bytes8 = std::array<std::uint8_t, 8>;
 
 template <std::size_t N>
-bool Read(std::ifstream& file, std::array<std::uint8_t, N>& bytes) {
+bool Read(std::istream& file, std::array<std::uint8_t, N>& bytes) {
   return static_cast<bool>(file.read(reinterpret_cast<char*>(bytes.data()), N));
 }
 
@@ -28,7 +31,7 @@ std::int64_t BigEndian(const std::uint8_t* bytes, int count) {
 }
 
 // The chunk tRNS, which comes before the pixels; none without it. Each chunk: length, name, content, checksum.
-std::optional<std::vector<std::uint8_t>> TransparentColors(std::ifstream& file) {
+std::optional<std::vector<std::uint8_t>> TransparentColors(std::istream& file) {
   constexpr std::int64_t kMost = 256;
   file.seekg(8);
   for (Bytes8 chunk{}; Read(file, chunk);) {
@@ -46,7 +49,7 @@ std::optional<std::vector<std::uint8_t>> TransparentColors(std::ifstream& file) 
 }
 
 // ISO 15948: the signature, then IHDR with width, height, depth and colour type.
-std::optional<ImageHeader> ReadPng(std::ifstream& file) {
+std::optional<ImageHeader> ReadPng(std::istream& file) {
   std::array<std::uint8_t, 26> head{};
   file.seekg(0);
   if (!Read(file, head)) return std::nullopt;
@@ -72,7 +75,7 @@ std::optional<ImageHeader> ReadPng(std::ifstream& file) {
 }
 
 // ITU T.81: segments up to the start of frame, which says precision, height, width and components.
-std::optional<ImageHeader> ReadJpeg(std::ifstream& file) {
+std::optional<ImageHeader> ReadJpeg(std::istream& file) {
   file.seekg(2);
   for (;;) {
     std::array<std::uint8_t, 4> segment{};
@@ -94,6 +97,57 @@ std::optional<ImageHeader> ReadJpeg(std::ifstream& file) {
   }
 }
 
+// TIFF 6.0, and BigTIFF: the first directory's entries, of which each has a tag, a type, a count, and its value or where
+// that is.
+class Tiff {
+ public:
+  Tiff(std::istream& file, const Bytes8& begin)
+      : file_(file), is_little_(begin[0] == 'I'), is_big_(Number(&begin[2], 2) == 43) {}
+
+  std::optional<ImageHeader> Read() {
+    const int wide = is_big_ ? 8 : 4;
+    const auto directory = NumberAt(is_big_ ? 8 : 4, wide);
+    const auto entries = directory ? NumberAt(*directory, is_big_ ? 8 : 2) : std::nullopt;
+    if (!entries) return std::nullopt;
+    constexpr std::int64_t kMostEntries = 4096;
+    ImageHeader header{"TIFF", 0, 0, 1, 1, false, {}};
+    const std::int64_t first = *directory + (is_big_ ? 8 : 2), step = is_big_ ? 20 : 12;
+    for (std::int64_t i = 0; i < std::min(*entries, kMostEntries); ++i) {
+      const std::int64_t at = first + i * step;
+      const auto tag = NumberAt(at, 2), type = NumberAt(at + 2, 2), count = NumberAt(at + 4, wide);
+      if (!tag || !type || !count) return std::nullopt;
+      constexpr int kWidth = 256, kHeight = 257, kBits = 258, kChannels = 277, kShort = 3, kLong = 4;
+      const int size = *type == kShort ? 2 : *type == kLong ? 4 : 8;
+      const std::int64_t value = at + 4 + wide;
+      const bool is_inside = *count <= wide / size;
+      const std::int64_t place = is_inside ? value : NumberAt(value, wide).value_or(-1);
+      const std::int64_t number = NumberAt(place, size).value_or(0);
+      if (*tag == kWidth) header.width = number;
+      if (*tag == kHeight) header.height = number;
+      if (*tag == kBits) header.bits = static_cast<int>(std::clamp<std::int64_t>(number, 1, 64));
+      if (*tag == kChannels) header.channels = static_cast<int>(std::clamp<std::int64_t>(number, 1, 64));
+    }
+    return header.width > 0 && header.height > 0 ? std::optional(header) : std::nullopt;
+  }
+
+ private:
+  std::int64_t Number(const std::uint8_t* bytes, int count) const {
+    std::uint64_t value = 0;
+    for (int i = 0; i < count; ++i) value = value << 8 | bytes[is_little_ ? count - 1 - i : i];
+    return static_cast<std::int64_t>(value);
+  }
+  std::optional<std::int64_t> NumberAt(std::int64_t place, int count) {
+    Bytes8 bytes{};
+    file_.clear();
+    if (place < 0 || !file_.seekg(place) || !file_.read(reinterpret_cast<char*>(bytes.data()), count))
+      return std::nullopt;
+    return Number(bytes.data(), count);
+  }
+
+  std::istream& file_;
+  bool is_little_, is_big_;
+};
+
 }  // namespace
 
 std::string ImageHeader::Text() const {
@@ -101,13 +155,35 @@ std::string ImageHeader::Text() const {
                      channels == 1 ? "channel" : "channels", bits);
 }
 
-std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
+std::optional<ImageHeader> ReadImageHeader(std::istream& file) {
   Bytes8 signature{};
-  if (!file || !Read(file, signature)) return std::nullopt;
+  if (!Read(file, signature)) return std::nullopt;
   if (signature == Bytes8{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}) return ReadPng(file);
   if (signature[0] == 0xFF && signature[1] == 0xD8) return ReadJpeg(file);
+  const std::string_view order(reinterpret_cast<const char*>(signature.data()), 4);
+  for (const std::string_view tiff : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4),
+                                      std::string_view("II+\0", 4), std::string_view("MM\0+", 4)})
+    if (order == tiff) return Tiff(file, signature).Read();
   return std::nullopt;
+}
+
+std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  return ReadImageHeader(file);
+}
+
+void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
+                         double bytes_of_pixel) {
+  constexpr double kAlwaysBytes = 256e6;
+  // Deflate makes at most a 1032nd of anything, and halves become floats.
+  constexpr double kMostOfFile = 2100;
+  const double bytes = pixels * bytes_of_pixel;
+  if (bytes > std::max(kAlwaysBytes, kMostOfFile * static_cast<double>(file_bytes)))
+    throw Error(
+        "{}: says that it holds {:.0f} million pixels, which do not fit into {} bytes; it is damaged: "
+        "copy it again from its source",
+        path, 1e-6 * pixels, file_bytes);
 }
 
 cv::Size ReadImageSize(const std::string& path) {

@@ -6,6 +6,10 @@
 #include <cctype>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/image/image_header.h"
 
 namespace ulf {
 namespace {
@@ -47,8 +51,14 @@ cv::Mat DecodeJpeg(const std::string& bytes) {
   const std::size_t end = bytes.rfind("\xFF\xD9");
   if (end == std::string::npos || end + kTrailer < bytes.size()) return {};
   try {
+    std::istringstream stream(bytes);
+    if (const auto header = ReadImageHeader(stream))
+      RequirePixelsOfFile("JPEG", bytes.size(),
+                          static_cast<double>(header->width) * static_cast<double>(header->height), 3);
     const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
     return cv::imdecode(raw, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const Error&) {
+    return {};
   } catch (const cv::Exception&) {
     return {};
   }

@@ -4,6 +4,7 @@
 // Every file of the corpus, which the fuzzer has found or a person has written, through its door again.
 #include <gmock/gmock.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 #include <fstream>
@@ -24,11 +25,18 @@ struct Read {
   std::string refusals;
 };
 
+double PeakMegabytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1e-3 * static_cast<double>(usage.ru_maxrss);
+}
+
 Read CorpusThrough(const FuzzTarget& target) {
   Read read;
   for (const auto& entry : fs::directory_iterator(fs::path(FUZZ_CORPUS) / target.name)) {
     const std::string bytes = ReadWholeFile(entry.path());
     ++read.files;
+    const double before = PeakMegabytes();
     try {
       target.read(bytes);
       ++read.accepted;
@@ -37,6 +45,8 @@ Read CorpusThrough(const FuzzTarget& target) {
     } catch (const std::exception& other) {
       ADD_FAILURE() << entry.path() << ": not an Error: " << other.what();
     }
+    EXPECT_LT(PeakMegabytes() - before, 600)
+        << entry.path() << " of " << bytes.size() << " bytes takes megabytes";
   }
   return read;
 }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <optional>
 #include <string>
 
 #include "acquisition/calibration/calibration_io.h"
@@ -44,13 +47,13 @@ void RequireInside(const std::string& path) {
     Broken("a file outside the light field's folder");
 }
 
-void RequireSound(const LightField& light_field, bool paths_stay_inside) {
+void RequireSound(const LightField& light_field) {
   for (const View& view : light_field.views) {
     RequireFinite(view.cam_from_world);
     if (view.camera < 0 || static_cast<std::size_t>(view.camera) >= light_field.cameras.size())
       Broken("a view of a camera that there is not");
-    if (!paths_stay_inside) continue;
-    for (const std::string& path : {view.image_path, view.master_path, view.mask_path}) RequireInside(path);
+    // Masks of other programs' sets lie beside their photographs, by a rule; ours are told by the file.
+    for (const std::string& path : {view.image_path, view.master_path}) RequireInside(path);
   }
   for (const CameraModel& camera : light_field.cameras)
     if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0))
@@ -59,22 +62,28 @@ void RequireSound(const LightField& light_field, bool paths_stay_inside) {
     if (!point.position_in_world.allFinite()) Broken("a point that is not finite");
 }
 
+// Of a file that names masks, too.
+void RequireOwnPaths(const LightField& light_field) {
+  RequireSound(light_field);
+  for (const View& view : light_field.views) RequireInside(view.mask_path);
+}
+
 void ReadSet(std::string_view bytes, SetFormat format, std::span<const char* const> names) {
-  RequireSound(ReadPosedSet(FuzzFolder(bytes, names), format, FuzzPhotographs()).light_field, false);
+  RequireSound(ReadPosedSet(FuzzFolder(bytes, names), format, FuzzPhotographs()).light_field);
 }
 
 void Transforms(std::string_view bytes) {
   const fs::path file = FuzzFile(bytes, "transforms.json");
   PutFuzzPhotographs(file.parent_path() / "images");
-  RequireSound(ReadTransformsJson(file), true);
+  RequireOwnPaths(ReadTransformsJson(file));
 }
 void NerfSynthetic(std::string_view bytes) {
   const fs::path folder = FuzzFolder(bytes, std::array{"transforms_train.json", "transforms_test.json"});
   for (const char* const part : {"train", "test"}) PutFuzzPhotographs(folder / part);
-  RequireSound(ReadPosedSet(folder, SetFormat::kNerfSynthetic, {}).light_field, false);
+  RequireSound(ReadPosedSet(folder, SetFormat::kNerfSynthetic, {}).light_field);
 }
 void JournalLines(std::string_view bytes) {
-  RequireSound(ReadJournal(FuzzFile(bytes, kJournalFile)).light_field, true);
+  RequireOwnPaths(ReadJournal(FuzzFile(bytes, kJournalFile)).light_field);
 }
 void ColmapText(std::string_view bytes) {
   ReadSet(bytes, SetFormat::kColmap, std::array{"cameras.txt", "images.txt", "points3D.txt"});
@@ -88,8 +97,7 @@ void Bundler(std::string_view bytes) {
 }
 void Metashape(std::string_view bytes) {
   RequireSound(
-      ReadPosedSet(FuzzFile(bytes, "cameras.xml"), SetFormat::kMetashape, FuzzPhotographs()).light_field,
-      false);
+      ReadPosedSet(FuzzFile(bytes, "cameras.xml"), SetFormat::kMetashape, FuzzPhotographs()).light_field);
 }
 void RealityScan(std::string_view bytes) {
   ReadSet(bytes, SetFormat::kRealityScan, std::array{"0001.xmp", "0002.xmp", "0003.xmp"});
@@ -97,15 +105,30 @@ void RealityScan(std::string_view bytes) {
 void Tum(std::string_view bytes) {
   for (const TimedPose& pose : ReadTum(FuzzFile(bytes, "trajectory.txt"))) RequireFinite(pose.cam_from_world);
 }
-void Calibration(std::string_view bytes) {
-  for (const char* const name : {"calibration.json", "calibration.yaml", "calibration.xml", "cameras.txt"}) {
+// Each way to read; refuses what all of them refuse.
+void ReadByOneOf(std::initializer_list<std::function<void()>> ways) {
+  std::optional<Error> refused;
+  std::size_t refusals = 0;
+  for (const auto& read : ways) {
     try {
+      read();
+    } catch (const Error& error) {
+      refused = error;
+      ++refusals;
+    }
+  }
+  if (refusals == ways.size()) throw Error("{}", refused->what());
+}
+
+void Calibration(std::string_view bytes) {
+  const auto as = [&](const char* name) {
+    return [bytes, name] {
       for (const auto& [mode, calibration] : acquisition::ReadCalibrationFile(FuzzFile(bytes, name)).modes)
         if (!(calibration.camera.fx > 0) || calibration.camera.width <= 0)
           Broken("a camera without a focal length");
-    } catch (const Error&) {
-    }
-  }
+    };
+  };
+  ReadByOneOf({as("calibration.json"), as("calibration.yaml"), as("calibration.xml"), as("cameras.txt")});
 }
 void PointPly(std::string_view bytes) {
   for (const ScenePoint& point : ReadPointPly(FuzzFile(bytes, "points.ply")))
@@ -154,18 +177,15 @@ void Path(std::string_view bytes) {
 }
 void Exr(std::string_view bytes) {
   const std::string file = FuzzFile(bytes, "master.exr");
-  for (const auto& read : {+[](const std::string& exr) { ReadExr(exr); },
-                           +[](const std::string& exr) { ReadExrChannel(exr, "R"); },
-                           +[](const std::string& exr) { ExrAttribute(exr, "colorInteropID"); }}) {
-    try {
-      read(file);
-    } catch (const Error&) {
-    }
-  }
+  ReadByOneOf({[&] { ReadExr(file); }, [&] { ReadExrChannel(file, "R"); },
+               [&] { ExrAttribute(file, "colorInteropID"); }});
 }
 void Picture(std::string_view bytes) {
-  const bool is_tiff = bytes.starts_with("II") || bytes.starts_with("MM");
-  const std::string file = FuzzFile(bytes, is_tiff ? "master.tiff" : "photograph.png");
+  const bool is_tiff = bytes.starts_with("II") || bytes.starts_with("MM"),
+             is_jpeg = bytes.starts_with("\xFF\xD8");
+  const std::string file = FuzzFile(bytes, is_tiff   ? "master.tiff"
+                                           : is_jpeg ? "photograph.jpg"
+                                                     : "photograph.png");
   ReadImageHeader(file);
   ImageFileIsWhole(file);
   ReadImageSize(file);

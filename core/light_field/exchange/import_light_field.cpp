@@ -26,7 +26,9 @@ namespace fs = std::filesystem;
 // images/a/b.jpg, wherever the source kept it, safe as a field of a text file and different from all names
 // that are `taken`.
 std::string PathUnderImages(const std::string& source_path, std::set<std::string>& taken) {
-  return UniqueName("images/" + SafeName(NameInImagesFolder(source_path)), taken);
+  fs::path name = fs::path(NameInImagesFolder(source_path)).lexically_normal();
+  if (name.is_absolute() || (!name.empty() && *name.begin() == "..")) name = name.filename();
+  return UniqueName("images/" + SafeName(name.generic_string()), taken);
 }
 
 // folder/a/b.ending for images/a/b.jpg.

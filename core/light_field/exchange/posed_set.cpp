@@ -68,7 +68,8 @@ SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::ve
 std::string SetImages::Find(const std::string& name) const {
   std::error_code unknown;
   const fs::path path = fs::path(name).lexically_normal();
-  if (!path.is_absolute() && fs::is_regular_file(folder_ / path, unknown)) return path.generic_string();
+  const bool leaves = path.is_absolute() || (!path.empty() && *path.begin() == "..");
+  if (!leaves && fs::is_regular_file(folder_ / path, unknown)) return path.generic_string();
   const std::string file = path.filename().string();
   const auto first_with = [&](const std::function<bool(const fs::path&)>& is_meant) {
     const auto found = std::ranges::find_if(names_, is_meant);

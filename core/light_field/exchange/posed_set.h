@@ -36,7 +36,7 @@ class SetImages {
   const std::filesystem::path& folder() const { return folder_; }
   // All photographs in the folder itself, by name as people count (a2.jpg before a10.jpg), relative to it.
   const std::vector<std::string>& names() const { return names_; }
-  // The photograph of this name, relative to the folder; where there is none, that with the same stem and another
+  // The photograph of this name, relative to the folder and in it; where there is none, that with the same stem and another
   // ending, or in upper or lower case; else the same for the name without its folders. Empty: there is none.
   std::string Find(const std::string& name) const;
   // masks/NAME.png, masks/STEM.png or NAME.mask.png beside the folder or in it, relative to it; empty: there is none.

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/image/exr_file.h"
+#include "core/image/image.h"
 #include "core/image/image_header.h"
 #include "core/image/jpeg_file.h"
 #include "tests/support/test_paths.h"
@@ -68,6 +69,77 @@ TEST(ImageHeader, IsReadFromTheFirstBytes) {
   WriteBytes(folder / "cut.png", Encoded(".png", grey16).substr(0, 20));
   EXPECT_FALSE(ReadImageHeader((folder / "cut.png").string()));
   EXPECT_FALSE(ReadImageHeader((folder / "missing.png").string()));
+}
+
+TEST(ImageHeader, OfTiffIsReadInBothOrders) {
+  const ScratchFolder folder;
+  const auto little = folder / "little.tiff", big = folder / "big.tiff";
+  WriteBytes(little, Encoded(".tiff", cv::Mat(48, 64, CV_16UC3, cv::Scalar::all(7))));
+  const auto header = ReadImageHeader(little.string());
+  ASSERT_TRUE(header);
+  EXPECT_EQ(header->Text(), "TIFF 64x48, 3 channels of 16 bits");
+  // One entry each of width and height, and no others: a big-endian file as short as can be.
+  const std::string entries(
+      "\0\2"
+      "\1\0\0\3\0\0\0\1\0\5\0\0"
+      "\1\1\0\4\0\0\0\1\0\0\0\4"
+      "\0\0\0\0",
+      30);
+  WriteBytes(big, std::string("MM\0*\0\0\0\10", 8) + entries);
+  const auto other = ReadImageHeader(big.string());
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other->width, 5);
+  EXPECT_EQ(other->height, 4);
+  WriteBytes(big, std::string("MM\0*\0\0\0\10", 8) + entries.substr(0, 20));
+  EXPECT_FALSE(ReadImageHeader(big.string()));
+}
+
+// Files of a few bytes that say that they hold gigabytes are refused by their headers.
+class LyingSize : public testing::Test {
+ protected:
+  void ExpectRefused(const char* name, const std::string& bytes) const {
+    const auto path = folder_ / name;
+    WriteBytes(path, bytes);
+    EXPECT_THAT([&] { ReadImageFile(path.string()); },
+                testing::ThrowsMessage<Error>(testing::AllOf(testing::HasSubstr(path.string()),
+                                                             testing::HasSubstr("do not fit into"))));
+  }
+  ScratchFolder folder_;
+};
+
+TEST_F(LyingSize, OfPng) {
+  std::string png = Encoded(".png", cv::Mat(48, 64, CV_16UC3));
+  png.replace(16, 8, std::string("\0\0\x75\x30\0\0\x75\x30", 8));  // 30000x30000
+  ExpectRefused("a.png", png);
+}
+
+TEST_F(LyingSize, OfJpeg) {
+  std::string jpeg = Encoded(".jpg", cv::Mat(48, 64, CV_8UC3));
+  const std::size_t size = jpeg.find(std::string("\x08\0\x30\0\x40", 5));
+  ASSERT_NE(size, std::string::npos);
+  jpeg.replace(size + 1, 4, "\x75\x30\x75\x30");
+  ExpectRefused("a.jpg", jpeg);
+  EXPECT_TRUE(DecodeJpeg(jpeg).empty());
+}
+
+TEST_F(LyingSize, OfTiff) {
+  std::string tiff = Encoded(".tiff", cv::Mat(48, 64, CV_16UC3));
+  for (const std::string& tag : {std::string("\0\1\4\0", 4), std::string("\1\1\4\0", 4),
+                                std::string("\0\1\3\0", 4), std::string("\1\1\3\0", 4)})
+    if (const std::size_t at = tiff.rfind(tag); at != std::string::npos) tiff.replace(at + 8, 2, "\x30\x75");
+  ExpectRefused("a.tiff", tiff);
+}
+
+TEST_F(LyingSize, OfExr) {
+  cv::Mat bgr(3, 5, CV_32FC3, cv::Scalar::all(1));
+  std::string exr = ExrBytes({{"B", bgr, 0}, {"G", bgr, 1}, {"R", bgr, 2}}, ExrCompression::kZip);
+  for (const std::string window : {"dataWindow", "displayWindow"}) {
+    const std::size_t at = exr.find(window) + window.size() + 1 + 6 + 4 + 8;  // type, size, the first corner
+    exr.replace(at, 8, std::string("\x2f\x75\0\0\x2f\x75\0\0", 8));
+  }
+  exr += std::string(30000, '\0');  // room for the places of its lines
+  ExpectRefused("a.exr", exr);
+  EXPECT_THROW(ReadExrChannel((folder_ / "a.exr").string(), "R"), Error);
 }
 
 TEST(JpegFile, IsDecodedWholeOrNotAtAll) {

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -329,6 +330,26 @@ TEST_P(ColmapSet, IsReadWithPointsAndTracks) {
   const double depth = (wall_.views[2].cam_from_world * imported.light_field.subject->center_in_world).z();
   EXPECT_GT(depth, kNear);
   EXPECT_LT(depth, kFar);
+}
+
+// What a set's files say must not make ulf write, or fetch photographs from, outside of the folders that it was given.
+TEST_P(ColmapSet, NamesThatLeaveTheFolderAreNotFollowed) {
+  ColmapReconstruction colmap = ToColmap(wall_);
+  fs::copy_file(set() / "images/shot1.png", scratch_ / "outside.png");
+  colmap.images[1].name = "../../outside.png";
+  const ColmapFiles files = GetParam() ? ToColmapBinary(colmap) : ToColmapText(colmap);
+  std::ofstream(model() / ("images" + ending()), std::ios::binary) << files.images;
+  const auto outside = [&] {
+    std::set<fs::path> found;
+    for (const auto& entry : fs::recursive_directory_iterator(scratch_.path()))
+      if (entry.path().string().find("/lf") == std::string::npos) found.insert(entry.path());
+    return found;
+  };
+  const auto before = outside();
+  const Imported imported = Import(set(), scratch_ / "lf", {});
+  EXPECT_EQ(imported.light_field.views.size(), 4u);
+  EXPECT_THAT(Read().doubts, Contains(HasSubstr("outside.png")));
+  EXPECT_EQ(outside(), before);
 }
 
 TEST_P(ColmapSet, ResizedPhotographsMoveTheObservations) {
