@@ -31,8 +31,8 @@ using Json = nlohmann::ordered_json;
 // Of the budget, and no more than a phone draws quickly.
 constexpr double kGeometryShare = 0.05;
 constexpr std::size_t kMostGeometryBytes = 300'000;
-// Of the triangles, and so of the pixels of small pictures (page/pace.ts): what the first picture waits for.
-constexpr std::size_t kTrianglesOfCoarse = 4;
+// What the first picture waits for, and small moving ones are drawn with: this part of the triangles.
+constexpr std::size_t kCoarseDivisor = 2;
 constexpr std::size_t kFirstViews = 12;           // whose small pictures are the first that is seen
 constexpr std::size_t kFileBytes = 700'000;       // of the files after the first, about
 constexpr std::size_t kBytesOfFileList = 64;      // of a file's entry in the scene's header, at most
@@ -189,7 +189,7 @@ PageGeometry GeometryOf(const RenderScene& scene, std::size_t most_bytes) {
       .most_triangles = std::max<std::size_t>(500, most_bytes / kBytesOfTriangle)};
   if (!(simplification.even_within > 0)) simplification.even_within = 1;
   const TriangleMesh fine = Simplified(*occluder, simplification);
-  simplification.most_triangles /= kTrianglesOfCoarse;
+  simplification.most_triangles /= kCoarseDivisor;
   if (fine.triangles.size() <= simplification.most_triangles) {
     geometry.first = GeometryFile(fine, center, false);
     return geometry;

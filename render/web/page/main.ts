@@ -87,9 +87,17 @@ class Page {
     this.renderer = new Renderer(this.canvas, header, new Arrays(header.arrays, bytes),
       (view) => this.arrived(view));
     if (header.masks) this.renderer.pictures.noteMasks();
+    const takeGround = (): void => {
+      const levels = getComputedStyle(document.body).backgroundColor.match(/[\d.]+/g) ?? [];
+      const [red = 0, green = 0, blue = 0] = levels.map((level) => Number(level) / 255);
+      if (this.renderer) this.renderer.ground = [red, green, blue];
+      this.draw();
+    };
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", takeGround);
     this.orbit = new Orbit(header, this.renderer.field);
     const { width, height } = this.size(1);
     this.orbit.reset(width, height);
+    takeGround();
     for (const [kind, data] of this.waiting.splice(0)) this.receive(kind, data);
     new ResizeObserver(() => {
       const now = this.size(1);

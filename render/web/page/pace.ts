@@ -1,6 +1,6 @@
 // How large the picture is drawn while it moves: smaller where the machine is slow, and in full when it rests.
 const sizes = [1, 0.84, 0.71, 0.59, 0.5, 0.42, 0.35];
-export const simpleSize = 0.5; // coarse geometry has a quarter of the triangles, and the picture a quarter of the pixels
+export const simpleSize = 0.5; // guessed
 const slowMs = 34.5, fastMs = 17.5; // of a frame: thirty a second, and sixty
 
 export class Pace {

@@ -25,7 +25,7 @@ export class Renderer {
   readonly cameras: ViewCamera[];
   readonly field: Field;
   readonly pictures: Pictures;
-  private coarse: Geometry | null = null; // a quarter of the triangles
+  private coarse: Geometry | null = null; // half of the triangles
   private fine: Geometry | null = null;   // comes later
   private readonly gl: WebGL2RenderingContext;
   private readonly fieldPrograms: (Program | undefined)[] = []; // made when they are first needed
@@ -39,6 +39,8 @@ export class Renderer {
   private readonly pull: Program;
   private readonly push: Program;
   private readonly depth: Target;
+  /** Red, green and blue of the page, which shows where there is no light; 0 to 1. */
+  ground: Vec3 = [0, 0, 0];
   private readonly pulled: Target[] = [];
   private readonly pushed: Target[] = [];
   private readonly canDrawFloats: boolean;
@@ -48,7 +50,8 @@ export class Renderer {
 
   constructor(canvas: HTMLCanvasElement, readonly header: SceneHeader, arrays: Arrays, changed: (view: number) => void) {
     const gl = canvas.getContext("webgl2", {
-      alpha: true, antialias: false, depth: false, stencil: false, powerPreference: "high-performance",
+      alpha: false, // composing what one can see through takes longer, in software much
+      antialias: false, depth: false, stencil: false, powerPreference: "high-performance",
     });
     if (!gl) throw new Error("This browser has no WebGL 2, which draws the pictures.");
     this.gl = gl;
@@ -227,7 +230,8 @@ export class Renderer {
     this.setPixels(program, camera, 1 / focusDepth, false);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, camera.width, camera.height);
-    program.integer("count", views.length).numbers("inverseRadius", 1 / aperture.radius).numbers("depth", 0);
+    program.integer("count", views.length).numbers("inverseRadius", 1 / aperture.radius).numbers("depth", 0)
+      .numbers("ground", ...this.ground);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     return views;
   }
@@ -289,7 +293,8 @@ export class Renderer {
     gl.bindTexture(gl.TEXTURE_2D, this.drawn.texture);
     gl.activeTexture(gl.TEXTURE4);
     gl.bindTexture(gl.TEXTURE_2D, this.open.texture);
-    this.fill.integer("drawn", 3).integer("openTiles", 4).integer("filling", filling.length);
+    this.fill.integer("drawn", 3).integer("openTiles", 4).integer("filling", filling.length)
+      .numbers("ground", ...this.ground);
     gl.drawArraysInstanced(gl.TRIANGLES, 0, 6, this.open.width * this.open.height);
     gl.bindVertexArray(null);
     const inOrder = [...wanted].sort((a, b) => b[1] - a[1]).map(([view]) => view);

@@ -129,6 +129,7 @@ void main() {
 export const fillFragment = `${head}${ofView}${ofViews}${ofPixel}
 uniform sampler2D drawn;
 uniform int filling;
+uniform vec3 ground;  // where there is no light
 out vec4 color;
 
 void main() {
@@ -156,7 +157,7 @@ void main() {
   if (others.a <= 0.0) others = hidden;
   if (others.a > 0.0) color.rgb = mix(srgb(others.rgb / others.a), color.rgb, color.a);
   float there = color.a + others.a > 0.0 ? clamp(most, 0.0, 1.0) : 0.0;
-  color = vec4(color.rgb * there, there);
+  color = vec4(mix(ground, color.rgb, there), 1.0);
 }`;
 
 /** The whole picture at once. */
@@ -168,6 +169,7 @@ void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 -
 export const apertureFragment = `${head}${ofView}${ofViews}${ofPixel}
 uniform int count;
 uniform float inverseRadius;
+uniform vec3 ground;  // where there is no light
 out vec4 color;
 
 void main() {
@@ -184,7 +186,7 @@ void main() {
     float weight = (1.0 - from_middle) * (1.0 - from_middle) * feather;
     all += vec4(light.rgb * weight, weight);
   }
-  color = all.a > 0.0 ? vec4(srgb(all.rgb / all.a), 1.0) : vec4(0.0);
+  color = vec4(all.a > 0.0 ? srgb(all.rgb / all.a) : ground, 1.0);
 }`;
 
 /** How near the triangles of the geometry are. */
