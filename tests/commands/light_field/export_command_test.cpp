@@ -296,5 +296,36 @@ TEST_F(ExportCommand, ColmapTriangulatesFromIt) {
   EXPECT_GT(Said(analysed, "Observations"), 2.0 * static_cast<double>(model.points.size()));
 }
 
+#ifdef ULF_MANY_VIEWS
+// What a hand has gone round is wide enough for a display's own layout: 8 x 6 views over its whole cone.
+TEST(ExportOfACapture, IsAQuiltOfFortyEightViews) {
+  const ScratchFolder scratch;
+  const std::string dir = (scratch / "studio").string(), out = (scratch / "quilt").string();
+  const auto capture = RunUlf("capture 'sim:studio?seed=21' -o " + dir +
+                              " --headless --poses known --subject 0,0,0.07,0.17 --quality fast"
+                              " --until-covered 60x40");
+  ASSERT_EQ(capture.exit_code, 0) << capture.errors;
+  const auto exported = RunUlf("export quilt " + dir + " -o " + out + " --json");
+  ASSERT_EQ(exported.exit_code, 0) << exported.errors;
+  const auto quilt = nlohmann::json::parse(exported.output);
+  EXPECT_EQ(quilt["tiles"], 48);
+  EXPECT_EQ(quilt["outside"], 0) << "views that lie outside of the recorded ones";
+  EXPECT_EQ(quilt["file"], "studio_qs8x6a0.75.png");
+  const cv::Mat picture = ReadImageFile(out + "/studio_qs8x6a0.75.png");
+  ASSERT_EQ(picture.size(), cv::Size(3360, 3360));
+  // From the leftmost view at the bottom left to the rightmost at the top right the subject stays, and turns.
+  const cv::Size tile(420, 560);
+  const auto at = [&](int column, int row) {
+    const cv::Rect middle(column * tile.width + 110, (5 - row) * tile.height + 180, 200, 200);
+    cv::Mat small;
+    cv::resize(picture(middle), small, {50, 50}, 0, 0, cv::INTER_AREA);
+    return small;
+  };
+  const auto apart = [](const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_L1) / 7500; };
+  EXPECT_LT(apart(at(3, 2), at(4, 2)), 0.5 * apart(at(0, 0), at(7, 5)));
+  EXPECT_GT(apart(at(0, 0), at(7, 5)), 10);
+}
+#endif
+
 }  // namespace
 }  // namespace ulf
