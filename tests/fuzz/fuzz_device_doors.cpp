@@ -118,8 +118,8 @@ void CameraImageDoor(std::string_view bytes) {
   std::istringstream line{std::string(bytes.substr(0, end_of_line))};
   std::string name;
   std::uint16_t width = 0, height = 0;  // as a stream's packets may say them at most (stream_guard)
-  BytesLayout layout;
-  if (!(line >> name >> width >> height >> layout.row_bytes)) return;
+  std::uint32_t row_bytes = 0;          // as a webcam's driver may
+  if (!(line >> name >> width >> height >> row_bytes)) return;
   const auto format = PixelFormatByName(name);
   if (!format) return;
   std::vector<std::uint8_t> payload = CopyOf(bytes.substr(end_of_line + 1));
@@ -128,7 +128,8 @@ void CameraImageDoor(std::string_view bytes) {
     if (!jpeg) return;
     payload = CopyOf(*jpeg);
   }
-  const Image image = ImageFromBytes(*format, width, height, payload.data(), payload.size(), layout);
+  const Image image =
+      ImageFromBytes(*format, width, height, payload.data(), payload.size(), {.row_bytes = row_bytes});
   if (image.pixels.cols != width || image.pixels.rows != height) Broken("an image of another size");
 }
 
