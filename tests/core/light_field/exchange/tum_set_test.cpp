@@ -231,9 +231,11 @@ TEST_F(TumSet, NamesStayInTheFolder) {
   WriteMotion({0, 0.1}, {0, 0.1});
   WritePhotograph("../outside.png");
   fs::create_symlink(scratch_ / "outside.png", set() / "rgb/link.png");
+  fs::create_symlink(scratch_ / "outside.png", set() / "another_ending.png");
   const std::string list = ReadWholeFile(set() / "rgb.txt");
-  for (const std::string& name : {std::string("../outside.png"), std::string("rgb/../../outside.png"),
-                                  std::string("rgb/link.png"), (scratch_ / "outside.png").string()}) {
+  for (const std::string& name :
+       {std::string("../outside.png"), std::string("rgb/../../outside.png"), std::string("rgb/link.png"),
+        std::string("another_ending.jpg"), (scratch_ / "outside.png").string()}) {
     Write("rgb.txt", list + fmt::format("{:.6f} {}\n", kStartS + 0.05, name));
     ExpectRefused("rgb.txt, line 6", "leaves the folder");
   }
