@@ -60,11 +60,18 @@ std::uint32_t AddressNumber(const std::string& text) {
 // Key, flags (acknowledge, the answer may be broadcast), DISCOVERY, no payload, request id.
 constexpr std::array<std::uint8_t, 8> kDiscover{0x42, 0x11, 0x00, 0x02, 0x00, 0x00, 0x00, 0x2A};
 
-std::optional<GigeAnswer> ParseDiscovery(const std::uint8_t* answer, ssize_t size) {
-  const bool is_discovery =
-      size >= static_cast<ssize_t>(kHeaderBytes + kDiscoveryBytes) && answer[2] == 0x00 && answer[3] == 0x03;
-  if (!is_discovery) return std::nullopt;
-  const std::uint8_t* registers = answer + kHeaderBytes;
+std::optional<GigeAnswer> ReceiveGigeAnswer(int socket) {
+  std::array<std::uint8_t, 1024> bytes{};
+  const ssize_t size = recv(socket, bytes.data(), bytes.size(), 0);
+  return size < 0 ? std::nullopt : ReadGigeAnswer({bytes.data(), static_cast<std::size_t>(size)});
+}
+
+}  // namespace
+
+std::optional<GigeAnswer> ReadGigeAnswer(std::span<const std::uint8_t> packet) {
+  if (packet.size() < kHeaderBytes + kDiscoveryBytes || packet[2] != 0x00 || packet[3] != 0x03)
+    return std::nullopt;
+  const std::uint8_t* registers = packet.data() + kHeaderBytes;
   const auto address = [&](std::size_t at) {
     std::uint32_t number = 0;
     std::memcpy(&number, registers + at, 4);
@@ -80,8 +87,6 @@ std::optional<GigeAnswer> ParseDiscovery(const std::uint8_t* answer, ssize_t siz
                     .model = text(kModelAt, 32),
                     .serial = text(kSerialAt, 16)};
 }
-
-}  // namespace
 
 std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, std::uint32_t register_address,
                                               milliseconds timeout) {
@@ -146,8 +151,7 @@ std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address, millise
     return std::nullopt;
   pollfd waiting{socket.fd, POLLIN, 0};
   if (poll(&waiting, 1, static_cast<int>(timeout.count())) != 1) return std::nullopt;
-  std::array<std::uint8_t, 1024> answer{};
-  return ParseDiscovery(answer.data(), recv(socket.fd, answer.data(), answer.size(), 0));
+  return ReceiveGigeAnswer(socket.fd);
 }
 
 std::vector<GigeAnswer> DiscoverGigeCameras(milliseconds timeout) {
@@ -180,8 +184,7 @@ std::vector<GigeAnswer> DiscoverGigeCameras(milliseconds timeout) {
     if (left < 0 || poll(waiting.data(), waiting.size(), static_cast<int>(left)) < 1) break;
     for (const pollfd& ready : waiting) {
       if (!(ready.revents & POLLIN)) continue;
-      std::array<std::uint8_t, 1024> bytes{};
-      const auto answer = ParseDiscovery(bytes.data(), recv(ready.fd, bytes.data(), bytes.size(), 0));
+      const auto answer = ReceiveGigeAnswer(ready.fd);
       const bool known = !answer || std::any_of(found.begin(), found.end(), [&](const GigeAnswer& other) {
         return other.address == answer->address && other.serial == answer->serial;
       });

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,8 @@ struct GigeAnswer {
   std::string address, netmask;  // as the camera has them; the mask may be 0.0.0.0
   std::string maker = {}, model = {}, serial = {};
 };
+// None: it is no whole answer to a discovery packet.
+std::optional<GigeAnswer> ReadGigeAnswer(std::span<const std::uint8_t> packet);
 // Sends a discovery packet to one address; none when nothing answers within the timeout.
 std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address,
                                         std::chrono::milliseconds timeout = std::chrono::milliseconds(300));

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "acquisition/calibration/calibration_io.h"
 #include "commands/background_option.h"
 #include "commands/commands.h"
 #include "core/base/counted.h"
@@ -25,6 +26,7 @@ struct ImportArgs {
   std::string dir;
   std::string subject;
   std::string images;
+  std::string calibration;
   std::string format = "auto";
   std::string background;
   bool check = true;
@@ -63,6 +65,7 @@ int RunImport(const ImportArgs& args) {
   if (!args.background.empty()) options.background = BackgroundFromText(args.background);
   options.format = SetFormatFromName(args.format);
   options.images = ImagesFolder(args.images, args.source);
+  if (!args.calibration.empty()) options.camera = acquisition::ReadCalibration(args.calibration);
   const Imported imported = Import(args.source, args.dir, options);
   const LightField& light_field = imported.light_field;
   const Subject& subject = *light_field.subject;
@@ -90,9 +93,14 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
   command->add_option("--images", args->images,
                       "Folder of the photographs, such as images_4 (default: beside the poses, the largest)");
   command
-      ->add_option("--format", args->format,
-                   "auto, nerfstudio, nerf-synthetic, colmap, llff, bundler, metashape, realityscan or ulf")
+      ->add_option(
+          "--format", args->format,
+          "auto, nerfstudio, nerf-synthetic, colmap, llff, bundler, metashape, realityscan, tum or ulf")
       ->capture_default_str();
+  command
+      ->add_option("--calibration", args->calibration,
+                   "Intrinsics of a set that holds none (tum): a file of ulf, Kalibr, ROS, OpenCV or COLMAP")
+      ->check(CLI::ExistingFile);
   command->add_option("--background", args->background,
                       "Lay pictures with alpha over white, black or R,G,B (default: alpha is a mask; for "
                       "nerf-synthetic white)");

@@ -281,7 +281,11 @@ bool IsLeftTemporary(const fs::directory_entry& entry) {
 std::string ReadWholeFile(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno));
-  return {std::istreambuf_iterator<char>(file), {}};
+  try {
+    return {std::istreambuf_iterator<char>(file), {}};
+  } catch (const std::ios_base::failure& failure) {  // of a folder, or a disk that cannot be read
+    throw Error("{}: cannot be read: {}", path.string(), failure.code().message());
+  }
 }
 
 }  // namespace ulf

@@ -32,10 +32,12 @@ std::vector<TimedPose> ReadTum(const std::filesystem::path& path) {
       throw Error("{}:{}: expected eight numbers `time tx ty tz qx qy qz qw`, found \"{}\"", path.string(),
                   number, line);
     const Eigen::Quaterniond rotation(qw, qx, qy, qz);
-    if (!std::isfinite(time_s + x + y + z) || !(std::abs(rotation.norm() - 1) < 1e-2))
+    const Rigid3 cam_from_world = Rigid3{rotation.normalized(), {x, y, z}}.Inverse();
+    const bool is_finite = std::isfinite(time_s) && cam_from_world.translation.allFinite();
+    if (!is_finite || !(std::abs(rotation.norm() - 1) < 1e-2))
       throw Error("{}:{}: not a pose: the quaternion must have length 1 and all numbers be finite",
                   path.string(), number);
-    poses.push_back({time_s, Rigid3{rotation.normalized(), {x, y, z}}.Inverse()});
+    poses.push_back({time_s, cam_from_world});
   }
   return poses;
 }

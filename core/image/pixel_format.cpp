@@ -83,8 +83,8 @@ bool IsYuv(const PixelFormat& format) {
   return format.packing == kYuyv || format.packing == kUyvy || format.packing == kNv12;
 }
 
-std::size_t RowBytes(const PixelFormat& format, int width) {
-  const auto values = static_cast<std::size_t>(width) * static_cast<std::size_t>(format.channels);
+std::size_t RowBytes(const PixelFormat& format, std::size_t width) {
+  const std::size_t values = width * static_cast<std::size_t>(format.channels);
   switch (format.packing) {
     case kWholeBytes:
       return values * (format.bits > 8 ? 2 : 1);
@@ -94,10 +94,10 @@ std::size_t RowBytes(const PixelFormat& format, int width) {
       return (values * 3 + 1) / 2;
     case kYuyv:
     case kUyvy:
-      return 2 * static_cast<std::size_t>(width);
+      return 2 * width;
     case kNv12:
     case kJpeg:
-      return static_cast<std::size_t>(width);
+      return width;
   }
   return 0;
 }
@@ -175,8 +175,8 @@ cv::Mat BgrFromJpeg(int width, int height, const std::uint8_t* bytes, std::size_
 
 // Copies values of 8 bits and unpacks others (unpack.h). Rows may be padded.
 void FillPixels(const PixelFormat& format, const std::uint8_t* bytes, std::size_t stride, cv::Mat& pixels) {
-  const bool rows_follow =
-      stride == 0 || (format.packing == kWholeBytes && stride == RowBytes(format, pixels.cols));
+  const bool rows_follow = stride == 0 || (format.packing == kWholeBytes &&
+                                           stride == RowBytes(format, static_cast<std::size_t>(pixels.cols)));
   const int strips = rows_follow ? 1 : pixels.rows;
   const std::size_t values =
       pixels.total() * static_cast<std::size_t>(format.channels) / static_cast<std::size_t>(strips);
@@ -237,28 +237,30 @@ std::string SupportedPixelFormats() {
 }
 
 std::size_t ImageBytes(const PixelFormat& format, int width, int height) {
-  const auto rows = static_cast<std::size_t>(height);
+  const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
   switch (format.packing) {
     case kLsbPacked:
     case kGvspPacked:  // rows follow each other without a break
-      return RowBytes(format, width * height);
+      return RowBytes(format, columns * rows);
     case kNv12:
-      return RowBytes(format, width) * rows * 3 / 2;
+      return RowBytes(format, columns) * rows * 3 / 2;
     case kJpeg:
       return 4;  // its two markers; the length depends on the picture
     default:
-      return RowBytes(format, width) * rows;
+      return RowBytes(format, columns) * rows;
   }
 }
 
 Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size,
                      const BytesLayout& layout) {
+  if (width < 1 || height < 1)
+    throw Error("an image of {}x{} has no pixels; check the camera's region", width, height);
   if (IsYuv(format) && (width % 2 != 0 || (format.packing == kNv12 && height % 2 != 0)))
     throw Error("a {} image cannot be {}x{}: two pixels share a colour; choose another size", format.name,
                 width, height);
   std::size_t needed = ImageBytes(format, width, height);
+  const std::size_t row = RowBytes(format, static_cast<std::size_t>(width));
   if (layout.row_bytes > 0 && format.packing != kJpeg) {
-    const std::size_t row = RowBytes(format, width);
     const auto rows = static_cast<std::size_t>(format.packing == kNv12 ? height * 3 / 2 : height);
     if (layout.row_bytes < row)
       throw Error("a row of {} {} pixels has {} bytes, not {}; check the camera's format", width, format.name,
@@ -272,7 +274,7 @@ Image ImageFromBytes(const PixelFormat& format, int width, int height, const voi
   const auto* bytes = static_cast<const std::uint8_t*>(data);
   if (format.packing == kJpeg) return {.pixels = BgrFromJpeg(width, height, bytes, size)};
   if (IsYuv(format)) {
-    const std::size_t stride = layout.row_bytes > 0 ? layout.row_bytes : RowBytes(format, width);
+    const std::size_t stride = layout.row_bytes > 0 ? layout.row_bytes : row;
     return {.pixels = BgrFromYuv(format, width, height, bytes, stride, layout.yuv.value_or(format.yuv))};
   }
   Image image{.pixels = {}, .transfer = Transfer::kLinear, .mosaic = format.mosaic};

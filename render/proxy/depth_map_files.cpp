@@ -46,9 +46,7 @@ ViewDepthMap ReadMap(const MapFile& file) {
   const std::string bytes = ReadWholeFile(file.path);
   if (fmt::format("{:016x}", FastChecksumOf(bytes)) != file.checksum)
     throw Error("{}: its bytes have changed", file.path.string());
-  const cv::Mat pixels =
-      cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-                   cv::IMREAD_UNCHANGED);
+  const cv::Mat pixels = DecodedDepthMap(bytes);
   if (pixels.type() != CV_16UC1 || pixels.cols != file.camera.width || pixels.rows != file.camera.height)
     throw Error("{}: no depth map of {}x{}", file.path.string(), file.camera.width, file.camera.height);
   return {file.camera, pixels, file.unit, file.step};
@@ -192,6 +190,15 @@ void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_
     throw;
   }
   RemoveFormerMaps(folder, kept);
+}
+
+cv::Mat DecodedDepthMap(const std::string& bytes) {
+  try {
+    return cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
+                        cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {  // no bytes, or a size that the library refuses
+    return {};
+  }
 }
 
 bool HasDepthMaps(const fs::path& light_field_folder) {

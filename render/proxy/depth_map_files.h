@@ -10,7 +10,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 
 #include "core/light_field/light_field.h"
 #include "render/proxy/soft_proxy.h"
@@ -34,6 +36,9 @@ std::size_t TakeOutMovedMaps(const LightField& light_field, const std::map<int, 
 // Moves maps.json and the maps that it names to kept/depth, or the next free name; other files stay. Returns that folder;
 // none: there are no maps. Throws Error; then each file is in one of the two folders. A kill leaves the same.
 std::optional<std::filesystem::path> MoveDepthMapsToKept(const std::filesystem::path& light_field_folder);
+
+// What a file of one depth map holds, without conversion; empty: no picture.
+cv::Mat DecodedDepthMap(const std::string& bytes);
 
 bool HasDepthMaps(const std::filesystem::path& light_field_folder);
 

@@ -2,15 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
+#include "render/proxy/depth_map_files.h"
 
 namespace ulf::render {
 namespace {
@@ -30,17 +34,17 @@ SweptMap ReadSweptMap(const fs::path& path, const json& entry) {
   const std::string bytes = ReadWholeFile(path);
   if (Hex(FastChecksumOf(bytes)) != entry.at("checksum").get<std::string>())
     throw Error("{}: its bytes have changed; make this share again", path.string());
-  const cv::Mat depth =
-      cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-                   cv::IMREAD_UNCHANGED);
-  if (depth.type() != CV_32FC1) throw Error("{}: is no depth map; make this share again", path.string());
-  return {depth, entry.at("plane_step").get<double>()};
+  const cv::Mat depth = DecodedDepthMap(bytes);
+  const double plane_step = entry.at("plane_step").get<double>();
+  if (depth.empty() || depth.type() != CV_32FC1 || !(plane_step >= 0) || !std::isfinite(plane_step))
+    throw Error("{}: is no depth map; make this share again", path.string());
+  return {depth, plane_step};
 }
 
 // None: the file is no index.
 std::optional<json> ReadIndex(const fs::path& file) {
   json index = json::parse(ReadWholeFile(file), nullptr, false);
-  if (!index.is_object() || index.value("format", "") != kShareFormat) return std::nullopt;
+  if (!index.is_object() || index.value("format", json()) != kShareFormat) return std::nullopt;
   return index;
 }
 
@@ -89,7 +93,7 @@ SweptMaps ReadSweptMaps(const fs::path& folder, std::uint64_t digest) {
                 folder.string());
   SweptMaps maps;
   int of = 0;
-  std::map<int, bool> there;
+  std::set<int> there;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".json") continue;
     const auto index = ReadIndex(entry.path());
@@ -106,7 +110,10 @@ SweptMaps ReadSweptMaps(const fs::path& folder, std::uint64_t digest) {
         throw Error("{}: holds shares of {} and of {}; make the maps again in an empty folder",
                     folder.string(), of, shares);
       of = shares;
-      there[index->at("share").get<int>()] = true;
+      const int share = index->at("share").get<int>();
+      if (share < 0 || share >= of)
+        throw Error("{}: is damaged; make this share again", entry.path().string());
+      there.insert(share);
       for (const json& view : index->at("views"))
         maps[view.at("id").get<int>()] =
             ReadSweptMap(folder / fs::path(view.at("file").get<std::string>()).filename(), view);
@@ -117,11 +124,14 @@ SweptMaps ReadSweptMaps(const fs::path& folder, std::uint64_t digest) {
   if (of == 0)
     throw Error("{}: holds no depth maps; make them first, with --maps-of 0/1 --maps {}", folder.string(),
                 folder.string());
-  std::string missing;
-  for (int share = 0; share < of; ++share)
-    if (!there.contains(share)) missing += fmt::format("{}{}/{}", missing.empty() ? "" : ", ", share, of);
-  if (!missing.empty())
-    throw Error("{}: shares are missing; make them with --maps-of {}", folder.string(), missing);
+  const std::size_t missing = static_cast<std::size_t>(of) - there.size();
+  constexpr std::size_t kMostNamed = 64;
+  std::vector<std::string> names;
+  for (int share = 0; names.size() < std::min(missing, kMostNamed); ++share)
+    if (!there.contains(share)) names.push_back(fmt::format("{}/{}", share, of));
+  if (missing > 0)
+    throw Error("{}: {} of its {} shares are missing; make them with --maps-of {}{}", folder.string(),
+                missing, of, fmt::join(names, ", "), missing > kMostNamed ? ", ..." : "");
   return maps;
 }
 

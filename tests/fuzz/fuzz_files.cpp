@@ -49,7 +49,9 @@ fs::path FuzzFolder(std::string_view bytes, std::span<const char* const> names) 
   Folder().Empty();
   for (const char* const name : names) {
     const std::size_t end = bytes.find(kBorder);
-    std::ofstream(Folder().path() / name, std::ios::binary) << bytes.substr(0, end);
+    const fs::path file = Folder().path() / name;
+    fs::create_directories(file.parent_path());
+    std::ofstream(file, std::ios::binary) << bytes.substr(0, end);
     if (end == std::string_view::npos) break;
     bytes.remove_prefix(end + kBorder.size());
   }

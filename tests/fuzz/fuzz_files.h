@@ -8,7 +8,7 @@
 namespace ulf::test {
 
 // Replaces the files of one folder of this process's, which is removed at the end. Several files share the bytes: each
-// ends where a line "=====" stands, and the last ones may be missing.
+// ends where a line "=====" stands, and the last ones may be missing. Names may have folders.
 std::filesystem::path FuzzFolder(std::string_view bytes, std::span<const char* const> names);
 // One file with all the bytes.
 std::filesystem::path FuzzFile(std::string_view bytes, const char* name);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -24,9 +25,14 @@
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/journal.h"
+#include "core/light_field/points/point_file.h"
 #include "core/light_field/points/point_ply.h"
 #include "render/output/path_files.h"
+#include "render/photographs/pyramid_file.h"
+#include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
+#include "render/stereo/swept_maps.h"
+#include "tests/fuzz/fuzz_device_doors.h"
 #include "tests/fuzz/fuzz_files.h"
 #include "tracking/map/map_file.h"
 #include "tracking/sources/sent_line.h"
@@ -102,6 +108,12 @@ void Metashape(std::string_view bytes) {
 void RealityScan(std::string_view bytes) {
   ReadSet(bytes, SetFormat::kRealityScan, std::array{"0001.xmp", "0002.xmp", "0003.xmp"});
 }
+void TumSet(std::string_view bytes) {
+  RequireSound(ReadPosedSet(FuzzFolder(bytes, std::array{"rgb.txt", "groundtruth.txt"}), SetFormat::kTum,
+                            FuzzPhotographs(), CameraModel::Pinhole(64, 48, 60))
+                   .light_field,
+               true);
+}
 void Tum(std::string_view bytes) {
   for (const TimedPose& pose : ReadTum(FuzzFile(bytes, "trajectory.txt"))) RequireFinite(pose.cam_from_world);
 }
@@ -159,11 +171,12 @@ void SentLines(std::string_view bytes) {
     bytes.remove_prefix(std::min(end + 1, bytes.size()));
   }
 }
-// The checksum at the end would keep the fuzzer out: it is put there anew.
+// A checksum at the end would keep the fuzzer out: it is put there anew.
+std::string WithChecksum(std::string_view bytes, std::uint64_t checksum) {
+  return std::string(bytes) + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum);
+}
 void MapFile(std::string_view bytes) {
-  const std::uint64_t checksum = ChecksumOf(bytes);
-  const std::string file =
-      std::string(bytes) + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum);
+  const std::string file = WithChecksum(bytes, ChecksumOf(bytes));
   const CameraModel camera = CameraModel::Pinhole(64, 48, 60);
   tracking::Map map(camera);
   tracking::MapFromBytes(file, 0, camera, map);
@@ -193,6 +206,68 @@ void Picture(std::string_view bytes) {
 }
 void Exif(std::string_view bytes) { ReadExif(std::string(bytes)); }
 
+// What the files beside a light field belong to: two views of a camera without distortion.
+LightField TwoViews() {
+  LightField light_field;
+  light_field.cameras = {CameraModel::Pinhole(64, 48, 60)};
+  light_field.views.resize(2);
+  for (int i = 0; i < 2; ++i) light_field.views[static_cast<std::size_t>(i)].id = i + 1;
+  light_field.views[1].cam_from_world.translation.x() = -0.5;
+  return light_field;
+}
+
+void PointsFile(std::string_view bytes) {
+  const StoredPoints stored = PointsFromBytes(WithChecksum(bytes, ChecksumOf(bytes)), TwoViews());
+  if (!stored.problem.empty()) throw Error("{}", stored.problem);
+  for (const ScenePoint& point : stored.points) {
+    if (!point.position_in_world.allFinite()) Broken("a point that is not finite");
+    for (const ViewObservation& seen : point.track)
+      if (!seen.in_img.allFinite()) Broken("an observation that is not finite");
+  }
+}
+void DepthMaps(std::string_view bytes) {
+  const auto mesh = std::make_shared<render::TriangleMesh>(
+      render::TriangleMesh{{{-1, -1, 3}, {1, -1, 3}, {0, 1, 4}}, {{0, 1, 2}}});
+  const fs::path folder = FuzzFolder(bytes, std::array{"depth/maps.json", "depth/1.png"});
+  for (const auto& [id, map] : render::ReadDepthMaps(folder, TwoViews(), mesh).maps) {
+    const render::ViewDepthMap& read = map->Get();
+    if (read.inverse_depth.type() != CV_16UC1 || read.inverse_depth.cols != read.camera.width ||
+        read.inverse_depth.rows != read.camera.height)
+      Broken("a depth map of another size than its camera");
+  }
+}
+void SweptMaps(std::string_view bytes) {
+  const fs::path folder = FuzzFolder(bytes, std::array{"share-0-of-1.json", "000001.tiff"});
+  constexpr std::uint64_t kDigest = 1;
+  for (const auto& [id, map] : render::ReadSweptMaps(folder, kDigest))
+    if (map.depth.type() != CV_32FC1 || !(map.plane_step >= 0)) Broken("no depth map");
+}
+
+class SmallPhotograph : public render::Photograph {
+ public:
+  SmallPhotograph() : Photograph({8, 6}, false) {}
+  cv::Mat Level(int level) const override { return cv::Mat::zeros(LevelSize(level), type()); }
+};
+// The file's head ends with a checksum, as MapFile()'s end does.
+void Pyramid(std::string_view bytes) {
+  const SmallPhotograph photograph;
+  constexpr std::size_t kFixed = 48;  // pyramid_file.cpp, Head
+  const std::size_t head =
+      std::min(kFixed + 8 * static_cast<std::size_t>(photograph.LevelCount()), bytes.size());
+  const std::string file = WithChecksum(bytes.substr(0, head), FastChecksumOf(bytes.substr(0, head))) +
+                           std::string(bytes.substr(head));
+  const fs::path path = FuzzFile(file, "pyramid");
+  constexpr std::uint64_t kKey = 1;
+  bool is_read = false;
+  for (int level = 0; level < photograph.LevelCount(); ++level)
+    if (const auto read = render::ReadPyramidFile(path, kKey, photograph, level)) {
+      is_read = true;
+      if (read->pixels.size() != photograph.LevelSize(level) || read->pixels.type() != photograph.type())
+        Broken("a level of another size");
+    }
+  if (!is_read) throw Error("no level can be used");
+}
+
 constexpr std::array kTargets{
     FuzzTarget{"transforms", Transforms},
     FuzzTarget{"nerf_synthetic", NerfSynthetic},
@@ -203,6 +278,7 @@ constexpr std::array kTargets{
     FuzzTarget{"bundler", Bundler},
     FuzzTarget{"metashape", Metashape},
     FuzzTarget{"realityscan", RealityScan},
+    FuzzTarget{"tum_set", TumSet},
     FuzzTarget{"tum", Tum},
     FuzzTarget{"calibration", Calibration},
     FuzzTarget{"point_ply", PointPly},
@@ -215,6 +291,13 @@ constexpr std::array kTargets{
     FuzzTarget{"exr", Exr},
     FuzzTarget{"picture", Picture},
     FuzzTarget{"exif", Exif},
+    FuzzTarget{"points_file", PointsFile},
+    FuzzTarget{"depth_maps", DepthMaps},
+    FuzzTarget{"swept_maps", SweptMaps},
+    FuzzTarget{"pyramid", Pyramid},
+    FuzzTarget{"camera_image", CameraImageDoor},
+    FuzzTarget{"gige_answer", GigeAnswerDoor},
+    FuzzTarget{"gvcp", GvcpRequestsDoor},
 };
 
 }  // namespace

@@ -165,7 +165,7 @@ void TakeOverBackground(const LightField& source, const View& view, const cv::Ma
 }  // namespace
 
 Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
-  PosedSet set = ReadPosedSet(source_path, options.format, options.images);
+  PosedSet set = ReadPosedSet(source_path, options.format, options.images, options.camera);
   LightField& source = set.light_field;
   StagedFolder folder(dir);
   std::optional<cv::Vec3d> background = options.background;

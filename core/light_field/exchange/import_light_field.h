@@ -13,8 +13,9 @@ namespace ulf {
 struct ImportOptions {
   std::optional<Subject> subject =
       {};  // none: found by the cameras, the points or the depth bounds (subject_of_set.h)
-  std::optional<SetFormat> format = {};  // none: recognised
-  std::filesystem::path images = {};     // the photographs' folder; empty: found
+  std::optional<SetFormat> format = {};    // none: recognised
+  std::filesystem::path images = {};       // the photographs' folder; empty: found
+  std::optional<CameraModel> camera = {};  // of a format that has no intrinsics (read_posed_set.h)
   // B, G, R, 0 to 1: pictures with alpha are laid over it. None: alpha becomes a mask; NeRF's synthetic sets are laid
   // over white, as in the papers.
   std::optional<cv::Vec3d> background = {};
@@ -31,7 +32,7 @@ struct Imported {
 // masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to masks/; points to
 // points.ply. White space in names becomes '_'. DIR is complete at the end, or does not exist after a
 // failure. What of the source is not used is given out as warnings. Throws Error for an invalid source, DiskFullError,
-// UsageError when the subject must be given.
+// UsageError when the subject or the camera must be given.
 Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                 const ImportOptions& options);
 

@@ -17,6 +17,7 @@
 #include "core/light_field/exchange/nerf_synthetic_set.h"
 #include "core/light_field/exchange/realityscan_set.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/exchange/tum_set.h"
 #include "core/light_field/light_field_io.h"
 
 namespace ulf {
@@ -24,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::pair<SetFormat, const char*>, 8> kSetFormats{
+constexpr std::array<std::pair<SetFormat, const char*>, 9> kSetFormats{
     {{SetFormat::kUlf, "ulf"},
      {SetFormat::kTransforms, "nerfstudio"},
      {SetFormat::kNerfSynthetic, "nerf-synthetic"},
@@ -32,7 +33,8 @@ constexpr std::array<std::pair<SetFormat, const char*>, 8> kSetFormats{
      {SetFormat::kLlff, "llff"},
      {SetFormat::kBundler, "bundler"},
      {SetFormat::kMetashape, "metashape"},
-     {SetFormat::kRealityScan, "realityscan"}}};
+     {SetFormat::kRealityScan, "realityscan"},
+     {SetFormat::kTum, "tum"}}};
 
 std::string BeginningOf(const fs::path& file) {
   constexpr std::size_t kEnough = 4096;
@@ -110,6 +112,13 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
       const fs::path first = FirstFileIn(source, {".", "images"}, IsRealityScanFile);
       return first.empty() ? first : first.parent_path();
     }
+    case SetFormat::kTum: {
+      const fs::path list = is_file && name == kTumListFile ? source : source / kTumListFile;
+      return fs::is_regular_file(list, unknown) &&
+                     fs::is_regular_file(list.parent_path() / kTumPosesFile, unknown)
+                 ? list
+                 : fs::path();
+    }
   }
   return {};
 }
@@ -135,7 +144,23 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
               path);
 }
 
-PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images) {
+// Whether the set's files hold the intrinsics.
+bool HasIntrinsics(SetFormat format) { return format != SetFormat::kTum; }
+
+void RequireOneSourceOfIntrinsics(SetFormat format, const fs::path& source, bool is_camera_given) {
+  if (HasIntrinsics(format) && is_camera_given)
+    throw UsageError("--calibration: {} is read as {}, whose files hold the intrinsics; leave the option out",
+                     source.string(), Name(format));
+  if (!HasIntrinsics(format) && !is_camera_given)
+    throw UsageError(
+        "{}: a set in the format {} holds no intrinsics; give those of its camera with --calibration FILE: a "
+        "file of 'ulf calibrate', Kalibr, ROS, OpenCV or COLMAP, or a line `fx fy cx cy k1 k2 p1 p2 width "
+        "height` with the numbers of whoever published the set (docs/calibration.md)",
+        source.string(), Name(format));
+}
+
+PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
+                const std::optional<CameraModel>& camera) {
   switch (format) {
     case SetFormat::kUlf: {
       PosedSet set{ReadLightField(place), "ulf", {}, {}};
@@ -156,6 +181,8 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images)
       return ReadMetashapeSet(place, images);
     case SetFormat::kRealityScan:
       return ReadRealityScanSet(place, images);
+    case SetFormat::kTum:
+      return ReadTumSet(place, images, camera.value());
   }
   return {};
 }
@@ -183,7 +210,8 @@ std::vector<SetFormat> FormatsIn(const fs::path& source) {
   return formats;
 }
 
-PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& asked, const fs::path& images) {
+PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& asked, const fs::path& images,
+                      const std::optional<CameraModel>& camera) {
   const std::vector<SetFormat> formats = FormatsIn(source);
   if (asked && std::ranges::find(formats, *asked) == formats.end())
     throw Error("{}: holds no set in the format {}; {}", source.string(), Name(*asked),
@@ -191,7 +219,8 @@ PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& as
                                 : fmt::format("it holds one in the format {}", Name(formats.front())));
   if (formats.empty()) RefuseUnposed(source);
   const SetFormat format = asked.value_or(formats.front());
-  PosedSet set = ReadAs(format, PlaceOf(format, source), images);
+  RequireOneSourceOfIntrinsics(format, source, camera.has_value());
+  PosedSet set = ReadAs(format, PlaceOf(format, source), images, camera);
   if (asked) return set;
   for (const SetFormat other : formats)
     if (other != format)

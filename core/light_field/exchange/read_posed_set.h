@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ enum class SetFormat {
   kLlff,           // poses_bounds.npy
   kBundler,        // bundle.out
   kMetashape,      // cameras .xml
-  kRealityScan     // .xmp beside the photographs
+  kRealityScan,    // .xmp beside the photographs
+  kTum             // rgb.txt and groundtruth.txt
 };
 // As on the command line: "nerfstudio", "nerf-synthetic", "colmap", ...
 const char* Name(SetFormat format);
@@ -29,9 +31,10 @@ std::optional<SetFormat> SetFormatFromName(const std::string& name);
 std::vector<SetFormat> FormatsIn(const std::filesystem::path& source);
 
 // `format`: none: the first of FormatsIn(), with a doubt that names the others. `images`: the folder of the photographs
-// where the format names them without it; empty: found by itself. Throws Error for a source that holds no such set,
-// with the way in which videos and plain photographs can be used, and what the readers throw.
+// where the format names them without it; empty: found by itself. `camera`: of the photographs, for a format that has no
+// intrinsics, and for none else: UsageError. Throws Error for a source that holds no such set, with the way in which
+// videos and plain photographs can be used, and what the readers throw.
 PosedSet ReadPosedSet(const std::filesystem::path& source, const std::optional<SetFormat>& format,
-                      const std::filesystem::path& images);
+                      const std::filesystem::path& images, const std::optional<CameraModel>& camera = {});
 
 }  // namespace ulf

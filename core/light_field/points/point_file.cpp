@@ -84,6 +84,7 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
       seen.view_id = ids[view];
       seen.in_img.x() = in.Get<float>();
       seen.in_img.y() = in.Get<float>();
+      if (!seen.in_img.allFinite()) return inconsistent;
     }
     if (!point.position_in_world.allFinite()) return inconsistent;
   }
