@@ -111,8 +111,7 @@ void RealityScan(std::string_view bytes) {
 void TumSet(std::string_view bytes) {
   RequireSound(ReadPosedSet(FuzzFolder(bytes, std::array{"rgb.txt", "groundtruth.txt"}), SetFormat::kTum,
                             FuzzPhotographs(), CameraModel::Pinhole(64, 48, 60))
-                   .light_field,
-               true);
+                   .light_field);
 }
 void Tum(std::string_view bytes) {
   for (const TimedPose& pose : ReadTum(FuzzFile(bytes, "trajectory.txt"))) RequireFinite(pose.cam_from_world);
