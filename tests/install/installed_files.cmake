@@ -3,7 +3,8 @@ file(REMOVE_RECURSE ${SCRATCH})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${SCRATCH} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 
 foreach(file bin/ulf share/man/man1/ulf.1.gz share/man/man1/ulf-capture.1.gz share/man/man1/ulf-export-colmap.1.gz
-    share/bash-completion/completions/ulf share/fish/vendor_completions.d/ulf.fish lib/udev/rules.d/70-ulf-cameras.rules
+    share/bash-completion/completions/ulf share/zsh/site-functions/_ulf
+    share/fish/vendor_completions.d/ulf.fish lib/udev/rules.d/70-ulf-cameras.rules
     share/applications/ulf.desktop share/icons/hicolor/scalable/apps/ulf.svg share/doc/ulf/docs/tracking.md
     include/ulf/core/base/error.h include/ulf/coverage/bound/criterion.h)
   if(NOT EXISTS ${SCRATCH}/${file})
