@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "core/light_field/exchange/staged_folder.h"
+#include "core/light_field/exchange/xml_file.h"
 #include "render/fields/mesh_field.h"
 #include "render/viewer/viewer_camera.h"
 #include "render/web/embedded_page.h"
@@ -226,17 +227,6 @@ void AddPictureFiles(const std::vector<WebPicture>& pictures, const std::vector<
   close();
 }
 
-std::string EscapedHtml(const std::string& text) {
-  std::string escaped;
-  for (const char c : text)
-    escaped += c == '&'   ? "&amp;"
-               : c == '<' ? "&lt;"
-               : c == '>' ? "&gt;"
-               : c == '"' ? "&quot;"
-                          : std::string(1, c);
-  return escaped;
-}
-
 std::string PageHtml(const std::string& title) {
   std::string html = page::k_index_html;
   const auto put = [&](const std::string& mark, const std::string& text) {
@@ -244,7 +234,7 @@ std::string PageHtml(const std::string& title) {
       html.replace(at, mark.size(), text);
   };
   put("{{style}}", page::k_page_css);
-  put("{{title}}", EscapedHtml(title));
+  put("{{title}}", XmlEscaped(title));
   return html;
 }
 
