@@ -3,14 +3,19 @@ file(REMOVE_RECURSE ${SCRATCH})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${SCRATCH} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
 
 foreach(file bin/ulf share/man/man1/ulf.1.gz share/man/man1/ulf-capture.1.gz share/man/man1/ulf-export-colmap.1.gz
-    share/bash-completion/completions/ulf share/zsh/site-functions/_ulf
-    share/fish/vendor_completions.d/ulf.fish lib/udev/rules.d/70-ulf-cameras.rules
+    share/bash-completion/completions/ulf share/fish/vendor_completions.d/ulf.fish lib/udev/rules.d/70-ulf-cameras.rules
     share/applications/ulf.desktop share/icons/hicolor/scalable/apps/ulf.svg share/doc/ulf/docs/tracking.md
     include/ulf/core/base/error.h include/ulf/coverage/bound/criterion.h)
   if(NOT EXISTS ${SCRATCH}/${file})
     message(SEND_ERROR "${file} was not installed")
   endif()
 endforeach()
+
+# Under /usr and elsewhere zsh's folders have different names.
+file(GLOB zsh ${SCRATCH}/share/zsh/*/_ulf)
+if(NOT zsh)
+  message(SEND_ERROR "zsh's _ulf was not installed")
+endif()
 
 # Headers include nothing that is not installed: what a header names in quotation marks is there.
 file(GLOB_RECURSE headers RELATIVE ${SCRATCH}/include/ulf ${SCRATCH}/include/ulf/*.h)
