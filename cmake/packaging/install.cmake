@@ -52,11 +52,11 @@ install(FILES ${PROJECT_SOURCE_DIR}/udev/70-ulf-cameras.rules DESTINATION lib/ud
 install(FILES ${packaging}/ulf.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT program)
 install(FILES ${packaging}/ulf.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT program)
 
-# Pages that help and messages name as docs/NAME.md, without their pictures.
-install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${documents}
+# Pages that help and messages name as docs/NAME.md, without their pictures, and scripts for schedulers (docs/farm.md).
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/CONTRIBUTING.md DESTINATION ${documents}
   COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${documents} COMPONENT program
-  FILES_MATCHING PATTERN *.md PATTERN charts EXCLUDE PATTERN stability EXCLUDE)
+  FILES_MATCHING PATTERN *.md PATTERN *.sbatch PATTERN *.sh PATTERN charts EXCLUDE PATTERN stability EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/udev/README.md DESTINATION ${documents}/udev COMPONENT program)
 
 # Every package says whose it is.

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "core/base/shell_word.h"
 
 namespace ulf::commands {
 namespace {
@@ -18,11 +19,6 @@ std::string Replaced(const std::string& text, const std::vector<std::pair<char, 
     out += found == replacements.end() ? std::string(1, c) : found->second;
   }
   return out;
-}
-
-// As one word of bash and zsh.
-std::string ShellWord(const std::string& text) {
-  return "'" + Replaced(text, {{'\'', "'\\''"}, {'\n', " "}}) + "'";
 }
 
 // --help has whole sentences; a list of completions has room for the beginning.

@@ -103,6 +103,8 @@ int RunGltf(const GltfArgs& args) {
   model.units = light_field.units;
   std::shared_ptr<const render::RenderScene> scene = render::LoadScene(light_field, OptionsOf(args));
   model.up_in_world = scene->up_in_world;
+  constexpr double kNearOfRadius = 0.01;  // no camera stands so near to a surface, whatever the world's unit
+  model.near_distance = kNearOfRadius * scene->subject.radius;
   const auto proxy = render::ProxyFromName(args.mesh, scene->subject, args.dir);
   if (!proxy->Occluder())
     throw UsageError("--mesh {}: is no mesh; give 'mesh', which ulf proxy makes, or a PLY or OBJ file",

@@ -1,4 +1,4 @@
-// Words of commands in messages, written so that a reader can copy the command into a shell.
+// Words of shells: of commands in messages, so that a reader can copy the command, and of the completions of bash and zsh.
 #pragma once
 
 #include <string>

@@ -159,7 +159,8 @@ std::string GlbBytes(const GltfModel& model) {
     document["cameras"].push_back(
         {{"name", camera.name},
          {"type", "perspective"},
-         {"perspective", {{"yfov", 2 * std::atan(tan_y)}, {"aspectRatio", tan_x / tan_y}, {"znear", 1e-3}}}});
+         {"perspective",
+          {{"yfov", 2 * std::atan(tan_y)}, {"aspectRatio", tan_x / tan_y}, {"znear", model.near_distance}}}});
   }
   GltfBuffer buffer(document);
   const ordered_json primitive = PrimitiveOf(model, document, buffer);

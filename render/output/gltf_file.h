@@ -34,6 +34,7 @@ struct GltfModel {
   cv::Size texture_size;
   std::vector<cv::Vec3f> colors;  // of each vertex, linear B G R
   std::vector<GltfCamera> cameras;
+  double near_distance = 0;  // from the cameras, the world's unit, above zero: what is nearer is not drawn
   Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitY();
   std::string units;  // LightField::units
 };

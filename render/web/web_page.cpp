@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
 #include "core/light_field/exchange/staged_folder.h"
+#include "core/light_field/exchange/xml_file.h"
 #include "render/fields/mesh_field.h"
 #include "render/viewer/viewer_camera.h"
 #include "render/web/embedded_page.h"
@@ -250,17 +251,6 @@ void AddPictureFiles(const std::vector<WebPicture>& pictures, const std::vector<
   close();
 }
 
-std::string EscapedHtml(const std::string& text) {
-  std::string escaped;
-  for (const char c : text)
-    escaped += c == '&'   ? "&amp;"
-               : c == '<' ? "&lt;"
-               : c == '>' ? "&gt;"
-               : c == '"' ? "&quot;"
-                          : std::string(1, c);
-  return escaped;
-}
-
 constexpr const char* kPosterFile = "poster.webp";
 
 // What page/orbit.ts wants for the poster's zoom: a photograph's width, height and focal length, and how wide the subject is
@@ -287,7 +277,7 @@ std::string PageHtml(const std::string& title, const std::string& poster) {
   };
   put("{{style}}", page::k_page_css);
   put("{{poster}}", poster);
-  put("{{title}}", EscapedHtml(title));
+  put("{{title}}", XmlEscaped(title));
   return html;
 }
 

@@ -11,6 +11,27 @@ foreach(file bin/ulf share/man/man1/ulf.1.gz share/man/man1/ulf-capture.1.gz sha
   endif()
 endforeach()
 
+# Under /usr and elsewhere zsh's folders have different names.
+file(GLOB zsh ${SCRATCH}/share/zsh/*/_ulf)
+if(NOT zsh)
+  message(SEND_ERROR "zsh's _ulf was not installed")
+endif()
+
+# Links of pages lead to what is installed, but for pictures (charts/ is a folder of them).
+file(GLOB_RECURSE pages RELATIVE ${SCRATCH}/share/doc/ulf ${SCRATCH}/share/doc/ulf/*.md)
+foreach(page IN LISTS pages)
+  file(READ ${SCRATCH}/share/doc/ulf/${page} text)
+  get_filename_component(folder ${SCRATCH}/share/doc/ulf/${page} DIRECTORY)
+  string(REPLACE "](" "LINK:" text "${text}")  # brackets would hold a list of CMake's together
+  string(REGEX MATCHALL "LINK:[A-Za-z0-9_./-]+[)#]" links "${text}")
+  foreach(link IN LISTS links)
+    string(REGEX REPLACE "^LINK:(.*)[)#]$" "\\1" link "${link}")
+    if(NOT link MATCHES "\\.(png|jpg|svg)$|charts/$" AND NOT EXISTS ${folder}/${link})
+      message(SEND_ERROR "${page} leads to ${link}, which was not installed")
+    endif()
+  endforeach()
+endforeach()
+
 # Headers include nothing that is not installed: what a header names in quotation marks is there.
 file(GLOB_RECURSE headers RELATIVE ${SCRATCH}/include/ulf ${SCRATCH}/include/ulf/*.h)
 foreach(header IN LISTS headers)

@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
 
 // What a form asks of the photographs and their masks.
 struct FormRules {
-  enum class Masks { kBeside, kDynamic, kLayer, kAlpha };
+  enum class Masks { kBeside, kSuffix, kDynamic, kLayer, kAlpha };
   bool has_points = true;
   Masks masks = Masks::kBeside;
   bool by_stem = false;   // photographs are told apart by their names without the ending
@@ -54,7 +54,7 @@ FormRules RulesOf(ExportForm form) {
     case ExportForm::kRealityScan:
       return {.has_points = false, .masks = FormRules::Masks::kLayer, .by_stem = true};
     case ExportForm::kMetashape:
-      return {.by_stem = true};
+      return {.masks = FormRules::Masks::kSuffix, .by_stem = true};
   }
   return {};
 }
@@ -67,6 +67,8 @@ std::string MaskName(FormRules::Masks masks, const std::string& name) {
   switch (masks) {
     case FormRules::Masks::kBeside:
       return "masks/" + name + ".png";
+    case FormRules::Masks::kSuffix:
+      return "masks/" + fs::path(name).stem().string() + "_mask.png";
     case FormRules::Masks::kDynamic:
       return "images/dynamic_mask_" + fs::path(name).stem().string() + ".png";
     case FormRules::Masks::kLayer:

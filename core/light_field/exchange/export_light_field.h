@@ -6,7 +6,7 @@
 //   instant-ngp     images/NAME  images/dynamic_mask_STEM.png  transforms.json
 //   NeRF synthetic  {train,test}/STEM.png (RGBA)  transforms_{train,val,test}.json
 //   RealityScan     images/NAME  images/STEM.xmp  images/NAME.mask.png
-//   Metashape       images/NAME  masks/NAME.png  cameras.xml  points.ply
+//   Metashape       images/NAME  masks/STEM_mask.png  cameras.xml  points.ply
 //
 // Poses are unchanged (NeRF's synthetic sets have a world of their own). Photographs that need no change are copied byte for byte. Names lose folders and
 // spaces, which some readers do not accept. The export is complete, or OUT does not exist.

@@ -87,9 +87,11 @@ std::string SetImages::MaskOf(const std::string& name) const {
   const fs::path image(name);
   const fs::path stem = image.parent_path() / image.stem();
   std::error_code unknown;
-  for (const std::string& mask :
-       {"../masks/" + name + ".png", "../masks/" + stem.generic_string() + ".png", "masks/" + name + ".png",
-        "masks/" + stem.generic_string() + ".png", name + ".mask.png", stem.generic_string() + ".mask.png"})
+  for (const char* const folder : {"../masks/", "masks/"})
+    for (const std::string& mask :
+         {name + ".png", stem.generic_string() + ".png", stem.generic_string() + "_mask.png"})
+      if (fs::is_regular_file(folder_ / (folder + mask), unknown)) return folder + mask;
+  for (const std::string& mask : {name + ".mask.png", stem.generic_string() + ".mask.png"})
     if (fs::is_regular_file(folder_ / mask, unknown)) return mask;
   return {};
 }

@@ -39,7 +39,8 @@ class SetImages {
   // The photograph of this name, relative to the folder and in it; where there is none, that with the same stem and another
   // ending, or in upper or lower case; else the same for the name without its folders. Empty: there is none.
   std::string Find(const std::string& name) const;
-  // masks/NAME.png, masks/STEM.png or NAME.mask.png beside the folder or in it, relative to it; empty: there is none.
+  // masks/NAME.png, masks/STEM.png or masks/STEM_mask.png beside the folder or in it, or NAME.mask.png or STEM.mask.png
+  // in it, relative to it; empty: there is none.
   std::string MaskOf(const std::string& name) const;
 
  private:

@@ -56,7 +56,7 @@ class XmlElement {
 // with the line at which it ceases to be one.
 XmlElement ReadXmlFile(const std::filesystem::path& file);
 
-// Text as it may stand in an element or an attribute.
+// Text as it may stand in an element or an attribute, of XML and of HTML.
 std::string XmlEscaped(std::string_view text);
 
 // Exactly `count` finite numbers between white space. Throws Error that begins with `where` and names `what`.

@@ -358,6 +358,7 @@ TEST(SurfaceViews, SharesSumToOneAndLeaveOutWhatIsHidden) {
 TEST(GltfFile, HoldsTheMeshItsTextureAndTheCameras) {
   const Baked& baked = BakedScene();
   GltfModel model;
+  model.near_distance = 0.25;
   model.name = "plane";
   model.mesh = baked.atlas.mesh;
   model.texel = baked.atlas.texel;
@@ -386,6 +387,7 @@ TEST(GltfFile, HoldsTheMeshItsTextureAndTheCameras) {
     const GltfCamera& camera = model.cameras[cameras++];
     EXPECT_EQ(node.at("name"), camera.name);
     const json& lens = document.at("cameras").at(node.at("camera").get<std::size_t>());
+    EXPECT_EQ(lens.at("perspective").at("znear"), 0.25);
     const Matrix4d gltf_from_cam = gltf_from_world * LocalOf(node);
     const Matrix4d world_from_cam = gltf_from_world.inverse() * gltf_from_cam;
     const Matrix4d ours = Eigen::Vector4d(1, -1, -1, 1).asDiagonal() * world_from_cam.inverse();

@@ -1,6 +1,6 @@
 // XMP files for RealityScan (once RealityCapture), one beside each photograph: STEM.xmp for STEM.jpg. Conventions as
 // realityscan_set.h has them. Poses are locked and lenses exact, so that the program keeps both; views of one camera are
-// one calibration group.
+// one calibration group. Groups count from 0: its help ("Selected Input") calls every number but -1 a group.
 #pragma once
 
 #include <string>

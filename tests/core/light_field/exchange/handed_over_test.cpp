@@ -470,6 +470,11 @@ TEST(HandedOver, MetashapeHasThePosesAndEveryLens) {
     HandOver(source, out, ExportForm::kMetashape, undistort);
     ExpectTheSources(source, AsMetashape(out), undistort);
     ExpectItComesBack(source, out, "metashape", undistort);
+    // Import Masks looks for {filename}_mask.png.
+    for (const View& view : ReadPosedSet(out, std::nullopt, {}).light_field.views) {
+      EXPECT_EQ(view.mask_path, "../masks/" + Stem(view.image_path) + "_mask.png");
+      EXPECT_TRUE(fs::exists(out / "masks" / (Stem(view.image_path) + "_mask.png")));
+    }
     EXPECT_GT(fs::file_size(out / "points.ply"), 60u * 15);
   }
 }
