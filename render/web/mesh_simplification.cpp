@@ -99,7 +99,8 @@ class Grid {
         }
       }
       if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
-      std::ranges::rotate(at, std::ranges::min_element(at));
+      std::rotate(at.begin(), std::ranges::min_element(at),
+                  at.end());  // Clang 14 knows no std::ranges::rotate
       if (kept.insert(at).second) in_order.push_back(at);
     }
     TriangleMesh result;
@@ -125,7 +126,8 @@ class Grid {
     for (const auto& triangle : mesh_.triangles) {
       std::array<std::uint64_t, 3> at{cell_of[triangle[0]], cell_of[triangle[1]], cell_of[triangle[2]]};
       if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
-      std::ranges::rotate(at, std::ranges::min_element(at));
+      std::rotate(at.begin(), std::ranges::min_element(at),
+                  at.end());  // Clang 14 knows no std::ranges::rotate
       kept.insert(at);
     }
     return kept.size();
