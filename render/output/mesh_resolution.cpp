@@ -40,7 +40,7 @@ class ClusterGrid {
     for (const auto& triangle : mesh.triangles) {
       std::array<std::uint32_t, 3> merged{cell_[triangle[0]], cell_[triangle[1]], cell_[triangle[2]]};
       if (merged[0] == merged[1] || merged[1] == merged[2] || merged[2] == merged[0]) continue;
-      std::ranges::rotate(merged, std::ranges::min_element(merged));
+      std::rotate(merged.begin(), std::ranges::min_element(merged), merged.end());
       if (known.insert(merged).second) triangles_.push_back(merged);
     }
   }
@@ -137,7 +137,7 @@ void AppendParts(const std::array<std::uint32_t, 3>& triangle,
   // The edge that is alone in being split, or in being whole, comes first.
   for (int turn = 0; turn < 2 && (split == 1 || split == 2) && (middle[0] != kWhole) != (split == 1);
        ++turn) {
-    std::ranges::rotate(corner, corner.begin() + 1);
+    std::rotate(corner.begin(), corner.begin() + 1, corner.end());
     find();
   }
   const auto& [a, b, c] = corner;

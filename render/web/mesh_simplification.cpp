@@ -99,8 +99,7 @@ class Grid {
         }
       }
       if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
-      std::rotate(at.begin(), std::ranges::min_element(at),
-                  at.end());  // Clang 14 knows no std::ranges::rotate
+      std::rotate(at.begin(), std::ranges::min_element(at), at.end());
       if (kept.insert(at).second) in_order.push_back(at);
     }
     TriangleMesh result;
@@ -126,8 +125,7 @@ class Grid {
     for (const auto& triangle : mesh_.triangles) {
       std::array<std::uint64_t, 3> at{cell_of[triangle[0]], cell_of[triangle[1]], cell_of[triangle[2]]};
       if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
-      std::rotate(at.begin(), std::ranges::min_element(at),
-                  at.end());  // Clang 14 knows no std::ranges::rotate
+      std::rotate(at.begin(), std::ranges::min_element(at), at.end());
       kept.insert(at);
     }
     return kept.size();
