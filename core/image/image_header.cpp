@@ -168,6 +168,7 @@ std::optional<ImageHeader> ReadImageHeader(std::istream& file) {
 }
 
 std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
+  if (IsRawFile(path)) return std::nullopt;  // many are TIFF, with a small picture first
   std::ifstream file(path, std::ios::binary);
   if (!file) return std::nullopt;
   return ReadImageHeader(file);
