@@ -122,15 +122,16 @@ std::string WhatGrows(const std::vector<GrowthRow>& all, const GrowthLimits& lim
   const double new_views = recorded(rows.back()) - recorded(rows.front());
   std::string grows;
 
-  const double most_mb = limits.mb + limits.mb_a_view * new_views;
-  const auto memory = [&](const char* name, const Of& mb) {
+  const auto memory = [&](const char* name, double mb_a_view, const Of& mb) {
+    const double most_mb = limits.mb + mb_a_view * new_views;
     if (const double growth = span * Slope(rows, frames, mb); growth > most_mb)
       grows += fmt::format("{} grows by {:.1f} MB, and {:.0f} more views explain {:.1f}; ", name, growth,
                            new_views, most_mb);
   };
-  memory("memory in use", [](const GrowthRow& row) { return row.used_mb; });
+  memory("memory in use", limits.mb_a_view, [](const GrowthRow& row) { return row.used_mb; });
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // freed pages come back late or never
-  memory("resident memory", [](const GrowthRow& row) { return row.resident_mb; });
+  memory("resident memory", std::max(limits.mb_a_view, limits.resident_mb_a_view),
+         [](const GrowthRow& row) { return row.resident_mb; });
 #endif
 
   const Of processor_ms = [](const GrowthRow& row) { return row.processor_ms; };

@@ -55,7 +55,9 @@ std::string GrowthHead();
 std::string GrowthLine(const GrowthRow& row);
 
 struct GrowthLimits {
-  double mb_a_view = 0;     // of memory that a recorded view may keep
+  double mb_a_view = 0;  // of memory in use that a recorded view may keep
+  // The same with what the allocator keeps of freed memory, in the arenas of threads.
+  double resident_mb_a_view = 0;
   double mb = 20;           // that memory may grow besides, over the last two thirds of the rows
   double time_share = 0.3;  // by which a frame may become slower over them
   double disk_share =
