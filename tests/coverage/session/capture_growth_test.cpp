@@ -69,12 +69,12 @@ TEST(CaptureGrowth, WhatGrowsIsNamedAndNoiseIsNot) {
 
 TEST(CaptureGrowth, OfManyViewsTheDiskAlone) {
   const ScratchFolder scratch;
-  const LongCapture captured = CaptureManyViews(scratch / "lf", 120, 12);
-  EXPECT_EQ(captured.summary.recorded, 120u);
+  const LongCapture captured = CaptureManyViews(scratch / "lf", 60, 12);
+  EXPECT_EQ(captured.summary.recorded, 60u);
   EXPECT_EQ(captured.summary.unwritten, 0u);
   ASSERT_EQ(captured.rows.size(), 12u);
   EXPECT_GT(captured.rows.back().files_mb, 2 * captured.rows.front().files_mb);
-  // Ten frames a row say little of time and of what caches still take.
+  // Five frames a row say little of time and of what caches still take.
   EXPECT_EQ(WhatGrows(captured.rows, {.mb_a_view = 0.1, .mb = 60, .time_share = 3, .disk_share = 1}), "");
 }
 
@@ -96,12 +96,12 @@ TEST(CaptureGrowth, ACameraThatStandsIsRecordedOnce) {
     std::mt19937 random(7);
     std::normal_distribution<double> tremble_deg(0, 0.004);  // 0.04 px of the coverage image at the subject
     std::vector<PlanarShot> shots;
-    for (int i = 0; i < 100; ++i) shots.push_back({PoseAt(tremble_deg(random), tremble_deg(random))});
+    for (int i = 0; i < 40; ++i) shots.push_back({PoseAt(tremble_deg(random), tremble_deg(random))});
     CaptureOptions options = Options();
     options.threshold_px = threshold_px;
     const Captured captured = Capture(scratch / "lf", shots, options);
     EXPECT_EQ(captured.light_field.views.size(), 1u) << threshold_px;
-    EXPECT_EQ(Counted(captured.summary), (Counts{{"recorded", 1}, {"covered", 99}})) << threshold_px;
+    EXPECT_EQ(Counted(captured.summary), (Counts{{"recorded", 1}, {"covered", 39}})) << threshold_px;
   }
 }
 
