@@ -84,7 +84,7 @@ void GrowthLog::FrameIsDone(const coverage::CaptureState& state) {
   ++row_.frames;
   row_.views = state.view_ids.size();
   if (!state.view_ids.empty())
-    row_.recorded = std::max(row_.recorded, static_cast<std::size_t>(state.view_ids.back()) + 1);
+    row_.recorded = std::max(row_.recorded, static_cast<std::size_t>(state.view_ids.back()));
 }
 
 const GrowthRow& GrowthLog::EndRow() {
