@@ -33,10 +33,10 @@ std::string Describe(const DeviceInfo& info) {
   return text;
 }
 
-// Without a serial number, all cameras of a model count as the same.
+// Without a serial number, all cameras of a model count as the same. Makers number their cameras each for himself.
 bool IsSameCamera(const DeviceInfo& known, const DeviceInfo& found) {
-  if (!known.serial.empty()) return known.serial == found.serial;
-  return known.maker == found.maker && known.model == found.model;
+  return known.maker == found.maker && known.model == found.model &&
+         (known.serial.empty() || known.serial == found.serial);
 }
 
 // The search for a lost camera, shared by the thread that searches and the device that waits. The device may

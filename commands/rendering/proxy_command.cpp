@@ -20,6 +20,7 @@
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/light_field/derived_files.h"
+#include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
@@ -106,17 +107,21 @@ render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
   render::ProxyOptions options = args.options;
   options.keep_maps = args.out.empty() && !args.no_maps;
   if (args.maps.empty()) return render::BuildProxy(*scene, options, &progress);
-  const render::SweptMaps maps = render::ReadSweptMaps(args.maps, render::SweepDigest(*scene, options));
+  const render::SweptMapFiles maps = render::FindSweptMaps(args.maps, render::SweepDigest(*scene, options));
   return render::BuildProxyOf(maps, *scene, options, &progress);
 }
 
 int SweepMaps(const ProxyArgs& args, const LightField& light_field) {
   const auto start = std::chrono::steady_clock::now();
   const render::MapShare share = render::MapShare::Parse(args.maps_of);
+  RequireOutside(light_field.root, args.maps, "--maps");
+  RequireWritableFolder(args.maps);
   const auto scene = SceneFor(args, light_field);
   Progress progress("proxy");
+  // Before the photographs are compared: one that changes meanwhile must not count as compared.
+  const std::uint64_t digest = render::SweepDigest(*scene, args.options);
   const render::SweptMaps maps = render::SweepShare(*scene, args.options, share, &progress);
-  render::WriteSweptMaps(args.maps, share, render::SweepDigest(*scene, args.options), maps);
+  render::WriteSweptMaps(args.maps, share, digest, maps);
   const double seconds = SecondsSince(start);
   if (args.json)
     fmt::print("{}\n", nlohmann::json{{"output", args.maps},

@@ -1,5 +1,7 @@
 #include "core/geometry/digest.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <bit>
 #include <cstring>
@@ -38,6 +40,8 @@ std::uint64_t ChecksumOf(std::string_view bytes) {
   digest.Add(std::as_bytes(std::span(bytes)));
   return digest.Value();
 }
+
+std::string ChecksumText(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }
 
 // Four sums side by side, which the processor computes in parallel. Every step is invertible, so that no
 // change of one word is lost.

@@ -31,4 +31,7 @@ std::uint64_t ChecksumOf(std::string_view bytes);
 // changes the result.
 std::uint64_t FastChecksumOf(std::string_view bytes, std::uint64_t seed = 0);
 
+// As files have it: 16 hexadecimal digits.
+std::string ChecksumText(std::uint64_t checksum);
+
 }  // namespace ulf

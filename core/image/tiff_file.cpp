@@ -152,4 +152,14 @@ FileContent TiffContent(const cv::Mat& pixels) {
           }};
 }
 
+cv::Mat PixelsOfTiff(std::string_view bytes, const cv::Size& size, int type) {
+  cv::Mat pixels(size, type);
+  const FileContent same = TiffContent(pixels);
+  std::string header(kPixelsAt, 0);
+  same.copy(0, header);
+  if (pixels.channels() != 1 || bytes.size() != same.size || !bytes.starts_with(header)) return {};
+  std::memcpy(pixels.data, bytes.data() + kPixelsAt, bytes.size() - kPixelsAt);
+  return pixels;
+}
+
 }  // namespace ulf

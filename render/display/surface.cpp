@@ -234,6 +234,7 @@ OffscreenSurface::~OffscreenSurface() { Release(); }
 void OffscreenSurface::Release() {
   if (framebuffer_) glDeleteFramebuffers(1, &framebuffer_);
   if (color_) glDeleteRenderbuffers(1, &color_);
+  framebuffer_ = color_ = 0;
 }
 
 void OffscreenSurface::Resize(cv::Size size, double content_scale) {
@@ -244,7 +245,7 @@ void OffscreenSurface::Resize(cv::Size size, double content_scale) {
   glNamedRenderbufferStorage(color_, GL_RGBA8, size.width, size.height);
   glCreateFramebuffers(1, &framebuffer_);
   glNamedFramebufferRenderbuffer(framebuffer_, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color_);
-  CheckGl("making the picture to draw into");
+  CheckMade("making the picture to draw into", [&] { Release(); });
 }
 
 std::vector<InputEvent> OffscreenSurface::TakeEvents(double) { return std::exchange(events_, {}); }

@@ -64,7 +64,7 @@ void GlDepthMaps::Grow(const cv::Size& size, int layers) {
   const int made = bytes(wanted) > kMostBytes ? layers : wanted;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture_);
   glTextureStorage3D(texture_, 1, GL_R16, size.width, size.height, made);
-  CheckGl("making room for depth maps");
+  CheckMade("making room for depth maps", [&] { Reset(*views_), Release(); });
   size_ = size;
   layers_ = made;
   SetSampling(texture_, GL_NEAREST);

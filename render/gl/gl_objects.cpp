@@ -36,14 +36,22 @@ int MostLayers() {
   return std::min(layers, kMostInShaders);
 }
 
-void CheckGl(const char* doing) {
+void CheckGl(const char* doing, const char* way_out) {
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return;
   while (glGetError() != GL_NO_ERROR) {
   }
-  if (error == GL_OUT_OF_MEMORY)
-    throw Error("OpenGL: out of memory while {}; limit the photographs with --gpu-memory", doing);
+  if (error == GL_OUT_OF_MEMORY) throw Error("OpenGL: out of memory while {}; {}", doing, way_out);
   throw Error("OpenGL: error {:#x} while {}", error, doing);
+}
+
+void CheckMade(const char* doing, const std::function<void()>& release) {
+  try {
+    CheckGl(doing);
+  } catch (const Error&) {
+    release();
+    throw;
+  }
 }
 
 void SetSampling(unsigned texture, unsigned filter) {
@@ -191,6 +199,7 @@ void GlDepth::Resize(int width, int height) {
   height_ = height;
   glCreateRenderbuffers(1, &buffer_);
   glNamedRenderbufferStorage(buffer_, GL_DEPTH_COMPONENT32F, width, height);
+  CheckMade("making the depths to draw into", [&] { Release(); });
 }
 
 void GlDepth::Release() {
@@ -211,12 +220,14 @@ void GlTarget::Resize(int width, int height, const GlDepth* depth) {
   glNamedFramebufferTexture(framebuffer_, GL_COLOR_ATTACHMENT0, texture_, 0);
   if (depth)
     glNamedFramebufferRenderbuffer(framebuffer_, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth->name());
-  CheckGl("making the image to draw into");
-  if (glCheckNamedFramebufferStatus(framebuffer_, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+  CheckMade("making the image to draw into", [&] { Release(); });
+  if (glCheckNamedFramebufferStatus(framebuffer_, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+    Release();
     throw Error(
         "OpenGL: this driver cannot draw into a float image of {}x{}; render smaller, or with --renderer "
         "reference",
         width, height);
+  }
 }
 
 void GlTarget::Bind() const {

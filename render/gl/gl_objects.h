@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <opencv2/core.hpp>
 #include <string>
@@ -17,8 +18,14 @@ namespace ulf::render {
 // share a float in the shaders (fan_batch.vert).
 int MostLayers();
 
-// Throws Error with OpenGL's error and `doing`, what was being done.
-void CheckGl(const char* doing);
+// What helps where graphics memory is full, of a program that holds photographs there.
+inline constexpr char kFewerPhotographs[] = "limit the photographs with --gpu-memory";
+
+// Throws Error with OpenGL's error and `doing`, what was being done; where memory is out also `way_out`.
+void CheckGl(const char* doing, const char* way_out = kFewerPhotographs);
+// The same once an object has asked for its memory: `release` lets go of one that did not get it, so that it is not taken
+// for a whole one the next time.
+void CheckMade(const char* doing, const std::function<void()>& release);
 
 // A texture that is sampled with `filter` (GL_NEAREST or GL_LINEAR), and whose edges are repeated.
 void SetSampling(unsigned texture, unsigned filter);

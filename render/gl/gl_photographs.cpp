@@ -68,9 +68,9 @@ GlPhotographs::Array GlPhotographs::MakeArray(const cv::Size& size, std::size_t 
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &array.texture);
   glTextureStorage3D(array.texture, 1, linear_ ? GL_RGBA16F : GL_SRGB8_ALPHA8, size.width, size.height,
                      static_cast<GLsizei>(layers));
+  CheckMade("making room for photographs", [&] { glDeleteTextures(1, &array.texture); });
   counts_.bytes += layers * LayerBytes(size);
   counts_.most_bytes = std::max(counts_.most_bytes, counts_.bytes);
-  CheckGl("making room for photographs");
   SetSampling(array.texture, GL_LINEAR);
   return array;
 }

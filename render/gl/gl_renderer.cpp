@@ -11,6 +11,7 @@
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
+#include "core/base/error.h"
 #include "render/fields/lumigraph_field.h"
 #include "render/gl/embedded_shaders.h"
 #include "render/gl/gl_renderer_state.h"
@@ -217,10 +218,16 @@ double GlRenderer::Draw(const CameraModel& camera, const Rigid3& cam_from_world)
     s.proxy.Draw(triangles, camera, cam_from_world, plane.offset);
     s.proxy.BindDepth(kProxyDepthUnit);
   }
-  s.depth.Resize(camera.width, camera.height);
-  s.drawn.Resize(camera.width, camera.height, &s.depth);
-  s.confidence.Resize(camera.width, camera.height, &s.depth);
-  s.resolved.Resize(camera.width, camera.height, &s.depth);
+  try {
+    s.depth.Resize(camera.width, camera.height);
+    s.drawn.Resize(camera.width, camera.height, &s.depth);
+    s.confidence.Resize(camera.width, camera.height, &s.depth);
+    s.resolved.Resize(camera.width, camera.height, &s.depth);
+  } catch (const Error&) {  // of the others none must go on with depths that another no longer has
+    s.depth.Release();
+    for (GlTarget* target : {&s.drawn, &s.confidence, &s.resolved}) target->Release();
+    throw;
+  }
   s.views.Place(*s.scene, camera, cam_from_world);
   s.views.SetShadowMaps(s.shadow_maps);
   s.shadow_maps.Bind(kShadowMapsUnit);

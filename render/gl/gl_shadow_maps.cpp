@@ -53,7 +53,7 @@ void GlShadowMaps::Grow(int least) {
   unsigned larger = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &larger);
   glTextureStorage3D(larger, 1, GL_DEPTH_COMPONENT32F, kShadowMapPx, kShadowMapPx, layers);
-  CheckGl("making room for shadow maps");
+  CheckMade("making room for shadow maps", [&] { glDeleteTextures(1, &larger); });
   SetSampling(larger, GL_LINEAR);
   glTextureParameteri(larger, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
   glTextureParameteri(larger, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);

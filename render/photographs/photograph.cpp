@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "core/geometry/digest.h"
 #include "core/image/exr_file.h"
 #include "core/image/image.h"
 
@@ -31,6 +32,9 @@ class CoarserPhotograph : public Photograph {
   CoarserPhotograph(std::shared_ptr<const Photograph> whole, int first)
       : Photograph(whole->LevelSize(first), whole->linear()), whole_(std::move(whole)), first_(first) {}
   cv::Mat Level(int level) const override { return whole_->Level(first_ + level); }
+  std::uint64_t ContentDigest() const override {
+    return FastChecksumOf({}, whole_->ContentDigest() + static_cast<std::uint64_t>(first_));
+  }
 
  private:
   std::shared_ptr<const Photograph> whole_;
@@ -38,6 +42,11 @@ class CoarserPhotograph : public Photograph {
 };
 
 }  // namespace
+
+std::uint64_t Photograph::ContentDigest() const {
+  const cv::Mat pixels = Level(0);
+  return FastChecksumOf({pixels.ptr<char>(), pixels.total() * pixels.elemSize()});
+}
 
 ViewPyramid MakePyramid(const cv::Mat& srgb8) {
   const cv::Size size = srgb8.size();

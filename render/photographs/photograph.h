@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -45,6 +46,9 @@ class Photograph {
   // Continuous; callers must not write to it. May wait for the disk. Several threads may call it. Throws
   // Error for a photograph that is missing, truncated or not of its camera's size.
   virtual cv::Mat Level(int level) const = 0;
+  // Of all that its pixels are made of: the bytes of the files, which are read for it. The same on every machine, which the
+  // pixels need not be. Of a photograph in memory: its pixels. Throws as Level().
+  virtual std::uint64_t ContentDigest() const;
 
  private:
   cv::Size size_;

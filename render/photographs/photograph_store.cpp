@@ -97,6 +97,7 @@ struct PhotographStore::State {
   State(const LightField& the_light_field, const PhotographStoreOptions& the_options);
   ~State();
   cv::Mat Level(const Photograph& photograph, std::size_t index, int level);
+  std::uint64_t ContentDigest(std::size_t index) const;
   bool MasksClipped(std::size_t index) const {
     return options.linear && index < options.masks_clipped.size() && options.masks_clipped[index];
   }
@@ -118,6 +119,7 @@ class PhotographStore::Stored : public Photograph {
   Stored(std::shared_ptr<State> state, std::size_t index, const cv::Size& size)
       : Photograph(size, state->options.linear), state_(std::move(state)), index_(index) {}
   cv::Mat Level(int level) const override { return state_->Level(*this, index_, level); }
+  std::uint64_t ContentDigest() const override { return state_->ContentDigest(index_); }
 
  private:
   std::shared_ptr<State> state_;
@@ -164,6 +166,26 @@ std::uint64_t PhotographStore::State::FileKey(std::size_t index) const {
                               : fmt::format("{} {:x} ", view.mask_path, FileStamp(root / view.mask_path))) +
       (view.merged ? fmt::format("{} {:x} ", view.merged->path, FileStamp(root / view.merged->path)) : "") +
       (MasksClipped(index) ? "clipped " : "") + made_from);
+}
+
+std::uint64_t PhotographStore::State::ContentDigest(std::size_t index) const {
+  const View& view = ViewAt(index);
+  std::uint64_t digest = FastChecksumOf(fmt::format("{} {} {:a} {} {}", options.linear, options.masks,
+                                                    view.black_level, MasksClipped(index), made_from));
+  const auto add = [&](const std::string& name) {
+    const fs::path path = light_field.root / name;
+    const bool is_there = !name.empty() && fs::is_regular_file(path);
+    digest = FastChecksumOf(is_there ? ReadWholeFile(path) : std::string(), digest + is_there);
+    return is_there;
+  };
+  add(view.mask_path);
+  // Where a picture is damaged or missing, what it was made from stands in for it.
+  const bool has_image = add(view.image_path);
+  if (options.linear || !has_image) {
+    add(view.master_path);
+    add(view.merged ? view.merged->path : std::string());
+  }
+  return digest;
 }
 
 cv::Mat PhotographStore::State::FindHeld(const Key& key) {

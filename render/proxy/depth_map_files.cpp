@@ -17,6 +17,9 @@
 #include "core/base/error.h"
 #include "core/geometry/camera_json.h"
 #include "core/geometry/digest.h"
+#include "core/image/image.h"
+#include "core/image/image_header.h"
+#include "render/proxy/indexed_file.h"
 #include "render/proxy/proxy_choice.h"
 
 namespace ulf::render {
@@ -32,7 +35,7 @@ std::string DigestOf(const LightField& light_field, const View& view) {
   Digest digest;
   digest.Add(view.cam_from_world);
   digest.Add(light_field.CameraOf(view));
-  return fmt::format("{:016x}", digest.Value());
+  return ChecksumText(digest.Value());
 }
 
 struct MapFile {
@@ -43,12 +46,19 @@ struct MapFile {
 };
 
 ViewDepthMap ReadMap(const MapFile& file) {
-  const std::string bytes = ReadWholeFile(file.path);
-  if (fmt::format("{:016x}", FastChecksumOf(bytes)) != file.checksum)
-    throw Error("{}: its bytes have changed", file.path.string());
-  const cv::Mat pixels = DecodedDepthMap(bytes);
-  if (pixels.type() != CV_16UC1 || pixels.cols != file.camera.width || pixels.rows != file.camera.height)
+  std::string bytes = ReadIndexedFile(file.path, file.checksum);
+  // By the header, before a decoder makes room for what it claims.
+  const auto header = ReadImageHeader(file.path.string());
+  if (!header || header->kind != "PNG" || header->bits != 16 || header->channels != 1 ||
+      header->width != file.camera.width || header->height != file.camera.height)
     throw Error("{}: no depth map of {}x{}", file.path.string(), file.camera.width, file.camera.height);
+  cv::Mat pixels;
+  try {
+    pixels =
+        cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, bytes.data()), cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+  }
+  if (pixels.type() != CV_16UC1) throw Error("{}: cannot be decoded", file.path.string());
   return {file.camera, pixels, file.unit, file.step};
 }
 
@@ -63,12 +73,6 @@ std::shared_ptr<const LazyDepthMap> MapFrom(const MapFile& file, const Rigid3& c
       return DepthMapOfMesh(*mesh, file.camera, cam_from_world, file.step);
     }
   });
-}
-
-std::string PngOf(const ViewDepthMap& map) {
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", map.inverse_depth, bytes)) throw Error("a depth map cannot be written as PNG");
-  return {bytes.begin(), bytes.end()};
 }
 
 // Remains of former maps; other programs may keep files of their own in a folder of this name.
@@ -86,7 +90,7 @@ void RemoveFormerMaps(const fs::path& folder, const std::set<std::string>& kept)
 
 std::string MeshChecksum(const fs::path& light_field_folder) {
   const fs::path mesh = light_field_folder / kMeshProxyFile;
-  return fs::exists(mesh) ? fmt::format("{:016x}", FastChecksumOf(ReadWholeFile(mesh))) : std::string();
+  return fs::exists(mesh) ? ChecksumForIndex(ReadWholeFile(mesh)) : std::string();
 }
 
 // The files that an index names, itself the last.
@@ -159,7 +163,7 @@ void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_
     for (const auto& [id, map] : maps) {
       const auto view = std::ranges::find(light_field.views, id, &View::id);
       if (view == light_field.views.end()) throw Error("{}: there is no view {}", folder.string(), id);
-      const std::string png = PngOf(map), checksum = fmt::format("{:016x}", FastChecksumOf(png));
+      const std::string png = PngBytes(map.inverse_depth), checksum = ChecksumForIndex(png);
       // The name says which bytes: a map that is there is never overwritten by another one.
       const std::string name = fmt::format("{:06}-{}.png", id, checksum.substr(0, 8));
       if (entries.size() % kFilesAtOnce == 0) {
@@ -190,15 +194,6 @@ void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_
     throw;
   }
   RemoveFormerMaps(folder, kept);
-}
-
-cv::Mat DecodedDepthMap(const std::string& bytes) {
-  try {
-    return cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data())),
-                        cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {  // no bytes, or a size that the library refuses
-    return {};
-  }
 }
 
 bool HasDepthMaps(const fs::path& light_field_folder) {

@@ -37,9 +37,6 @@ std::size_t TakeOutMovedMaps(const LightField& light_field, const std::map<int, 
 // none: there are no maps. Throws Error; then each file is in one of the two folders. A kill leaves the same.
 std::optional<std::filesystem::path> MoveDepthMapsToKept(const std::filesystem::path& light_field_folder);
 
-// What a file of one depth map holds, without conversion; empty: no picture.
-cv::Mat DecodedDepthMap(const std::string& bytes);
-
 bool HasDepthMaps(const std::filesystem::path& light_field_folder);
 
 struct DepthMapReading {

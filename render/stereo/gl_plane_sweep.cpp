@@ -6,10 +6,13 @@
 #include <algorithm>
 
 #include "core/base/at.h"
+#include "core/base/error.h"
 #include "render/gl/embedded_shaders.h"
 
 namespace ulf::render {
 namespace {
+
+constexpr char kSmallerPictures[] = "compare smaller pictures (--size), or use --renderer reference";
 
 // Grey images as layers of one texture, each in its upper left corner.
 class GreyLayers {
@@ -29,7 +32,12 @@ class GreyLayers {
     }
     // Without filtering: an image smaller than the texture must not blend with the texels beside it.
     SetSampling(texture_, GL_NEAREST);
-    CheckGl("uploading the pictures to compare");
+    try {
+      CheckGl("uploading the pictures to compare", kSmallerPictures);
+    } catch (const Error&) {
+      glDeleteTextures(1, &texture_);
+      throw;
+    }
   }
   ~GreyLayers() { glDeleteTextures(1, &texture_); }
   GreyLayers(const GreyLayers&) = delete;
@@ -109,6 +117,7 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
     const int end = std::min(first + band, volume.height());
     // Anew for each band: on NVIDIA's driver 580 a buffer that was read back gave wrong costs the second time.
     costs_.Reserve(At(end - first) * row_bytes);
+    CheckGl("making room for what is compared", kSmallerPictures);  // before a shader writes into it
     costs_.BindStorage(3);
     program_.Set("first_row", first);
     program_.Set("end_row", end);
@@ -116,7 +125,7 @@ CostVolume GlPlaneSweep::MatchingCosts(const StereoView& view,
     glDispatchCompute(groups(volume.width()), groups(end - first), static_cast<GLuint>(quads));
     costs_.ReadBytes(volume.At(0, first), At(end - first) * row_bytes);
   }
-  CheckGl("sweeping planes");
+  CheckGl("sweeping planes", kSmallerPictures);
   return volume;
 }
 

@@ -145,25 +145,19 @@ Beginning Begin(const RenderScene& scene, const ProxyOptions& options, Progress*
   return begun;
 }
 
-std::vector<ViewDepth> MapsOfTasks(const SweptMaps& swept, const RenderScene& scene, const Beginning& begun) {
+std::vector<ViewDepth> MapsOfTasks(const SweptMapFiles& swept, const RenderScene& scene,
+                                   const Beginning& begun) {
   std::vector<ViewDepth> maps;
   for (const Task& task : begun.tasks) {
-    const int id = scene.views[At(task.view)].id;
     const StereoView& view = begun.views[At(task.view)];
-    const auto found = swept.find(id);
-    if (found == swept.end())
-      throw Error("the depth map of view {} is missing; make the maps again in an empty folder", id);
-    const SweptMap& map = found->second;
-    if (map.depth.size() != view.grey.size())
-      throw Error("the depth map of view {} has {}x{} pixels instead of {}x{}; make the maps again", id,
-                  map.depth.cols, map.depth.rows, view.grey.cols, view.grey.rows);
-    maps.push_back({view, map.depth, map.plane_step});
+    SweptMap map = swept.Read(scene.views[At(task.view)].id, view.grey.size());
+    maps.push_back({view, std::move(map.depth), map.plane_step});
   }
   return maps;
 }
 
 // Sweeps, or takes the maps that were swept before.
-ProxyMesh Build(const RenderScene& scene, const ProxyOptions& options, const SweptMaps* swept,
+ProxyMesh Build(const RenderScene& scene, const ProxyOptions& options, const SweptMapFiles* swept,
                 Progress* progress) {
   ProxyMesh result;
   result.summary.views = static_cast<int>(scene.views.size());
@@ -210,7 +204,7 @@ ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Prog
   return Build(scene, options, nullptr, progress);
 }
 
-ProxyMesh BuildProxyOf(const SweptMaps& maps, const RenderScene& scene, const ProxyOptions& options,
+ProxyMesh BuildProxyOf(const SweptMapFiles& maps, const RenderScene& scene, const ProxyOptions& options,
                        Progress* progress) {
   return Build(scene, options, &maps, progress);
 }
@@ -231,7 +225,11 @@ SweptMaps SweepShare(const RenderScene& scene, const ProxyOptions& options, cons
 }
 
 std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options) {
+  std::vector<std::uint64_t> photographs(scene.views.size());
+  ParallelFor(photographs.size(),
+              [&](std::size_t i) { photographs[i] = scene.views[i].photograph->ContentDigest(); });
   Digest digest;
+  digest.Add(std::as_bytes(std::span(photographs)));
   for (const SceneView& view : scene.views) {
     digest.Add(static_cast<double>(view.id));
     digest.Add(view.cam_from_world);

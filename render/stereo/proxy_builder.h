@@ -58,13 +58,13 @@ struct ProxyMesh {
 ProxyMesh BuildProxy(const RenderScene& scene, const ProxyOptions& options, Progress* progress = nullptr);
 
 // The same in two steps, for several processes: the depth maps of a share of the views, and the mesh of the maps of all
-// shares. What BuildProxy() gives does not depend on how it is shared out.
+// shares (FindSweptMaps()). What BuildProxy() gives does not depend on how it is shared out.
 SweptMaps SweepShare(const RenderScene& scene, const ProxyOptions& options, const MapShare& share,
                      Progress* progress = nullptr);
-// Throws Error where a map is missing or has another size than its view.
-ProxyMesh BuildProxyOf(const SweptMaps& maps, const RenderScene& scene, const ProxyOptions& options,
+// Throws Error where a map is missing, damaged or of another size than its view.
+ProxyMesh BuildProxyOf(const SweptMapFiles& maps, const RenderScene& scene, const ProxyOptions& options,
                        Progress* progress = nullptr);
-// Of the views, and of the options on which the maps depend.
+// Of the photographs, masks, cameras and poses, and of the options on which the maps depend. Reads the photographs' files.
 std::uint64_t SweepDigest(const RenderScene& scene, const ProxyOptions& options);
 
 }  // namespace ulf::render

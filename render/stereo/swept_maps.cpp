@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <set>
 #include <vector>
@@ -14,7 +12,8 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
-#include "render/proxy/depth_map_files.h"
+#include "core/image/tiff_file.h"
+#include "render/proxy/indexed_file.h"
 
 namespace ulf::render {
 namespace {
@@ -24,21 +23,8 @@ using nlohmann::json;
 
 constexpr char kShareFormat[] = "ulf swept maps 1";
 
-std::string Hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
-
 std::string IndexName(const MapShare& share) {
   return fmt::format("share-{}-of-{}.json", share.index, share.of);
-}
-
-SweptMap ReadSweptMap(const fs::path& path, const json& entry) {
-  const std::string bytes = ReadWholeFile(path);
-  if (Hex(FastChecksumOf(bytes)) != entry.at("checksum").get<std::string>())
-    throw Error("{}: its bytes have changed; make this share again", path.string());
-  const cv::Mat depth = DecodedDepthMap(bytes);
-  const double plane_step = entry.at("plane_step").get<double>();
-  if (depth.empty() || depth.type() != CV_32FC1 || !(plane_step >= 0) || !std::isfinite(plane_step))
-    throw Error("{}: is no depth map; make this share again", path.string());
-  return {depth, plane_step};
 }
 
 // None: the file is no index.
@@ -59,8 +45,9 @@ MapShare MapShare::Parse(const std::string& text) {
   };
   const std::string_view all = text;
   if (slash == std::string::npos || !number(all.substr(0, slash), share.index) ||
-      !number(all.substr(slash + 1), share.of) || share.index < 0 || share.of < 1 || share.index >= share.of)
-    throw UsageError("--maps-of {}: give K/N, a share K of N counted from 0, such as 0/4 to 3/4", text);
+      !number(all.substr(slash + 1), share.of) || !share.IsValid())
+    throw UsageError("--maps-of {}: give K/N, a share K of N (at most {}) counted from 0, such as 0/4 to 3/4",
+                     text, kMost);
   return share;
 }
 
@@ -69,69 +56,86 @@ void WriteSweptMaps(const fs::path& folder, const MapShare& share, std::uint64_t
   MakeFolder(folder);
   json views = json::array();
   for (const auto& [id, map] : maps) {
-    std::vector<unsigned char> bytes;
-    if (!cv::imencode(".tiff", map.depth, bytes)) throw Error("a depth map cannot be written as TIFF");
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const FileContent content = TiffContent(map.depth);
+    std::string bytes(content.size, 0);
+    content.copy(0, bytes);
     const std::string name = fmt::format("{:06}.tiff", id);
-    WriteFileAtomically(folder / name, text);
-    views.push_back({{"id", id},
-                     {"file", name},
-                     {"plane_step", map.plane_step},
-                     {"checksum", Hex(FastChecksumOf(text))}});
+    WriteFileAtomically(folder / name, bytes);
+    views.push_back(
+        {{"id", id}, {"file", name}, {"plane_step", map.plane_step}, {"checksum", ChecksumForIndex(bytes)}});
   }
   const json index{{"format", kShareFormat},
                    {"share", share.index},
                    {"of", share.of},
-                   {"made_of", Hex(digest)},
+                   {"made_of", ChecksumText(digest)},
                    {"views", views}};
   WriteFileAtomically(folder / IndexName(share), index.dump(1) + "\n");
 }
 
-SweptMaps ReadSweptMaps(const fs::path& folder, std::uint64_t digest) {
+SweptMap SweptMapFiles::Read(int id, const cv::Size& size) const {
+  const auto found = files_.find(id);
+  if (found == files_.end())
+    throw Error("{}: the depth map of view {} is missing; make the maps again in an empty folder",
+                folder_.string(), id);
+  const File& file = found->second;
+  try {
+    const cv::Mat depth = PixelsOfTiff(ReadIndexedFile(folder_ / file.name, file.checksum), size, CV_32FC1);
+    if (depth.empty()) throw Error("{}: is no depth map of {}x{}", file.name, size.width, size.height);
+    return {depth, file.plane_step};
+  } catch (const Error& error) {
+    throw Error("{}; make the maps again in an empty folder", error.what());
+  }
+}
+
+SweptMapFiles FindSweptMaps(const fs::path& folder, std::uint64_t digest) {
   if (!fs::is_directory(folder))
     throw Error("{}: is no folder; make the maps first, with --maps-of 0/1 --maps {}", folder.string(),
                 folder.string());
-  SweptMaps maps;
-  int of = 0;
+  SweptMapFiles maps(folder);
+  std::optional<int> of;
   std::set<int> there;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".json") continue;
     const auto index = ReadIndex(entry.path());
     if (!index) continue;
     try {
-      if (index->at("made_of").get<std::string>() != Hex(digest))
+      if (index->at("made_of").get<std::string>() != ChecksumText(digest))
         throw Error(
-            "{}: was made of other photographs, poses or options; give the options of --maps-of here as "
-            "well, or make the "
-            "maps again in an empty folder",
+            "{}: was made of other photographs, masks, cameras, poses or options; give the options of "
+            "--maps-of here as well, or make the maps again in an empty folder",
             entry.path().string());
-      const int shares = index->at("of").get<int>();
-      if (of != 0 && shares != of)
+      const MapShare share{index->at("share").get<int>(), index->at("of").get<int>()};
+      if (!share.IsValid())
+        throw Error("{}: says share {} of {}, which there cannot be; make this share again",
+                    entry.path().string(), share.index, share.of);
+      if (of && share.of != *of)
         throw Error("{}: holds shares of {} and of {}; make the maps again in an empty folder",
-                    folder.string(), of, shares);
-      of = shares;
-      const int share = index->at("share").get<int>();
-      if (share < 0 || share >= of)
-        throw Error("{}: is damaged; make this share again", entry.path().string());
-      there.insert(share);
-      for (const json& view : index->at("views"))
-        maps[view.at("id").get<int>()] =
-            ReadSweptMap(folder / fs::path(view.at("file").get<std::string>()).filename(), view);
+                    folder.string(), *of, share.of);
+      of = share.of;
+      there.insert(share.index);
+      for (const json& view : index->at("views")) {
+        const double plane_step = view.at("plane_step").get<double>();
+        if (!(plane_step >= 0) || !std::isfinite(plane_step))
+          throw Error("{}: is damaged; make this share again", entry.path().string());
+        maps.files_[view.at("id").get<int>()] = {
+            fs::path(view.at("file").get<std::string>()).filename().string(),
+            view.at("checksum").get<std::string>(), plane_step};
+      }
     } catch (const json::exception&) {
       throw Error("{}: is damaged; make this share again", entry.path().string());
     }
   }
-  if (of == 0)
+  if (!of)
     throw Error("{}: holds no depth maps; make them first, with --maps-of 0/1 --maps {}", folder.string(),
                 folder.string());
-  const std::size_t missing = static_cast<std::size_t>(of) - there.size();
-  constexpr std::size_t kMostNamed = 64;
-  std::vector<std::string> names;
-  for (int share = 0; names.size() < std::min(missing, kMostNamed); ++share)
-    if (!there.contains(share)) names.push_back(fmt::format("{}/{}", share, of));
-  if (missing > 0)
-    throw Error("{}: {} of its {} shares are missing; make them with --maps-of {}{}", folder.string(),
-                missing, of, fmt::join(names, ", "), missing > kMostNamed ? ", ..." : "");
+  constexpr std::size_t kNamed = 10;
+  std::vector<std::string> missing;
+  for (int share = 0; share < *of && missing.size() < kNamed; ++share)
+    if (!there.contains(share)) missing.push_back(fmt::format("{}/{}", share, *of));
+  const std::size_t more = static_cast<std::size_t>(*of) - there.size() - missing.size();
+  if (!missing.empty())
+    throw Error("{}: shares are missing; make them with --maps-of {}{}", folder.string(),
+                fmt::join(missing, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
   return maps;
 }
 

@@ -19,17 +19,36 @@ using SweptMaps = std::map<int, SweptMap>;  // by View::id
 
 // Every `of`-th of the views that get a depth map, from number `index` (from 0) on.
 struct MapShare {
+  static constexpr int kMost = 60000;  // as many as depth maps
   int index = 0, of = 1;
+  bool IsValid() const { return of >= 1 && of <= kMost && index >= 0 && index < of; }
   // "K/N"; throws UsageError.
   static MapShare Parse(const std::string& text);
 };
 
-// `digest`: of all that the maps depend on (BuildDigest()). Throws DiskFullError, Error.
+// `digest`: of all that the maps depend on (SweepDigest()). Throws DiskFullError, Error.
 void WriteSweptMaps(const std::filesystem::path& folder, const MapShare& share, std::uint64_t digest,
                     const SweptMaps& maps);
 
-// All shares of the folder. Throws Error naming the shares that are missing, and for one that was made of other photographs,
-// poses or options, or whose files have changed.
-SweptMaps ReadSweptMaps(const std::filesystem::path& folder, std::uint64_t digest);
+// The maps of all shares of a folder, as their indices name them; one is read when it is asked for.
+class SweptMapFiles {
+ public:
+  // Throws Error for a map that is missing, whose bytes have changed, or that is not of `size`.
+  SweptMap Read(int id, const cv::Size& size) const;
+
+ private:
+  friend SweptMapFiles FindSweptMaps(const std::filesystem::path& folder, std::uint64_t digest);
+  struct File {
+    std::string name, checksum;
+    double plane_step = 0;
+  };
+  explicit SweptMapFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  std::filesystem::path folder_;
+  std::map<int, File> files_;  // by View::id
+};
+
+// Throws Error that names the shares that are missing, and for one that was made of other photographs, masks, cameras, poses
+// or options.
+SweptMapFiles FindSweptMaps(const std::filesystem::path& folder, std::uint64_t digest);
 
 }  // namespace ulf::render

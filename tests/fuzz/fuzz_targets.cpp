@@ -238,8 +238,9 @@ void DepthMaps(std::string_view bytes) {
 void SweptMaps(std::string_view bytes) {
   const fs::path folder = FuzzFolder(bytes, std::array{"share-0-of-1.json", "000001.tiff"});
   constexpr std::uint64_t kDigest = 1;
-  for (const auto& [id, map] : render::ReadSweptMaps(folder, kDigest))
-    if (map.depth.type() != CV_32FC1 || !(map.plane_step >= 0)) Broken("no depth map");
+  const render::SweptMap map = render::FindSweptMaps(folder, kDigest).Read(1, {8, 6});
+  if (map.depth.type() != CV_32FC1 || map.depth.size() != cv::Size(8, 6) || !(map.plane_step >= 0))
+    Broken("no depth map");
 }
 
 class SmallPhotograph : public render::Photograph {

@@ -17,8 +17,8 @@ class ScriptedDriver : public Device {
   explicit ScriptedDriver(std::shared_ptr<ScriptedCamera> camera) : camera_(std::move(camera)) {
     const std::lock_guard lock(camera_->mutex_);
     info_ = {.uri = "scripted:",
-             .maker = "test",
-             .model = "scripted",
+             .maker = camera_->maker_,
+             .model = camera_->model_,
              .serial = camera_->serial_,
              .bus = "test",
              .problem = ""};
@@ -113,6 +113,11 @@ void ScriptedCamera::PlugIn(milliseconds boot, bool switched_off) {
   if (!switched_off) return;
   clock_zero_ = answers_from_;
   next_id_ = 1;
+}
+
+void ScriptedCamera::SetMakerAndModel(const std::string& maker, const std::string& model) {
+  const std::lock_guard lock(mutex_);
+  maker_ = maker, model_ = model;
 }
 
 void ScriptedCamera::SetSerial(const std::string& serial) {

@@ -21,6 +21,7 @@ class ScriptedCamera : public std::enable_shared_from_this<ScriptedCamera> {
   // Answers again after `boot`; `switched_off`: its clock and frame ids begin anew.
   void PlugIn(std::chrono::milliseconds boot = {}, bool switched_off = false);
   void SetSerial(const std::string& serial);
+  void SetMakerAndModel(const std::string& maker, const std::string& model);
   void SetSize(cv::Size size);
   // Opening waits so long whether the camera is there or not, as a network's time-outs do.
   void SetOpeningTakes(std::chrono::milliseconds time);
@@ -41,7 +42,7 @@ class ScriptedCamera : public std::enable_shared_from_this<ScriptedCamera> {
   bool plugged_ = true;
   Clock::time_point answers_from_ = Clock::now();
   Clock::time_point clock_zero_ = Clock::now();
-  std::string serial_ = "S1";
+  std::string maker_ = "test", model_ = "scripted", serial_ = "S1";
   cv::Size size_{64, 48};
   std::chrono::milliseconds opening_{0}, closing_{0};
   std::uint64_t next_id_ = 1;

@@ -84,6 +84,7 @@ RefusingDisk::RefusingDisk(int error) { refuses_with = error; }
 RefusingDisk::~RefusingDisk() { refuses_with = 0; }
 
 void DieBeforeDiskCall(int call) { calls_left = call; }
+int DiskCallsLeft() { return calls_left; }
 
 HangingDisk::HangingDisk() : disk_({10 * kGiveUpAfter, 1}) {}
 HangingDisk::~HangingDisk() = default;

@@ -49,5 +49,7 @@ class RefusingDisk {
 // This process dies of SIGKILL before its `call`-th call of write(), fsync(), ftruncate(), rename(), renameat2(), link()
 // or unlink() from here on, of a regular file or folder. For a child of a test.
 void DieBeforeDiskCall(int call);
+// Calls until then.
+int DiskCallsLeft();
 
 }  // namespace ulf::test

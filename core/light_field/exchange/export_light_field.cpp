@@ -359,11 +359,11 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
 
 bool HasPoints(ExportForm form) { return RulesOf(form).has_points; }
 
-void RequireOutside(const fs::path& light_field, const fs::path& out) {
+void RequireOutside(const fs::path& light_field, const fs::path& out, const char* option) {
   const fs::path inside = fs::weakly_canonical(out).lexically_relative(fs::weakly_canonical(light_field));
   if (!inside.empty() && *inside.begin() != "..")
-    throw UsageError("-o {}: lies in the light field, which stays as it is; choose a folder beside it",
-                     out.string());
+    throw UsageError("{} {}: lies in the light field, which stays as it is; choose a folder beside it",
+                     option, out.string());
 }
 
 void RequireExportable(const LightField& light_field, const fs::path& out, const ExportOptions& options) {

@@ -50,8 +50,9 @@ struct ExportSummary {
   std::vector<std::string> doubts;  // in words: what the form's programs will not take as it is
 };
 
-// Throws UsageError when `out` lies in the light field's folder.
-void RequireOutside(const std::filesystem::path& light_field, const std::filesystem::path& out);
+// Throws UsageError when `out`, given by `option`, lies in the light field's folder.
+void RequireOutside(const std::filesystem::path& light_field, const std::filesystem::path& out,
+                    const char* option = "-o");
 
 // Checks before any work: throws Error when OUT exists and is not empty, UsageError when the form cannot
 // represent the light field.

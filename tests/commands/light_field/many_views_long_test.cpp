@@ -74,6 +74,8 @@ void Write(const fs::path& dir, int count) {
 }
 
 TEST(ManyViews, TenThousandAreOpenedDescribedAndRendered) {
+  ASSERT_TRUE(std::getenv("ULF_BINARY"))
+      << "ULF_BINARY is not set: run through ctest, or export ULF_BINARY=$PWD/build/release/ulf";
   struct Measured {
     int views;
     Ended info, picture;

@@ -208,10 +208,58 @@ TEST(ProxyCommand, SharesOfMapsGiveTheBytesOfOneProcess) {
   const auto fused = RunUlf("proxy " + shared + maps);
   ASSERT_EQ(fused.exit_code, 0) << fused.errors;
   EXPECT_TRUE(BytesUnder(shared) == BytesUnder(alone));
-  for (const char* share : {"3/3", "1", "-1/3", "1/0", "a/b"})
+  for (const char* share : {"3/3", "1", "-1/3", "1/0", "a/b", "0/2000000000", "0/99999999999"})
     EXPECT_EQ(RunUlf("proxy " + shared + maps + " --maps-of " + share).exit_code, 2) << share;
   EXPECT_EQ(RunUlf("proxy " + shared + " --maps-of 0/1").exit_code, 2) << "without a folder";
   EXPECT_EQ(RunUlf("proxy " + shared + " --maps " + (scratch / "none").string()).exit_code, 1);
+}
+
+// Made on machines that did not see the same photographs: one was exchanged, or masked, between two shares.
+TEST(ProxyCommand, SharesOfOtherPhotographsAreRefused) {
+  const test::ScratchFolder scratch;
+  const std::string field = (scratch / "field").string();
+  WriteWall(field);
+  LightField light_field = ReadLightField(field);
+  const auto file = [&](std::size_t view) { return light_field.root / light_field.views[view].image_path; };
+  const std::string first = ReadWholeFile(file(0)), second = ReadWholeFile(file(1));
+  const auto refused = [&](const std::string& maps, const std::function<void()>& change) {
+    const std::string proxy = "proxy " + field + " --maps " + (scratch / maps).string();
+    EXPECT_EQ(RunUlf(proxy + " --maps-of 0/2").exit_code, 0);
+    change();
+    EXPECT_EQ(RunUlf(proxy + " --maps-of 1/2").exit_code, 0);
+    const auto fused = RunUlf(proxy);
+    EXPECT_EQ(fused.exit_code, 1) << maps;
+    EXPECT_THAT(fused.errors, HasSubstr("share-0-of-2.json: was made of other photographs, masks")) << maps;
+  };
+  refused("exchanged", [&] {
+    WriteFileAtomically(file(0), second);
+    WriteFileAtomically(file(1), first);
+  });
+  cv::Mat mask(90, 120, CV_8UC1, cv::Scalar(255));
+  const auto write_mask = [&] { cv::imwrite((light_field.root / "masks/0.png").string(), mask); };
+  std::filesystem::create_directories(light_field.root / "masks");
+  light_field.views[0].mask_path = "masks/0.png";
+  write_mask();
+  WriteLightField(light_field);
+  refused("masked", [&] {
+    mask.rowRange(0, 45) = 0;
+    write_mask();
+  });
+}
+
+TEST(ProxyCommand, SharesOfMapsDoNotGoAmongThePhotographs) {
+  const test::ScratchFolder scratch;
+  const std::string field = (scratch / "field").string();
+  WriteWall(field);
+  const auto before = BytesUnder(field);
+  std::filesystem::create_directory_symlink(scratch / "field/images", scratch / "elsewhere");
+  for (const std::string& maps :
+       {field, field + "/images", field + "/maps", (scratch / "elsewhere").string()}) {
+    const auto run = RunUlf("proxy " + field + " --maps-of 0/1 --maps " + maps);
+    EXPECT_EQ(run.exit_code, 2) << maps;
+    EXPECT_THAT(run.errors, HasSubstr("--maps " + maps + ": lies in the light field")) << maps;
+  }
+  EXPECT_TRUE(BytesUnder(field) == before);
 }
 
 TEST(ProxyCommand, TakesAMeshMadeElsewhere) {

@@ -3,16 +3,11 @@
 //
 // What a capture keeps through each fault, counted: rows of docs/reliability.md.
 #include <gmock/gmock.h>
-#include <sys/mman.h>
 #include <sys/mount.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <future>
 #include <set>
-#include <string_view>
 #include <thread>
 
 #include "acquisition/device/reconnecting_device.h"
@@ -20,7 +15,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
-#include "tests/coverage/session/planar_capture.h"
+#include "tests/coverage/session/kept_views.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/host_clock.h"
 #include "tests/support/scripted_device.h"
@@ -38,37 +33,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-// A hand that goes round the subject: every frame is a view.
-std::vector<PlanarShot> Arc(int count) {
-  std::vector<PlanarShot> shots;
-  for (int i = 0; i < count; ++i) shots.push_back({PoseAt(-60 + 2.0 * i, 0)});
-  return shots;
-}
-
-CaptureOptions InThreads() {
-  CaptureOptions options = Options();
-  options.deterministic = false;
-  return options;
-}
-
-// Photographs by view, as the disk has them; each is whole.
-std::map<int, std::string> Photographs(const fs::path& dir) {
-  const LightField light_field = ReadLightField(dir);
-  std::map<int, std::string> photographs;
-  for (const View& view : light_field.views) {
-    EXPECT_NO_THROW(ReadViewImage(light_field, view)) << view.id;
-    photographs[view.id] = ReadWholeFile(dir / view.image_path);
-  }
-  return photographs;
-}
-
-// How many of `kept` differ from what they were, or are gone.
-int Lost(const std::map<int, std::string>& kept, const std::map<int, std::string>& now) {
-  int lost = 0;
-  for (const auto& [id, bytes] : kept) lost += !now.contains(id) || now.at(id) != bytes;
-  return lost;
-}
-
 std::uint64_t Taken(const CaptureSummary& summary) {
   return summary.reasons[static_cast<std::size_t>(Reason::kRecorded)];
 }
@@ -77,97 +41,6 @@ std::size_t SetAside(const CaptureSummary& summary) {
   std::size_t views = 0;
   for (const auto& [folder, count] : summary.set_aside) views += count;
   return views;
-}
-
-// Goes on with what is there, or begins where nothing is yet.
-Captured GoOn(const fs::path& dir) {
-  const bool is_there = [&] {
-    try {
-      ReadLightField(dir);
-      return true;
-    } catch (const Error&) {
-      return false;
-    }
-  }();
-  PlanarDevice device({{PoseAt(0, 8)}, {PoseAt(0, 16)}});
-  const auto poses = MakeKnownPoseSource(kCamera, kSubject);
-  device.Start();
-  Captured captured;
-  captured.summary = RunCapture(device, kCamera, *poses,
-                                is_there ? LightFieldWriter::Resume(dir) : NewWriter(dir), Options());
-  captured.light_field = ReadLightField(dir);
-  return captured;
-}
-
-// ---- The process ends. ----
-
-// One child for each call that changes the disk, from the first file of the folder to the end of closing.
-TEST(CaptureFaults, KilledBeforeEveryCallThatChangesTheDisk) {
-  const char* const asked = std::getenv("ULF_STABILITY");  // every call in the long run, every ninth each day
-  const int step = asked && std::string_view(asked) == "seeds" ? 1 : 9;
-  constexpr int kShots = 5;
-  const ScratchFolder scratch;
-  Capture(scratch / "whole", Arc(kShots));
-  const auto whole = Photographs(scratch / "whole");
-  ASSERT_EQ(whole.size(), static_cast<std::size_t>(kShots));
-  auto* const accepted = static_cast<std::atomic<int>*>(
-      mmap(nullptr, sizeof(std::atomic<int>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
-  ASSERT_NE(accepted, MAP_FAILED);
-  for (const bool threads : {false, true}) {
-    int tried = 0, lost = 0, most_lost = 0, in_closing = 0;
-    double longest_s = 0;
-    for (int call = 1;; call += step) {
-      const fs::path dir = scratch / fmt::format("killed_{}_{}", threads, call);
-      *accepted = 0;
-      const pid_t child = fork();
-      if (child == 0) {
-        CaptureHooks hooks;
-        hooks.after_frame = [&](const SharedCaptureState& now) {
-          *accepted = static_cast<int>(now->view_ids.size());
-        };
-        DieBeforeDiskCall(call);
-        Capture(dir, Arc(kShots), threads ? InThreads() : Options(), {}, hooks);
-        _exit(0);
-      }
-      int status = 0;
-      waitpid(child, &status, 0);
-      if (WIFEXITED(status)) break;
-      ASSERT_EQ(WTERMSIG(status), SIGKILL) << "call " << call;
-      ++tried;
-      std::map<int, std::string> kept;
-      if (fs::exists(dir / "journal.jsonl") && fs::file_size(dir / "journal.jsonl") > 0) {
-        try {
-          kept = Photographs(dir);
-        } catch (const Error& error) {
-          EXPECT_THAT(error.what(), HasSubstr("before it began")) << "call " << call;
-        }
-      }
-      EXPECT_EQ(Lost(kept, whole), 0) << "call " << call << ": a view that is not what it was";
-      const int missing = *accepted - static_cast<int>(kept.size());
-      lost += std::max(0, missing);
-      most_lost = std::max(most_lost, missing);
-      in_closing += *accepted == kShots;
-      if (!threads) {
-        EXPECT_LE(missing, 0) << "call " << call;
-      }
-      const auto again = Clock::now();
-      const Captured resumed = GoOn(dir);
-      longest_s = std::max(longest_s, SecondsSince(again));
-      EXPECT_EQ(Lost(kept, Photographs(dir)), 0) << "call " << call << ": after going on";
-      EXPECT_GT(resumed.light_field.views.size(), kept.size()) << "call " << call;
-      fs::remove_all(dir);
-    }
-    EXPECT_LE(most_lost, static_cast<int>(CaptureOptions{}.spool_views));
-    EXPECT_GT(in_closing, 0) << "it was never killed while closing";
-    EXPECT_GT(tried, 40 / step);
-    PrintFaultRow(
-        fmt::format("SIGKILL before each call that changes the disk, {}",
-                    threads ? "writing in threads" : "writing in the capture's own thread"),
-        tried,
-        fmt::format("{} views of those under way, {} at most in one kill", lost, std::max(0, most_lost)),
-        longest_s);
-  }
-  munmap(accepted, sizeof(std::atomic<int>));
 }
 
 // ---- The disk. ----
@@ -411,46 +284,69 @@ TEST(CaptureFaults, AClockThatIsSetBack) {
 
 // ---- The camera. ----
 
+struct OtherCamera {
+  const char *maker, *model, *serial;
+};
+
 // The cable goes out while the clock is set back: the gap is as long as it was by the camera's own time.
 TEST(CaptureFaults, ACameraThatGoesComesBackOrIsAnother) {
-  const auto camera = ScriptedCamera::Make();
-  const auto device = MakeReconnectingDevice(
-      camera->OpenDriver(), {.where_it_was = [camera](const DeviceInfo&) { return camera->OpenDriver(); },
-                             .elsewhere = nullptr,
-                             .patience_s = 60});
-  device->Start();
-  const auto next = [&]() -> std::optional<Frame> {
-    for (const auto until = Clock::now() + 20s; Clock::now() < until;)
-      if (auto frame = device->Next(20ms)) return frame;
-    return std::nullopt;
+  // By its serial number; by maker and model, where both have no serial number, or the same.
+  struct Swap {
+    const char* serial;
+    std::optional<OtherCamera> other;
   };
-  double longest_s = 0, last_s = 0;
-  const auto wait_until_gone = [&] {
-    for (const auto until = Clock::now() + 20s;
-         Clock::now() < until && device->State() == DeviceState::kStreaming;)
-      if (const auto frame = device->Next(10ms)) last_s = frame->device_time_s;
-    ASSERT_NE(device->State(), DeviceState::kStreaming);
-  };
+  const std::vector<Swap> swaps{{"S1", {}},
+                                {"S1", OtherCamera{"test", "scripted", "another"}},
+                                {"S1", OtherCamera{"another", "scripted", ""}},
+                                {"", OtherCamera{"another", "scripted", ""}},
+                                {"", OtherCamera{"test", "another", ""}},
+                                {"S1", OtherCamera{"another", "another", "S1"}}};
+  double longest_s = 0;
   int tried = 0, refused = 0, backward = 0;
-  ASSERT_TRUE(next());
-  for (const bool other_model : {false, true})
+  for (const Swap& swap : swaps) {
+    const std::string which = fmt::format(
+        "serial '{}', then {}", swap.serial,
+        swap.other ? fmt::format("{} {} '{}'", swap.other->maker, swap.other->model, swap.other->serial)
+                   : "the same");
+    const auto camera = ScriptedCamera::Make();
+    camera->SetSerial(swap.serial);
+    const auto device = MakeReconnectingDevice(
+        camera->OpenDriver(), {.where_it_was = [camera](const DeviceInfo&) { return camera->OpenDriver(); },
+                               .elsewhere = nullptr,
+                               .patience_s = 60});
+    device->Start();
+    const auto next = [&]() -> std::optional<Frame> {
+      for (const auto until = Clock::now() + 20s; Clock::now() < until;)
+        if (auto frame = device->Next(20ms)) return frame;
+      return std::nullopt;
+    };
+    double last_s = 0;
+    const auto wait_until_gone = [&] {
+      for (const auto until = Clock::now() + 20s;
+           Clock::now() < until && device->State() == DeviceState::kStreaming;)
+        if (const auto frame = device->Next(10ms)) last_s = frame->device_time_s;
+      ASSERT_NE(device->State(), DeviceState::kStreaming);
+    };
+    ASSERT_TRUE(next());
     for (const bool clock_set_back : {false, true})
-      for (int i = 0; i < 3; ++i) {
+      for (int i = 0; i < (swap.other ? 1 : 3); ++i) {
         const auto frame = next();
         ASSERT_TRUE(frame);
         last_s = frame->device_time_s;
         camera->Unplug();
         wait_until_gone();
         if (clock_set_back) ShiftHostClock(-3600.0 * (i + 1));
-        if (other_model) {
-          camera->SetSerial("another");
+        if (swap.other) {
+          camera->SetMakerAndModel(swap.other->maker, swap.other->model);
+          camera->SetSerial(swap.other->serial);
           camera->PlugIn();
           const int openings = camera->Openings();
           for (const auto until = Clock::now() + 20s;
                Clock::now() < until && camera->Openings() < openings + 2;)
-            EXPECT_FALSE(device->Next(20ms)) << "a frame of another camera";
+            EXPECT_FALSE(device->Next(20ms)) << "a frame of another camera: " << which;
           ++refused;
-          camera->SetSerial("S1");
+          camera->SetMakerAndModel("test", "scripted");
+          camera->SetSerial(swap.serial);
         }
         const auto in_again = Clock::now();
         camera->PlugIn({}, i == 1);  // once switched off: its clock begins anew
@@ -461,13 +357,14 @@ TEST(CaptureFaults, ACameraThatGoesComesBackOrIsAnother) {
         EXPECT_LT(back->device_time_s - last_s, 30) << "an hour is no gap";
         ++tried;
       }
-  ShiftHostClock(0);
-  device->Stop();
+    ShiftHostClock(0);
+    device->Stop();
+  }
   EXPECT_EQ(backward, 0) << "times go on";
   PrintFaultRow("camera lost and back, half of the times with the computer's clock set back", tried,
                 fmt::format("the frames meanwhile; {} times ran backward", backward), longest_s);
-  PrintFaultRow("camera lost, another one in its place, then the right one", refused,
-                "no frame of the other is taken", longest_s);
+  PrintFaultRow("camera lost, another one in its place (serial number, maker or model), then the right one",
+                refused, "no frame of the other is taken", longest_s);
 }
 
 // Every third frame has pixels missing: it is no view, and no other is the worse for it.
