@@ -21,7 +21,8 @@ int main(int argc, char** argv) {
   // Our own errors report what fails.
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_ERROR);
   CLI::App app{
-      "ulf: captures, measures and renders unstructured light fields with one camera held in the hand."};
+      "ulf: captures, measures and renders unstructured light fields with one camera held in the hand.",
+      "ulf"};
   app.require_subcommand(1);
   app.set_version_flag("--version", ulf::commands::VersionText,
                        "Print the version, those of the libraries, and the renderer of OpenGL");

@@ -144,7 +144,7 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
   const coverage::NoticedMistake* mistake = Behind(now.decision.reason, now.mistakes);
   std::string what =
       mistake && mistake->IsSeenAt(now.seconds) ? Name(mistake->mistake) : InWords(now.decision.reason);
-  if (now.waits_to_begin) what = "not begun: Space in the display, or the request record, begins";
+  if (now.waits_to_begin) what = "not begun yet: Space in the display, or the request record, begins";
   if (!now.why_waiting.empty())
     what = now.why_waiting;
   else if (!now.tracking_words.empty())

@@ -79,8 +79,11 @@ void PrintPoints(const PointStatistics& points) {
 
 void PrintText(const ExportArgs& args, const ExportSummary& summary, const Triangulated& triangulated,
                bool has_points) {
-  fmt::print("{}: {}, {} copied as they are{}\n", args.output, Counted(summary.copied + summary.made, "view"),
-             summary.copied, summary.masks > 0 ? fmt::format(", {}", Counted(summary.masks, "mask")) : "");
+  const std::string how = summary.copied == 0 ? "all drawn anew"
+                          : summary.made == 0 ? "all copied as they are"
+                                              : fmt::format("{} of them copied as they are", summary.copied);
+  fmt::print("{}: {}, {}{}\n", args.output, Counted(summary.copied + summary.made, "view"), how,
+             summary.masks > 0 ? fmt::format(", {}", Counted(summary.masks, "mask")) : "");
   for (std::size_t i = 0; i < summary.cameras.size(); ++i)
     fmt::print("{}", Described(summary.cameras[i], i + 1));
   if (has_points) PrintPoints(summary.points);

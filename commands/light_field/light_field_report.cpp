@@ -360,18 +360,20 @@ nlohmann::json ToJson(const LightFieldReport& report) {
 std::string ToText(const LightFieldReport& report) {
   std::string text = fmt::format("views          {}\n", report.views);
   if (report.taken_back > 0) text += fmt::format("taken back     {}, kept in unposed/\n", report.taken_back);
-  text += report.capture_s > 0 ? fmt::format("capture time   {:.0f} s\n", report.capture_s)
-                               : "capture time   unknown\n";
+  text += report.capture_s > 0
+              ? fmt::format("capture time   {:.0f} s by the camera's clock\n", report.capture_s)
+              : "capture time   unknown\n";
   if (report.brackets) text += BracketsText(*report.brackets);
   if (report.views > 0 && !report.subject)
     return text +
            "subject        none: the views look at no common point (--subject x,y,z,radius measures)\n" +
            ReasonsText(report);
   if (report.angular_range_deg)
-    text += fmt::format("angular range  {:.0f} x {:.0f} degrees\n", report.angular_range_deg->x(),
-                        report.angular_range_deg->y());
-  text += report.mean_edge_deg ? fmt::format("average angle  {:.2f} degrees\n", *report.mean_edge_deg)
-                               : "average angle: n/a (too few neighbouring views)\n";
+    text += fmt::format("angular range  {:.0f} x {:.0f} degrees around the subject\n",
+                        report.angular_range_deg->x(), report.angular_range_deg->y());
+  text += report.mean_edge_deg
+              ? fmt::format("neighbours     {:.2f} degrees apart on average\n", *report.mean_edge_deg)
+              : "neighbours     too few views to tell how far apart they are\n";
   if (report.subject)
     text += fmt::format("subject        centre {:.3f} {:.3f} {:.3f}, radius {:.3f} ({})\n",
                         report.subject->center_in_world.x(), report.subject->center_in_world.y(),

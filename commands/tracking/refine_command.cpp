@@ -21,6 +21,7 @@
 #include "commands/commands.h"
 #include "commands/explain.h"
 #include "commands/number_checks.h"
+#include "commands/tracking/lens_report.h"
 #include "commands/tracking/readout_option.h"
 #include "core/base/at.h"
 #include "core/base/counted.h"
@@ -322,17 +323,6 @@ std::vector<ModelChoice> Explained(const tracking::RefineResult& result) {
   return choices;
 }
 
-std::string Describe(const tracking::LensEstimate& fit) {
-  std::string text = fmt::format("focal length {:.2f} px", fit.lens.MeanFocalPx());
-  if (fit.free.focal) text += fmt::format(" (± {:.2f})", fit.focal_sigma_px);
-  if (fit.free.k1) text += fmt::format(", k1 {:.4f} (± {:.4f})", fit.lens.coefficients[0], fit.k1_sigma);
-  if (fit.free.k2) text += fmt::format(", k2 {:.4f} (± {:.4f})", fit.lens.coefficients[1], fit.k2_sigma);
-  if (fit.free.principal_point)
-    text += fmt::format(", principal point {:.2f} {:.2f} px (± {:.2f})", fit.lens.cx, fit.lens.cy,
-                        fit.principal_point_sigma_px);
-  return text;
-}
-
 void PrintText(const std::string& dir, const LightField& before, const tracking::RefineResult& result,
                const Unposed& unposed, const RefineArgs& args, const Cost& cost) {
   const PointStatistics points = StatisticsOf(result.points);
@@ -373,10 +363,7 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
     fmt::print("the views fall into {} groups that share no points: their relative poses are as before\n",
                result.groups);
   for (const tracking::LensEstimate& fit : result.lens_fits)
-    fmt::print("{}: {}\n",
-               args.options.intrinsics ? "new intrinsics"
-                                       : "the images support other intrinsics (--intrinsics takes them over)",
-               Describe(fit));
+    fmt::print("{}\n", LensFitText(fit, before.cameras, args.options.intrinsics));
   if (args.options.intrinsics && result.lens_fits.empty())
     fmt::print("the intrinsics stay: the images support no others\n");
   for (const tracking::CalibrationCheck& check : result.checks)

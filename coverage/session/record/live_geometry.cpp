@@ -98,10 +98,11 @@ void LiveGeometry::AddView(int id, ReadPicture picture, const CameraModel& camer
     std::erase_if(held_, [](const auto& held) { return held.expired(); });
     if (held_.size() >= options_.most_waiting) {
       if (left_out_views_.empty())
-        problem_seen_ = fmt::format(
-            "geometry: other programs leave it no time; views are left out from view {} on, as long as {} "
-            "others wait; ulf proxy makes a mesh of all",
-            id, options_.most_waiting);
+        problem_seen_ = {
+            {},
+            fmt::format("geometry: other programs leave it no time; views are left out from view {} on, as "
+                        "long as {} others wait; ulf proxy makes a mesh of all",
+                        id, options_.most_waiting)};
       left_out_views_.insert(id);
       return;
     }
@@ -117,6 +118,7 @@ void LiveGeometry::AddView(int id, ReadPicture picture, const CameraModel& camer
 void LiveGeometry::RemoveView(int id) {
   corrected_ = true;
   left_out_views_.erase(id);
+  removed_.insert(id);
   Do([id](World& world) { world.growing.RemoveView(id); });
 }
 
@@ -149,20 +151,26 @@ const LiveGeometryState& LiveGeometry::State() {
 void LiveGeometry::Fail(const std::string& what) {
   if (failed_.exchange(true)) return;
   const MutexLock lock(mutex_);
-  problem_ = fmt::format("geometry: {}; the capture goes on without it, ulf proxy makes it afterwards", what);
+  problem_ = {
+      {}, fmt::format("geometry: {}; the capture goes on without it, ulf proxy makes it afterwards", what)};
 }
 
 // One view's picture cannot be read: the others make the geometry.
 void LiveGeometry::LeaveOut(int id, const std::string& why) {
   if (left_out_.exchange(true)) return;
   const MutexLock lock(mutex_);
-  problem_ = fmt::format("geometry: {}; it is made without view {}, and without others that cannot be read",
-                         why, id);
+  problem_ = {
+      id, fmt::format("geometry: {}; it is made without view {}, and without others that cannot be read", why,
+                      id)};
 }
 
 std::optional<std::string> LiveGeometry::TakeProblem() {
   HandOver();
-  return std::exchange(problem_seen_, std::nullopt);
+  const std::optional<Problem> problem = std::exchange(problem_seen_, std::nullopt);
+  if (!problem) return std::nullopt;
+  if (!problem->view || !removed_.contains(*problem->view)) return problem->words;
+  left_out_ = false;  // what else cannot be read is still to be said
+  return std::nullopt;
 }
 
 // Empty where the view is left out, or geometry has failed.

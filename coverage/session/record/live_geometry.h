@@ -133,6 +133,10 @@ class LiveGeometry {
     std::optional<int> view;  // that it adds
     std::function<Change(render::StereoViewMaker&)> make_ready;
   };
+  struct Problem {
+    std::optional<int> view;  // that is left out
+    std::string words;
+  };
   struct Meshed {
     std::shared_ptr<const LiveMesh> mesh;  // null: the maps agree on no surface
     std::map<int, Rigid3> poses;           // of its maps
@@ -163,7 +167,8 @@ class LiveGeometry {
   // The caller's own.
   std::deque<Coming> to_hand_over_;
   LiveGeometryState seen_;
-  std::optional<std::string> problem_seen_;
+  std::optional<Problem> problem_seen_;
+  std::set<int> removed_;  // their pictures go, and may be gone before they are read
   std::deque<std::weak_ptr<const ReadPicture>> held_;  // pictures that wait, or did
   std::set<int> left_out_views_;
   std::map<int, Rigid3> first_poses_;  // with which the views came
@@ -185,7 +190,7 @@ class LiveGeometry {
   bool over_ ULF_GUARDED_BY(mutex_) = false;
   bool ended_ ULF_GUARDED_BY(mutex_) = false;  // the thread
   LiveGeometryState state_ ULF_GUARDED_BY(mutex_);
-  std::optional<std::string> problem_ ULF_GUARDED_BY(mutex_);
+  std::optional<Problem> problem_ ULF_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

@@ -278,6 +278,21 @@ TEST(LiveGeometry, StartsAgainUnderAnotherLens) {
 }
 
 // The others make the geometry all the same.
+// Its picture may be moved away before the thread has read it: nothing that anybody lost.
+TEST(LiveGeometry, APictureOfAViewThatWasTakenBackIsNotMissed) {
+  LiveGeometry geometry(Small(false));
+  geometry.SetSubject(Studio().scene().subject());
+  const auto add = [&](int id) {
+    geometry.AddView(
+        id, []() -> cv::Mat { throw ulf::Error("the image is missing"); }, Studio().camera(), Poses()[0]);
+  };
+  add(1000);
+  geometry.RemoveView(1000);
+  EXPECT_EQ(geometry.TakeProblem(), std::nullopt);
+  add(1001);
+  EXPECT_THAT(geometry.TakeProblem(), testing::Optional(HasSubstr("without view 1001")));
+}
+
 TEST(LiveGeometry, PictureThatCannotBeReadIsLeftOutAndSaidOnce) {
   LiveGeometry geometry(Small(true));
   geometry.SetSubject(Studio().scene().subject());
