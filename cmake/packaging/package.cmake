@@ -17,8 +17,8 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME ulf)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # It opens these two by name (libepoxy does): no linker knows of them.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libegl1, libgl1")
-# OpenGL where no GPU's driver is, letters on the display, plots (--plot).
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libgl1-mesa-dri, fonts-dejavu-core, gnuplot-nox | gnuplot")
+# OpenGL where no GPU's driver is, letters on the display, plots (--plot), man, completion in bash.
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libgl1-mesa-dri, fonts-dejavu-core, gnuplot-nox | gnuplot, man-db, bash-completion")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ulf-dev, colmap")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
 "captures and renders unstructured light fields
