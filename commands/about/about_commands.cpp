@@ -26,7 +26,6 @@ void AddAboutCommands(CLI::App& app, ChosenCommand& chosen) {
   auto shell = std::make_shared<std::string>();
   CLI::App* completion =
       app.add_subcommand("completion", "Print the completion of a shell: bash, zsh or fish");
-  completion->group("");
   completion->add_option("SHELL", *shell)->required();
   completion->callback([&app, &chosen, shell] {
     chosen = [&app, shell] {
