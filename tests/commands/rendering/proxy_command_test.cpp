@@ -204,7 +204,7 @@ TEST(ProxyCommand, SharesOfMapsGiveTheBytesOfOneProcess) {
   ASSERT_EQ(RunUlf("proxy " + shared + maps + " --maps-of 1/3").exit_code, 0);
   const auto other = RunUlf("proxy " + shared + maps + " --size 200");
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.errors, HasSubstr("other photographs, poses or options"));
+  EXPECT_THAT(other.errors, HasSubstr("other photographs, masks, cameras, poses or options"));
   const auto fused = RunUlf("proxy " + shared + maps);
   ASSERT_EQ(fused.exit_code, 0) << fused.errors;
   EXPECT_TRUE(BytesUnder(shared) == BytesUnder(alone));
