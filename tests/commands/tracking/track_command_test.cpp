@@ -154,7 +154,9 @@ TEST(TrackReport, WrongPosesAreCountedAndWhetherTheySaySo) {
     if (k == 10 || k == 20 || k == 50) frame.track.cam_from_world->translation.x() += 0.1;
     if (k == 30 || k == 40)
       frame.track.cam_from_world =
-          Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(Radians(3), Eigen::Vector3d::UnitZ())), {}} * pose;
+          Rigid3{Eigen::Quaterniond(Eigen::AngleAxisd(Radians(3), Eigen::Vector3d::UnitZ())),
+                 Eigen::Vector3d::Zero()} *
+          pose;
     run.frames.push_back(frame);
   }
   const TrackErrors errors = CompareWithTruth(run, truth, "the truth");
