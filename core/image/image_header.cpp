@@ -56,7 +56,7 @@ std::optional<ImageHeader> ReadPng(std::istream& file) {
   // Grey, -, RGB, palette (decodes to three channels), grey and alpha, -, RGB and alpha.
   constexpr std::array kChannels = {1, 0, 3, 3, 2, 0, 4};
   const int color_type = head[25];
-  if (color_type >= static_cast<int>(kChannels.size())) return std::nullopt;
+  if (color_type >= static_cast<int>(kChannels.size()) || head[24] == 0 || head[24] > 16) return std::nullopt;
   const int channels = kChannels[static_cast<std::size_t>(color_type)];
   ImageHeader header{"PNG",    BigEndian(&head[16], 4),     BigEndian(&head[20], 4),
                      channels, head[24] < 8 ? 8 : head[24], channels == 2 || channels == 4,
