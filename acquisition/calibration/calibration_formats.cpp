@@ -143,6 +143,8 @@ CameraModel ReadOpenCv(const std::string& text, const std::string& where) {
     if (!file["fisheye_model"].empty()) file["fisheye_model"] >> fisheye;
   } catch (const cv::Exception& error) {
     throw Error("{}: OpenCV cannot read it: {}", where, error.err);
+  } catch (const std::exception& error) {  // of the standard library, where numbers are too large
+    throw Error("{}: OpenCV cannot read it: {}", where, error.what());
   }
   if (k.total() != 9) throw Error("{}: contains no 3x3 camera_matrix", where);
   k.convertTo(k, CV_64F);

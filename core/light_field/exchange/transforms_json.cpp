@@ -331,8 +331,11 @@ Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& w
 }
 
 std::string PathInside(const fs::path& root, const std::string& relative, const std::string& where) {
+  std::error_code unknown;  // such as a name that is too long
   const fs::path canonical_root = fs::weakly_canonical(root);
-  const fs::path target = fs::weakly_canonical(canonical_root / relative);
+  const fs::path target = fs::weakly_canonical(canonical_root / relative, unknown);
+  if (unknown)
+    throw Error("{}: the path '{:.200}' cannot be followed: {}", where, relative, unknown.message());
   const fs::path inside = target.lexically_relative(canonical_root);
   if (relative.empty() || fs::path(relative).is_absolute() || inside.empty() || *inside.begin() == "..")
     throw Error(
