@@ -30,7 +30,8 @@ ScratchFolder::~ScratchFolder() {
 
 CommandResult RunUlf(const std::string& arguments) {
   const char* binary = std::getenv("ULF_BINARY");
-  if (!binary) ADD_FAILURE() << "ULF_BINARY is not set: run through ctest, or export ULF_BINARY=$PWD/build/release/ulf";
+  if (!binary)
+    ADD_FAILURE() << "ULF_BINARY is not set: run through ctest, or export ULF_BINARY=$PWD/build/release/ulf";
   ScratchFolder scratch;
   const std::string errors_path = (scratch / "stderr").string();
   const std::string command = std::string(binary ? binary : "false") + " " + arguments + " 2>" + errors_path;

@@ -125,7 +125,7 @@ TEST_F(LyingSize, OfJpeg) {
 TEST_F(LyingSize, OfTiff) {
   std::string tiff = Encoded(".tiff", cv::Mat(48, 64, CV_16UC3));
   for (const std::string& tag : {std::string("\0\1\4\0", 4), std::string("\1\1\4\0", 4),
-                                std::string("\0\1\3\0", 4), std::string("\1\1\3\0", 4)})
+                                 std::string("\0\1\3\0", 4), std::string("\1\1\3\0", 4)})
     if (const std::size_t at = tiff.rfind(tag); at != std::string::npos) tiff.replace(at + 8, 2, "\x30\x75");
   ExpectRefused("a.tiff", tiff);
 }
