@@ -18,11 +18,11 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/image/exr_header.h"
 #include "core/image/image_header.h"
 
 namespace ulf {
@@ -142,51 +142,9 @@ std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression com
   return stream.Take();
 }
 
-namespace {
-
-[[noreturn]] void RefuseExr(const std::string& path, const char* why) {
-  throw Error(
-      "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
-      "repair DIR)",
-      path, why);
-}
-
-// The library takes as much memory as a header's attribute claims before it reads it: no attribute may be longer than the
-// file (OpenEXR's file layout: magic, version, then name, type and size of each attribute; an empty name ends a header, and
-// in a file of several parts an empty header ends them).
-void RequireAttributesInside(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code unknown;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, unknown);
-  std::array<char, 8> begin{};
-  if (unknown || !file.read(begin.data(), begin.size())) return;  // the library says why not
-  constexpr char kSeveralParts = 0x10;
-  const bool has_parts = (begin[5] & kSeveralParts) != 0;
-  constexpr int kLongestName = 256;
-  const auto name = [&] {
-    std::string text;
-    for (char c = 0; text.size() < kLongestName && file.get(c) && c != '\0';) text += c;
-    return text;
-  };
-  bool was_empty = false;
-  while (file) {
-    const bool is_end = name().empty();
-    if (is_end && (!has_parts || was_empty)) return;
-    was_empty = is_end;
-    if (is_end) continue;
-    name();  // the type
-    std::uint32_t size = 0;
-    if (!file.read(reinterpret_cast<char*>(&size), sizeof size)) return;
-    if (size > bytes) RefuseExr(path, "an attribute of its header is longer than the file");
-    file.ignore(size);
-  }
-}
-
-}  // namespace
-
 cv::Mat ReadExr(const std::string& path) {
   try {
-    RequireAttributesInside(path);
+    RequireExrHeader(path);
     Imf::InputFile file(path.c_str());
     return ReadColours(file, path);
   } catch (const Iex::BaseExc& error) {
@@ -196,7 +154,7 @@ cv::Mat ReadExr(const std::string& path) {
 
 cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
   try {
-    RequireAttributesInside(path);
+    RequireExrHeader(path);
     Imf::InputFile file(path.c_str());
     if (!file.header().channels().findChannel(name)) return {};
     const Imath::Box2i data = file.header().dataWindow();
@@ -218,7 +176,7 @@ cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
 
 ExrColors ExrColorsOf(const std::string& path) {
   try {
-    RequireAttributesInside(path);
+    RequireExrHeader(path);
     const Imf::InputFile file(path.c_str());
     if (!Imf::hasChromaticities(file.header())) return std::nullopt;
     const Imf::Chromaticities& told = Imf::chromaticities(file.header());
@@ -231,7 +189,7 @@ ExrColors ExrColorsOf(const std::string& path) {
 
 std::string ExrAttribute(const std::string& path, const std::string& name) {
   try {
-    RequireAttributesInside(path);
+    RequireExrHeader(path);
     const Imf::InputFile file(path.c_str());
     const auto* text = file.header().findTypedAttribute<Imf::StringAttribute>(name);
     return text ? text->value() : "";

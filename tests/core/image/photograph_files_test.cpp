@@ -1,13 +1,15 @@
-// Tests: core/image/exr_file, core/image/image_header, core/image/jpeg_file.
+// Tests: core/image/exr_file, core/image/exr_header, core/image/image_header, core/image/jpeg_file.
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
 #include "core/image/exr_file.h"
+#include "core/image/exr_header.h"
 #include "core/image/image.h"
 #include "core/image/image_header.h"
 #include "core/image/jpeg_file.h"
@@ -140,6 +142,58 @@ TEST_F(LyingSize, OfExr) {
   exr += std::string(30000, '\0');  // room for the places of its lines
   ExpectRefused("a.exr", exr);
   EXPECT_THROW(ReadExrChannel((folder_ / "a.exr").string(), "R"), Error);
+}
+
+// What the library would follow, whatever the length that stands beside it.
+TEST(ExrHeader, AttributesOfAnotherLengthThanTheirTypeAreRefused) {
+  const ScratchFolder folder;
+  const cv::Mat bgr(3, 5, CV_32FC3, cv::Scalar::all(1));
+  const std::string exr = ExrBytes({{"B", bgr, 0}, {"G", bgr, 1}, {"R", bgr, 2}}, ExrCompression::kZip);
+  const auto path = folder / "a.exr";
+  const auto number = [](std::uint32_t n) {
+    return std::string(reinterpret_cast<const char*>(&n), sizeof n);
+  };
+  const auto with = [&](const std::string& type, const std::string& value, std::uint32_t length) {
+    std::string bytes = exr;
+    WriteBytes(path, bytes.insert(8, "more" + std::string(1, '\0') + type + std::string(1, '\0') +
+                                         number(length) + value));
+  };
+  const auto with_value = [&](const std::string& type, const std::string& value) {
+    with(type, value, static_cast<std::uint32_t>(value.size()));
+  };
+  const auto refused = testing::Throws<Error>(testing::Property(
+      &Error::what,
+      testing::AllOf(testing::HasSubstr(path.string()), testing::HasSubstr("attribute of its header"))));
+  const std::string preview = number(2) + number(1) + std::string(8, 'p'), strings = number(3) + "abc";
+  for (const auto& [type, value] : std::map<std::string, std::string>{{"preview", preview},
+                                                                      {"stringvector", strings + strings},
+                                                                      {"floatvector", number(0)},
+                                                                      {"v2f", number(0) + number(0)},
+                                                                      {"of others", "anything"}}) {
+    with_value(type, value);
+    EXPECT_NO_THROW(ExrAttribute(path.string(), "more")) << type;
+    with(type, value, 1 << 30);
+    EXPECT_THAT([&] { ReadExr(path.string()); }, refused) << type;
+  }
+  const std::string huge = number(0x70000000);
+  for (const auto& [type, value] :
+       std::map<std::string, std::string>{{"preview", huge + huge + "pixels"},
+                                          {"stringvector", huge + "abc"},
+                                          {"floatvector", "abc"},
+                                          {"chlist", std::string("B\0", 2) + std::string(16, '\0')},
+                                          {"v2f", number(0)}}) {
+    with_value(type, value);
+    EXPECT_THAT([&] { ReadExr(path.string()); }, refused) << type;
+    EXPECT_THAT([&] { ReadExrChannel(path.string(), "R"); }, refused) << type;
+    EXPECT_THAT([&] { ExrColorsOf(path.string()); }, refused) << type;
+    EXPECT_THAT([&] { ExrAttribute(path.string(), "more"); }, refused) << type;
+  }
+  with_value("tiledesc", huge + huge + std::string(1, '\0'));
+  EXPECT_THROW(RequireExrHeader(path.string()), Error);
+  WriteBytes(path, exr.substr(0, 60));
+  EXPECT_THROW(RequireExrHeader(path.string()), Error);
+  WriteBytes(path, "another kind of file");
+  EXPECT_NO_THROW(RequireExrHeader(path.string()));
 }
 
 TEST(JpegFile, IsDecodedWholeOrNotAtAll) {
