@@ -88,7 +88,9 @@ ExifFacts ReadExif(const std::string& jpeg) {
   facts.iso = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_ISO_SPEED_RATINGS));
   facts.focal_mm = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH));
   facts.focal_35mm = Positive(Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM));
-  if (const auto orientation = Positive(Number(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION)))
+  constexpr double kLastOrientation = 8;
+  if (const auto orientation = Number(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION);
+      orientation && *orientation >= 1 && *orientation <= kLastOrientation)
     facts.orientation = static_cast<int>(*orientation);
   facts.lens = TextOf(data.get(), EXIF_IFD_EXIF, EXIF_TAG_LENS_MODEL);
   return facts;

@@ -203,7 +203,10 @@ void Picture(std::string_view bytes) {
   ReadImageSize(file);
   ReadImageFile(file);
 }
-void Exif(std::string_view bytes) { ReadExif(std::string(bytes)); }
+void Exif(std::string_view bytes) {
+  const int orientation = ReadExif(std::string(bytes)).orientation;
+  if (orientation < 1 || orientation > 8) Broken("an orientation that Exif does not have");
+}
 
 // What the files beside a light field belong to: two views of a camera without distortion.
 LightField TwoViews() {
