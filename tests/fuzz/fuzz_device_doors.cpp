@@ -53,8 +53,11 @@ class FilteredCamera {
     for (bool is_last = false; !is_last;) {
       std::array<std::uint8_t, 2048> request{};
       pollfd wait{camera_[0], POLLIN, 0};
-      constexpr int kPatienceMs = 10'000;
-      if (poll(&wait, 1, kPatienceMs) != 1) Broken("the filter stands still");
+      // Many short waits: a machine that pauses for seconds ends one of them only.
+      constexpr int kWaitMs = 100, kMostWaits = 100;
+      int waits = 0;
+      while (poll(&wait, 1, kWaitMs) != 1)
+        if (++waits == kMostWaits) Broken("the filter stands still");
       const ssize_t size = recv(camera_[0], request.data(), request.size(), 0);
       if (size < static_cast<ssize_t>(gvcp::kHeaderBytes)) Broken("a request without a header");
       is_last =
