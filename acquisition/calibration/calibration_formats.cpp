@@ -127,15 +127,26 @@ CameraModel ReadRos(const std::string& text, const std::string& where) {
                                 d, model == "equidistant", where + ", " + model);
 }
 
+// OpenCV takes the memory that a matrix's rows and columns ask for before it looks whether its numbers are there, and
+// takes a size that is no number for two billion.
+cv::Mat SmallMatrix(const cv::FileNode& node, const std::string& where) {
+  constexpr int kMostSide = 100;  // of nine and fourteen numbers
+  for (const char* side : {"rows", "cols"})
+    if (!node.isMap() || !node[side].isInt() || static_cast<int>(node[side]) < 0 ||
+        static_cast<int>(node[side]) > kMostSide)
+      throw Error("{}: '{}' is no matrix with rows and columns", where, node.name());
+  return node.mat();
+}
+
 CameraModel ReadOpenCv(const std::string& text, const std::string& where) {
   cv::Mat k, d;
   int width = 0, height = 0, fisheye = 0;
   try {
     const cv::FileStorage file(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
     for (const char* key : {"camera_matrix", "cameraMatrix", "K", "Camera_Matrix"})
-      if (k.empty() && !file[key].empty()) file[key] >> k;
+      if (k.empty() && !file[key].empty()) k = SmallMatrix(file[key], where);
     for (const char* key : {"distortion_coefficients", "distCoeffs", "D", "Distortion_Coefficients"})
-      if (d.empty() && !file[key].empty()) file[key] >> d;
+      if (d.empty() && !file[key].empty()) d = SmallMatrix(file[key], where);
     for (const char* key : {"image_width", "image_Width", "width"})
       if (!file[key].empty()) file[key] >> width;
     for (const char* key : {"image_height", "image_Height", "height"})
@@ -143,6 +154,8 @@ CameraModel ReadOpenCv(const std::string& text, const std::string& where) {
     if (!file["fisheye_model"].empty()) file["fisheye_model"] >> fisheye;
   } catch (const cv::Exception& error) {
     throw Error("{}: OpenCV cannot read it: {}", where, error.err);
+  } catch (const Error&) {
+    throw;
   } catch (const std::exception& error) {  // of the standard library, where numbers are too large
     throw Error("{}: OpenCV cannot read it: {}", where, error.what());
   }

@@ -40,6 +40,10 @@ CameraModel FromNumbers(const std::string& text, const std::string& where) {
   if (numbers.size() != 10 && numbers.size() != 11)
     throw Error("{}: {} numbers where 10 or 11 are expected: fx fy cx cy k1 k2 p1 p2 width height [fps]",
                 where, numbers.size());
+  constexpr double kMostPx = 1 << 20;
+  for (const double side : {numbers[8], numbers[9]})
+    if (!(side >= 1 && side <= kMostPx))
+      throw Error("{}: width and height must be 1 to {:.0f} px, not {}", where, kMostPx, side);
   CameraModel camera = CameraModel::FromOpenCv(
       static_cast<int>(numbers[8]), static_cast<int>(numbers[9]), numbers[0], numbers[1], numbers[2],
       numbers[3], Distortion::kRadialTangential, {numbers[4], numbers[5], numbers[6], numbers[7], 0});

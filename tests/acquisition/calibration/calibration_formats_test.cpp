@@ -1,6 +1,7 @@
 // Tests: acquisition/calibration/calibration_formats, commands/calibration/calibration_command.
 #include "acquisition/calibration/calibration_formats.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -157,6 +158,18 @@ TEST(CalibrationFormats, WhatCannotBeSaidIsAnErrorThatNamesIt) {
        {"cam0:\n  camera_model: pinhole\n  intrinsics: [500, 500", "%YAML:1.0\n---\ncamera_matrix: 3\n",
         "<?xml version=\"1.0\"?>\n<opencv_storage>", "camera_matrix: [\n"})
     EXPECT_THAT(ErrorOf(torn), HasSubstr("the file")) << torn;
+}
+
+// OpenCV would take 16 GB for each of them.
+TEST(CalibrationFormats, AMatrixIsAsLargeAsItsNumbersSay) {
+  for (const char* rows : {"rows: 3000000", "rows: \"3\"", "rows:=3", "rows: -3"})
+    EXPECT_THAT(
+        ErrorOf(fmt::format("%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: "
+                            "!!opencv-matrix\n   {}\n   cols: 3\n   dt: d\n   data: [ 600., 0., 319.5, 0., "
+                            "602., 239.5, 0., 0., 1. ]\n",
+                            rows)),
+        AllOf(HasSubstr("the file"), HasSubstr("camera_matrix"), HasSubstr("rows")))
+        << rows;
 }
 
 TEST(CalibrationFormats, AreReadWhereverACalibrationIs) {

@@ -91,6 +91,8 @@ TEST(CalibrationIo, ErrorsNameFileAndTrouble) {
       {"hello", "neither JSON nor numbers"},
       {"500 500 320 240", "4 numbers"},
       {"-500 500 320 240 0 0 0 0 640 480", "focal"},
+      {"500 500 320 240 0 0 0 0 1e118 480", "width and height"},
+      {"500 500 320 240 0 0 0 0 640 0.5", "width and height"},
       {"{\"modes\": ", "JSON"},
       {"{}", "modes"},
       {"{\"modes\": []}", "live"},
