@@ -12,6 +12,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/image/claimed_size.h"
 #include "core/image/exr_file.h"
 #include "core/image/image_header.h"
 #include "core/image/raw_file.h"
@@ -235,18 +236,28 @@ void RequireWholeFile(const std::string& path) {
 }
 
 cv::Mat Decoded(const std::string& path) {
+  const std::uintmax_t bytes = std::filesystem::file_size(path);
+  std::ifstream file(path, std::ios::binary);
+  bool is_known = true;
+  constexpr double kMostBytesOfPixel = 12;
   if (const auto header = ReadImageHeader(path))
-    RequirePixelsOfFile(path, std::filesystem::file_size(path),
-                        static_cast<double>(header->width) * static_cast<double>(header->height),
+    RequirePixelsOfFile(path, bytes, static_cast<double>(header->width) * static_cast<double>(header->height),
                         header->channels * header->bits / 8.0);
+  else if (const auto size = ClaimedSize(file))
+    RequirePixelsOfFile(path, bytes, size->area(), kMostBytesOfPixel);
+  else
+    is_known = false;
+  // OpenCV decodes more kinds than anybody photographs in, whose sizes nobody has checked.
   cv::Mat pixels;
   try {
-    pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
+    if (is_known) pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
   }
   if (pixels.empty())
     throw Error(
-        "{}: cannot be decoded as an image; copy it again from its source (of a light field: ulf repair DIR)",
+        "{}: cannot be decoded as an image (PNG, JPEG, TIFF, EXR, BMP, WebP, PPM, PGM, HDR and raw files are "
+        "read); "
+        "copy it again from its source (of a light field: ulf repair DIR)",
         path);
   return pixels;
 }

@@ -1,4 +1,4 @@
-// Tests: core/image/exr_file, core/image/exr_header, core/image/image_header, core/image/jpeg_file.
+// Tests: core/image/claimed_size, core/image/exr_file, core/image/exr_header, core/image/image_header, core/image/jpeg_file.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -6,8 +6,10 @@
 #include <limits>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "core/base/error.h"
+#include "core/image/claimed_size.h"
 #include "core/image/exr_file.h"
 #include "core/image/exr_header.h"
 #include "core/image/image.h"
@@ -142,6 +144,48 @@ TEST_F(LyingSize, OfExr) {
   exr += std::string(30000, '\0');  // room for the places of its lines
   ExpectRefused("a.exr", exr);
   EXPECT_THROW(ReadExrChannel((folder_ / "a.exr").string(), "R"), Error);
+}
+
+TEST_F(LyingSize, OfRarerKinds) {
+  const cv::Mat pixels(48, 64, CV_8UC3, cv::Scalar(10, 120, 200));
+  const auto read = [&](const char* name, const std::string& bytes) {
+    WriteBytes(folder_ / name, bytes);
+    EXPECT_EQ(ReadImageFile((folder_ / name).string()).size(), pixels.size()) << name;
+    std::istringstream stream(bytes);
+    EXPECT_EQ(ClaimedSize(stream), cv::Size2d(64, 48)) << name;
+  };
+  const auto with = [](std::string bytes, std::size_t at, std::string_view lie) {
+    return bytes.replace(at, lie.size(), lie);
+  };
+  const std::string bmp = Encoded(".bmp", pixels), ppm = Encoded(".ppm", pixels),
+                    hdr = Encoded(".hdr", pixels);
+  read("a.bmp", bmp);
+  ExpectRefused("a.bmp", with(bmp, 18, std::string("\x30\x75\0\0\x30\x75\0\0", 8)));
+  ExpectRefused("a.bmp", with(bmp, 18, std::string("\x30\x75\0\0\xD0\x8A\xFF\xFF", 8)));
+  read("a.ppm", ppm);
+  const std::string behind_size = ppm.substr(ppm.find("255"));
+  read("a.ppm", "P6\n# made by hand\n64 # wide\n48\n" + behind_size);
+  ExpectRefused("a.ppm", "P6\n# made by hand\n30000 # wide\n30000\n" + behind_size);
+  read("a.hdr", hdr);
+  const std::size_t size_line = hdr.find("-Y 48 +X 64");
+  ASSERT_NE(size_line, std::string::npos);
+  ExpectRefused("a.hdr", hdr.substr(0, size_line) + "-Y 30000 +X 30000" + hdr.substr(size_line + 11));
+  for (const int quality : {90, 101}) {  // above 100: lossless
+    std::vector<unsigned char> encoded;
+    cv::imencode(".webp", pixels, encoded, {cv::IMWRITE_WEBP_QUALITY, quality});
+    const std::string webp(encoded.begin(), encoded.end());
+    read("a.webp", webp);
+    ExpectRefused("a.webp",
+                  quality > 100 ? with(webp, 21, "\xFF\xFF\xFF\x0F") : with(webp, 26, "\xFF\x3F\xFF\x3F"));
+  }
+}
+
+TEST(ImageFile, OfAKindThatNobodyPhotographsInIsRefused) {
+  const ScratchFolder folder;
+  const auto path = folder / "a.png";
+  WriteBytes(path, Encoded(".ras", cv::Mat(48, 64, CV_8UC3)));
+  EXPECT_THAT([&] { ReadImageFile(path.string()); },
+              testing::ThrowsMessage<Error>(testing::HasSubstr("cannot be decoded")));
 }
 
 // What the library would follow, whatever the length that stands beside it.

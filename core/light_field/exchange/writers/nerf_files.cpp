@@ -79,7 +79,7 @@ std::vector<std::string> NerfSyntheticDoubts(const LightField& light_field, cons
                                              bool has_masks) {
   std::vector<std::string> doubts;
   if (!has_masks)
-    doubts.push_back(
+    doubts.emplace_back(
         "no view has a mask: readers of this form take what is around the subject for a part of it, and look "
         "no deeper than 6 (the cameras stand about 4 from the subject); export nerfstudio or instant-ngp "
         "for a scene with its background");
