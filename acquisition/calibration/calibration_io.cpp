@@ -56,6 +56,8 @@ nlohmann::json ParseJson(const std::string& text, const std::string& where) {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
     throw Error("{}: not valid JSON at byte {}; write the calibration again", where, error.byte);
+  } catch (const nlohmann::json::out_of_range&) {
+    throw Error("{}: not valid JSON: a number is too large; write the calibration again", where);
   }
 }
 

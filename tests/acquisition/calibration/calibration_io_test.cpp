@@ -94,6 +94,7 @@ TEST(CalibrationIo, ErrorsNameFileAndTrouble) {
       {"500 500 320 240 0 0 0 0 1e118 480", "width and height"},
       {"500 500 320 240 0 0 0 0 640 0.5", "width and height"},
       {"{\"modes\": ", "JSON"},
+      {"{\"modes\": 1e999}", "too large"},
       {"{}", "modes"},
       {"{\"modes\": []}", "live"},
       {"{\"modes\": {\"still\": {}}}", "still"},
