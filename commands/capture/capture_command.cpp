@@ -23,6 +23,7 @@
 #include "commands/tracking/lens_use_option.h"
 #include "commands/tracking/readout_option.h"
 #include "commands/tracking/tracking_side_option.h"
+#include "core/base/available_memory.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"
@@ -227,6 +228,7 @@ bool MaskTurntable(const coverage::CaptureArgs& args) {
 }
 
 int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens) {
+  ShareHeaps();
   coverage::CaptureOptions options = coverage::OptionsFrom(args);
   RequireUsable(lens);
   if (!args.marker.empty()) tracking::MarkerSpec::Parse(args.marker);

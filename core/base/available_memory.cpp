@@ -1,9 +1,11 @@
 #include "core/base/available_memory.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <optional>
@@ -47,5 +49,10 @@ std::uint64_t LeftToProcess() {
 }  // namespace
 
 std::uint64_t AvailableMemory() { return std::min({LeftOnMachine(), LeftInControlGroup(), LeftToProcess()}); }
+
+void ShareHeaps() {
+  constexpr int kHeaps = 2;
+  if (!std::getenv("MALLOC_ARENA_MAX")) mallopt(M_ARENA_MAX, kHeaps);
+}
 
 }  // namespace ulf

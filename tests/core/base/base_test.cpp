@@ -3,13 +3,19 @@
 // core/base/signal_stack, core/base/silent_solver, core/base/available_memory, core/base/thread_clock,
 // core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex.
 #include <gmock/gmock.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <barrier>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <limits>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -160,6 +166,43 @@ TEST(AvailableMemoryTest, IsAtMostTheProcesssOwnLimit) {
   setrlimit(RLIMIT_AS, &before);
   EXPECT_LE(available, kLeft + (1 << 20));  // the allocator may return some memory meanwhile
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose allocator is another
+// In a process of its own: heaps that exist stay.
+TEST(AvailableMemoryTest, ManyThreadsShareTwoHeaps) {
+  const auto heaps_of_threads = [](bool shared) {
+    if (shared) ShareHeaps();
+    constexpr int kThreads = 8;
+    std::barrier all_have_allocated(kThreads + 1), counted(kThreads + 1);
+    std::vector<std::thread> threads;
+    for (int i = 0; i < kThreads; ++i)
+      threads.emplace_back([&] {
+        const std::vector<std::string> kept(1000, std::string(100, 'x'));
+        all_have_allocated.arrive_and_wait();
+        counted.arrive_and_wait();
+      });
+    all_have_allocated.arrive_and_wait();
+    char* text = nullptr;
+    std::size_t size = 0;
+    FILE* const stream = open_memstream(&text, &size);
+    malloc_info(0, stream);
+    fclose(stream);
+    int heaps = 0;
+    for (const char* at = text; (at = std::strstr(at, "<heap nr=")); ++at) ++heaps;
+    free(text);
+    counted.arrive_and_wait();
+    for (std::thread& thread : threads) thread.join();
+    return heaps;
+  };
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  unsetenv("MALLOC_ARENA_MAX");
+  EXPECT_EXIT(std::exit(heaps_of_threads(true) <= 2 ? 0 : 1), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(std::exit(heaps_of_threads(false) > 2 ? 0 : 1), testing::ExitedWithCode(0), "");
+  setenv("MALLOC_ARENA_MAX", "4", 1);
+  EXPECT_EXIT(std::exit(heaps_of_threads(true) > 2 ? 0 : 1), testing::ExitedWithCode(0), "");
+  unsetenv("MALLOC_ARENA_MAX");
+}
+#endif
 
 TEST(MutexTest, OneThreadAtATimeAndAWaitEndsWithItsPredicate) {
   Mutex mutex;

@@ -23,6 +23,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/paced_device.h"
+#include "core/base/available_memory.h"
 #include "core/base/host_time.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/run_with_display.h"
@@ -84,6 +85,7 @@ class BusyPerson : public OffscreenSurface {
 };
 
 TEST(Use, OfEverythingThatTheDisplayOffersDuringACapture) {
+  ShareHeaps();
   const ScratchFolder scratch;
   const double fps = Asked("ULF_USE_FPS", 1);  // slow, for the sanitizers' sake: a degree from frame to frame
   const int width = static_cast<int>(Asked("ULF_USE_WIDTH", 320));
