@@ -16,6 +16,7 @@
 #include "core/base/counted.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/core/light_field/light_field_samples.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -113,9 +114,7 @@ TEST(CaptureProcess, ADeathFromWithinClosesTheLightFieldAndNamesIt) {
 }
 
 TEST(CaptureProcess, AnOverrunStackClosesTheLightFieldInWhateverThread) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "the sanitizer has its own word to say";
-#endif
+  if (test::kIsSanitized) GTEST_SKIP() << "the sanitizer has its own word to say";
   for (const auto& [where, name] : {std::pair{"main", "overrun_capture"}, {"other", "overrun"}}) {
     test::ScratchFolder scratch;
     const fs::path dir = scratch / "lf", errors = scratch / "errors";

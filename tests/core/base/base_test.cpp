@@ -37,6 +37,7 @@
 #include "core/base/silent_solver.h"
 #include "core/base/stage_times.h"
 #include "core/base/stop_signal.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -167,9 +168,9 @@ TEST(AvailableMemoryTest, IsAtMostTheProcesssOwnLimit) {
   EXPECT_LE(available, kLeft + (1 << 20));  // the allocator may return some memory meanwhile
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose allocator is another
 // In a process of its own: heaps that exist stay.
 TEST(AvailableMemoryTest, ManyThreadsShareTwoHeaps) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer's allocator is another";
   const auto heaps_of_threads = [](bool shared) {
     if (shared) ShareHeaps();
     constexpr int kThreads = 8;
@@ -202,7 +203,6 @@ TEST(AvailableMemoryTest, ManyThreadsShareTwoHeaps) {
   EXPECT_EXIT(std::exit(heaps_of_threads(true) > 2 ? 0 : 1), testing::ExitedWithCode(0), "");
   unsetenv("MALLOC_ARENA_MAX");
 }
-#endif
 
 TEST(MutexTest, OneThreadAtATimeAndAWaitEndsWithItsPredicate) {
   Mutex mutex;

@@ -13,6 +13,7 @@
 #include "core/base/host_time.h"
 #include "core/base/quantile.h"
 #include "core/base/thread_clock.h"
+#include "tests/support/sanitizers.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // GCC ships no header for it
@@ -129,10 +130,9 @@ std::string WhatGrows(const std::vector<GrowthRow>& all, const GrowthLimits& lim
                            new_views, most_mb);
   };
   memory("memory in use", limits.mb_a_view, [](const GrowthRow& row) { return row.used_mb; });
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // freed pages come back late or never
-  memory("resident memory", std::max(limits.mb_a_view, limits.resident_mb_a_view),
-         [](const GrowthRow& row) { return row.resident_mb; });
-#endif
+  if (!kIsSanitized)  // freed pages come back late or never
+    memory("resident memory", std::max(limits.mb_a_view, limits.resident_mb_a_view),
+           [](const GrowthRow& row) { return row.resident_mb; });
 
   const Of processor_ms = [](const GrowthRow& row) { return row.processor_ms; };
   std::vector<double> times;
