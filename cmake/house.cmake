@@ -33,7 +33,10 @@ set(ULF_SANITIZE "" CACHE STRING "address,undefined or thread")
 if(ULF_SANITIZE)
   # Instrumented code makes GCC 12 see overlaps and overruns inside std::string that are not there.
   target_compile_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} -fno-omit-frame-pointer -Wno-error)
-  target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE})
+  set(kept_modules ${CMAKE_BINARY_DIR}/kept_modules.o)
+  execute_process(COMMAND ${CMAKE_CXX_COMPILER} -c -fPIC ${CMAKE_SOURCE_DIR}/cmake/kept_modules.cpp -o ${kept_modules}
+    COMMAND_ERROR_IS_FATAL ANY)
+  target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} ${kept_modules})
 endif()
 
 # The cache finds a file again in any checkout: paths count from its root (BASEDIR), a precompiled header is known by its
