@@ -11,8 +11,14 @@ bool IsOfWord(char c) {
   return std::isalnum(byte) || byte >= 0x80 || c == '_' || c == '.' || c == '-' || c == '+';
 }
 
-// The word, or the sign, that the character belongs to.
+// The word, or the sign, that the character belongs to; of text in quotes, where the parser stops at its end, all of it.
 std::string_view WordAt(std::string_view text, std::size_t at) {
+  if (text[at] == '"' && at > 0) {
+    std::size_t begin = text.rfind('"', at - 1);
+    while (begin != std::string_view::npos && begin > 0 && text[begin - 1] == '\\')
+      begin = text.rfind('"', begin - 1);
+    if (begin != std::string_view::npos) return text.substr(begin, at + 1 - begin);
+  }
   if (!IsOfWord(text[at])) return text.substr(at, 1);
   std::size_t begin = at, end = at;
   while (begin > 0 && IsOfWord(text[begin - 1])) --begin;

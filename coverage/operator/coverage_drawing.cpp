@@ -189,31 +189,34 @@ void DrawCapOutline(cv::Mat& canvas, const Chart& chart, const Cap& cap) {
   for (int i = 0; i < 4; ++i) Line(canvas, corners[i], corners[(i + 1) % 4], kInk, 2);
 }
 
-// From the chart's lower edge.
-constexpr int kLegendAt = 58, kHolesAt = 80;
+constexpr int kLegendAt = 58, kLine = 20;  // from the chart's lower edge, and from line to line
 
+// In two lines.
 void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
-  const double y = chart.area.br().y + kLegendAt;
-  double x = chart.area.x;
-  const Palette& palette = Palette::Standard();
+  double y = chart.area.br().y + kLegendAt, x = chart.area.x;
+  const auto words = [&](const std::string& text, double after_mark) {
+    Text(canvas, text, {x + after_mark, y}, 0.42, kInk);
+    int baseline = 0;
+    x += after_mark + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width + 22;
+  };
   const auto patch = [&](const cv::Vec3f& color, const std::string& text) {
     cv::rectangle(canvas, cv::Rect(static_cast<int>(x), static_cast<int>(y) - 10, 14, 12),
                   cv::Scalar(color[0], color[1], color[2]), cv::FILLED);
-    Text(canvas, text, {x + 20, y}, 0.42, kInk);
-    int baseline = 0;
-    x += 20 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width + 22;
+    words(text, 20);
   };
-  const std::string against = against_current ? "than now" : "than the median";
+  const auto disc = [&](double radius, const cv::Scalar& color, const std::string& text) {
+    Disc(canvas, {x + 5, y - 4}, radius, color);
+    words(text, 14);
+  };
+  const Palette& palette = Palette::Standard();
   patch(Paint(palette.same), "covered from the same distance");
-  patch(Paint(palette.farther), "farther " + against);
+  patch(Paint(palette.farther), against_current ? "farther than now" : "farther than the median");
   patch(Paint(palette.nearer), "nearer");
+  x = chart.area.x, y += kLine;
   patch(kUncovered, "not covered");
   patch(kOutside, "not asked for");
-  Disc(canvas, {x + 4, y - 4}, 2.5, kInk);
-  Text(canvas, "view", {x + 12, y}, 0.42, kInk);
-  if (!against_current) return;
-  Disc(canvas, {x + 62, y - 4}, 5, kCamera);
-  Text(canvas, "camera", {x + 72, y}, 0.42, kInk);
+  disc(2.5, kInk, "recorded view");
+  if (against_current) disc(5, kCamera, "camera");
 }
 
 // ---- the sphere over the live image
@@ -288,7 +291,7 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
   if (!map.frame()) return NothingRecorded(picture.width);
   const Chart chart = LayOut(map, picture.width);
   const std::vector<CoverageHole> holes = map.options().cap ? map.Holes() : std::vector<CoverageHole>{};
-  cv::Mat canvas(static_cast<int>(chart.area.br().y) + (holes.empty() ? kLegendAt : kHolesAt) + 16,
+  cv::Mat canvas(static_cast<int>(chart.area.br().y) + kLegendAt + kLine * (holes.empty() ? 1 : 3) + 16,
                  picture.width, CV_8UC3, cv::Scalar::all(250));
   std::optional<Vector3d> camera_in_world;
   if (picture.cam_from_world) camera_in_world = picture.cam_from_world->OriginInSource();
@@ -320,10 +323,12 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
   if (holes.empty()) return canvas;
   double open_deg2 = 0;
   for (const CoverageHole& hole : holes) open_deg2 += SquareDegrees(hole);
+  const Vector2d below_legend(chart.area.x, chart.area.br().y + kLegendAt + 2 * kLine);
   Text(canvas,
-       fmt::format("{}, {:.1f} square degrees in all (at azimuth, elevation) {}",
-                   Counted(holes.size(), "hole"), open_deg2, NumberHoles(canvas, chart, map, holes)),
-       {chart.area.x, chart.area.br().y + kHolesAt}, 0.42, kInk);
+       fmt::format("{}, {:.1f} square degrees in all; the largest, at azimuth, elevation:",
+                   Counted(holes.size(), "hole"), open_deg2),
+       below_legend, 0.42, kInk);
+  Text(canvas, NumberHoles(canvas, chart, map, holes), below_legend + Vector2d(0, kLine), 0.42, kInk);
   return canvas;
 }
 
@@ -332,7 +337,6 @@ cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal
   if (!map.frame()) return NothingRecorded(picture.width);
   const Chart chart = LayOut(map, picture.width);
   const ErrorSummary summary = Summarize(errors, goal_db);
-  constexpr int kLine = 18;
   const int lines = static_cast<int>(summary.causes.size());
   cv::Mat canvas(static_cast<int>(chart.area.br().y) + kLegendAt + 16 + kLine * lines, picture.width, CV_8UC3,
                  cv::Scalar::all(250));

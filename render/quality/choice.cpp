@@ -140,12 +140,14 @@ std::string InWords(const std::string& question, const std::vector<ScoredChoice>
                        [&](const ScoredChoice& candidate) { return !IsSame(candidate, chosen); });
   std::ranges::stable_sort(others, std::ranges::greater(), &ScoredChoice::psnr_db);
   const std::string name = ModelName(chosen, by_proxy);
+  constexpr double kNoticeable_db = 0.05;  // as one decimal shows it
+  const double better_db = others.empty() ? 0 : others.front().psnr_db - chosen.psnr_db;
   std::string text;
   if (NoneIsQuickEnough(tried, options))
     text = fmt::format(
         "No {} draws a picture within {} ms; {} is the quickest, with {:.1f} dB on left-out photographs",
         question, options.in_motion->most_ms, name, chosen.psnr_db);
-  else if (others.empty() || chosen.psnr_db >= others.front().psnr_db)
+  else if (better_db <= 0)
     text =
         fmt::format("The {} {} shows left-out photographs best: {:.1f} dB", question, name, chosen.psnr_db);
   else
@@ -153,8 +155,10 @@ std::string InWords(const std::string& question, const std::vector<ScoredChoice>
         "The {} {} is taken, with {:.1f} dB on left-out photographs: {}", question, name, chosen.psnr_db,
         options.in_motion && others.front().ms > options.in_motion->most_ms
             ? fmt::format("the best that draws a picture within {} ms", options.in_motion->most_ms)
-            : fmt::format("the best is only {:.1f} dB better and {}", others.front().psnr_db - chosen.psnr_db,
-                          by_proxy ? "less simple" : "comes later in the order of preference"));
+            : fmt::format(
+                  "{} is {}, and {}", ModelName(others.front(), by_proxy),
+                  better_db < kNoticeable_db ? "as good" : fmt::format("only {:.1f} dB better", better_db),
+                  by_proxy ? "less simple" : "comes after it in the order of preference"));
   std::vector<std::string> rest;
   for (const ScoredChoice& other : others)
     rest.push_back(fmt::format("{} {:.1f}", ModelName(other, by_proxy), other.psnr_db));

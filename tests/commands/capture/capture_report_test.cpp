@@ -91,7 +91,7 @@ TEST(CaptureReport, OneIsSingular) {
 }
 
 TEST(CaptureReport, WhatWasDroppedNamesTheReason) {
-  EXPECT_THAT(ToText(CaptureSummary{}, 0), HasSubstr("0 dropped (processing too slow), 0 missing"));
+  EXPECT_THAT(ToText(CaptureSummary{}, 0, "vase"), HasSubstr("0 dropped (processing too slow), 0 missing"));
 }
 
 TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {

@@ -1,5 +1,5 @@
 // Tests: coverage/session/record/live_geometry, coverage/session/record/capture_record,
-// commands/capture/capture_report.
+// coverage/session/record/geometry_files, commands/capture/capture_report.
 //
 // ulf capture leaves a mesh and the depth maps of views beside it, or says why there are none; a light field is complete
 // without.

@@ -115,11 +115,13 @@ TEST_F(AtTheDesk, InfoTellsWhoseTheGeometryIsAndWhetherItFits) {
               HasSubstr("(by ulf proxy of 24 views, as they are now); 24 depth maps\n"));
 
   // A pose that changes, as by ulf refine.
-  LightFieldWriter writer = LightFieldWriter::Resume(dir_);
-  Rigid3 moved = writer.Contents().views.front().cam_from_world;
-  moved.translation.x() += 0.01;
-  writer.UpdatePoses({{writer.Contents().views.front().id, moved}});
-  writer.Close(1);
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir_);
+    Rigid3 moved = writer.Contents().views.front().cam_from_world;
+    moved.translation.x() += 0.01;
+    writer.UpdatePoses({{writer.Contents().views.front().id, moved}});
+    writer.Close(1);
+  }
   EXPECT_THAT(RunUlf("info " + Dir()).output,
               AllOf(HasSubstr("(by ulf proxy of 24 views when their poses were others); 23 of 24 depth maps"),
                     HasSubstr("'ulf proxy " + Dir() + "' makes both anew")));
