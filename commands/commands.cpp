@@ -23,6 +23,7 @@ void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddPlanCommand(app, chosen);
   AddCaptureCommand(app, chosen);
   AddInfoCommand(app, chosen);
+  AddTakeBackCommand(app, chosen);
   AddSheetCommand(app, chosen);
   AddReviewCommand(app, chosen);
   AddRefineCommand(app, chosen);

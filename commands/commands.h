@@ -30,6 +30,7 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen);
 void AddInfoCommand(CLI::App& app, ChosenCommand& chosen);
 void AddSheetCommand(CLI::App& app, ChosenCommand& chosen);
 void AddReviewCommand(CLI::App& app, ChosenCommand& chosen);
+void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen);
 void AddRefineCommand(CLI::App& app, ChosenCommand& chosen);
 void AddExportCommand(CLI::App& app, ChosenCommand& chosen);
 void AddMergeCommand(CLI::App& app, ChosenCommand& chosen);

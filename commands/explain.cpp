@@ -14,7 +14,7 @@ std::string ExplainedText(const std::vector<ModelChoice>& choices) {
 }
 
 void SayWhy(bool explain, bool json, const std::string& why, const std::vector<ModelChoice>& choices) {
-  if (!explain && !why.empty()) spdlog::info("{}", why);
+  if (!explain && !why.empty()) spdlog::info("{} (--explain says more)", why);
   if (explain && !json) fmt::print(stderr, "{}", ExplainedText(choices));
 }
 

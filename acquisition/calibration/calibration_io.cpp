@@ -51,16 +51,6 @@ CameraModel FromNumbers(const std::string& text, const std::string& where) {
   return camera;
 }
 
-nlohmann::json ParseJson(const std::string& text, const std::string& where) {
-  try {
-    return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& error) {
-    throw Error("{}: not valid JSON at byte {}; write the calibration again", where, error.byte);
-  } catch (const nlohmann::json::out_of_range&) {
-    throw Error("{}: not valid JSON: a number is too large; write the calibration again", where);
-  }
-}
-
 nlohmann::json ModeToJson(const ModeCalibration& mode) {
   nlohmann::json json = CameraToJson(mode.camera);
   if (mode.window) json["sensor"] = WindowToJson(*mode.window);
@@ -87,7 +77,7 @@ ModeCalibration ModeFromJson(const JsonPlace& place) {
 }
 
 CalibrationFile FromJson(const std::string& text, const std::string& where) {
-  const nlohmann::json json = ParseJson(text, where);
+  const nlohmann::json json = ParseJson(text, where, "write the calibration again");
   const JsonPlace top{json, where};
   const JsonPlace modes{top.Raw("modes"), where + ", modes"};
   CalibrationFile file;

@@ -157,14 +157,10 @@ void WriteFeatureFile(const std::filesystem::path& path, const FeatureFile& file
 }
 
 FeatureFile ReadFeatureFile(const std::filesystem::path& path) {
-  nlohmann::ordered_json document;
   const std::string text = ReadWholeFile(path);
-  try {
-    document = nlohmann::ordered_json::parse(text);
-  } catch (const nlohmann::json::exception& error) {
-    throw Error("{}: is not JSON: {}", path.string(), error.what());
-  }
-  const nlohmann::json plain(document);
+  const nlohmann::json plain =
+      ParseJson(text, path.string(), "write it with 'ulf features URI --save FILE', or mend that place");
+  const auto document = nlohmann::ordered_json::parse(text);
   const JsonPlace place{plain, path.string()};
   if (!plain.is_object() || place.Text("format", "") != kFormat)
     throw Error("{}: is not a feature file; write one with 'ulf features URI --save {}'", path.string(),

@@ -17,7 +17,7 @@ bool IsWord(const std::string& text) {
          std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || c == '-'; });
 }
 
-// "TEXT:{high,fast}" and "fixed|check|refine" name the values.
+// "TEXT:{high,fast,FILE}" and "fixed|check|refine" name the values.
 std::vector<std::string> WordsOf(const std::string& value) {
   std::vector<std::string> words;
   const std::size_t open = value.find('{'), close = value.find('}');
@@ -45,7 +45,7 @@ OptionPage PageOf(const CLI::Option& option) {
   page.value = option.get_option_text().empty() ? option.get_type_name() : option.get_option_text();
   page.default_value = option.get_default_str();
   page.words = WordsOf(page.value);
-  page.takes_file = page.words.empty() && page.value.starts_with("TEXT");
+  page.takes_file = (page.words.empty() && page.value.starts_with("TEXT")) || page.value.ends_with(",FILE}");
   return page;
 }
 

@@ -16,7 +16,7 @@ struct OptionPage {
   std::string text;
   std::vector<std::string> words;  // the values that it knows by name
   bool positional = false, required = false, repeats = false;
-  bool takes_file = false;  // the value may be a path: it is free text
+  bool takes_file = false;  // the value may be a path, too: it is free text, or the words are not all
 };
 
 struct CommandPage {

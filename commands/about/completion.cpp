@@ -58,10 +58,12 @@ std::string BashPage(const CommandPage& page) {
   out += "      case $previous in\n";
   for (const OptionPage& option : page.options) {
     if (option.positional || option.words.empty()) continue;
-    out += fmt::format("        {}) words={} ;;\n", fmt::join(option.names, "|"),
-                       ShellWord(fmt::format("{}", fmt::join(option.words, " "))));
+    out += fmt::format("        {}) words={}{} ;;\n", fmt::join(option.names, "|"),
+                       ShellWord(fmt::format("{}", fmt::join(option.words, " "))),
+                       option.takes_file ? "; files=yes" : "");
   }
-  const auto files = NamesWhere(page, [](const OptionPage& option) { return option.takes_file; });
+  const auto files =
+      NamesWhere(page, [](const OptionPage& option) { return option.words.empty() && option.takes_file; });
   if (!files.empty()) out += fmt::format("        {}) files=yes ;;\n", fmt::join(files, "|"));
   const auto others = NamesWhere(page, [](const OptionPage& option) {
     return !option.value.empty() && option.words.empty() && !option.takes_file;
@@ -112,7 +114,9 @@ std::string ZshText(const std::string& text) {
 
 std::string ZshOption(const OptionPage& option) {
   std::string value;
-  if (!option.words.empty())
+  if (!option.words.empty() && option.takes_file)
+    value = fmt::format(":value:{{compadd -- {}; _files}}", fmt::join(option.words, " "));
+  else if (!option.words.empty())
     value = fmt::format(":value:({})", fmt::join(option.words, " "));
   else if (option.takes_file)
     value = ":value:_files";
@@ -184,7 +188,8 @@ std::string FishPage(const CommandPage& page) {
     for (const std::string& name : option.names)
       out += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
     if (!option.words.empty())
-      out += fmt::format(" -x -a {}", FishQuoted(fmt::format("{}", fmt::join(option.words, " "))));
+      out += fmt::format(" {} -a {}", option.takes_file ? "-r -F" : "-x",
+                         FishQuoted(fmt::format("{}", fmt::join(option.words, " "))));
     else if (option.takes_file)
       out += " -r -F";
     else if (!option.value.empty())

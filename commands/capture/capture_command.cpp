@@ -15,6 +15,7 @@
 #include "commands/capture/capture_report.h"
 #include "commands/capture/crash_handler.h"
 #include "commands/commands.h"
+#include "commands/help_text.h"
 #include "commands/light_field/light_field_report.h"
 #include "commands/light_field/merged_brackets.h"
 #include "commands/number_checks.h"
@@ -35,6 +36,7 @@
 #include "core/light_field/light_check.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/coverage_drawing.h"
+#include "coverage/operator/panels.h"
 #include "coverage/operator/run_with_display.h"
 #include "coverage/operator/scripted_surface.h"
 #include "coverage/session/capture_request.h"
@@ -121,8 +123,8 @@ void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSumma
     if (brackets) json["merged"] = ToJson(*brackets);
     fmt::print("{}\n", json.dump());
   } else {
-    fmt::print("{}{}{}{}", ToText(report), ToText(summary, tracked), brackets ? ToText(*brackets) : "",
-               errors ? ToText(*errors) : "");
+    fmt::print("{}{}{}{}", ToText(report), ToText(summary, tracked, args.dir),
+               brackets ? ToText(*brackets) : "", errors ? ToText(*errors) : "");
   }
   std::fflush(stdout);
 }
@@ -396,7 +398,8 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
               coverage::CoverGoal{}.db))
       ->capture_default_str();
   AddIntrinsicsOptions(*command, args->intrinsics);
-  command->add_option("--poses", args->poses_text, tracking::kPosesHelp)->capture_default_str();
+  Knows(command->add_option("--poses", args->poses_text, tracking::kPosesHelp), tracking::kPosesValues)
+      ->capture_default_str();
   command->add_option("--turntable", args->turntable,
                       "The camera stands and the subject turns on this printed board, such as "
                       "charuco:5x5:54:40:DICT_4X4_50: the board is the world, the background is masked "
@@ -425,10 +428,12 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Read requests during the capture from this file or fifo (-: standard input): take-back "
       "[COUNT], take-back views ID..., subject [x,y,z,r], subject [depth D] [size SHARE], subject "
       "proposed, pause, record [anyway], finish");
-  command->add_option("--operator", args->person,
-                      "Simulated person who holds a simulated camera: guided, unguided, novice or "
-                      "unguided-novice, with a seed such as novice:7 (default: a hand that scans by a plan; "
-                      "docs/guidance.md)");
+  Knows(command->add_option(
+            "--operator", args->person,
+            "Simulated person who holds a simulated camera: guided, unguided, novice or "
+            "unguided-novice, with a seed such as novice:7 (default: a hand that scans by a plan; "
+            "docs/guidance.md)"),
+        "guided,unguided,novice,unguided-novice");
   command->add_flag("--headless", args->headless, "Capture without the operator display");
   command->add_flag("--offscreen", args->offscreen,
                     "Run the operator display without a window; --requests then also takes press KEYS "
@@ -458,7 +463,10 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(CLI::ExistingFile);
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer(
-      "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast");
+      "Example: ulf capture sim:studio -o studio --headless --until-covered 60x40 --quality fast\n\n"
+      "Keys of the display (docs/operator.md):" +
+      KeyLines(coverage::kKeysAlways) + "\nWhile the subject is placed:" +
+      KeyLines(coverage::kKeysInSubject) + "\nIn the review:" + KeyLines(coverage::kKeysInReview));
   command->callback([args, lens, &chosen] {
     chosen = [args, lens] {
       args->poses = coverage::PosesFrom(*args);

@@ -7,6 +7,8 @@
 #include "commands/camera/device_report.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
+#include "core/base/shell_word.h"
+#include "render/proxy/geometry_state.h"
 
 namespace ulf::commands {
 namespace {
@@ -73,7 +75,7 @@ std::string ReasonAndWayOut(coverage::Reason reason, const coverage::CaptureSumm
   return fmt::format("the reason was '{}': {}. {}", Name(mistake->mistake), mistake->finding, mistake->cure);
 }
 
-std::string ToText(const coverage::FinishedGeometry& geometry) {
+std::string GeometryLines(const coverage::FinishedGeometry& geometry, const std::string& dir) {
   if (!geometry.mesh)
     return fmt::format("geometry       no mesh: the views agree on no surface yet ({})\n",
                        Counted(geometry.maps, "depth map"));
@@ -82,14 +84,14 @@ std::string ToText(const coverage::FinishedGeometry& geometry) {
                                  Counted(geometry.maps, "depth map"), geometry.seconds);
   text += geometry.written_maps > 0 ? fmt::format(", {} in depth/\n", geometry.written_maps) : "\n";
   if (geometry.missing_maps > 0)
-    text += fmt::format("               there was no time for {} more; ulf proxy makes them all\n",
-                        geometry.missing_maps);
+    text += fmt::format("               there was no time for {} more; '{}' makes them all\n",
+                        geometry.missing_maps, render::ProxyCommand(dir));
   return text;
 }
 
 }  // namespace
 
-std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked) {
+std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked, const std::string& dir) {
   std::string text = fmt::format("device         {}\n", ToText(summary.device));
   if (summary.pauses > 0)
     text += fmt::format("disk           recording paused {}, {:.1f} s in all\n",
@@ -100,10 +102,10 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
     text += fmt::format("taken back     {}, kept in unposed/\n", Counted(summary.taken_back, "view"));
   if (summary.kept_apart > 0)
     text += fmt::format(
-        "apart          {} of a place that the map did not reach, in unposed/; ulf refine --unposed looks "
-        "for "
-        "where they were taken\n",
-        Counted(summary.kept_apart, "picture"));
+        "apart          {} of a place that the map did not reach, in unposed/; 'ulf refine {} --unposed' "
+        "looks "
+        "for where they were taken\n",
+        Counted(summary.kept_apart, "picture"), ShellWord(dir));
   text +=
       fmt::format("time           tracking {:.1f} ms, decision {:.3f} ms{} a frame (medians)\n",
                   summary.ms_track_median, summary.ms_decide_median,
@@ -125,7 +127,8 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked)
         summary.brackets.incomplete > 0
             ? fmt::format("; {} without all of theirs", Counted(summary.brackets.incomplete, "view"))
             : "");
-  if (summary.geometry && (summary.geometry->mesh || summary.recorded > 0)) text += ToText(*summary.geometry);
+  if (summary.geometry && (summary.geometry->mesh || summary.recorded > 0))
+    text += GeometryLines(*summary.geometry, dir);
   if (summary.refined_lens)
     text += fmt::format("lens           {}, found from the images\n", summary.refined_lens->Text());
   if (summary.calibration && summary.calibration->Wrong())

@@ -15,7 +15,8 @@
 namespace ulf::commands {
 
 // `tracked`: frames that got a pose. Complete lines.
-std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked);
+// `dir`: the light field, for commands that it names.
+std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked, const std::string& dir);
 void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::size_t tracked);
 
 // Why nothing was recorded, and what to do: the commonest reason. For captures that recorded no view.

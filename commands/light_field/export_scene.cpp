@@ -1,4 +1,5 @@
 #include "commands/light_field/export_scene.h"
+#include "commands/help_text.h"
 
 #include <fmt/core.h>
 #include <spdlog/spdlog.h>
@@ -296,8 +297,11 @@ void AddSceneForms(CLI::App& command, ChosenCommand& chosen) {
       ->add_option("--zoom", quilt_args->zoom,
                    "Above 1: nearer than the whole subject; below: more of what is around it (1)")
       ->check(Positive());
-  quilt->add_option("--proxy", quilt_args->proxy, "Geometry for the photographs, as of ulf render (auto)");
-  quilt->add_option("--field", quilt_args->field, "Blending field, as of ulf render (auto)");
+  Knows(quilt->add_option("--proxy", quilt_args->proxy,
+                          "Geometry for the photographs, as of ulf render (auto)"),
+        kKnownProxies);
+  Knows(quilt->add_option("--field", quilt_args->field, "Blending field, as of ulf render (auto)"),
+        kKnownFields);
   quilt->callback([quilt_args, &chosen] { chosen = [quilt_args] { return RunQuilt(*quilt_args); }; });
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
+#include "commands/light_field/geometry_report.h"
 #include "commands/light_field/light_field_report.h"
 #include "core/base/progress.h"
 #include "core/light_field/light_field_io.h"
@@ -48,18 +49,20 @@ int RunInfo(const InfoArgs& args) {
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
   const LightField light_field = ReadLightField(args.dir);
   const LightFieldReport report = Describe(light_field, options);
+  const std::optional<render::GeometryState> geometry = render::GeometryStateOf(light_field);
   std::optional<PoseReport> poses;
   if (args.check_poses) poses = CheckPoses(light_field, args.json);
   std::optional<LightCheck> light;
   if (args.check_light) light = CheckLightOf(light_field, args.json);
   if (args.json) {
     nlohmann::json json = ToJson(report);
+    json["geometry"] = GeometryJson(geometry);
     if (poses) json["poses"] = ToJson(*poses, light_field);
     if (light) json["light"] = ToJson(*light);
     fmt::print("{}\n", json.dump());
   } else {
-    fmt::print("{}{}{}", ToText(report), poses ? ToText(*poses, light_field) : "",
-               light ? ToText(*light) : "");
+    fmt::print("{}{}{}{}", ToText(report), GeometryText(geometry, light_field),
+               poses ? ToText(*poses, light_field) : "", light ? ToText(*light) : "");
   }
   return kOk;
 }

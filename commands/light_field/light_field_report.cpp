@@ -236,9 +236,8 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
                "transforms.json does not name it\n",
                dir);
   return text + fmt::format(
-                    "               'ulf refine {0}' finds better poses; to leave a view out, move its files "
-                    "in images/ "
-                    "and masters/ elsewhere, then 'ulf repair {0} --write'\n",
+                    "               'ulf refine {0}' finds better poses; 'ulf take-back {0} VIEW' leaves a "
+                    "view out\n",
                     dir);
 }
 

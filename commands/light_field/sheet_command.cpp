@@ -110,6 +110,9 @@ std::string Headline(const LightField& light_field, const LightFieldReport& repo
   return text;
 }
 
+// Little wider than its cell, so that its words stay readable.
+constexpr int kMapWidth_px = 800;
+
 int RunSheet(const SheetArgs& args) {
   RequireWritablePicture(args.out);
   const LightField light_field = ReadLightField(args.dir);
@@ -123,7 +126,7 @@ int RunSheet(const SheetArgs& args) {
 
   std::vector<SheetPanel> panels;
   if (!args.live.empty()) panels.push_back({ReadImageFile(args.live), "live frame with the painted sphere"});
-  panels.push_back({coverage::DrawCoverageMap(map), "coverage map"});
+  panels.push_back({coverage::DrawCoverageMap(map, {.width = kMapWidth_px}), "coverage map"});
   panels.push_back(BlendingField(scene));
   panels.push_back(RenderingBesideTruth(*scene));
   const cv::Mat sheet = ComposeSheet(Headline(light_field, report), panels);

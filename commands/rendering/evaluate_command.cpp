@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.h"
+#include "commands/help_text.h"
 #include "commands/rendering/protocol_command.h"
 #include "commands/rendering/scene_options.h"
 #include "commands/rendering/temporal_command.h"
@@ -179,20 +180,24 @@ void AddEvaluateCommand(CLI::App& app, ChosenCommand& chosen) {
                                      "photographs; or compares a path with true pictures");
   AddSceneOptions(*sub, *args);
   sub->add_option("--every", args->every, "Leave out every k-th view (8)")->check(CLI::Range(2, 1000000));
-  sub->add_option("--fields", args->fields,
-                  "Blending fields to compare, separated by commas (nearest, linear, subdivision, lumigraph, "
-                  "lumigraph-per-pixel, soft); with --protocol those to choose from")
+  Knows(sub->add_option(
+            "--fields", args->fields,
+            "Blending fields to compare, separated by commas (nearest, linear, subdivision, lumigraph, "
+            "lumigraph-per-pixel, soft); with --protocol those to choose from"),
+        "nearest,linear,subdivision,lumigraph,lumigraph-per-pixel,soft")
       ->delimiter(',');
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option("--proxy", args->proxies,
-                  "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
-                  "planes (the few on which most tracked points lie), points (the tracked points), mesh "
-                  "(DIR/proxy.ply), soft (the same with DIR/depth), a PLY "
-                  "or an OBJ file; may be "
-                  "given several times (plane, and the light field's planes, points and mesh or soft). A "
-                  "mesh should be made "
-                  "without the left-out "
-                  "views (ulf proxy --leave-out-every)")
+  Knows(
+      sub->add_option("--proxy", args->proxies,
+                      "Geometry: plane, plane:0.9 (of the subject's distance), plane:fitted, plane:x,y,z,d, "
+                      "planes (the few on which most tracked points lie), points (the tracked points), mesh "
+                      "(DIR/proxy.ply), soft (the same with DIR/depth), a PLY "
+                      "or an OBJ file; may be "
+                      "given several times (plane, and the light field's planes, points and mesh or soft). A "
+                      "mesh should be made "
+                      "without the left-out "
+                      "views (ulf proxy --leave-out-every)"),
+      "plane,plane:SHARE,plane:fitted,planes,points,mesh,soft,FILE")
       ->allow_extra_args(false);
   AddTemporalOptions(*sub, args->temporal);
   AddProtocolOptions(*sub, args->protocol);

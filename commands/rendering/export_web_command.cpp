@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 
 #include "commands/commands.h"
+#include "commands/help_text.h"
 #include "commands/number_checks.h"
 #include "commands/rendering/export_web_command.h"
 #include "commands/rendering/scene_options.h"
@@ -140,10 +141,11 @@ void AddExportWeb(CLI::App& command, ChosenCommand& chosen) {
   AddSceneOptions(*web, *args);
   web->add_option("-o,--output", args->output, "New folder")->required();
   web->add_option("--budget", args->budget, "Size of the whole folder, such as 20MB (20MB)");
-  web->add_option(
-      "--proxy", args->proxy,
-      "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, or a PLY or "
-      "OBJ file");
+  Knows(web->add_option(
+            "--proxy", args->proxy,
+            "Geometry (auto: the mesh, else planes, else the plane): auto, plane, planes, mesh, or a PLY or "
+            "OBJ file"),
+        "auto,plane,planes,mesh,FILE");
   web->add_option("--title", args->title, "Title of the page (the folder's name)");
   web->add_option(
          "--longest", args->longest_px,

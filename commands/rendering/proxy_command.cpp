@@ -24,6 +24,7 @@
 #include "core/light_field/light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
+#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
@@ -165,7 +166,9 @@ int RunProxy(const ProxyArgs& args) {
   if (!args.maps_of.empty()) return SweepMaps(args, light_field);
   RequireWritable(out);
   const render::ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
-  render::WriteMeshPly(out, proxy.mesh);
+  render::WriteMeshPly(
+      out, proxy.mesh,
+      args.from.empty() ? render::OriginComments("ulf proxy", light_field) : std::vector<std::string>{});
   if (!proxy.maps.empty()) render::WriteDepthMaps(args.dir, light_field, proxy.maps);
   if (proxy.summary.pixel_depth_radii > render::kRoughPixelRadii)
     spdlog::warn(
@@ -186,7 +189,8 @@ void WriteMeshProxy(const std::string& dir) {
   const render::ProxyMesh proxy = Built(args, light_field);
   MoveToKept(dir, render::kMeshProxyFile, render::kMeshProxyFile);
   MoveToKept(dir, "depth", "depth");
-  render::WriteMeshPly((std::filesystem::path(dir) / render::kMeshProxyFile).string(), proxy.mesh);
+  render::WriteMeshPly(std::filesystem::path(dir) / render::kMeshProxyFile, proxy.mesh,
+                       render::OriginComments("ulf proxy", light_field));
   if (!proxy.maps.empty()) render::WriteDepthMaps(dir, light_field, proxy.maps);
 }
 

@@ -13,6 +13,7 @@
 
 #include "commands/commands.h"
 #include "commands/explain.h"
+#include "commands/help_text.h"
 #include "commands/number_checks.h"
 #include "commands/rendering/aperture_options.h"
 #include "commands/rendering/chosen_model.h"
@@ -310,17 +311,20 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
   AddSceneOptions(*sub, *args);
   sub->remove_option(sub->get_option("--renderer"));
-  sub->add_option(
-      "--field", args->field,
-      "Blending field at the start: auto (subdivision; with --frame-ms the best that is quick enough), "
-      "subdivision, linear, lumigraph, lumigraph-per-pixel, nearest, soft");
+  Knows(sub->add_option(
+            "--field", args->field,
+            "Blending field at the start: auto (subdivision; with --frame-ms the best that is quick enough), "
+            "subdivision, linear, lumigraph, lumigraph-per-pixel, nearest, soft"),
+        kKnownFields);
   AddFieldDetails(*sub, args->field_details);
-  sub->add_option("--proxy", args->proxy,
-                  "Geometry at the start: auto (the light field's mesh, with its depth maps where there are "
-                  "some, else its tracked points, else the "
-                  "plane; with --frame-ms the best that is quick enough), mesh (DIR/proxy.ply), soft (with "
-                  "DIR/depth), points, planes, plane, plane:0.9, "
-                  "plane:x,y,z,d, or a PLY or OBJ file");
+  Knows(sub->add_option(
+            "--proxy", args->proxy,
+            "Geometry at the start: auto (the light field's mesh, with its depth maps where there are "
+            "some, else its tracked points, else the "
+            "plane; with --frame-ms the best that is quick enough), mesh (DIR/proxy.ply), soft (with "
+            "DIR/depth), points, planes, plane, plane:0.9, "
+            "plane:x,y,z,d, or a PLY or OBJ file"),
+        kKnownProxies);
   auto* frame_ms =
       sub->add_option(
              "--frame-ms", args->frame_ms,
@@ -341,7 +345,8 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
                   "the window)")
       ->needs(screenshot);
   sub->add_flag("--json", args->json, "Report as one JSON object");
-  sub->footer("Example: ulf view lightfield");
+  sub->footer("Example: ulf view lightfield\n\nKeys of the window (docs/viewer.md):" +
+              KeyLines(render::kViewerKeys));
   sub->callback([&chosen, args] { chosen = [args] { return RunView(*args); }; });
 }
 

@@ -20,6 +20,8 @@
 
 #include "commands/commands.h"
 #include "commands/explain.h"
+#include "commands/light_field/coverage_change.h"
+#include "commands/light_field/geometry_report.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/lens_report.h"
 #include "commands/tracking/readout_option.h"
@@ -36,7 +38,6 @@
 #include "core/light_field/points/point_tracks.h"
 #include "core/light_field/unposed_photographs.h"
 #include "core/light_field/view_numbers.h"
-#include "coverage/bound/coverage_map.h"
 #include "tracking/refine/light_field_input.h"
 #include "tracking/refine/locate_photographs.h"
 #include "tracking/refine/refine.h"
@@ -221,31 +222,6 @@ nlohmann::ordered_json FitJson(const tracking::LensEstimate& fit, bool taken) {
   return json;
 }
 
-// The covered share of the capture's goal.
-struct CoverageChange {
-  coverage::Cap cap;
-  double before = 0, after = 0;
-};
-
-std::optional<CoverageChange> CoverageOf(const LightField& before, const LightField& after) {
-  if (!before.goal || !before.subject) return std::nullopt;
-  const coverage::Cap cap = coverage::Cap::FromDegrees(before.goal->cap_deg);
-  const auto covered = [&](const LightField& light_field) {
-    return coverage::CoverageOf(light_field, *before.subject, cap, before.threshold_px.value_or(7))
-        .CoveredShare();
-  };
-  return CoverageChange{cap, covered(before), covered(after)};
-}
-
-std::string ToText(const CoverageChange& change) {
-  std::string text =
-      fmt::format("covered: {:.1f} % of {:g} x {:g} degrees before, {:.1f} % after", 100 * change.before,
-                  change.cap.Degrees().x(), change.cap.Degrees().y(), 100 * change.after);
-  if (change.after < change.before - 0.0005)
-    text += ": refining reopened some of it; ulf info lists the holes, ulf capture --resume fills them";
-  return text + "\n";
-}
-
 nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineResult& result,
                               const Unposed& unposed, const RefineArgs& args, const Cost& cost) {
   nlohmann::ordered_json json{{"views", before.views.size()}, {"registered", result.registered}};
@@ -396,6 +372,7 @@ int RunRefine(const RefineArgs& args) {
   LightField before;    // and behind its views the photographs that were found
   Unposed unposed;
   std::optional<CoverageChange> coverage;
+  std::optional<render::GeometryState> geometry_before, geometry;
   double readout_s = 0;
   {
     LightFieldWriter writer = LightFieldWriter::Resume(dir);
@@ -421,8 +398,10 @@ int RunRefine(const RefineArgs& args) {
       throw Error("{}: {}; the light field is as it was", dir, error.what());
     }
     recorded = writer.Contents();
+    geometry_before = render::GeometryStateOf(recorded);
     Write(before, unposed, result, writer);
-    coverage = CoverageOf(recorded, writer.Contents());
+    coverage = CoverageChangeOf(recorded, writer.Contents());
+    geometry = render::GeometryStateOf(writer.Contents());
   }
   const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   PeakMemoryMib()};
@@ -438,7 +417,8 @@ int RunRefine(const RefineArgs& args) {
     if (args.unposed) json["unposed"] = ToJson(before, result, unposed);
     json["readout_ms"] = 1000 * readout_s;
     if (args.explain) AddExplained(json, Explained(result));
-    if (coverage) json["covered"] = {{"before", coverage->before}, {"after", coverage->after}};
+    if (coverage) json["covered"] = ToJson(*coverage);
+    json["outdated"] = Outdated(geometry_before, geometry);
     if (errors) json["truth"] = ToJson(*errors);
     fmt::print("{}\n", json.dump(2));
   } else {
@@ -450,7 +430,8 @@ int RunRefine(const RefineArgs& args) {
           1000 * readout_s,
           std::ranges::count_if(before.views, [](const View& view) { return view.twist.has_value(); }),
           Counted(before.views.size(), "view"));
-    if (coverage) fmt::print("{}", ToText(*coverage));
+    if (coverage) fmt::print("{}", ToText(*coverage, "refining", dir));
+    fmt::print("{}", OutdatedText(geometry_before, geometry, "the poses before", recorded));
     if (args.explain) fmt::print("{}", ExplainedText(Explained(result)));
     if (errors) fmt::print("{}", ToText(*errors));
   }

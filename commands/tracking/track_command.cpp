@@ -16,6 +16,7 @@
 #include "acquisition/device/replay_device.h"
 #include "commands/commands.h"
 #include "commands/explain.h"
+#include "commands/help_text.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/lens_use_option.h"
 #include "commands/tracking/readout_option.h"
@@ -293,7 +294,8 @@ void AddTrackCommand(CLI::App& app, ChosenCommand& chosen) {
       ->check(CLI::ExistingFile);
   command->add_option("--focal-px", args->focal_px, "Focal length where nothing better is known")
       ->check(Positive());
-  command->add_option("--poses", args->poses, tracking::kPosesHelp)->capture_default_str();
+  Knows(command->add_option("--poses", args->poses, tracking::kPosesHelp), tracking::kPosesValues)
+      ->capture_default_str();
   AddReadoutOption(*command, args->readout);
   AddLensUseOptions(*command, args->lens);
   command

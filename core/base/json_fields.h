@@ -1,5 +1,5 @@
 // Checked reading of JSON: a missing key, a wrong type or a number that is not finite becomes an Error that
-// names the file, the place in it and the key.
+// names the file, the place in it and the key. Text that is no JSON becomes one that names line and column.
 #pragma once
 
 #include <fmt/format.h>
@@ -8,10 +8,17 @@
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "core/base/error.h"
 
 namespace ulf {
+
+// "line 3, column 17: not valid JSON: a comma too many before ']'". `byte`: nlohmann::json::parse_error::byte.
+std::string JsonFault(std::string_view text, std::size_t byte);
+
+// Throws Error: `where`, the fault, and `remedy` (what to do, as a clause).
+nlohmann::json ParseJson(std::string_view text, const std::string& where, const std::string& remedy);
 
 // An object inside a file, and its place for messages: "transforms.json, frame 12 (images/0012.jpg)".
 struct JsonPlace {

@@ -22,7 +22,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 const cv::Scalar kWhite(255, 255, 255), kInk(45, 45, 45), kCamera(40, 30, 235);
-const cv::Vec3f kUncovered(196, 196, 196);
+const cv::Vec3f kUncovered(92, 92, 92), kOutside(232, 232, 232);
 constexpr int kSubpixelBits = 4;
 
 cv::Point Subpixel(const Vector2d& img) {
@@ -69,6 +69,23 @@ Vector3d DirectionOf(const CoverageMap& map, const Vector3d& position_in_world) 
   return (position_in_world - map.subject().center_in_world).normalized();
 }
 
+double SquareDegrees(const CoverageHole& hole) { return hole.solid_angle_sr * Degrees(1) * Degrees(1); }
+
+void TextUpwards(cv::Mat& image, const std::string& text, const Vector2d& middle, double size,
+                 const cv::Scalar& color) {
+  int baseline = 0;
+  const cv::Size extent = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, &baseline);
+  const cv::Rect place(static_cast<int>(middle.x()) - (extent.height + baseline) / 2,
+                       static_cast<int>(middle.y()) - extent.width / 2, extent.height + baseline,
+                       extent.width + 1);
+  if ((place & cv::Rect({}, image.size())) != place) return;
+  cv::Mat lying;
+  cv::rotate(image(place), lying, cv::ROTATE_90_CLOCKWISE);
+  Text(lying, text, {0, static_cast<double>(extent.height)}, size, color);
+  cv::rotate(lying, lying, cv::ROTATE_90_COUNTERCLOCKWISE);
+  lying.copyTo(image(place));
+}
+
 // ---- the chart
 
 struct Chart {
@@ -95,13 +112,15 @@ Chart LayOut(const CoverageMap& map, int width) {
   const double margin = std::max(Radians(4), 0.12 * half_height);
   half_width = std::min(M_PI, half_width + margin);
   half_height = std::min(M_PI / 2, std::max(half_height + margin, 0.25 * half_width));
-  const double pixels = width - 76;
+  const double pixels = width - 92;
   return {-half_width, half_width, -half_height, half_height,
-          cv::Rect2d(52, 40, pixels, std::round(pixels * half_height / half_width))};
+          cv::Rect2d(68, 40, pixels, std::round(pixels * half_height / half_width))};
 }
 
-void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, const DistanceColors& colors) {
-  const cv::Vec3f outside(232, 232, 232);
+// What is open is what `map` counts as open: its holes, and its share, can be seen. Colours are those of `fine`, the same
+// map on a finer grid.
+void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, const CoverageMap& fine,
+                const DistanceColors& colors) {
   constexpr int kSamples = 2;  // a side: smooth edges
   for (int y = 0; y < static_cast<int>(chart.area.height); ++y)
     for (int x = 0; x < static_cast<int>(chart.area.width); ++x) {
@@ -110,10 +129,16 @@ void PaintChart(cv::Mat& canvas, const Chart& chart, const CoverageMap& map, con
         const double u = x + (k % kSamples + 0.5) / kSamples, v = y + (k / kSamples + 0.5) / kSamples;
         const double azimuth = chart.left + u / chart.area.width * (chart.right - chart.left);
         const double elevation = chart.top - v / chart.area.height * (chart.top - chart.bottom);
-        const auto paint = map.At(map.frame()->Direction(azimuth, elevation));
-        sum += !paint             ? outside
-               : paint->index < 0 ? kUncovered
-                                  : Paint(colors.Of(map.views()[static_cast<std::size_t>(paint->index)]));
+        const Vector3d direction = map.frame()->Direction(azimuth, elevation);
+        const auto decided = map.At(direction), finer = fine.At(direction);
+        if (!decided) {
+          sum += kOutside;
+        } else if (decided->index < 0) {
+          sum += kUncovered;
+        } else {
+          const int view = finer && finer->index >= 0 ? finer->index : decided->index;
+          sum += Paint(colors.Of(map.views()[static_cast<std::size_t>(view)]));
+        }
       }
       canvas.at<cv::Vec3b>(static_cast<int>(chart.area.y) + y, static_cast<int>(chart.area.x) + x) =
           sum / float{kSamples * kSamples};
@@ -135,6 +160,27 @@ void DrawGraticule(cv::Mat& canvas, const Chart& chart) {
     Text(canvas, fmt::format("{:g}", i * step_deg), chart.ImgOf(chart.left, i * step) + Vector2d(-6, 4), 0.4,
          kInk, 1);
   }
+  Text(canvas, "azimuth from the first view, degrees (to the right)",
+       {chart.area.x + 0.5 * chart.area.width, chart.area.br().y + 34}, 0.45, kInk, 0.5);
+  TextUpwards(canvas, "elevation, degrees (up)", {14, chart.area.y + 0.5 * chart.area.height}, 0.45, kInk);
+}
+
+// The numbers of the largest holes, and a line with their sizes and places, as `ulf info` has them.
+std::string NumberHoles(cv::Mat& canvas, const Chart& chart, const CoverageMap& map,
+                        const std::vector<CoverageHole>& holes) {
+  constexpr std::size_t kNumbered = 3;
+  std::string line;
+  for (std::size_t i = 0; i < std::min(kNumbered, holes.size()); ++i) {
+    const CapFrame::Angles at = map.frame()->Of(holes[i].direction);
+    const std::string number = fmt::format("{}", i + 1);
+    const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
+    Disc(canvas, img, 9, kWhite);
+    Text(canvas, number, img + Vector2d(0, 5), 0.45, kInk, 0.5);
+    line += fmt::format("{}{}: {:.1f} at {:.0f}, {:.0f}", i == 0 ? "" : "; ", number, SquareDegrees(holes[i]),
+                        Degrees(at.azimuth), Degrees(at.elevation));
+  }
+  if (holes.size() > kNumbered) line += fmt::format("; {} smaller ones", holes.size() - kNumbered);
+  return line;
 }
 
 void DrawCapOutline(cv::Mat& canvas, const Chart& chart, const Cap& cap) {
@@ -143,27 +189,34 @@ void DrawCapOutline(cv::Mat& canvas, const Chart& chart, const Cap& cap) {
   for (int i = 0; i < 4; ++i) Line(canvas, corners[i], corners[(i + 1) % 4], kInk, 2);
 }
 
+constexpr int kLegendAt = 58, kLine = 20;  // from the chart's lower edge, and from line to line
+
+// In two lines.
 void DrawLegend(cv::Mat& canvas, const Chart& chart, bool against_current) {
-  const double y = chart.area.y + chart.area.height + 38;
-  double x = chart.area.x;
-  const Palette& palette = Palette::Standard();
+  double y = chart.area.br().y + kLegendAt, x = chart.area.x;
+  const auto words = [&](const std::string& text, double after_mark) {
+    Text(canvas, text, {x + after_mark, y}, 0.42, kInk);
+    int baseline = 0;
+    x += after_mark + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width + 22;
+  };
   const auto patch = [&](const cv::Vec3f& color, const std::string& text) {
     cv::rectangle(canvas, cv::Rect(static_cast<int>(x), static_cast<int>(y) - 10, 14, 12),
                   cv::Scalar(color[0], color[1], color[2]), cv::FILLED);
-    Text(canvas, text, {x + 20, y}, 0.42, kInk);
-    int baseline = 0;
-    x += 20 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width + 22;
+    words(text, 20);
   };
-  const std::string against = against_current ? "than now" : "than the median";
-  patch(Paint(palette.same), "recorded at the same distance");
-  patch(Paint(palette.farther), "farther " + against);
+  const auto disc = [&](double radius, const cv::Scalar& color, const std::string& text) {
+    Disc(canvas, {x + 5, y - 4}, radius, color);
+    words(text, 14);
+  };
+  const Palette& palette = Palette::Standard();
+  patch(Paint(palette.same), "covered from the same distance");
+  patch(Paint(palette.farther), against_current ? "farther than now" : "farther than the median");
   patch(Paint(palette.nearer), "nearer");
+  x = chart.area.x, y += kLine;
   patch(kUncovered, "not covered");
-  Disc(canvas, {x + 4, y - 4}, 2.5, kInk);
-  Text(canvas, "recorded view", {x + 12, y}, 0.42, kInk);
-  if (!against_current) return;
-  Disc(canvas, {x + 120, y - 4}, 5, kCamera);
-  Text(canvas, "camera", {x + 130, y}, 0.42, kInk);
+  patch(kOutside, "not asked for");
+  disc(2.5, kInk, "recorded view");
+  if (against_current) disc(5, kCamera, "camera");
 }
 
 // ---- the sphere over the live image
@@ -237,12 +290,14 @@ cv::Mat NothingRecorded(int width) {
 cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture) {
   if (!map.frame()) return NothingRecorded(picture.width);
   const Chart chart = LayOut(map, picture.width);
-  cv::Mat canvas(static_cast<int>(chart.area.br().y) + 54, picture.width, CV_8UC3, cv::Scalar::all(250));
+  const std::vector<CoverageHole> holes = map.options().cap ? map.Holes() : std::vector<CoverageHole>{};
+  cv::Mat canvas(static_cast<int>(chart.area.br().y) + kLegendAt + kLine * (holes.empty() ? 1 : 3) + 16,
+                 picture.width, CV_8UC3, cv::Scalar::all(250));
   std::optional<Vector3d> camera_in_world;
   if (picture.cam_from_world) camera_in_world = picture.cam_from_world->OriginInSource();
   const double distance =
       camera_in_world ? (*camera_in_world - map.subject().center_in_world).norm() : map.reference_distance();
-  PaintChart(canvas, chart, OnFineGrid(map), DistanceColors(map, distance, Palette::Standard()));
+  PaintChart(canvas, chart, map, OnFineGrid(map), DistanceColors(map, distance, Palette::Standard()));
   DrawGraticule(canvas, chart);
   if (map.options().cap) DrawCapOutline(canvas, chart, *map.options().cap);
   for (const CriterionView& view : map.views()) {
@@ -259,9 +314,21 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
       Counted(map.views().size(), "view") +
       (map.threshold_factor() ? ", as measured"
                               : fmt::format(", within {:g} px", map.options().threshold_px));
-  if (map.options().cap) caption = fmt::format("{:.1f} % covered, ", 100 * map.CoveredShare()) + caption;
+  if (map.options().cap)
+    caption = fmt::format("{:.1f} % of {:g} x {:g} degrees covered, ", 100 * map.CoveredShare(),
+                          map.options().cap->Degrees().x(), map.options().cap->Degrees().y()) +
+              caption;
   Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
   DrawLegend(canvas, chart, camera_in_world.has_value());
+  if (holes.empty()) return canvas;
+  double open_deg2 = 0;
+  for (const CoverageHole& hole : holes) open_deg2 += SquareDegrees(hole);
+  const Vector2d below_legend(chart.area.x, chart.area.br().y + kLegendAt + 2 * kLine);
+  Text(canvas,
+       fmt::format("{}, {:.1f} square degrees in all; the largest, at azimuth, elevation:",
+                   Counted(holes.size(), "hole"), open_deg2),
+       below_legend, 0.42, kInk);
+  Text(canvas, NumberHoles(canvas, chart, map, holes), below_legend + Vector2d(0, kLine), 0.42, kInk);
   return canvas;
 }
 
@@ -270,9 +337,8 @@ cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal
   if (!map.frame()) return NothingRecorded(picture.width);
   const Chart chart = LayOut(map, picture.width);
   const ErrorSummary summary = Summarize(errors, goal_db);
-  constexpr int kLine = 18;
   const int lines = static_cast<int>(summary.causes.size());
-  cv::Mat canvas(static_cast<int>(chart.area.br().y) + 54 + kLine * lines, picture.width, CV_8UC3,
+  cv::Mat canvas(static_cast<int>(chart.area.br().y) + kLegendAt + 16 + kLine * lines, picture.width, CV_8UC3,
                  cv::Scalar::all(250));
   cv::rectangle(canvas, cv::Rect(chart.area), cv::Scalar::all(225), cv::FILLED);
   const Palette& palette = Palette::Standard();
@@ -311,7 +377,7 @@ cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal
                         summary.median_db, Counted(summary.directions, "direction"), summary.worst_tenth_db,
                         summary.failing, goal_db);
   Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
-  double y = chart.area.y + chart.area.height + 38, x = chart.area.x;
+  double y = chart.area.br().y + kLegendAt, x = chart.area.x;
   constexpr double kStep_db = 3;
   for (double off = -Palette::kErrorReach_db; off <= Palette::kErrorReach_db; off += kStep_db) {
     const cv::Vec3f color = Paint(palette.OfError(off));

@@ -18,8 +18,8 @@ struct CoverageMapPicture {
   std::optional<Rigid3> cam_from_world = std::nullopt;
 };
 
-// Both paint the map anew on a finer grid, which takes some tenths of a second. The share in the chart's caption
-// is that of `map` itself.
+// Both paint the map anew on a finer grid for their colours, which takes some tenths of a second. What the chart shows as
+// open, its share and its numbered holes are those of `map` itself, as `ulf info` tells them.
 
 // Azimuth to the right, elevation upwards, in degrees about the first recorded direction: the cap (or what
 // was recorded, without one) and a margin.

@@ -52,12 +52,7 @@ CameraPath FromLightField(const fs::path& path) {
 }
 
 json ReadJson(const fs::path& file) {
-  try {
-    return json::parse(ReadWholeFile(file));
-  } catch (const json::exception& error) {
-    throw Error("{}: not valid JSON (NaN and Infinity are not JSON numbers): {}", file.string(),
-                error.what());
-  }
+  return ParseJson(ReadWholeFile(file), file.string(), "mend that place, or write the path again");
 }
 
 // ---- nerfstudio ----

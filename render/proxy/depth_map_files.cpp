@@ -19,6 +19,7 @@
 #include "core/geometry/digest.h"
 #include "core/image/image.h"
 #include "core/image/image_header.h"
+#include "render/proxy/geometry_state.h"
 #include "render/proxy/indexed_file.h"
 #include "render/proxy/proxy_choice.h"
 
@@ -69,7 +70,8 @@ std::shared_ptr<const LazyDepthMap> MapFrom(const MapFile& file, const Rigid3& c
     try {
       return ReadMap(file);
     } catch (const Error& error) {
-      spdlog::warn("{}; the mesh stands in for this depth map (ulf proxy makes it again)", error.what());
+      spdlog::warn("{}; the mesh stands in for this depth map ('{}' makes it again)", error.what(),
+                   ProxyCommand(file.path.parent_path().parent_path()));
       return DepthMapOfMesh(*mesh, file.camera, cam_from_world, file.step);
     }
   });

@@ -84,9 +84,11 @@ MeshReading ReadMeshFile(const std::filesystem::path& file) {
   return reading;
 }
 
-std::string MeshPlyBytes(const TriangleMesh& mesh) {
-  std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
+std::string MeshPlyBytes(const TriangleMesh& mesh, const std::vector<std::string>& comments) {
+  std::string bytes = "ply\nformat binary_little_endian 1.0\n";
+  for (const std::string& comment : comments) bytes += "comment " + comment + "\n";
+  bytes += fmt::format(
+      "element vertex {}\nproperty float x\nproperty float y\n"
       "property float z\nproperty float nx\nproperty float ny\nproperty float nz\nelement face {}\n"
       "property list uchar uint vertex_indices\nend_header\n",
       mesh.vertices.size(), mesh.triangles.size());
@@ -103,8 +105,9 @@ std::string MeshPlyBytes(const TriangleMesh& mesh) {
   return bytes;
 }
 
-void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh) {
-  WriteFileAtomically(file, MeshPlyBytes(mesh));
+void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh,
+                  const std::vector<std::string>& comments) {
+  WriteFileAtomically(file, MeshPlyBytes(mesh, comments));
 }
 
 }  // namespace ulf::render

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "render/proxy/triangle_mesh.h"
 
@@ -29,8 +30,10 @@ struct MeshReading {
 // is not a vertex, no triangle.
 MeshReading ReadMeshFile(const std::filesystem::path& file);
 
-std::string MeshPlyBytes(const TriangleMesh& mesh);
+// `comments`: lines for the header.
+std::string MeshPlyBytes(const TriangleMesh& mesh, const std::vector<std::string>& comments = {});
 // Writes the whole file or nothing. Throws DiskFullError or Error.
-void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh);
+void WriteMeshPly(const std::filesystem::path& file, const TriangleMesh& mesh,
+                  const std::vector<std::string>& comments = {});
 
 }  // namespace ulf::render

@@ -18,12 +18,9 @@ namespace {
 using nlohmann::json;
 
 json ReadKeyframes(const std::filesystem::path& file) {
-  json document;
-  try {
-    document = json::parse(ReadWholeFile(file));
-  } catch (const json::exception& error) {
-    throw Error("{}: not valid JSON: {}; no keyframe is added to it", file.string(), error.what());
-  }
+  json document =
+      ParseJson(ReadWholeFile(file), file.string(),
+                "no keyframe is added to it: mend it, move it away, or give another folder with -o");
   if (!document.is_object() || !document.contains("keyframes") || !document["keyframes"].is_array())
     throw Error("{}: holds no list of keyframes; move it away or give another folder with -o", file.string());
   return document;

@@ -115,6 +115,10 @@ inline constexpr const char* kPosesHelp =
     "Where poses come from: features (tracked), markers:SPEC, features+markers:SPEC, known (by the device), "
     "tum:FILE, tcp:PORT (docs/tracking.md)";
 
+// The same as --help lists values.
+inline constexpr const char* kPosesValues =
+    "features,markers:SPEC,features+markers:SPEC,known,tum:FILE,tcp:PORT";
+
 class PosesSpec {
  public:
   // Throws UsageError that names the accepted forms.

@@ -164,9 +164,21 @@ class Document {
             "photographs "
             "are read by 'ulf import'",
             file_.string());
-      throw Error("{}: not valid JSON (NaN and Infinity are not JSON numbers): {}", file_.string(),
-                  error.what());
+      throw Error("{}, {}{}", file_.string(), FaultOf(error), WayOut());
     }
+  }
+
+  std::string FaultOf(const json::exception& error) const {
+    const auto* fault = dynamic_cast<const json::parse_error*>(&error);
+    return fault ? JsonFault(ReadWholeFile(file_), fault->byte)
+                 : std::string("not valid JSON: a number is larger than any computer's");
+  }
+
+  // Beside a journal whoever reads the light field says that this file follows from it.
+  std::string WayOut() const {
+    return fs::exists(file_.parent_path() / "journal.jsonl")
+               ? ""
+               : "; copy it again from where it came, or export the set again";
   }
 
   fs::path file_;

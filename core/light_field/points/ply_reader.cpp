@@ -64,6 +64,8 @@ Header ParseHeader(const std::string& bytes, const std::string& name) {
     const std::string_view line = text.substr(at, end - at);
     at = end + 1;
     const auto words = Words(line);
+    if (words.size() > 1 && words[0] == "comment")
+      header.comments.emplace_back(words[1].begin(), words.back().end());
     if (words.empty() || words[0] == "ply" || words[0] == "comment" || words[0] == "obj_info") continue;
     if (words[0] == "end_header") {
       header.size = at;

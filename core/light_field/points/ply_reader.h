@@ -29,6 +29,7 @@ struct Element {
 struct Header {
   Format format = Format::kAscii;
   std::vector<Element> elements;
+  std::vector<std::string> comments;
   std::size_t size = 0;  // bytes
 };
 

@@ -13,10 +13,9 @@
 #include "core/base/counted.h"
 #include "core/base/stopwatch.h"
 #include "core/image/image.h"
-#include "core/light_field/derived_files.h"
 #include "coverage/measured/threshold_by_errors.h"
-#include "render/proxy/depth_map_files.h"
-#include "render/proxy/mesh_file.h"
+#include "coverage/session/record/geometry_files.h"
+#include "render/proxy/geometry_state.h"
 #include "render/proxy/proxy_choice.h"
 
 namespace ulf::coverage {
@@ -81,6 +80,13 @@ double LargestShiftPx(const CameraModel& a, const CameraModel& b, int longer_sid
 
 constexpr int kSmallSide = render::GrowingGeometryOptions{}.size_px;
 
+std::unique_ptr<LiveGeometry> MakeGeometry(std::optional<LiveGeometry::Options> options,
+                                           const std::filesystem::path& light_field) {
+  if (!options) return nullptr;
+  options->light_field = light_field;
+  return std::make_unique<LiveGeometry>(*options);
+}
+
 }  // namespace
 
 CaptureRecord::CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, const Options& options,
@@ -95,7 +101,7 @@ CaptureRecord::CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, c
       frames_measured_(earlier_measured_.frames),
       resumed_subject_(writer.Contents().subject),
       views_(writer.Contents()),
-      geometry_(options.geometry ? std::make_unique<LiveGeometry>(*options.geometry) : nullptr),
+      geometry_(MakeGeometry(options.geometry, writer.Contents().root)),
       geometry_lens_(lens.recorded()),
       meter_(geometry_ ? std::make_unique<ErrorMeter>(MeterOptions(options)) : nullptr),
       errors_(meter_ ? std::make_shared<const ErrorMap>() : nullptr),
@@ -119,64 +125,30 @@ void CaptureRecord::SayGeometryProblem() {
   if (const auto problem = geometry_->TakeProblem()) say_(*problem);
 }
 
-// The mesh that was there may be of another program, or a finer one: it is kept, and left where it is, with its depth
-// maps, if it is of the same views.
+// The mesh that was there may be of another program, or a finer one: without new views it stays where it is, with its
+// depth maps.
 std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesystem::path& root) {
-  const bool same_views =
-      !geometry_->IsCorrected() &&
-      std::ranges::none_of(views_.views(), [this](const auto& view) { return view.id >= first_new_id_; });
-  if (same_views && std::filesystem::exists(root / render::kMeshProxyFile)) {
-    say_("no view was added, moved or taken back: the mesh that is there stays");
+  const bool has_new_views =
+      std::ranges::any_of(views_.views(), [this](const auto& view) { return view.id >= first_new_id_; });
+  if (!has_new_views && std::filesystem::exists(root / render::kMeshProxyFile)) {
+    say_(
+        geometry_->IsCorrected()
+            ? fmt::format("no view was added: the mesh that is there stays, though views were moved or taken "
+                          "back; '{}' makes it and the depth maps anew",
+                          render::ProxyCommand(root))
+            : "no view was added, moved or taken back: the mesh that is there stays");
     return std::nullopt;
   }
   FinishedGeometry finished = geometry_->Finish();
   Stopwatch writing;
   SayGeometryProblem();
   if (finished.views_left_out > 0)
-    say_(fmt::format("geometry: there was no time to look at {}; ulf proxy makes a mesh of all",
-                     Counted(static_cast<std::size_t>(finished.views_left_out), "view")));
-  if (!finished.mesh) return finished;
-  const std::filesystem::path file = root / render::kMeshProxyFile;
-  std::optional<std::filesystem::path> kept;
-  try {
-    kept = MoveToKept(root, render::kMeshProxyFile, render::kMeshProxyFile);
-    render::WriteMeshPly(file, *finished.mesh->mesh);
-    if (kept) say_(fmt::format("the mesh that was there is kept: {}", kept->string()));
-  } catch (const std::exception& error) {
-    std::error_code still_kept;
-    if (kept) std::filesystem::rename(*kept, file, still_kept);
-    say_(fmt::format("{}; the light field is complete without a mesh, ulf proxy makes it", error.what()));
-    finished.mesh = nullptr;
-    finished.maps_for_rendering.clear();
-    return finished;
-  }
-  finished.written_maps = WriteMaps(root, std::exchange(finished.maps_for_rendering, {}), finished.map_poses);
+    say_(fmt::format("geometry: there was no time to look at {}; '{}' makes a mesh of all",
+                     Counted(static_cast<std::size_t>(finished.views_left_out), "view"),
+                     render::ProxyCommand(root)));
+  if (finished.mesh) WriteGeometry(root, finished, say_);
   finished.seconds += writing.LapSeconds();
   return finished;
-}
-
-// Beside the mesh that is there now; returns how many.
-int CaptureRecord::WriteMaps(const std::filesystem::path& root, std::map<int, render::ViewDepthMap> maps,
-                             const std::map<int, Rigid3>& poses) {
-  try {
-    // They are of the mesh that was there, as fine as it may be.
-    if (const auto kept = render::MoveDepthMapsToKept(root))
-      say_(fmt::format("the depth maps that were there are kept: {}", kept->string()));
-    // As whoever renders reads it: the maps are bound to these poses.
-    const LightField light_field = ReadLightField(root);
-    if (const std::size_t moved = render::TakeOutMovedMaps(light_field, poses, maps); moved > 0)
-      say_(
-          fmt::format("geometry: {} made under other poses than the recorded ones and left out; ulf proxy "
-                      "makes them",
-                      moved == 1 ? "one depth map was" : fmt::format("{} depth maps were", moved)));
-    if (!maps.empty()) render::WriteDepthMaps(root, light_field, maps);
-    return static_cast<int>(maps.size());
-  } catch (const std::exception& error) {
-    say_(fmt::format(
-        "{}; the light field and its mesh are complete, without depth maps, which ulf proxy makes",
-        error.what()));
-    return 0;
-  }
 }
 
 void CaptureRecord::SetSubject(const Subject& subject) {
@@ -475,8 +447,8 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
     if (geometry_)
       closed.geometry = FinishGeometry(root);
     else if (closed.recorded > 0 && std::filesystem::exists(root / render::kMeshProxyFile))
-      say_(fmt::format("{} was made without {} of this session; ulf proxy makes it anew",
-                       render::kMeshProxyFile, Counted(closed.recorded, "view")));
+      say_(fmt::format("{} was made without {} of this session; '{}' makes it anew", render::kMeshProxyFile,
+                       Counted(closed.recorded, "view"), render::ProxyCommand(root)));
   } catch (const std::exception& error) {
     closed.problem = error.what();
   }

@@ -129,8 +129,6 @@ class CaptureRecord {
   // The map's thresholds by the errors so far.
   void FollowErrorsNow();
   std::optional<FinishedGeometry> FinishGeometry(const std::filesystem::path& root);
-  int WriteMaps(const std::filesystem::path& root, std::map<int, render::ViewDepthMap> maps,
-                const std::map<int, Rigid3>& poses);
   std::string ReopenedInWords(double share) const;
 
   const CaptureLens& lens_;

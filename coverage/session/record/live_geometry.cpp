@@ -14,6 +14,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/signal_stack.h"
 #include "core/base/thread_clock.h"
+#include "render/proxy/geometry_state.h"
 #include "render/proxy/subject_in_mesh.h"
 #include "render/stereo/mesh_of_maps.h"
 
@@ -101,8 +102,8 @@ void LiveGeometry::AddView(int id, ReadPicture picture, const CameraModel& camer
         problem_seen_ = {
             {},
             fmt::format("geometry: other programs leave it no time; views are left out from view {} on, as "
-                        "long as {} others wait; ulf proxy makes a mesh of all",
-                        id, options_.most_waiting)};
+                        "long as {} others wait; '{}' makes a mesh of all",
+                        id, options_.most_waiting, render::ProxyCommand(options_.light_field))};
       left_out_views_.insert(id);
       return;
     }
@@ -151,8 +152,9 @@ const LiveGeometryState& LiveGeometry::State() {
 void LiveGeometry::Fail(const std::string& what) {
   if (failed_.exchange(true)) return;
   const MutexLock lock(mutex_);
-  problem_ = {
-      {}, fmt::format("geometry: {}; the capture goes on without it, ulf proxy makes it afterwards", what)};
+  problem_ = {{},
+              fmt::format("geometry: {}; the capture goes on without it, '{}' makes it afterwards", what,
+                          render::ProxyCommand(options_.light_field))};
 }
 
 // One view's picture cannot be read: the others make the geometry.

@@ -20,6 +20,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -87,6 +88,7 @@ class LiveGeometry {
     // then takes ten seconds.
     double finish_s = 6;
     bool gives_way = true;  // false: competes with other programs, which is for tests that wait for it
+    std::filesystem::path light_field;  // for messages: 'ulf proxy' of it makes what is missing here
     bool threaded = true;  // false: nothing is made before Finish(), or by WorkNow(), and nothing is left out
   };
   // A picture as geometry wants it, 8-bit sRGB; read in the geometry's thread.

@@ -1,5 +1,5 @@
 // Tests: commands/about/about_commands, commands/about/command_tree, commands/about/completion,
-// commands/about/manual, commands/about/version_text.
+// commands/about/manual, commands/about/version_text, commands/help_text.
 //
 // What an installation brings beside the program, asked of the shells and the readers of man pages that it is for. A shell
 // that is not installed is skipped, and said.
@@ -178,6 +178,11 @@ const std::vector<Typed>& Lines() {
       {{"capture", "--quality", ""}, {"high", "fast"}, {"auto", "capture"}},
       {{"render", "vase", "--renderer", "r"}, {"reference"}, {"gl"}},
       {{"track", "--intrinsics", ""}, {"fixed", "check", "refine"}, {}},
+      {{"render", "vase", "--path", ""}, {"orbit", "spiral", "some_folder"}, {"FILE"}},
+      {{"render", "vase", "--field", ""}, {"auto", "lumigraph-per-pixel"}, {"some_folder"}},
+      {{"view", "vase", "--proxy", "p"}, {"plane", "planes", "points"}, {"mesh"}},
+      {{"capture", "sim:studio", "--operator", ""}, {"guided", "unguided-novice"}, {"some_folder"}},
+      {{"track", "--poses", ""}, {"features", "known"}, {"some_folder"}},
       {{"export", ""}, {"colmap", "nerfstudio"}, {"capture"}},
       {{"export", "colmap", "--un"}, {"--undistort"}, {"--until-covered"}},
       {{"info", "some_f"}, {"some_folder"}, {"other_folder"}},

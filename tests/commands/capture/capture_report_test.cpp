@@ -33,7 +33,7 @@ TEST(CaptureReport, SaysWhichLimitEndedIt) {
                                          {StoppedBecause::kDisk, "the disk", "disk"},
                                          {StoppedBecause::kCovered, "the cap is covered", "covered"}}) {
     summary.stopped_because = why;
-    EXPECT_THAT(ToText(summary, 0), HasSubstr(std::string("\nended          ") + words));
+    EXPECT_THAT(ToText(summary, 0, "vase"), HasSubstr(std::string("\nended          ") + words));
     nlohmann::json json;
     AddTo(json, summary, 0);
     EXPECT_EQ(json["stopped_because"], name);
@@ -42,11 +42,11 @@ TEST(CaptureReport, SaysWhichLimitEndedIt) {
 
 TEST(CaptureReport, AWrongFocalLengthAndARollingShutterAreSaid) {
   CaptureSummary summary;
-  EXPECT_THAT(ToText(summary, 0), AllOf(Not(HasSubstr("calibration")), Not(HasSubstr("shutter"))));
+  EXPECT_THAT(ToText(summary, 0, "vase"), AllOf(Not(HasSubstr("calibration")), Not(HasSubstr("shutter"))));
   summary.calibration = CalibrationCheck{
       .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
   summary.rolling_shutter = Readout{.readout_s = 0.02, .sigma_s = 0.001, .compensated = false};
-  EXPECT_THAT(ToText(summary, 0),
+  EXPECT_THAT(ToText(summary, 0, "vase"),
               AllOf(HasSubstr("500.0 px"), HasSubstr("ulf refine"), HasSubstr("--readout-ms 20")));
   nlohmann::json json;
   AddTo(json, summary, 0);
@@ -62,7 +62,7 @@ TEST(CaptureReport, MistakesAreSaidOnceEachWithTheirCure) {
                        .first_s = 2.4,
                        .last_s = 9}};
   EXPECT_THAT(
-      ToText(summary, 0),
+      ToText(summary, 0, "vase"),
       HasSubstr(
           "mistake        flickering lamps: the light goes up and down. Take other lamps (from 2 s on)"));
   nlohmann::json json;
@@ -81,16 +81,17 @@ TEST(CaptureReport, MistakesAreSaidOnceEachWithTheirCure) {
 TEST(CaptureReport, OneIsSingular) {
   CaptureSummary summary;
   summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 1;
-  EXPECT_THAT(ToText(summary, 1),
+  EXPECT_THAT(ToText(summary, 1, "vase"),
               AllOf(HasSubstr("1 frame delivered"), HasSubstr("reconnected 1 time\n"),
                     HasSubstr("paused 1 time,"), HasSubstr("this session   1 frame, 1 tracked")));
   summary.frames = summary.device.delivered = summary.device.reconnects = summary.pauses = 2;
-  EXPECT_THAT(ToText(summary, 1), AllOf(HasSubstr("2 frames delivered"), HasSubstr("reconnected 2 times\n"),
-                                        HasSubstr("paused 2 times,"), HasSubstr("this session   2 frames,")));
+  EXPECT_THAT(ToText(summary, 1, "vase"),
+              AllOf(HasSubstr("2 frames delivered"), HasSubstr("reconnected 2 times\n"),
+                    HasSubstr("paused 2 times,"), HasSubstr("this session   2 frames,")));
 }
 
 TEST(CaptureReport, WhatWasDroppedNamesTheReason) {
-  EXPECT_THAT(ToText(CaptureSummary{}, 0), HasSubstr("0 dropped (processing too slow), 0 missing"));
+  EXPECT_THAT(ToText(CaptureSummary{}, 0, "vase"), HasSubstr("0 dropped (processing too slow), 0 missing"));
 }
 
 TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {
@@ -139,7 +140,7 @@ TEST(CaptureReport, TransportCountersFitTheTerminal) {
   CaptureSummary summary;
   for (int i = 0; i < 30; ++i)
     summary.device.transport.emplace_back(fmt::format("counter number {}", i), i % 3 == 0 ? 0 : 1000 + i);
-  const std::string text = ToText(summary, 0);
+  const std::string text = ToText(summary, 0, "vase");
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 110u) << line;
   EXPECT_THAT(text, AllOf(HasSubstr("counter number 1 1001"), HasSubstr("counter number 29 1029"),

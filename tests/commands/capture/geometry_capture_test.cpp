@@ -1,5 +1,5 @@
 // Tests: coverage/session/record/live_geometry, coverage/session/record/capture_record,
-// commands/capture/capture_report.
+// coverage/session/record/geometry_files, commands/capture/capture_report.
 //
 // ulf capture leaves a mesh and the depth maps of views beside it, or says why there are none; a light field is complete
 // without.
@@ -212,7 +212,11 @@ TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMapsAndKeepsThem) {
   EXPECT_EQ(FilesIn(dir / "depth").size(), reading.maps.size() + 1) << "no old ones beside them";
   EXPECT_TRUE(BytesOf(dir / "kept" / "proxy.ply") == mesh);
   EXPECT_TRUE(FilesIn(dir / "kept" / "depth") == files) << "they may be finer ones, as the mesh";
-  EXPECT_THAT(run.errors, HasSubstr("the depth maps that were there are kept"));
+  EXPECT_THAT(run.errors,
+              ::testing::ContainsRegex("views were added: a new mesh of [0-9]+ triangles, .*the one that "
+                                       "was there \\([0-9]+ triangles\\), which is kept: "));
+  EXPECT_THAT(run.errors, HasSubstr((dir / "kept/proxy.ply").string() + ", with its depth maps: " +
+                                    (dir / "kept/depth").string() + "; 'ulf proxy " + dir.string() + "'"));
 
   // Killed between the new mesh and the new index: what is there then does not count.
   std::ofstream(dir / "depth" / "maps.json") << index;
@@ -236,6 +240,18 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   EXPECT_FALSE(fs::exists(dir / "kept" / "proxy.ply"));
   EXPECT_THAT(run.errors, HasSubstr("the mesh that is there stays"));
   EXPECT_TRUE(nlohmann::json::parse(run.output)["geometry"].is_null());
+
+  // A view that is taken back is no new one.
+  std::ofstream(scratch / "requests.txt") << "take-back views 1\n";
+  const CommandResult less =
+      Capture(dir, "--resume --frames 1 --requests " + (scratch / "requests.txt").string());
+  ASSERT_EQ(less.exit_code, 0) << less.errors;
+  ASSERT_EQ(ReadLightField(dir).views.size(), views - 1) << less.errors;
+  EXPECT_EQ(BytesOf(dir / "proxy.ply"), "a finer one");
+  EXPECT_THAT(less.errors,
+              HasSubstr("no view was added: the mesh that is there stays, though views were moved or "
+                        "taken back; 'ulf proxy " +
+                        dir.string() + "'"));
 }
 
 // A folder where no mesh can be written: the views are all there, the mesh that was there is untouched.
@@ -261,7 +277,7 @@ TEST(GeometryCapture, DepthMapsThatCannotBeWrittenCostNothingElse) {
   std::ofstream(dir / "depth") << "not a folder";
   const CommandResult run = Capture(dir, "--resume --frames 60");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.errors, HasSubstr("without depth maps, which ulf proxy makes"));
+  EXPECT_THAT(run.errors, HasSubstr("without depth maps, which 'ulf proxy " + dir.string()));
   const auto json = nlohmann::json::parse(run.output);
   EXPECT_EQ(json["geometry"]["written_maps"], 0);
   EXPECT_EQ(ReadMeshFile(dir / "proxy.ply").mesh.triangles.size(), json["geometry"]["triangles"]);
@@ -283,7 +299,8 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheMeshIsWrittenItCostsTheMeshAlone) {
   fs::remove(disk / "room");
   const CommandResult run = Capture(dir, "--resume --frames 2 --deterministic");  // all maps: no small mesh
   EXPECT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.errors, HasSubstr("the light field is complete without a mesh, ulf proxy makes it"));
+  EXPECT_THAT(run.errors,
+              HasSubstr("the light field is complete without a mesh, 'ulf proxy " + dir.string()));
   EXPECT_GE(ReadLightField(dir).views.size(), before);
   EXPECT_FALSE(fs::exists(dir / "proxy.ply")) << "no half of a mesh";
   for (const auto& file : fs::directory_iterator(dir))
@@ -311,7 +328,7 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheDepthMapsAreWrittenItCostsThemAlone
   fs::remove(disk / "room");
   const CommandResult run = Capture(dir, "--resume --frames 2 --deterministic");
   EXPECT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.errors, HasSubstr("without depth maps, which ulf proxy makes"));
+  EXPECT_THAT(run.errors, HasSubstr("without depth maps, which 'ulf proxy " + dir.string()));
   EXPECT_EQ(nlohmann::json::parse(run.output)["geometry"]["written_maps"], 0);
   EXPECT_GE(ReadLightField(dir).views.size(), before);
   EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty());

@@ -1,7 +1,8 @@
 // Tests: core/base/quantile, core/base/counted, core/base/lowercase, core/base/shell_word, core/base/at,
 // core/base/model_choice, core/base/parallel_for, core/base/output_path, core/base/progress, core/base/stop_signal,
 // core/base/signal_stack, core/base/silent_solver, core/base/available_memory, core/base/thread_clock,
-// core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex.
+// core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex,
+// core/base/json_fields.
 #include <gmock/gmock.h>
 #include <malloc.h>
 #include <sys/resource.h>
@@ -25,6 +26,7 @@
 #include "core/base/device_uri.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/json_fields.h"
 #include "core/base/lowercase.h"
 #include "core/base/model_choice.h"
 #include "core/base/mutex.h"
@@ -43,7 +45,10 @@
 namespace ulf::test {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 
 TEST(Quantile, IsTheValueOfTheNearestRank) {
@@ -84,6 +89,26 @@ TEST(ModelChoiceText, MarksTheChosenCandidate) {
   const auto json = ToJson(choice);
   EXPECT_EQ(json["candidates"][0]["chosen"], false);
   EXPECT_EQ(json["candidates"][1]["evidence"], "0.2 px");
+}
+
+TEST(JsonText, IsReadOrNamesLineColumnAndWhatIsWrongInPlainWords) {
+  EXPECT_EQ(ParseJson("{\"a\": [1, 2]}", "a.json", "copy it again")["a"][1], 2);
+  const std::vector<std::pair<std::string, std::string>> damaged{
+      {"broken\n", "line 1, column 1: not valid JSON: 'broken' cannot stand here"},
+      {"{\n  \"a\": NaN}", "line 2, column 8: not valid JSON: NaN (NaN and Infinity are not JSON numbers)"},
+      {"{\"a\": -Infinity}", "line 1, column 7: not valid JSON: -Infinity (NaN"},
+      {"[1,\n 2,\n]", "line 3, column 1: not valid JSON: a comma too many before ']'"},
+      {"{\"\xC3\xA4\": 1 \"b\": 2}", "line 1, column 9: not valid JSON: text where none can stand"},
+      {"[1, 2", "line 1, column 6: not valid JSON: it ends before it is complete"},
+      {"{\"a\": \"b", "it ends before it is complete"},
+      {" \n", "not valid JSON: it is empty"},
+      {"[\x01]", "line 1, column 2: not valid JSON: bytes that are no text"},
+      {"[1e999]", "a number is larger than any computer's"}};
+  for (const auto& [text, words] : damaged)
+    EXPECT_THAT([&] { ParseJson(text, "a.json", "copy it again"); },
+                ThrowsMessage<Error>(AllOf(StartsWith("a.json"), HasSubstr(words),
+                                           HasSubstr("; copy it again"), Not(HasSubstr("exception")))))
+        << text;
 }
 
 TEST(OutputPath, RefusesWhatCannotBeWritten) {

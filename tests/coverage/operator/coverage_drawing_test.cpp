@@ -35,6 +35,31 @@ TEST(CoverageDrawing, TheChartIsPaintedAsFarAsTheMapIs) {
       << "before the first view";
 }
 
+// What is dark inside the cap is what the map counts as open, and as much of it.
+TEST(CoverageDrawing, WhatIsOpenIsSeenAsTheMapCountsIt) {
+  StagedCapture capture;
+  capture.Record(capture.CameraAt(0, 0));
+  capture.RecordRows(-12, 4, -6, 6, 4);
+  const auto map = capture.recorded().back()->coverage;
+  ASSERT_TRUE(map->options().cap);
+  ASSERT_GT(map->Holes().size(), 0u);
+  const cv::Mat chart = DrawCoverageMap(*map);
+  const auto count = [&](const cv::Vec3b& color) {
+    cv::Mat same;
+    cv::inRange(chart, color, color, same);
+    return static_cast<double>(cv::countNonZero(same));
+  };
+  const double dark = count({92, 92, 92}), painted = Coloured(chart) * static_cast<double>(chart.total());
+  EXPECT_NEAR(dark / (dark + painted), 1 - map->CoveredShare(), 0.03);
+  // A line below the legend lists the holes; where there are none there is no such line.
+  StagedCapture whole;
+  whole.Record(whole.CameraAt(0, 0));
+  whole.RecordRows(-32, 32, -22, 22, 4);
+  const auto covered = whole.recorded().back()->coverage;
+  ASSERT_EQ(covered->Holes().size(), 0u);
+  EXPECT_LT(DrawCoverageMap(*covered).rows, chart.rows);
+}
+
 TEST(CoverageDrawing, TheChartOfErrorsIsPaintedByThem) {
   StagedCapture capture;
   capture.RecordRows(-12, 12, -6, 6, 2);

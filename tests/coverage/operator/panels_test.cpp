@@ -1,10 +1,16 @@
 // Tests: coverage/operator/panels.
 //
-// What the panels around the live picture say, from staged states.
+// What the panels around the live picture say, from staged states; and that the pages list the keys of the code.
 #include "coverage/operator/panels.h"
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "render/viewer/viewer_state.h"
 #include "tests/support/floors.h"
 #include "tests/support/staged_capture.h"
 
@@ -172,6 +178,65 @@ TEST(KeyRows, ListTheKeysOfEveryMode) {
   for (const KeyHelp& help : kKeysInSubject) EXPECT_THAT(keys, Contains(help.keys));
   for (const KeyHelp& help : kKeysInReview) EXPECT_THAT(keys, Contains(help.keys));
   EXPECT_THAT(keys, Contains("review"));
+}
+
+// The rows of a page's tables below a heading, as far as the next one; without those of dashes.
+std::vector<std::vector<std::string>> TableRowsOf(const std::string& page, const std::string& heading) {
+  std::ifstream file(std::string(CHECKOUT) + "/docs/" + page);
+  std::vector<std::vector<std::string>> rows;
+  bool below = heading.empty();
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("## ")) below = heading.empty() ? false : line == heading;
+    if (!below || !line.starts_with("| ") || line.starts_with("| ---")) continue;
+    std::vector<std::string> cells;
+    std::istringstream in(line.substr(1));
+    for (std::string cell; std::getline(in, cell, '|');) {
+      std::erase(cell, '`');
+      const std::size_t first = cell.find_first_not_of(' ');
+      cells.push_back(
+          first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(' ') - first + 1));
+    }
+    rows.push_back(cells);
+  }
+  return rows;
+}
+
+TEST(KeyTables, OfTheOperatorsPageAreThoseOfTheDisplay) {
+  std::vector<std::vector<std::string>> expected;
+  const auto add = [&](const char* mode, std::span<const KeyHelp> keys) {
+    expected.push_back({mode, ""});
+    for (const KeyHelp& help : keys) expected.push_back({help.keys, help.what});
+  };
+  add("always", kKeysAlways);
+  add("placing the subject", kKeysInSubject);
+  add("review", kKeysInReview);
+  EXPECT_EQ(TableRowsOf("operator.md", "## Keys"), expected);
+}
+
+// The viewer's page says more of each key, and names keys and mouse apart.
+TEST(KeyTables, OfTheViewersPageHasEveryKeyOfTheViewerAndNoOther) {
+  const auto words = [](const std::string& text) {
+    std::set<std::string> words;
+    std::string plain = text;
+    std::ranges::replace(plain, ',', ' ');
+    std::istringstream in(plain);
+    for (std::string word; in >> word;)
+      if (word != "and") words.insert(word);
+    return words;
+  };
+  std::vector<std::set<std::string>> of_page, of_code;
+  for (const auto& row : TableRowsOf("viewer.md", ""))
+    if (row.size() == 3 && row[0] != "keys") of_page.push_back(words(row[0] + " " + row[1]));
+  for (const KeyHelp& help : kViewerKeys) of_code.push_back(words(help.keys));
+  EXPECT_EQ(of_page.size(), of_code.size());
+  for (const KeyHelp& help : kViewerKeys)
+    EXPECT_TRUE(std::ranges::any_of(
+        of_page, [&](const auto& row) { return std::ranges::includes(row, words(help.keys)); }))
+        << "docs/viewer.md lacks " << help.keys;
+  for (const auto& row : of_page)
+    EXPECT_TRUE(
+        std::ranges::any_of(of_code, [&](const auto& keys) { return std::ranges::includes(row, keys); }))
+        << "the viewer lacks " << testing::PrintToString(row);
 }
 
 }  // namespace

@@ -107,7 +107,10 @@ TEST_F(BadTransforms, LiteralNan) {
   std::string text = document_.dump();
   text.replace(text.find("\"cx\":") + 5, 4, "NaN ");
   std::ofstream(scratch_ / "lf/transforms.json") << text;
-  EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); }, ThrowsMessage<Error>(HasSubstr("not valid JSON")));
+  EXPECT_THAT(
+      [&] { ReadLightField(scratch_ / "lf"); },
+      ThrowsMessage<Error>(AllOf(HasSubstr("transforms.json, line 1, column "),
+                                 HasSubstr("not valid JSON: NaN ("), HasSubstr("export the set again"))));
 }
 TEST_F(BadTransforms, CutInTheMiddle) {
   const std::string text = document_.dump();

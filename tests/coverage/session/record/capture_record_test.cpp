@@ -79,8 +79,8 @@ TEST(CaptureRecord, AMeshThatDoesNotKnowNewViewsIsNamed) {
   const auto frame = device.Next(1s);
   ASSERT_TRUE(record.Add(*frame, poses.Step(*frame), std::nullopt, poses));
   EXPECT_EQ(record.Close(1, {}, {}).recorded, 1u);
-  EXPECT_THAT(said,
-              ElementsAre("proxy.ply was made without 1 view of this session; ulf proxy makes it anew"));
+  EXPECT_THAT(said, ElementsAre("proxy.ply was made without 1 view of this session; 'ulf proxy " +
+                                (scratch / "lf").string() + "' makes it anew"));
 }
 
 }  // namespace

@@ -453,7 +453,7 @@ TEST(ShutterLag, IsMeasuredFromThePhotographsPosesAndUsedForTheNext) {
   EXPECT_NEAR(photograph(3, 0.4), 3.4, 0.04) << "the device was told one";
   CaptureSummary summary;
   summary.stills = stills.counts();
-  EXPECT_THAT(ToText(summary, 1), HasSubstr("shutter lag    180 ms (median of 1"));
+  EXPECT_THAT(ToText(summary, 1, "vase"), HasSubstr("shutter lag    180 ms (median of 1"));
 }
 
 TEST(AsSeenBy, IsTheOtherCamerasPicture) {

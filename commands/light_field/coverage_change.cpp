@@ -1,0 +1,47 @@
+#include "commands/light_field/coverage_change.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/base/shell_word.h"
+
+namespace ulf::commands {
+
+std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const LightField& after) {
+  if (!before.goal || !before.subject) return std::nullopt;
+  const coverage::Cap cap = coverage::Cap::FromDegrees(before.goal->cap_deg);
+  const auto covered = [&](const LightField& light_field) {
+    if (light_field.views.empty()) return 0.0;
+    return coverage::CoverageOf(light_field, *before.subject, cap, before.threshold_px.value_or(7))
+        .CoveredShare();
+  };
+  return CoverageChange{cap, covered(before), covered(after)};
+}
+
+std::string ToText(const CoverageChange& change, const std::string& what, const std::string& light_field) {
+  // A cell of the map is a hundredth of a per cent at the least: what two decimals do not show is no difference.
+  const auto rounded = [](double share, int decimals) {
+    return fmt::format("{:.{}f}", 100 * share, decimals);
+  };
+  const int decimals = rounded(change.before, 1) == rounded(change.after, 1) ? 2 : 1;
+  const std::string before = rounded(change.before, decimals), after = rounded(change.after, decimals);
+  const std::string of =
+      fmt::format("of {:g} x {:g} degrees", change.cap.Degrees().x(), change.cap.Degrees().y());
+  if (before == after)
+    return fmt::format("covered: {} % {}, as before: {} reopened nothing\n", rounded(change.after, 1), of,
+                       what);
+  std::string text = fmt::format("covered: {} % {} before, {} % after", before, of, after);
+  if (change.after < change.before)
+    text +=
+        fmt::format(": {} reopened {:.{}f} %; 'ulf info {}' lists the holes, ulf capture --resume fills them",
+                    what, 100 * (change.before - change.after), decimals, ShellWord(light_field));
+  return text + "\n";
+}
+
+nlohmann::ordered_json ToJson(const CoverageChange& change) {
+  return {{"before", change.before}, {"after", change.after}};
+}
+
+}  // namespace ulf::commands

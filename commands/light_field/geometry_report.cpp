@@ -1,0 +1,91 @@
+#include "commands/light_field/geometry_report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/counted.h"
+#include "render/proxy/depth_map_files.h"
+#include "render/proxy/proxy_choice.h"
+
+namespace ulf::commands {
+namespace {
+
+std::string MapsInWords(const render::GeometryState& state) {
+  if (state.maps + state.stale_maps == 0) return "no depth maps";
+  if (state.stale_maps == 0) return Counted(state.maps, "depth map");
+  return fmt::format("{} of {} fit the views as they are", state.maps,
+                     Counted(state.maps + state.stale_maps, "depth map"));
+}
+
+std::string FitInWords(const render::GeometryState& state, std::size_t views) {
+  if (!state.origin) return "the file does not tell what made it, and of which views";
+  const std::string by =
+      fmt::format("by {} of {}", state.origin->made_by, Counted(state.origin->views, "view"));
+  if (*state.mesh_fits) return by + ", as they are now";
+  return state.origin->views == views ? by + " when their poses were others"
+                                      : fmt::format("{}, where there are {} now", by, views);
+}
+
+}  // namespace
+
+std::string GeometryText(const std::optional<render::GeometryState>& state, const LightField& light_field) {
+  const std::string command = render::ProxyCommand(light_field.root);
+  if (!state) return fmt::format("geometry       no mesh; '{}' makes one, with depth maps\n", command);
+  const bool has_mesh = state->triangles > 0;
+  std::string text = "geometry       ";
+  if (has_mesh)
+    text += fmt::format("{} of {} ({}); {}\n", render::kMeshProxyFile, Counted(state->triangles, "triangle"),
+                        FitInWords(*state, light_field.views.size()),
+                        state->problem.empty() ? MapsInWords(*state) : "depth maps that are not used");
+  if (!state->problem.empty())
+    return text + fmt::format("{}{}; '{}' makes it again\n", has_mesh ? "               " : "",
+                              state->problem, command);
+  if (state->IsOutdated()) text += fmt::format("               '{}' makes both anew\n", command);
+  return text;
+}
+
+nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state) {
+  if (!state) return nullptr;
+  nlohmann::json json{{"mesh", render::kMeshProxyFile},
+                      {"triangles", state->triangles},
+                      {"vertices", state->vertices},
+                      {"made_by", nullptr},
+                      {"views", nullptr},
+                      {"fits", nullptr},
+                      {"depth_maps", state->maps},
+                      {"stale_depth_maps", state->stale_maps},
+                      {"problem", nullptr}};
+  if (state->origin) {
+    json["made_by"] = state->origin->made_by;
+    json["views"] = state->origin->views;
+  }
+  if (state->mesh_fits) json["fits"] = *state->mesh_fits;
+  if (!state->problem.empty()) json["problem"] = state->problem;
+  return json;
+}
+
+std::vector<std::string> Outdated(const std::optional<render::GeometryState>& before,
+                                  const std::optional<render::GeometryState>& after) {
+  std::vector<std::string> files;
+  if (!before || !after) return files;
+  const bool maps = before->maps > after->maps;
+  // A mesh that does not tell its views is taken for one of those before: its maps, or nothing, say otherwise.
+  if ((before->mesh_fits.value_or(maps) && !after->mesh_fits.value_or(false)) || maps)
+    files.emplace_back(render::kMeshProxyFile);
+  if (maps) files.emplace_back(render::kDepthMapsFolder);
+  return files;
+}
+
+std::string OutdatedText(const std::optional<render::GeometryState>& before,
+                         const std::optional<render::GeometryState>& after, const std::string& made_for,
+                         const LightField& light_field) {
+  if (Outdated(before, after).empty()) return "";
+  const std::size_t maps = before->maps - after->maps;
+  return fmt::format("outdated: the mesh ({}){} made for {}{}; '{}' makes {} anew\n", render::kMeshProxyFile,
+                     maps > 0 ? fmt::format(" and {} (depth/) were", Counted(maps, "depth map")) : " was",
+                     made_for, maps > 0 ? ", and these maps are not used any more" : "",
+                     render::ProxyCommand(light_field.root), maps > 0 ? "both" : "it");
+}
+
+}  // namespace ulf::commands

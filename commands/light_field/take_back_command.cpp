@@ -1,0 +1,89 @@
+// ulf take-back: takes views out of a light field at the desk, as a key of the operator display does during a capture.
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "commands/commands.h"
+#include "commands/light_field/coverage_change.h"
+#include "commands/light_field/geometry_report.h"
+#include "core/base/counted.h"
+#include "core/base/error.h"
+#include "core/base/shell_word.h"
+#include "core/light_field/light_field_io.h"
+#include "core/light_field/view_numbers.h"
+
+namespace ulf::commands {
+namespace {
+
+struct TakeBackArgs {
+  std::string dir;
+  std::vector<int> views;
+  bool json = false;
+};
+
+// Before anything is written: all of them are views, or none is taken back.
+void RequireViews(const LightField& light_field, const std::set<int>& asked) {
+  std::set<int> there, unknown, taken;
+  for (const View& view : light_field.views) there.insert(view.id);
+  for (const int id : asked)
+    if (!there.contains(id)) (light_field.taken_back.contains(id) ? taken : unknown).insert(id);
+  const std::string dir = light_field.root.string();
+  if (!unknown.empty())
+    throw Error("{}: there {} no {}; there {} {}; nothing was taken back", dir,
+                unknown.size() == 1 ? "is" : "are", ViewNumbers(unknown), there.size() == 1 ? "is" : "are",
+                there.empty() ? "no views" : ViewNumbers(there));
+  if (!taken.empty())
+    throw Error("{}: {} {} taken back before, see {}/unposed; nothing was taken back now", dir,
+                ViewNumbers(taken), taken.size() == 1 ? "was" : "were", dir);
+}
+
+int RunTakeBack(const TakeBackArgs& args) {
+  const std::set<int> asked(args.views.begin(), args.views.end());
+  LightFieldWriter writer = LightFieldWriter::Resume(args.dir);
+  const LightField before = writer.Contents();
+  RequireViews(before, asked);
+  const auto geometry_before = render::GeometryStateOf(before);
+  for (const int id : asked) writer.RemoveView(id);
+  writer.Close(before.capture_s, before.reasons);
+  const LightField& after = writer.Contents();
+  const auto coverage = CoverageChangeOf(before, after);
+  const auto geometry = render::GeometryStateOf(after);
+  if (args.json) {
+    nlohmann::ordered_json json{{"taken_back", asked}, {"views", after.views.size()}};
+    json["covered"] = nullptr;
+    if (coverage) json["covered"] = ToJson(*coverage);
+    json["outdated"] = Outdated(geometry_before, geometry);
+    fmt::print("{}\n", json.dump(2));
+    return kOk;
+  }
+  fmt::print("{}: taken back, kept in unposed/: {}; {} left\n", args.dir, ViewNumbers(asked),
+             Counted(after.views.size(), "view"));
+  if (coverage) fmt::print("{}", ToText(*coverage, "that", args.dir));
+  fmt::print("{}", OutdatedText(geometry_before, geometry, "the views before", after));
+  return kOk;
+}
+
+}  // namespace
+
+void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen) {
+  auto args = std::make_shared<TakeBackArgs>();
+  CLI::App* command =
+      app.add_subcommand("take-back", "Takes views out of a light field; their photographs stay in unposed/");
+  command->add_option("DIR", args->dir, "Light field")->required();
+  command
+      ->add_option(
+          "VIEW", args->views,
+          "Numbers of the views, as ulf info --check-poses names them and as their photographs are named")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--json", args->json, "Print one JSON object");
+  command->footer("Example: ulf take-back vase 4 7");
+  command->callback([args, &chosen] { chosen = [args] { return RunTakeBack(*args); }; });
+}
+
+}  // namespace ulf::commands

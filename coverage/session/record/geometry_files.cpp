@@ -1,0 +1,83 @@
+#include "coverage/session/record/geometry_files.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <optional>
+#include <utility>
+
+#include "core/base/counted.h"
+#include "core/light_field/derived_files.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/depth_map_files.h"
+#include "render/proxy/geometry_state.h"
+#include "render/proxy/mesh_file.h"
+#include "render/proxy/proxy_choice.h"
+
+namespace ulf::coverage {
+namespace {
+
+namespace fs = std::filesystem;
+using Say = std::function<void(const std::string&)>;
+
+std::string Replaced(const std::optional<render::GeometryState>& before, const fs::path& kept,
+                     const std::optional<fs::path>& kept_maps, const FinishedGeometry& now,
+                     const std::string& proxy_command) {
+  const std::size_t triangles_before = before ? before->triangles : 0;
+  return fmt::format(
+      "views were added: a new mesh of {}, made of small pictures, takes the place of the one that was "
+      "there{}, "
+      "which is kept: {}{}; '{}' makes a fine one of all views",
+      Counted(now.mesh->mesh->triangles.size(), "triangle"),
+      triangles_before > 0 ? fmt::format(" ({})", Counted(triangles_before, "triangle")) : "", kept.string(),
+      kept_maps ? fmt::format(", with its depth maps: {}", kept_maps->string()) : "", proxy_command);
+}
+
+// Returns the folder in which the maps are that were there.
+std::optional<fs::path> WriteMaps(const LightField& light_field, FinishedGeometry& finished, const Say& say) {
+  const std::string command = render::ProxyCommand(light_field.root);
+  auto maps = std::exchange(finished.maps_for_rendering, {});
+  std::optional<fs::path> kept;
+  try {
+    // They are of the mesh that was there, as fine as it may be.
+    kept = render::MoveDepthMapsToKept(light_field.root);
+    if (const std::size_t moved = render::TakeOutMovedMaps(light_field, finished.map_poses, maps); moved > 0)
+      say(fmt::format(
+          "geometry: {} made under other poses than the recorded ones and left out; '{}' makes them",
+          moved == 1 ? "one depth map was" : fmt::format("{} depth maps were", moved), command));
+    if (!maps.empty()) render::WriteDepthMaps(light_field.root, light_field, maps);
+    finished.written_maps = static_cast<int>(maps.size());
+  } catch (const std::exception& error) {
+    say(fmt::format("{}; the light field and its mesh are complete, without depth maps, which '{}' makes",
+                    error.what(), command));
+  }
+  return kept;
+}
+
+}  // namespace
+
+void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& say) {
+  const std::string command = render::ProxyCommand(root);
+  const fs::path file = root / render::kMeshProxyFile;
+  std::optional<fs::path> kept;
+  std::optional<render::GeometryState> before;
+  LightField light_field;
+  try {
+    // As whoever renders reads it: mesh and maps are bound to these poses.
+    light_field = ReadLightField(root);
+    before = render::GeometryStateOf(light_field);
+    kept = MoveToKept(root, render::kMeshProxyFile, render::kMeshProxyFile);
+    render::WriteMeshPly(file, *finished.mesh->mesh, render::OriginComments("ulf capture", light_field));
+  } catch (const std::exception& error) {
+    std::error_code still_kept;
+    if (kept) fs::rename(*kept, file, still_kept);
+    say(fmt::format("{}; the light field is complete without a mesh, '{}' makes it", error.what(), command));
+    finished.mesh = nullptr;
+    finished.maps_for_rendering.clear();
+    return;
+  }
+  const std::optional<fs::path> kept_maps = WriteMaps(light_field, finished, say);
+  if (kept) say(Replaced(before, *kept, kept_maps, finished, command));
+}
+
+}  // namespace ulf::coverage

@@ -1,0 +1,78 @@
+#include "render/proxy/geometry_state.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/base/shell_word.h"
+#include "core/geometry/digest.h"
+#include "core/light_field/points/ply_reader.h"
+#include "render/proxy/depth_map_files.h"
+#include "render/proxy/proxy_choice.h"
+
+namespace ulf::render {
+namespace {
+
+constexpr std::string_view kMadeBy = "made by: ", kOfViews = "views: ", kOfPoses = "digest of views: ";
+
+std::string DigestOfViews(const LightField& light_field) {
+  Digest digest;
+  for (const View& view : light_field.views) {
+    digest.Add(static_cast<double>(view.id));
+    digest.Add(view.cam_from_world);
+    digest.Add(light_field.CameraOf(view));
+  }
+  return ChecksumText(digest.Value());
+}
+
+std::optional<MeshOrigin> OriginIn(const std::vector<std::string>& comments) {
+  MeshOrigin origin;
+  const auto value_of = [](const std::string& comment, std::string_view key) {
+    return comment.starts_with(key) ? std::optional(comment.substr(key.size())) : std::nullopt;
+  };
+  for (const std::string& comment : comments) {
+    if (const auto made_by = value_of(comment, kMadeBy)) origin.made_by = *made_by;
+    if (const auto digest = value_of(comment, kOfPoses)) origin.digest = *digest;
+    if (const auto views = value_of(comment, kOfViews))
+      std::from_chars(views->data(), views->data() + views->size(), origin.views);
+  }
+  return origin.made_by.empty() || origin.digest.empty() ? std::nullopt : std::optional(origin);
+}
+
+}  // namespace
+
+std::vector<std::string> OriginComments(const std::string& made_by, const LightField& light_field) {
+  return {fmt::format("{}{}", kMadeBy, made_by), fmt::format("{}{}", kOfViews, light_field.views.size()),
+          fmt::format("{}{}", kOfPoses, DigestOfViews(light_field))};
+}
+
+std::optional<GeometryState> GeometryStateOf(const LightField& light_field) {
+  const std::filesystem::path file = light_field.root / kMeshProxyFile;
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  GeometryState state;
+  try {
+    const ply::Header header = ply::ParseHeader(ReadWholeFile(file), file.string());
+    for (const ply::Element& element : header.elements) {
+      if (element.name == "vertex") state.vertices = element.count;
+      if (element.name == "face") state.triangles = element.count;
+    }
+    state.origin = OriginIn(header.comments);
+    if (state.origin) state.mesh_fits = state.origin->digest == DigestOfViews(light_field);
+    if (!HasDepthMaps(light_field.root)) return state;
+    const DepthMapReading reading = ReadDepthMaps(light_field.root, light_field, nullptr);
+    state.maps = reading.maps.size();
+    state.stale_maps = reading.stale;
+  } catch (const Error& error) {
+    state.problem = error.what();
+  }
+  return state;
+}
+
+std::string ProxyCommand(const std::filesystem::path& light_field) {
+  return "ulf proxy " + ShellWord(light_field.string());
+}
+
+}  // namespace ulf::render

@@ -1,0 +1,166 @@
+// Tests: commands/light_field/take_back_command, commands/light_field/coverage_change,
+// commands/light_field/geometry_report, commands/light_field/info_command, render/proxy/geometry_state.
+//
+// Views taken out at the desk, what that does to coverage, mesh and depth maps, and how it is said.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "commands/light_field/coverage_change.h"
+#include "core/base/atomic_file.h"
+#include "core/light_field/light_field_io.h"
+#include "render/proxy/depth_map_files.h"
+#include "render/proxy/geometry_state.h"
+#include "render/proxy/mesh_file.h"
+#include "render/proxy/proxy_choice.h"
+#include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test {
+namespace {
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+nlohmann::json Json(const std::string& arguments) {
+  const CommandResult result = RunUlf(arguments + " --json");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  return nlohmann::json::parse(result.output);
+}
+
+// Views with a goal, a mesh of them and a depth map each.
+class AtTheDesk : public testing::Test {
+ protected:
+  AtTheDesk() {
+    WriteLightField(dir_, {.viewpoints = CapViewpoints(24, 0.35, 2.0)}, true);
+    LightFieldWriter writer = LightFieldWriter::Resume(dir_);
+    writer.SetGoal({.cap_deg = {30, 30}, .share = 0.9});
+    writer.Close(1);
+    const LightField light_field = ReadLightField(dir_);
+    WriteMeshPly(dir_ / kMeshProxyFile, *PlaneAndSquare(), OriginComments("ulf proxy", light_field));
+    std::map<int, ViewDepthMap> maps;
+    for (const View& view : light_field.views)
+      maps.emplace(view.id, DepthMapOfMesh(*PlaneAndSquare(), light_field.CameraOf(view).WithoutDistortion(),
+                                           view.cam_from_world, 0.01));
+    WriteDepthMaps(dir_, light_field, maps);
+  }
+  std::string Dir() const { return dir_.string(); }
+  ScratchFolder scratch_;
+  fs::path dir_ = scratch_ / "field";
+};
+
+TEST_F(AtTheDesk, ViewsAreTakenOutThroughTheJournalAndTheirPhotographsKept) {
+  const LightField before = ReadLightField(dir_);
+  const std::string photograph = ReadWholeFile(dir_ / before.views[3].image_path);
+  const CommandResult result = RunUlf("take-back " + Dir() + " 4 7");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("taken back, kept in unposed/: views 4 and 7; 22 views left\n"),
+                                   HasSubstr("covered: "), HasSubstr("that reopened "),
+                                   HasSubstr("outdated: the mesh (proxy.ply) and 2 depth maps (depth/) "),
+                                   HasSubstr("'ulf proxy " + Dir() + "'")));
+  const LightField after = ReadLightField(dir_);
+  EXPECT_EQ(after.views.size(), 22u);
+  EXPECT_THAT(after.taken_back, ElementsAre(4, 7));
+  EXPECT_THAT(after.doubts, IsEmpty()) << "derived files, too";
+  EXPECT_FALSE(fs::exists(dir_ / before.views[3].image_path));
+  EXPECT_EQ(ReadWholeFile(dir_ / "unposed" / fs::path(before.views[3].image_path).filename()), photograph);
+  EXPECT_EQ(nlohmann::json::parse(ReadWholeFile(dir_ / "transforms.json"))["frames"].size(), 22u);
+  EXPECT_THAT(RunUlf("repair " + Dir()).output, HasSubstr("nothing to repair"));
+
+  const auto json = Json("take-back " + Dir() + " 9");
+  EXPECT_EQ(json["taken_back"], nlohmann::json({9}));
+  EXPECT_EQ(json["views"], 21);
+  EXPECT_LT(json["covered"]["after"], json["covered"]["before"]);
+  EXPECT_EQ(json["outdated"], nlohmann::json({"proxy.ply", "depth"}));
+  EXPECT_EQ(Json("info " + Dir())["taken_back"], 3);
+}
+
+TEST_F(AtTheDesk, NumbersThatAreNoViewsAreNamedAndNothingIsTakenOut) {
+  const std::string journal = ReadWholeFile(dir_ / "journal.jsonl");
+  const CommandResult unknown = RunUlf("take-back " + Dir() + " 4 99");
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.errors,
+              HasSubstr("there is no view 99; there are views 1 to 24; nothing was taken back"));
+  EXPECT_EQ(RunUlf("take-back " + Dir() + " four").exit_code, 2);
+  EXPECT_EQ(ReadLightField(dir_).views.size(), 24u);
+  ASSERT_EQ(RunUlf("take-back " + Dir() + " 4").exit_code, 0);
+  EXPECT_THAT(RunUlf("take-back " + Dir() + " 4").errors, HasSubstr("view 4 was taken back before"));
+  EXPECT_TRUE(ReadWholeFile(dir_ / "journal.jsonl").starts_with(journal)) << "lines are added alone";
+}
+
+TEST_F(AtTheDesk, AFolderThatACaptureHoldsIsLeftAlone) {
+  LightFieldWriter capture = LightFieldWriter::Resume(dir_);
+  const CommandResult result = RunUlf("take-back " + Dir() + " 4");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, HasSubstr("another process is recording"));
+  EXPECT_EQ(ReadLightField(dir_).views.size(), 24u);
+}
+
+TEST_F(AtTheDesk, InfoTellsWhoseTheGeometryIsAndWhetherItFits) {
+  const auto fits = Json("info " + Dir())["geometry"];
+  EXPECT_EQ(fits["triangles"], PlaneAndSquare()->triangles.size());
+  EXPECT_EQ(fits["vertices"], PlaneAndSquare()->vertices.size());
+  EXPECT_EQ(fits["made_by"], "ulf proxy");
+  EXPECT_EQ(fits["views"], 24);
+  EXPECT_EQ(fits["fits"], true);
+  EXPECT_EQ(fits["depth_maps"], 24);
+  EXPECT_EQ(fits["stale_depth_maps"], 0);
+  EXPECT_TRUE(fits["problem"].is_null());
+  EXPECT_THAT(RunUlf("info " + Dir()).output,
+              HasSubstr("(by ulf proxy of 24 views, as they are now); 24 depth maps\n"));
+
+  // A pose that changes, as by ulf refine.
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir_);
+    Rigid3 moved = writer.Contents().views.front().cam_from_world;
+    moved.translation.x() += 0.01;
+    writer.UpdatePoses({{writer.Contents().views.front().id, moved}});
+    writer.Close(1);
+  }
+  EXPECT_THAT(RunUlf("info " + Dir()).output,
+              AllOf(HasSubstr("(by ulf proxy of 24 views when their poses were others); 23 of 24 depth maps"),
+                    HasSubstr("'ulf proxy " + Dir() + "' makes both anew")));
+  const auto stale = Json("info " + Dir())["geometry"];
+  EXPECT_EQ(stale["fits"], false);
+  EXPECT_EQ(stale["stale_depth_maps"], 1);
+
+  ASSERT_EQ(RunUlf("take-back " + Dir() + " 5").exit_code, 0);
+  EXPECT_THAT(RunUlf("info " + Dir()).output,
+              HasSubstr("(by ulf proxy of 24 views, where there are 23 now)"));
+
+  // Another program's mesh, which the maps are not of; none at all.
+  WriteMeshPly(dir_ / kMeshProxyFile, *PlaneAndSquare());
+  const auto other = Json("info " + Dir())["geometry"];
+  EXPECT_TRUE(other["made_by"].is_null());
+  EXPECT_TRUE(other["fits"].is_null());
+  EXPECT_THAT(other["problem"].get<std::string>(), HasSubstr("another mesh"));
+  fs::remove(dir_ / kMeshProxyFile);
+  EXPECT_TRUE(Json("info " + Dir())["geometry"].is_null());
+  EXPECT_THAT(RunUlf("info " + Dir()).output, HasSubstr("no mesh; 'ulf proxy " + Dir() + "' makes one"));
+}
+
+TEST(CoverageChange, IsSaidInDecimalsThatDifferOrNotAtAll) {
+  using commands::CoverageChange;
+  const coverage::Cap cap = coverage::Cap::ParseDegrees("40x30");
+  const auto text = [&](double before, double after) {
+    return commands::ToText(CoverageChange{cap, before, after}, "refining", "my vase");
+  };
+  EXPECT_THAT(
+      text(0.98134, 0.98071),
+      AllOf(HasSubstr("covered: 98.13 % of 40 x 30 degrees before, 98.07 % after: refining reopened 0.06 %"),
+            HasSubstr("'ulf info \"my vase\"' lists the holes")));
+  EXPECT_THAT(text(0.98134, 0.98133), AllOf(HasSubstr("98.1 % of 40 x 30 degrees, as before"),
+                                            HasSubstr("reopened nothing"), Not(HasSubstr("after"))));
+  EXPECT_THAT(text(0.90, 0.95),
+              AllOf(HasSubstr("90.0 %"), HasSubstr("95.0 % after\n"), Not(HasSubstr("reopened"))));
+  EXPECT_THAT(text(0.95, 0.90),
+              HasSubstr("95.0 % of 40 x 30 degrees before, 90.0 % after: refining reopened 5.0 %"));
+}
+
+}  // namespace
+}  // namespace ulf::test
