@@ -6,6 +6,7 @@
 #include "acquisition/calibration/calibration_formats.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
 
 namespace ulf::acquisition {
@@ -120,7 +121,7 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationFi
     mode.camera.Validate("the calibration to be written to " + path.string());
     json["modes"][name] = ModeToJson(mode);
   }
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteFileAtomically(path, JsonText(json, 2) + "\n");
 }
 
 void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& identity,

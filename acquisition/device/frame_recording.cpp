@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/json_fields.h"
+#include "core/base/json_text.h"
 #include "core/base/mutex.h"
 #include "core/base/output_path.h"
 #include "core/geometry/camera_json.h"
@@ -266,7 +267,7 @@ void FrameRecorder::State::Loop() {
 void FrameRecorder::State::Write(Item item) {
   if (lines.empty()) batch_began = Clock::now();
   if (!item.frame) {
-    lines += json{{"event", "note"}, {"text", item.note}}.dump() + "\n";
+    lines += JsonText(json{{"event", "note"}, {"text", item.note}}) + "\n";
     return;
   }
   const auto start = Clock::now();
@@ -298,7 +299,7 @@ void FrameRecorder::State::Write(Item item) {
   ++next_name;
   ++frames_in_batch;
   bytes_in_batch += needed;
-  lines += FrameToJson(frame, image_name, raw_name).dump() + "\n";
+  lines += JsonText(FrameToJson(frame, image_name, raw_name)) + "\n";
 }
 
 void FrameRecorder::State::EndBatch() {
@@ -354,7 +355,7 @@ FrameRecorder::FrameRecorder(const fs::path& dir, const RecordingHeader& header,
   RequireNewRecording(dir);
   MakeFolder(dir / kFolder);
   state_->index.emplace(dir / kIndex, O_WRONLY | O_CREAT | O_APPEND);
-  state_->index->Write(RecordingHeaderToJson(header).dump() + "\n");
+  state_->index->Write(JsonText(RecordingHeaderToJson(header)) + "\n");
   state_->index->Sync();
   SyncFolder(dir);
   state_->thread = std::thread([state = state_.get()] { state->Loop(); });
@@ -430,7 +431,7 @@ FrameRecording ReadFrameRecording(const fs::path& dir) {
     const std::string where = fmt::format("{}, line {}", (dir / kIndex).string(), ++line_number);
     json object;
     try {
-      object = json::parse(bytes.substr(begin, end - begin));
+      object = JsonFromText(bytes.substr(begin, end - begin));
     } catch (const json::exception&) {
       if (end + 1 == bytes.size()) break;  // truncated
       throw Error("{}: is damaged; truncate the file before this line to keep the frames before it", where);

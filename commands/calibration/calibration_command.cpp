@@ -13,6 +13,7 @@
 #include "commands/commands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/geometry/camera_json.h"
 #include "core/geometry/sensor_window.h"
@@ -175,7 +176,7 @@ int RunCalibration(const CalibrationArgs& args) {
     nlohmann::ordered_json json{
         {"serial", file.identity.serial}, {"model", file.identity.model}, {"source", file.source}};
     for (const auto& [name, mode] : file.modes) json["modes"][name] = CameraToJson(mode.camera);
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json, 2));
     return kOk;
   }
   if (to) {

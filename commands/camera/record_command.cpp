@@ -12,6 +12,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"
 
@@ -107,7 +108,7 @@ int RunRecord(const RecordArgs& args) {
                                 {"mb_per_s", mb_per_s},      {"disk_s", summary.disk_s},
                                 {"problem", summary.problem}};
     json["device"] = commands::ToJson(run.device);
-    fmt::print("{}\n", json.dump());
+    fmt::print("{}\n", JsonText(json));
   } else {
     fmt::print("{}: {}, {:.1f} MB in {:.1f} s ({:.1f} MB/s); {} left out{}\n", args.dir,
                Counted(summary.written, "frame"), 1e-6 * static_cast<double>(summary.bytes), run.seconds,

@@ -27,6 +27,7 @@
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
@@ -121,7 +122,7 @@ void PrintResult(const coverage::CaptureArgs& args, const coverage::CaptureSumma
     AddTo(json, summary, tracked);
     if (errors) AddTo(json, *errors);
     if (brackets) json["merged"] = ToJson(*brackets);
-    fmt::print("{}\n", json.dump());
+    fmt::print("{}\n", JsonText(json));
   } else {
     fmt::print("{}{}{}{}", ToText(report), ToText(summary, tracked, args.dir),
                brackets ? ToText(*brackets) : "", errors ? ToText(*errors) : "");

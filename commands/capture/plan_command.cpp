@@ -7,6 +7,7 @@
 
 #include "commands/commands.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/capture_prediction.h"
 #include "coverage/bound/coverage_map.h"
@@ -98,7 +99,7 @@ int RunPlan(const PlanArgs& args) {
                         {"views_estimate", prediction->views->usual},
                         {"views_spread", {prediction->views->fewest, prediction->views->most}}};
     if (args.angle_deg) json["bound_px"] = or_null(bound_px);
-    fmt::print("{}\n", json.dump());
+    fmt::print("{}\n", JsonText(json));
     return kOk;
   }
   fmt::print("sphere's image   {:.0f} px of a coverage image {} px wide\n", SphereImagePx(setup),

@@ -13,6 +13,7 @@
 #include "commands/rendering/export_web_command.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"
 #include "core/light_field/exchange/export_light_field.h"
@@ -133,7 +134,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
                               {"mean_error_px", summary.points.mean_error_px}};
   if (triangulated.done) json["pose_error_px"] = triangulated.pose_error_px;
   for (const Undistortion& camera : summary.cameras) json["cameras"].push_back(CameraJson(camera));
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}\n", JsonText(json, 2));
   return kOk;
 }
 

@@ -17,6 +17,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/angles.h"
@@ -150,7 +151,7 @@ int RunGltf(const GltfArgs& args) {
                                       {"texture", {atlas.width, atlas.height}},
                                       {"texels_per_pixel", atlas.scale},
                                       {"bytes", bytes.size()}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json, 2));
     return kOk;
   }
   fmt::print(
@@ -239,7 +240,7 @@ int RunQuilt(const QuiltArgs& args) {
                                       {"outside", views.outside},
                                       {"field", render::FieldName(renderer->field().kind)},
                                       {"proxy", renderer->scene().proxy->Name()}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json, 2));
     return kOk;
   }
   fmt::print("{}/{}: {} in {}x{} pixels, a view cone of {:.1f} degrees\n", args.output, name,

@@ -10,6 +10,7 @@
 #include "commands/commands.h"
 #include "commands/light_field/geometry_report.h"
 #include "commands/light_field/light_field_report.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/light_field/light_field_io.h"
 #include "tracking/refine/light_field_input.h"
@@ -59,7 +60,7 @@ int RunInfo(const InfoArgs& args) {
     json["geometry"] = GeometryJson(geometry);
     if (poses) json["poses"] = ToJson(*poses, light_field);
     if (light) json["light"] = ToJson(*light);
-    fmt::print("{}\n", json.dump());
+    fmt::print("{}\n", JsonText(json));
   } else {
     fmt::print("{}{}{}{}", ToText(report), GeometryText(geometry, light_field),
                poses ? ToText(*poses, light_field) : "", light ? ToText(*light) : "");

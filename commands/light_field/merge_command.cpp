@@ -10,6 +10,7 @@
 #include "commands/commands.h"
 #include "commands/light_field/merged_brackets.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 
 namespace ulf::commands {
 namespace {
@@ -24,7 +25,7 @@ int RunMerge(const MergeArgs& args) {
   if (report.views == 0 && report.left_out == 0)
     throw Error("{}: no view has other exposures; capture with --bracket, such as --bracket 3x2EV", args.dir);
   if (args.json)
-    fmt::print("{}\n", ToJson(report).dump());
+    fmt::print("{}\n", JsonText(ToJson(report)));
   else
     fmt::print("{}", ToText(report));
   return report.views > 0 ? kOk : kFailed;

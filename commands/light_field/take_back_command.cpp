@@ -13,6 +13,7 @@
 #include "commands/light_field/geometry_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/view_numbers.h"
@@ -58,7 +59,7 @@ int RunTakeBack(const TakeBackArgs& args) {
     json["covered"] = nullptr;
     if (coverage) json["covered"] = ToJson(*coverage);
     json["outdated"] = Outdated(geometry_before, geometry);
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json, 2));
     return kOk;
   }
   fmt::print("{}: taken back, kept in unposed/: {}; {} left\n", args.dir, ViewNumbers(asked),

@@ -13,6 +13,7 @@
 #include "commands/rendering/temporal_command.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/plot/gnuplot.h"
 #include "render/quality/evaluate.h"
@@ -167,7 +168,7 @@ int RunEvaluate(const EvaluateArgs& args) {
                         {"viewpoints", summary.viewpoints},
                         {"results", nlohmann::json::array()}};
   for (const render::FieldScore& result : summary.results) report["results"].push_back(JsonOf(result));
-  fmt::print("{}\n", report.dump(1));
+  fmt::print("{}\n", JsonText(report, 1));
   return kOk;
 }
 

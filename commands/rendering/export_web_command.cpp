@@ -17,6 +17,7 @@
 #include "commands/rendering/scene_options.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
@@ -114,7 +115,7 @@ int RunExportWeb(const WebArgs& args) {
         {"triangles", summary.triangles}, {"triangles_before", summary.triangles_before},
         {"bytes", summary.bytes},         {"bytes_before_the_page_draws", summary.first_bytes},
         {"files", summary.files}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json, 2));
     return kOk;
   }
   fmt::print(

@@ -16,6 +16,7 @@
 #include "core/base/counted.h"
 #include "core/base/device_uri.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
@@ -97,7 +98,7 @@ int RunMask(const MaskArgs& args) {
       json["truth"]["centers_mm"] = compared->CentersRmsMm();
       json["truth"]["directions_deg"] = Median(compared->directions_deg);
     }
-    fmt::print("{}\n", json.dump(1));
+    fmt::print("{}\n", JsonText(json, 1));
     return kOk;
   }
   fmt::print("{}: {}", args.dir, InWords(masks));

@@ -17,6 +17,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/stopwatch.h"
 #include "core/image/image.h"
@@ -413,11 +414,11 @@ int RunProtocol(const ProtocolArgs& args, const SceneArgs& scene_args,
     result.views.push_back(seen.at(view.view_id));
   }
   if (folder) {
-    WriteFileAtomically(folder->path() / "result.json", JsonOf(result).dump(1) + "\n");
+    WriteFileAtomically(folder->path() / "result.json", JsonText(JsonOf(result), 1) + "\n");
     WriteFileAtomically(folder->path() / "result.txt", TextOf(result));
     folder->Commit();
   }
-  fmt::print("{}", json ? JsonOf(result).dump(1) + "\n" : TextOf(result));
+  fmt::print("{}", json ? JsonText(JsonOf(result), 1) + "\n" : TextOf(result));
   return kOk;
 }
 

@@ -16,6 +16,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/json_text.h"
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
@@ -71,7 +72,7 @@ void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::str
                                 {"fusion_s", summary.fusion_s},
                                 {"surface_s", summary.surface_s},
                                 {"peak_mib", PeakMebibytes()}};
-    fmt::print("{}\n", report.dump(1));
+    fmt::print("{}\n", JsonText(report, 1));
     return;
   }
   if (summary.depth_maps > 0)
@@ -125,13 +126,13 @@ int SweepMaps(const ProxyArgs& args, const LightField& light_field) {
   render::WriteSweptMaps(args.maps, share, digest, maps);
   const double seconds = SecondsSince(start);
   if (args.json)
-    fmt::print("{}\n", nlohmann::json{{"output", args.maps},
-                                      {"share", share.index},
-                                      {"of", share.of},
-                                      {"depth_maps", maps.size()},
-                                      {"seconds", seconds},
-                                      {"peak_mib", PeakMebibytes()}}
-                           .dump(1));
+    fmt::print("{}\n", JsonText(nlohmann::json{{"output", args.maps},
+                                               {"share", share.index},
+                                               {"of", share.of},
+                                               {"depth_maps", maps.size()},
+                                               {"seconds", seconds},
+                                               {"peak_mib", PeakMebibytes()}},
+                                1));
   else
     fmt::print("{}: share {} of {}, {}, {:.1f} s\n", args.maps, share.index, share.of,
                Counted(maps.size(), "depth map"), seconds);

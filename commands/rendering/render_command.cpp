@@ -19,6 +19,7 @@
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
@@ -268,7 +269,7 @@ void Print(const RenderArgs& args, const render::Renderer& renderer, const Rende
                                   {"clipped", photographs.clipped_px},
                                   {"clipped_without_weight", photographs.masked_px}}}};
     if (args.explain) AddExplained(json, explained);
-    fmt::print("{}\n", json.dump(1));
+    fmt::print("{}\n", JsonText(json, 1));
     return;
   }
   if (report.rendered == 0 && report.kept > 0) {

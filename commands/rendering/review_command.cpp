@@ -14,6 +14,7 @@
 #include "commands/number_checks.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/base/stop_signal.h"
@@ -148,7 +149,7 @@ int RunReview(const ReviewArgs& args) {
                                         {"locate_cpu_ms_p95", Quantile(run.locate_ms, 0.95)},
                                         {"draw_cpu_ms_median", Median(run.draw_ms)},
                                         {"draw_cpu_ms_p95", Quantile(run.draw_ms, 0.95)}};
-    fmt::print("{}\n", report.dump(2));
+    fmt::print("{}\n", JsonText(report, 2));
   } else {
     fmt::print(
         "{}, {} with the marker, {} of the light field shown; CPU per frame: marker {:.1f} ms (95 %: "

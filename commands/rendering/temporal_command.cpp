@@ -9,6 +9,7 @@
 #include "commands/rendering/simulated_truth.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/image/image.h"
@@ -160,7 +161,7 @@ int RunTemporal(const TemporalArgs& args, const SceneArgs& scene_args,
   if (!args.strips.empty()) WritePictureFile(args.strips, render::StripPicture(summary));
   if (!plot.empty()) render::DrawTemporalChart(summary, plot);
   if (json)
-    fmt::print("{}\n", JsonOf(summary, args, truth_name).dump(1));
+    fmt::print("{}\n", JsonText(JsonOf(summary, args, truth_name), 1));
   else
     PrintTable(summary, args, truth_name);
   return kOk;

@@ -21,6 +21,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/image/image.h"
 #include "render/display/key_names.h"
@@ -219,7 +220,7 @@ void Report(const ViewArgs& args, const render::Viewer& viewer, const FirstPictu
                                 {"proxy", viewer.renderer().scene().proxy->Name()},
                                 {"renderer", viewer.renderer().Name()}};
     if (args.explain) AddExplained(json, explained);
-    fmt::print("{}\n", json.dump());
+    fmt::print("{}\n", JsonText(json));
     return;
   }
   fmt::print("{}, {:.1f} ms in the median, the first {:.2f} s after the start, complete at {:.2f} s, on {}\n",

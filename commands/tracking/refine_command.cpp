@@ -28,6 +28,7 @@
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/model_choice.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
@@ -420,7 +421,7 @@ int RunRefine(const RefineArgs& args) {
     if (coverage) json["covered"] = ToJson(*coverage);
     json["outdated"] = Outdated(geometry_before, geometry);
     if (errors) json["truth"] = ToJson(*errors);
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json, 2));
   } else {
     PrintText(dir, before, result, unposed, args, cost);
     if (readout_s != 0)

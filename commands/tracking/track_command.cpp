@@ -25,6 +25,7 @@
 #include "commands/tracking/trajectory_plot.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
@@ -253,7 +254,7 @@ int RunTrack(const TrackArgs& args) {
   if (args.json) {
     nlohmann::ordered_json json = ToJson(run, compared);
     if (args.explain) AddExplained(json, Explained(run));
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", JsonText(json, 2));
   } else {
     fmt::print("{}", ToText(run, compared));
     if (args.explain) fmt::print("{}", ExplainedText(Explained(run)));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "core/base/json_text.h"
+
 namespace ulf {
 namespace {
 
@@ -76,7 +78,7 @@ std::string JsonFault(std::string_view text, std::size_t byte) {
 
 nlohmann::json ParseJson(std::string_view text, const std::string& where, const std::string& remedy) {
   try {
-    return nlohmann::json::parse(text);
+    return JsonFromText(text);
   } catch (const nlohmann::json::parse_error& error) {
     throw Error("{}, {}; {}", where, JsonFault(text, error.byte), remedy);
   } catch (const nlohmann::json::exception&) {

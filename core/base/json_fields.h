@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 
 namespace ulf {
 
@@ -36,7 +37,7 @@ struct JsonPlace {
   double Number(const char* key) const {
     const nlohmann::json& value = Raw(key);
     if (!value.is_number())
-      throw Error("{}: '{}' must be a number, not {}", where, key, value.dump().substr(0, 40));
+      throw Error("{}: '{}' must be a number, not {}", where, key, JsonText(value).substr(0, 40));
     const double number = value.get<double>();
     if (!std::isfinite(number)) throw Error("{}: '{}' is not finite", where, key);
     return number;
@@ -56,7 +57,7 @@ struct JsonPlace {
   int Integer(const char* key) const {
     const double number = Number(key);
     if (number != std::floor(number) || std::abs(number) > 2e9)
-      throw Error("{}: '{}' must be a whole number, not {}", where, key, Raw(key).dump().substr(0, 40));
+      throw Error("{}: '{}' must be a whole number, not {}", where, key, JsonText(Raw(key)).substr(0, 40));
     return static_cast<int>(number);
   }
   int Integer(const char* key, int otherwise) const { return Has(key) ? Integer(key) : otherwise; }
@@ -71,7 +72,7 @@ struct JsonPlace {
   std::string Text(const char* key) const {
     const nlohmann::json& value = Raw(key);
     if (!value.is_string())
-      throw Error("{}: '{}' must be text, not {}", where, key, value.dump().substr(0, 40));
+      throw Error("{}: '{}' must be text, not {}", where, key, JsonText(value).substr(0, 40));
     return value.get<std::string>();
   }
   std::string Text(const char* key, const std::string& otherwise) const {
@@ -83,12 +84,12 @@ struct JsonPlace {
     const nlohmann::json& value = Raw(key);
     if (!value.is_array() || value.size() != count)
       throw Error("{}: '{}' must be a list of {} numbers, not {}", where, key, count,
-                  value.dump().substr(0, 40));
+                  JsonText(value).substr(0, 40));
     std::vector<double> numbers;
     for (const nlohmann::json& entry : value) {
       if (!entry.is_number() || !std::isfinite(entry.get<double>()))
         throw Error("{}: '{}' holds {}, which is not a finite number", where, key,
-                    entry.dump().substr(0, 40));
+                    JsonText(entry).substr(0, 40));
       numbers.push_back(entry.get<double>());
     }
     return numbers;

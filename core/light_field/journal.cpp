@@ -15,6 +15,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
+#include "core/base/json_text.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
 #include "core/light_field/exchange/transforms_json.h"
@@ -197,14 +198,14 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
 }
 
 std::optional<json> ParsedLine(std::string_view line) {
-  json object = json::parse(line, nullptr, false);
+  json object = JsonOrDiscarded(line);
   if (object.is_discarded()) return std::nullopt;
   return object;
 }
 
 bool HasNoWholeLine(std::string_view bytes) {
   for (std::size_t end; (end = bytes.find('\n')) != std::string_view::npos; bytes.remove_prefix(end + 1))
-    if (json::accept(bytes.substr(0, end))) return false;
+    if (IsJson(bytes.substr(0, end))) return false;
   return true;
 }
 
@@ -380,7 +381,7 @@ void Journal::Append(const std::string& lines) {
 }
 
 void Journal::NoteRepair(std::uint64_t bytes) {
-  const std::string line = json{{"event", "repaired"}}.dump();
+  const std::string line = JsonText(json{{"event", "repaired"}});
   const auto now = static_cast<std::uint64_t>(lseek(descriptor_, 0, SEEK_END)) + line.size() + 1;
   Append(line + std::string(now < bytes ? bytes - now : 0, ' '));
 }
@@ -407,7 +408,7 @@ void Journal::Header(const LightField& light_field) {
       camera["color_profile"] = ColorProfileToJson(profile->second);
     event["cameras"].push_back(camera);
   }
-  Append(event.dump());
+  Append(JsonText(event));
 }
 
 void Journal::AddViews(std::span<const View> views) {
@@ -419,7 +420,7 @@ void Journal::AddViews(std::span<const View> views) {
     event["camera"] = view.camera;
     event["cam_from_world"] = PoseToJson(view.cam_from_world);
     if (!lines.empty()) lines += '\n';
-    lines += event.dump();
+    lines += JsonText(event);
   }
   if (!lines.empty()) Append(lines);
 }
@@ -430,60 +431,59 @@ void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
   for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
   json event{{"event", "pose_update"}, {"poses", poses}};
   for (const auto& [index, camera] : cameras) event["cameras"][std::to_string(index)] = CameraToJson(camera);
-  Append(event.dump());
+  Append(JsonText(event));
 }
 
 void Journal::AddExposure(int view_id, const ViewExposure& exposure) {
   json event = ExposureToJson(exposure);
   event["event"] = "exposure";
   event["view"] = view_id;
-  Append(event.dump());
+  Append(JsonText(event));
 }
 
 void Journal::NoteMerged(int view_id, const MergedExposures& merged) {
   json event = MergedToJson(merged);
   event["event"] = "merged";
   event["view"] = view_id;
-  Append(event.dump());
+  Append(JsonText(event));
 }
 
 void Journal::SetSubject(const Subject& subject) {
-  Append(json{
-      {"event", "subject"}, {"center", Vector3ToJson(subject.center_in_world)}, {"radius", subject.radius}}
-             .dump());
+  Append(JsonText(json{
+      {"event", "subject"}, {"center", Vector3ToJson(subject.center_in_world)}, {"radius", subject.radius}}));
 }
 
 void Journal::SetUp(const Eigen::Vector3d& up_in_world) {
-  Append(json{{"event", "up"}, {"up", Vector3ToJson(up_in_world)}}.dump());
+  Append(JsonText(json{{"event", "up"}, {"up", Vector3ToJson(up_in_world)}}));
 }
 
 void Journal::SetGoal(const CoverageGoal& goal) {
   json event = CoverageGoalToJson(goal);
   event["event"] = "goal";
-  Append(event.dump());
+  Append(JsonText(event));
 }
 
 void Journal::SetReadout(const ShutterReadout& readout) {
   json event = ReadoutToJson(readout);
   event["event"] = "readout";
-  Append(event.dump());
+  Append(JsonText(event));
 }
 
 void Journal::SetTurntable(const Turntable& turntable) {
-  Append(json{{"event", "turntable"}, {"board", turntable.board}}.dump());
+  Append(JsonText(json{{"event", "turntable"}, {"board", turntable.board}}));
 }
 
 void Journal::SetMasks(const std::map<int, std::string>& mask_path_by_view) {
   json masks = json::object();
   for (const auto& [id, path] : mask_path_by_view) masks[std::to_string(id)] = path;
-  Append(json{{"event", "masks"}, {"masks", masks}}.dump());
+  Append(JsonText(json{{"event", "masks"}, {"masks", masks}}));
 }
 
 void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
-  Append(json{{"event", "gap"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", reason}}.dump());
+  Append(JsonText(json{{"event", "gap"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", reason}}));
 }
 
-void Journal::RemoveView(int view_id) { Append(json{{"event", "remove"}, {"id", view_id}}.dump()); }
+void Journal::RemoveView(int view_id) { Append(JsonText(json{{"event", "remove"}, {"id", view_id}})); }
 
 void Journal::NoteUnposed(const UnposedPhotograph& photograph) {
   json event = PhotographToJson(photograph.view);
@@ -491,14 +491,14 @@ void Journal::NoteUnposed(const UnposedPhotograph& photograph) {
   event["image"] = photograph.view.image_path;
   event["camera"] = photograph.view.camera;
   if (!photograph.problem.empty()) event["problem"] = photograph.problem;
-  Append(event.dump());
+  Append(JsonText(event));
 }
 
 void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
                     const std::optional<MeasuredErrors>& measured) {
   json event{{"event", "close"}, {"capture_s", capture_s}, {"reasons", reasons}};
   if (measured) event["measured"] = MeasuredToJson(*measured);
-  Append(event.dump());
+  Append(JsonText(event));
 }
 
 }  // namespace ulf

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/view_exposures.h"
@@ -157,7 +158,7 @@ std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place) {
   std::map<std::string, std::uint64_t> reasons;
   for (const auto& [reason, count] : place.object.items()) {
     if (!count.is_number_unsigned())
-      throw Error("{}: '{}' must be a count, not {}", place.where, reason, count.dump().substr(0, 40));
+      throw Error("{}: '{}' must be a count, not {}", place.where, reason, JsonText(count).substr(0, 40));
     reasons[reason] = count.get<std::uint64_t>();
   }
   return reasons;
@@ -187,7 +188,7 @@ MeasuredErrors MeasuredFromJson(const JsonPlace& place) {
                                       [](const nlohmann::json& number) { return number.is_number(); });
     if (!is_whole)
       throw Error("{}: a measured direction must be eight numbers and a cause, not {}", place.where,
-                  each.dump().substr(0, 60));
+                  JsonText(each).substr(0, 60));
     MeasuredDirection at;
     at.direction = {each[0].get<double>(), each[1].get<double>(), each[2].get<double>()};
     if (!(at.direction.norm() > 0)) throw Error("{}: a measured direction is zero", place.where);

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/geometry/small_matrices.h"
 
 namespace ulf::render {
@@ -183,7 +184,7 @@ std::string GlbBytes(const GltfModel& model) {
   document["materials"] = ordered_json::array({std::move(material)});
   const std::string bytes = buffer.Take();
   document["buffers"] = ordered_json::array({{{"byteLength", bytes.size()}}});
-  std::string text = document.dump();
+  std::string text = JsonText(document);
   text.resize((text.size() + 3) / 4 * 4, ' ');
 
   constexpr std::size_t kHeader = 12, kChunkHeader = 8;

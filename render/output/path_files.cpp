@@ -9,6 +9,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
+#include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_json.h"
 #include "core/geometry/trajectory.h"
@@ -66,7 +67,7 @@ Eigen::MatrixXd MatrixOf(const JsonPlace& place, const char* key, Eigen::Index r
       numbers.push_back(value.get<double>());
     } else {
       throw Error("{}: '{}' holds {}, which is not a finite number", place.where, key,
-                  value.dump().substr(0, 40));
+                  JsonText(value).substr(0, 40));
     }
   };
   collect(collect, place.Raw(key));

@@ -14,6 +14,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "render/output/narrow_gaps.h"
 #include "render/output/tiled_rendering.h"
 
@@ -105,7 +106,7 @@ const char* EndingOf(PictureFormat format) { return format == PictureFormat::kEx
 
 std::map<std::string, std::string> ReadSettings(const fs::path& file) {
   try {
-    return nlohmann::json::parse(ReadWholeFile(file)).get<std::map<std::string, std::string>>();
+    return JsonFromText(ReadWholeFile(file)).get<std::map<std::string, std::string>>();
   } catch (const nlohmann::json::exception&) {
     return {};  // written by another version of the program: the settings count as different
   }
@@ -249,7 +250,7 @@ PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
                        out_.string(), difference);
     RemoveFormer(out_, pictures, difference);
   }
-  if (!known || !difference.empty()) WriteFileAtomically(file, nlohmann::json(settings).dump(1) + "\n");
+  if (!known || !difference.empty()) WriteFileAtomically(file, JsonText(nlohmann::json(settings), 1) + "\n");
 }
 
 fs::path PictureFiles::PathOf(int number) const {

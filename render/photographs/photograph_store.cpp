@@ -19,6 +19,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/mutex.h"
 #include "core/geometry/digest.h"
 #include "core/image/image.h"
@@ -130,9 +131,9 @@ PhotographStore::State::State(const LightField& the_light_field, const Photograp
     : light_field(the_light_field), options(the_options), reading(the_light_field.views.size()) {
   light_field.points.clear();
   for (const auto& [camera, flat_field] : light_field.flat_fields)
-    made_from += fmt::format("{}:{} ", camera, FlatFieldToJson(flat_field).dump());
+    made_from += fmt::format("{}:{} ", camera, JsonText(FlatFieldToJson(flat_field)));
   for (const auto& [camera, profile] : light_field.color_profiles)
-    made_from += fmt::format("{}:{} ", camera, ColorProfileToJson(profile).dump());
+    made_from += fmt::format("{}:{} ", camera, JsonText(ColorProfileToJson(profile)));
   keeps_files =
       options.size_limit_px == 0 && !options.masks && fs::exists(light_field.root / "journal.jsonl");
   if (keeps_files) RemoveOldTemporaries(light_field.root / kPyramidFolder);

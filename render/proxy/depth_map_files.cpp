@@ -15,6 +15,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
 #include "core/geometry/digest.h"
 #include "core/image/image.h"
@@ -98,7 +99,7 @@ std::string MeshChecksum(const fs::path& light_field_folder) {
 // The files that an index names, itself the last.
 std::vector<std::string> FilesOf(const fs::path& folder) {
   std::vector<std::string> names;
-  const nlohmann::json json = nlohmann::json::parse(ReadWholeFile(folder / kIndex), nullptr, false);
+  const nlohmann::json json = JsonOrDiscarded(ReadWholeFile(folder / kIndex));
   if (json.is_object() && json.contains("maps") && json["maps"].is_array())
     for (const nlohmann::json& entry : json["maps"]) {
       if (!entry.is_object() || !entry.contains("file") || !entry["file"].is_string()) continue;
@@ -183,11 +184,11 @@ void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_
                          {"step", map.step}});
     }
     if (!batches.empty()) batches.back().Commit();
-    WriteFileAtomically(
-        folder / kIndex,
-        nlohmann::json{{"format", kFormat}, {"mesh", MeshChecksum(light_field_folder)}, {"maps", entries}}
-                .dump(1) +
-            "\n");
+    WriteFileAtomically(folder / kIndex, JsonText(nlohmann::json{{"format", kFormat},
+                                                                 {"mesh", MeshChecksum(light_field_folder)},
+                                                                 {"maps", entries}},
+                                                  1) +
+                                             "\n");
   } catch (...) {
     // The new index is not there: WriteFileAtomically throws nothing after its rename.
     for (FileBatch& batch : batches) batch.TakeBack();
@@ -205,7 +206,7 @@ bool HasDepthMaps(const fs::path& light_field_folder) {
 DepthMapReading ReadDepthMaps(const fs::path& light_field_folder, const LightField& light_field,
                               std::shared_ptr<const TriangleMesh> mesh) {
   const fs::path folder = light_field_folder / kDepthMapsFolder, index = folder / kIndex;
-  const nlohmann::json json = nlohmann::json::parse(ReadWholeFile(index), nullptr, false);
+  const nlohmann::json json = JsonOrDiscarded(ReadWholeFile(index));
   if (!json.is_object() || json.value("format", nlohmann::json()) != kFormat || !json.contains("maps") ||
       !json["maps"].is_array())
     throw Error("{}: this is no index of depth maps, or it was cut short", index.string());

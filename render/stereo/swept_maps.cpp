@@ -11,6 +11,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/geometry/digest.h"
 #include "core/image/tiff_file.h"
 #include "render/proxy/indexed_file.h"
@@ -29,7 +30,7 @@ std::string IndexName(const MapShare& share) {
 
 // None: the file is no index.
 std::optional<json> ReadIndex(const fs::path& file) {
-  json index = json::parse(ReadWholeFile(file), nullptr, false);
+  json index = JsonOrDiscarded(ReadWholeFile(file));
   if (!index.is_object() || index.value("format", json()) != kShareFormat) return std::nullopt;
   return index;
 }
@@ -69,7 +70,7 @@ void WriteSweptMaps(const fs::path& folder, const MapShare& share, std::uint64_t
                    {"of", share.of},
                    {"made_of", ChecksumText(digest)},
                    {"views", views}};
-  WriteFileAtomically(folder / IndexName(share), index.dump(1) + "\n");
+  WriteFileAtomically(folder / IndexName(share), JsonText(index, 1) + "\n");
 }
 
 SweptMap SweptMapFiles::Read(int id, const cv::Size& size) const {

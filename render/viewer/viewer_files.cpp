@@ -8,6 +8,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
+#include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_json.h"
 #include "core/image/image.h"
@@ -52,7 +53,7 @@ std::size_t AppendKeyframe(const std::filesystem::path& file, const ViewerCamera
     keyframe["focus"] = FocusDepth(aperture.value_or(closed), camera.CamFromWorld());
   }
   keyframes.push_back(std::move(keyframe));
-  WriteFileAtomically(file, document.dump(1) + "\n");
+  WriteFileAtomically(file, JsonText(document, 1) + "\n");
   return keyframes.size();
 }
 

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/soft_proxy.h"
 #include "render/viewer/viewer.h"
@@ -136,7 +137,7 @@ void FirstPicture(benchmark::State& state) {
       state.SkipWithError(result.errors.c_str());
       return;
     }
-    const double seconds = nlohmann::json::parse(result.output)["first_picture_s"];
+    const double seconds = JsonFromText(result.output)["first_picture_s"];
     state.counters["seconds"] = seconds;
     state.counters["of_2_s"] = 2 / seconds;
   }

@@ -21,6 +21,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/mesh_file.h"
@@ -268,7 +269,7 @@ int Run(int argc, char** argv) {
     Print(*set, tables.back().second, report[name]);
     PrintTargets(name, tables.back().second);
     std::fflush(stdout);
-    std::ofstream(work / "quality.json") << report.dump(1) << "\n";
+    std::ofstream(work / "quality.json") << JsonText(report, 1) << "\n";
   }
   if (!tables.empty()) DrawQuality(tables, (work / "quality.svg").string());
   return 0;

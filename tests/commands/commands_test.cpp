@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_tracks.h"
 #include "tests/support/test_paths.h"
@@ -35,7 +36,7 @@ const std::string kSubject = " --poses known --subject 0,0,0.07,0.162";
 nlohmann::json JsonOf(const CommandResult& result) {
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << "one object, one line";
-  return nlohmann::json::parse(result.output);
+  return JsonFromText(result.output);
 }
 
 TEST(PlanCommand, PrintsWhatTheDerivationSays) {
@@ -264,8 +265,8 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   const auto before = covered();
   const CommandResult refine = RunUlf("refine " + (scratch / "refined").string() + " --features 500 --json");
   ASSERT_EQ(refine.exit_code, 0) << refine.errors;
-  EXPECT_EQ(observations("refined"), nlohmann::json::parse(refine.output)["observations"]);
-  const auto change = nlohmann::json::parse(refine.output)["covered"];
+  EXPECT_EQ(observations("refined"), JsonFromText(refine.output)["observations"]);
+  const auto change = JsonFromText(refine.output)["covered"];
   EXPECT_GT(change["before"], 0.05);
   EXPECT_EQ(change["before"], before);
   EXPECT_EQ(change["after"], covered());
@@ -311,10 +312,10 @@ TEST(InfoCommand, CountsNoSessionOfASetByAnotherProgram) {
   const std::string first = (scratch / "first").string();
   JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + " -o " + first +
                 " --headless --quality fast --frames 30 --json"));
-  auto document = nlohmann::json::parse(ReadWholeFile(scratch / "first/transforms.json"));
+  auto document = JsonFromText(ReadWholeFile(scratch / "first/transforms.json"));
   document.erase("ulf");
   std::filesystem::remove(scratch / "first/journal.jsonl");
-  std::ofstream(scratch / "first/transforms.json") << document.dump();
+  std::ofstream(scratch / "first/transforms.json") << JsonText(document);
   const CommandResult info = RunUlf("info " + first);
   EXPECT_EQ(info.exit_code, 0) << info.errors;
   EXPECT_THAT(info.output, testing::Not(HasSubstr("not counted")));
@@ -392,7 +393,7 @@ TEST(CaptureCommand, SignalsCloseTheLightFieldAndExitZero) {
     EXPECT_GE(light_field.views.size(), 3u);
     EXPECT_TRUE(fs::exists(scratch / "lf" / "sparse" / "0" / "images.txt"));
     std::ifstream file(scratch / "lf.json");
-    const auto json = nlohmann::json::parse(file);
+    const auto json = JsonFromText(file);
     EXPECT_EQ(json["stopped_because"], "signal");
     EXPECT_EQ(json["views"], light_field.views.size());
     for (const View& view : light_field.views) EXPECT_EQ(ReadViewImage(light_field, view).width(), 320);

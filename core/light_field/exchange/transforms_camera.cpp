@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/image/image_header.h"
 
 namespace ulf {
@@ -25,7 +26,7 @@ int SidePx(const JsonPlace& place, const char* key) {
   const double side = std::round(place.Number(key));
   if (!(side >= 1 && side <= kMostPx))
     throw Error("{}: '{}' is {} px; an image has 1 to {} on a side", place.where, key,
-                place.Raw(key).dump().substr(0, 40), kMostPx);
+                JsonText(place.Raw(key)).substr(0, 40), kMostPx);
   return static_cast<int>(side);
 }
 

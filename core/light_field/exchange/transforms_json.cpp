@@ -15,6 +15,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
+#include "core/base/json_text.h"
 #include "core/base/lowercase.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
@@ -48,7 +49,7 @@ Rigid3 CamFromWorld(const JsonPlace& frame) {
     for (std::size_t c = 0; c < 4; ++c) {
       if (!rows[r][c].is_number() || !std::isfinite(rows[r][c].get<double>()))
         throw Error("{}: 'transform_matrix' holds {} in row {}, which is not a finite number", frame.where,
-                    rows[r][c].dump(), r);
+                    JsonText(rows[r][c]), r);
       world_from_cam(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = rows[r][c].get<double>();
     }
   }
@@ -171,7 +172,7 @@ class Document {
   std::string FaultOf(const json::exception& error) const {
     const auto* fault = dynamic_cast<const json::parse_error*>(&error);
     return fault ? JsonFault(ReadWholeFile(file_), fault->byte)
-                 : std::string("not valid JSON: a number is larger than any computer's");
+                 : std::string("not valid JSON: a number is too large");
   }
 
   // Beside a journal whoever reads the light field says that this file follows from it.
@@ -408,7 +409,7 @@ json TransformsDocument(const LightField& light_field, const std::optional<Journ
 }
 
 std::string TransformsJsonText(const LightField& light_field, const std::optional<JournalStamp>& made_from) {
-  return TransformsDocument(light_field, made_from).dump(1) + "\n";
+  return JsonText(TransformsDocument(light_field, made_from), 1) + "\n";
 }
 
 }  // namespace ulf

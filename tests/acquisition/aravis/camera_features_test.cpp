@@ -16,6 +16,7 @@
 #include "acquisition/device/features.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -179,7 +180,7 @@ TEST_F(Features, TheCommandSetsShowsAndRefuses) {
   EXPECT_THAT(range.errors, HasSubstr("0 to 24 dB"));
   EXPECT_EQ(RunUlf("features sim:studio").exit_code, 2);
 
-  const auto json = nlohmann::json::parse(RunUlf(command + " ExposureTime Width=640 --json").output);
+  const auto json = JsonFromText(RunUlf(command + " ExposureTime Width=640 --json").output);
   EXPECT_EQ(json.at("features").size(), 1u);
   EXPECT_EQ(json.at("features").at(0).at("unit"), "us");
   EXPECT_EQ(json.at("set").at(0).at("value"), "640");
@@ -271,7 +272,7 @@ TEST_F(Features, WhatAFileAsksInVainIsReported) {
       RunUlf(std::string("features ") + kUri + " --json --load '" + (scratch / "other.json").string() + "'");
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.errors, HasSubstr("Other Else")) << "another model is told";
-  const auto load = nlohmann::json::parse(result.output).at("load");
+  const auto load = JsonFromText(result.output).at("load");
   EXPECT_EQ(load.at("taken"), 1);
   ASSERT_EQ(load.at("refused").size(), 3u);
   EXPECT_EQ(load.at("refused").at(0).at("name"), "SharpnessRaw");

@@ -27,6 +27,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/image/pixel_format.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
@@ -149,7 +150,7 @@ TEST_F(U3v, TheCheckNamesWhatSharesItsHubAndCountsWhatThatCanTake) {
   const auto run = test::RunUlf(std::string("devices --seconds 0.5 --json --check '") + kSmall + "'");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   std::string value, advice;
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   for (const auto& fact : report["facts"])
     if (fact["name"] == "beside it") value = fact["value"], advice = fact["advice"];
   EXPECT_THAT(
@@ -165,7 +166,7 @@ TEST_F(U3v, ACameraThatIsSlowerThanItsLinkIsToldTheRateThatItReaches) {
   const EmulatedU3vCamera camera;
   const std::string uri = "aravis:U1?roi=320x240+16+8&fps=60&exposure_us=50000";
   const auto run = test::RunUlf("devices --seconds 1 --json --check '" + uri + "'");
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   ASSERT_TRUE(report["remedy"].is_string()) << run.output;
   const std::string remedy = report["remedy"];
   ASSERT_TRUE(remedy.starts_with("fps=")) << remedy;
@@ -180,7 +181,7 @@ TEST_F(U3v, TheCommandListsItAsUsb3Vision) {
   EXPECT_EQ(table.exit_code, 0) << table.errors;
   EXPECT_THAT(table.output, AllOf(HasSubstr("Test Optics Test U3V (serial U1)"), HasSubstr("USB3Vision"),
                                   HasSubstr("ready")));
-  const auto json = nlohmann::json::parse(test::RunUlf("devices --json").output);
+  const auto json = JsonFromText(test::RunUlf("devices --json").output);
   EXPECT_EQ(json["devices"][0]["bus"], "USB3Vision");
   EXPECT_EQ(json["devices"][0]["serial"], "U1");
 }

@@ -12,6 +12,7 @@
 #include "acquisition/link/host_link.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
@@ -251,7 +252,7 @@ TEST(HostLink, IsFoundByTheAddressAlone) {
 TEST(DevicesCheck, TheCommandSaysWhetherTheLinkHolds) {
   const auto run = RunUlf("devices --check 'sim:studio?width=64&height=48&fps=20' --seconds 0.5 --json");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   EXPECT_TRUE(report["holds"]);
   EXPECT_EQ(report["trials"].size(), 1u);
   EXPECT_EQ(report["verdict"], "the link carries what the camera sends");

@@ -21,6 +21,7 @@
 #include "acquisition/v4l2/v4l2_device.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -559,7 +560,7 @@ TEST_F(V4l2, ProgramListsFormatsSizesAndRates) {
               AllOf(HasSubstr("YUYV"), HasSubstr("640x480 at 30, 15"), HasSubstr("1280x720 at 10"),
                     HasSubstr("Mono8 (GREY)"), HasSubstr("640x480 at 60"), HasSubstr("H264"),
                     HasSubstr("not read by ulf")));
-  const auto json = nlohmann::json::parse(test::RunUlf("features v4l2:/dev/video0 --json").output);
+  const auto json = JsonFromText(test::RunUlf("features v4l2:/dev/video0 --json").output);
   ASSERT_EQ(json["formats"].size(), 4u);
   EXPECT_EQ(json["formats"][1]["fourcc"], "YUYV");
   EXPECT_EQ(json["formats"][1]["width"], 1280);

@@ -8,6 +8,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/light_field_io.h"
@@ -58,7 +59,7 @@ CoverRun RunCover(const std::string& program, const CoverCase& which, const fs::
           fmt::format("{} > {} 2> {}", command, ShellWord(report.string()), ShellWord(errors.string()))
               .c_str()) != 0)
     throw Error("{}: {}", command, Read(errors));
-  const nlohmann::json json = nlohmann::json::parse(Read(report));
+  const nlohmann::json json = JsonFromText(Read(report));
   CoverRun run;
   run.views = json.at("recorded");
   if (const auto covered = json.find("covered"); covered != json.end() && covered->is_number())

@@ -18,6 +18,7 @@
 #include "commands/calibration/calibration_report.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/geometry/sensor_window.h"
 #include "core/image/exr_file.h"
 #include "tests/support/dng_file.h"
@@ -152,7 +153,7 @@ TEST(CalibrateCommand, FirstTryOnTheSimulatedBoard) {
   const auto result =
       test::RunUlf("calibrate 'sim:board?lens=barrel&seed=3' -o " + file + " --report " + report + " --json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const auto json = nlohmann::json::parse(result.output);
+  const auto json = JsonFromText(result.output);
   EXPECT_LT(json["differs_from_truth_px"].get<double>(), 1.0) << result.output;
   EXPECT_LT(json["rms_px"].get<double>(), 0.3);
   const CalibrationFile written = ReadCalibrationFile(file);
@@ -229,7 +230,7 @@ TEST(CalibrateCommand, TheFlatFieldHasAReportAndItsPartOfTheSensor) {
   const cv::Mat picture = cv::imread(report + "/flat_field.png");
   EXPECT_GT(picture.cols, 1000);
   EXPECT_THAT(ReadWholeFile(report + "/flat_field.txt"), HasSubstr("corners"));
-  const auto json = nlohmann::json::parse(ReadWholeFile(report + "/flat_field.json"));
+  const auto json = JsonFromText(ReadWholeFile(report + "/flat_field.json"));
   EXPECT_EQ(json["frames"], 10);
   EXPECT_GT(json["corner_light_bgr"][0].get<double>(), 0.3);
 }
@@ -241,7 +242,7 @@ TEST(CalibrateCommand, WhatMakesTheResultWrongIsTheFirstWarning) {
   const auto result = test::RunUlf("calibrate " + webcam.string() + " --board chessboard:8x8:25 -o " +
                                    (scratch / "camera.json").string() + " --json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const auto json = nlohmann::json::parse(result.output);
+  const auto json = JsonFromText(result.output);
   ASSERT_FALSE(json["warnings"].empty());
   EXPECT_THAT(json["warnings"][0].get<std::string>(),
               AllOf(HasSubstr("principal point"), HasSubstr("do not use this calibration")));
@@ -273,7 +274,7 @@ TEST(CalibrateCommand, FindsColoursFromAChartAndAGreyCard) {
   WriteCalibration(file, camera, "sim-bench-3", "test");
   const auto run = test::RunUlf(chart + " --json -o " + file + " --report " + (scratch / "report").string());
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto json = nlohmann::json::parse(run.output);
+  const auto json = JsonFromText(run.output);
   EXPECT_GT(json["delta_e"]["as_recorded"]["mean"].get<double>(), 10);
   EXPECT_GT(json["delta_e"]["balanced"]["mean"].get<double>(), 2);
   EXPECT_LT(json["delta_e"]["held_out"]["mean"].get<double>(), 1.5);

@@ -5,6 +5,7 @@
 
 #include "acquisition/device/frame_recording.h"
 #include "commands/camera/device_report.h"
+#include "core/base/json_text.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::commands {
@@ -37,7 +38,7 @@ TEST(RecordCommand, KeepsSoManyFramesAndRefusesAFolderThatIsTaken) {
       "record 'sim:wall?width=64&height=48' --json --frames 5 -o " + (folder / "session").string();
   const auto run = test::RunUlf(command);
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_EQ(nlohmann::json::parse(run.output)["frames"], 5);
+  EXPECT_EQ(JsonFromText(run.output)["frames"], 5);
   EXPECT_EQ(acquisition::ReadFrameRecording(folder / "session").entries.size(), 5u);
   EXPECT_EQ(test::RunUlf(command).exit_code, 1);
 }

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "acquisition/device/device.h"
+#include "core/base/json_text.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -38,7 +39,7 @@ nlohmann::json Capture(const test::ScratchFolder& scratch, const std::string& na
                                      " --headless --deterministic --frames " + std::to_string(kFrames) +
                                      " --truth " + file + " --json");
   EXPECT_EQ(captured.exit_code, 0) << captured.errors;
-  return nlohmann::json::parse(captured.output);
+  return JsonFromText(captured.output);
 }
 
 TEST(CaptureTruth, IsSmallAgainstTruePosesAndSeesWhatIsWrongWithOthers) {

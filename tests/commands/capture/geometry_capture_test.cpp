@@ -22,6 +22,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/device_uri.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/similarity3.h"
 #include "core/light_field/light_field_io.h"
@@ -75,7 +76,7 @@ std::map<std::pair<std::string, std::string>, double> SubjectDb(const fs::path& 
   const CommandResult evaluated = RunUlf("evaluate " + dir.string() + " --every 16 --json " + what);
   EXPECT_EQ(evaluated.exit_code, 0) << evaluated.errors;
   std::map<std::pair<std::string, std::string>, double> db;
-  const auto report = nlohmann::json::parse(evaluated.output);
+  const auto report = JsonFromText(evaluated.output);
   for (const auto& row : report["results"])
     db[{row["field"].get<std::string>(), row["proxy"].get<std::string>()}] =
         row["all"]["psnr_disc_db"].get<double>();
@@ -103,7 +104,7 @@ TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
   const fs::path dir = scratch / "lf";
   const CommandResult run = Capture(dir, "--until-covered 20x14");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto json = nlohmann::json::parse(run.output);
+  const auto json = JsonFromText(run.output);
   EXPECT_GE(json["geometry"]["maps"], 4);
   const MeshReading mesh = ReadMeshFile(dir / "proxy.ply");
   EXPECT_EQ(mesh.mesh.triangles.size(), json["geometry"]["triangles"]);
@@ -127,7 +128,7 @@ TEST(GeometryCapture, MeshAndDepthMapsAreThereWhenTheCaptureEnds) {
   const CommandResult evaluated =
       RunUlf("evaluate " + dir.string() + " --every 6 --fields lumigraph --proxy plane --proxy mesh --json");
   ASSERT_EQ(evaluated.exit_code, 0) << evaluated.errors;
-  const auto rows = nlohmann::json::parse(evaluated.output)["results"];
+  const auto rows = JsonFromText(evaluated.output)["results"];
   ASSERT_EQ(rows.size(), 2u) << evaluated.output;
   const auto psnr_db = [&](int row) { return rows[row]["all"]["psnr_db"].get<double>(); };
   EXPECT_GT(psnr_db(1), psnr_db(0) + 3) << "mesh, plane";
@@ -178,7 +179,7 @@ TEST(GeometryCapture, NoGeometryMakesNone) {
   const ScratchFolder scratch;
   const CommandResult run = Capture(scratch / "lf", "--frames 60 --no-geometry");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_TRUE(nlohmann::json::parse(run.output)["geometry"].is_null());
+  EXPECT_TRUE(JsonFromText(run.output)["geometry"].is_null());
   EXPECT_FALSE(fs::exists(scratch / "lf" / "proxy.ply"));
   EXPECT_FALSE(fs::exists(scratch / "lf" / "depth"));
 }
@@ -208,7 +209,7 @@ TEST(GeometryCapture, ResumedCaptureReplacesTheDepthMapsAndKeepsThem) {
   const DepthMapReading reading = MapsOf(dir);
   EXPECT_EQ(reading.stale, 0u);
   EXPECT_GT(reading.maps.size(), before) << "earlier views and new ones";
-  EXPECT_EQ(reading.maps.size(), nlohmann::json::parse(run.output)["geometry"]["written_maps"]);
+  EXPECT_EQ(reading.maps.size(), JsonFromText(run.output)["geometry"]["written_maps"]);
   EXPECT_EQ(FilesIn(dir / "depth").size(), reading.maps.size() + 1) << "no old ones beside them";
   EXPECT_TRUE(BytesOf(dir / "kept" / "proxy.ply") == mesh);
   EXPECT_TRUE(FilesIn(dir / "kept" / "depth") == files) << "they may be finer ones, as the mesh";
@@ -239,7 +240,7 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   EXPECT_TRUE(FilesIn(dir / "depth") == maps);
   EXPECT_FALSE(fs::exists(dir / "kept" / "proxy.ply"));
   EXPECT_THAT(run.errors, HasSubstr("the mesh that is there stays"));
-  EXPECT_TRUE(nlohmann::json::parse(run.output)["geometry"].is_null());
+  EXPECT_TRUE(JsonFromText(run.output)["geometry"].is_null());
 
   // A view that is taken back is no new one.
   std::ofstream(scratch / "requests.txt") << "take-back views 1\n";
@@ -278,7 +279,7 @@ TEST(GeometryCapture, DepthMapsThatCannotBeWrittenCostNothingElse) {
   const CommandResult run = Capture(dir, "--resume --frames 60");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("without depth maps, which 'ulf proxy " + dir.string()));
-  const auto json = nlohmann::json::parse(run.output);
+  const auto json = JsonFromText(run.output);
   EXPECT_EQ(json["geometry"]["written_maps"], 0);
   EXPECT_EQ(ReadMeshFile(dir / "proxy.ply").mesh.triangles.size(), json["geometry"]["triangles"]);
   EXPECT_EQ(BytesOf(dir / "depth"), "not a folder");
@@ -329,7 +330,7 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheDepthMapsAreWrittenItCostsThemAlone
   const CommandResult run = Capture(dir, "--resume --frames 2 --deterministic");
   EXPECT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, HasSubstr("without depth maps, which 'ulf proxy " + dir.string()));
-  EXPECT_EQ(nlohmann::json::parse(run.output)["geometry"]["written_maps"], 0);
+  EXPECT_EQ(JsonFromText(run.output)["geometry"]["written_maps"], 0);
   EXPECT_GE(ReadLightField(dir).views.size(), before);
   EXPECT_FALSE(ReadMeshFile(dir / "proxy.ply").mesh.triangles.empty());
   EXPECT_FALSE(fs::exists(dir / "depth")) << "no part of them";
@@ -359,7 +360,7 @@ TEST(GeometryCapture, KilledCaptureGoesOnWithTheGeometryOfAllViews) {
   const CommandResult run = Capture(dir, "--resume --frames 20");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_GE(ReadLightField(dir).views.size(), kept);
-  EXPECT_GE(nlohmann::json::parse(run.output)["geometry"]["maps"], 4);
+  EXPECT_GE(JsonFromText(run.output)["geometry"]["maps"], 4);
   EXPECT_GT(ReadMeshFile(dir / "proxy.ply").mesh.triangles.size(), 3000u);
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -40,7 +41,7 @@ TEST(MeasuredCapture, RecordsFewerViewsWhereThePicturesAreGood) {
       Capture(scratch / "measured",
               "--until-covered 14x8 --cover measured:29 --error-map " + (scratch / "errors.png").string());
   ASSERT_EQ(measured.exit_code, 0) << measured.errors;
-  const json by_bound = json::parse(bound.output), by_measure = json::parse(measured.output);
+  const json by_bound = JsonFromText(bound.output), by_measure = JsonFromText(measured.output);
   EXPECT_EQ(by_measure["stopped_because"], "covered");
   EXPECT_GE(by_measure["covered"], 0.98);
   EXPECT_LT(by_measure["covered_by_bound"], 0.9);
@@ -59,8 +60,8 @@ TEST(MeasuredCapture, RecordsFewerViewsWhereThePicturesAreGood) {
   EXPECT_EQ(light_field.measured->directions.size(), by_measure["measured"]["directions"]);
   const CommandResult info = RunUlf("info " + (scratch / "measured").string() + " --json");
   ASSERT_EQ(info.exit_code, 0) << info.errors;
-  EXPECT_EQ(json::parse(info.output)["measured"], by_measure["measured"]);
-  EXPECT_NEAR(json::parse(info.output)["covered"], by_measure["covered"], 0.02);
+  EXPECT_EQ(JsonFromText(info.output)["measured"], by_measure["measured"]);
+  EXPECT_NEAR(JsonFromText(info.output)["covered"], by_measure["covered"], 0.02);
   const CommandResult words = RunUlf("info " + (scratch / "measured").string());
   EXPECT_THAT(words.output, HasSubstr("as measured"));
   EXPECT_THAT(words.output, HasSubstr("dB, in the worst tenth"));
@@ -73,8 +74,8 @@ TEST(MeasuredCapture, BoundAloneDecidesAndErrorsAreMeasuredAllTheSame) {
   ASSERT_EQ(with.exit_code, 0) << with.errors;
   const CommandResult without = Capture(scratch / "without", frames + " --no-geometry");
   ASSERT_EQ(without.exit_code, 0) << without.errors;
-  EXPECT_EQ(json::parse(with.output)["recorded"], json::parse(without.output)["recorded"]);
-  EXPECT_TRUE(json::parse(without.output)["measured"].is_null());
+  EXPECT_EQ(JsonFromText(with.output)["recorded"], JsonFromText(without.output)["recorded"]);
+  EXPECT_TRUE(JsonFromText(without.output)["measured"].is_null());
 }
 
 TEST(MeasuredCapture, SaysThatNothingWasMeasuredAndTheBoundDecided) {
@@ -122,7 +123,7 @@ TEST(MeasuredCapture, PhotographsThatCannotBeReadAreLeftOut) {
   const CommandResult again =
       Capture(scratch / "lf", "--resume --until-covered none --frames 120 --cover measured:29");
   ASSERT_EQ(again.exit_code, 0) << again.errors;
-  const json report = json::parse(again.output);
+  const json report = JsonFromText(again.output);
   EXPECT_GT(report["recorded"], 0) << "views were recorded after the damaged ones were met";
   EXPECT_GT(report["measured"]["directions"], 0) << "by the other views";
 }

@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -62,7 +63,7 @@ std::map<std::string, double> NoticedBy(const std::string& arguments) {
     ADD_FAILURE() << arguments << ": " << run.errors;
     return noticed;
   }
-  const json report = json::parse(run.output);
+  const json report = JsonFromText(run.output);
   for (const json& mistake : report["mistakes"]) {
     noticed[mistake["name"]] = mistake["first_s"];
     printf("  %s: %.1f s: %s\n", arguments.c_str(), mistake["first_s"].get<double>(),

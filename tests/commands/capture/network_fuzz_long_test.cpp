@@ -12,6 +12,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
@@ -155,8 +156,7 @@ TEST_F(NetworkFuzz, NeitherEndFalls) {
   const std::string output = capture->ReadUntil("stopped_because", 60);
   EXPECT_EQ(capture->Wait(60), 0) << output;
   const std::size_t json_begin = output.rfind("\n{");
-  const auto report =
-      nlohmann::json::parse(output.substr(json_begin == std::string::npos ? 0 : json_begin + 1));
+  const auto report = JsonFromText(output.substr(json_begin == std::string::npos ? 0 : json_begin + 1));
   EXPECT_GT(report["device"]["transport"]["packets refused"], 1000);
   EXPECT_GE(report["recorded"], 1);
   EXPECT_GE(ReadLightField(scratch_ / "lf").views.size(), 1u);

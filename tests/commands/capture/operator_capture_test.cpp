@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/simulator/scene/scene.h"
+#include "core/base/json_text.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -25,7 +26,7 @@ nlohmann::json Captured(const std::string& name, const std::string& arguments) {
   EXPECT_EQ(run.exit_code, 0) << name << ": " << run.errors;
   EXPECT_THAT(run.errors, ::testing::Not(HasSubstr("no new coverage")))
       << name << ": all of it can be reached";
-  return run.exit_code == 0 ? nlohmann::json::parse(run.output) : nlohmann::json::object();
+  return run.exit_code == 0 ? JsonFromText(run.output) : nlohmann::json::object();
 }
 
 #ifndef ULF_ALL_SEEDS

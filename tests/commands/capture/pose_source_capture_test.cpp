@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "acquisition/simulator/simulated_camera.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/marker_mouse.h"
 #include "render/gl/make_renderer.h"
@@ -62,7 +63,7 @@ TEST(PoseSourceCapture, MarkersGiveTheMetreAndThenTheMouse) {
                   "charuco:5x5:36:27:DICT_APRILTAG_36h11 -o {} --width 320 --height 240 --frames 20 --json",
                   dir, pictures));
   ASSERT_EQ(looked.exit_code, 0) << looked.errors;
-  const auto report = nlohmann::json::parse(looked.output);
+  const auto report = JsonFromText(looked.output);
   EXPECT_EQ(report["frames"], 20);
   EXPECT_GT(report["with_marker"], 12);
   const cv::Mat last = cv::imread(pictures + "/frame_00019.png");

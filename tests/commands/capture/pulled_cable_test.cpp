@@ -12,6 +12,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
@@ -92,8 +93,7 @@ TEST_F(PulledCable, TheCaptureGoesOnWithinThreeSecondsAndLosesNothing) {
   EXPECT_EQ(capture->Wait(30), 0);
 
   const std::size_t json_begin = rest.rfind("\n{");
-  const auto report =
-      nlohmann::json::parse(rest.substr(json_begin == std::string::npos ? 0 : json_begin + 1));
+  const auto report = JsonFromText(rest.substr(json_begin == std::string::npos ? 0 : json_begin + 1));
   EXPECT_EQ(report["device"]["reconnects"], 1);
   EXPECT_EQ(report["events"]["restored"], 1);
   EXPECT_EQ(ReadWholeFile(dir / "journal.jsonl").substr(0, journal_before.size()), journal_before);
@@ -108,7 +108,7 @@ TEST_F(PulledCable, TheCaptureGoesOnWithinThreeSecondsAndLosesNothing) {
   std::ifstream journal(dir / "journal.jsonl");
   double gap_s = 0;
   for (std::string line; std::getline(journal, line);) {
-    const auto event = nlohmann::json::parse(line);
+    const auto event = JsonFromText(line);
     if (event["event"] == "gap" && event["reason"].get<std::string>().starts_with("device: "))
       gap_s = event["to_s"].get<double>() - event["from_s"].get<double>();
   }

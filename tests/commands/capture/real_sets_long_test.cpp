@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/mesh_file.h"
@@ -30,7 +31,7 @@ OverPlaneAndMesh Evaluated(const fs::path& dir, const std::string& more) {
   const CommandResult run = RunUlf("evaluate " + dir.string() +
                                    " --every 8 --fields lumigraph --proxy plane --proxy mesh --json " + more);
   EXPECT_EQ(run.exit_code, 0) << run.errors;
-  const json rows = json::parse(run.output)["results"];
+  const json rows = JsonFromText(run.output)["results"];
   const OverPlaneAndMesh result{rows.at(0)["all"]["psnr_db"], rows.at(1)["all"]["psnr_db"]};
   printf("%s: plane %.2f dB, mesh %.2f dB\n", dir.filename().c_str(), result.plane_db, result.mesh_db);
   return result;
@@ -44,7 +45,7 @@ TEST(RealSets, PosedPhotographsOfAFoxAreCapturedOverTheirOwnMesh) {
   const CommandResult run =
       RunUlf("capture replay:" + data.string() + " --poses known --headless --json -o " + dir.string());
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_GT(json::parse(run.output)["recorded"], 30);
+  EXPECT_GT(JsonFromText(run.output)["recorded"], 30);
   ASSERT_TRUE(fs::exists(dir / "proxy.ply"));
   const OverPlaneAndMesh db = Evaluated(dir, "");
   EXPECT_GT(db.mesh_db, db.plane_db + 3);

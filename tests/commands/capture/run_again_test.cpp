@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/test_paths.h"
 
@@ -19,7 +20,7 @@ nlohmann::json Capture(const std::string& uri, const fs::path& dir, const std::s
                                       " --headless --deterministic --json " + more);
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   if (result.exit_code != 0) return {};
-  return nlohmann::json::parse(result.output);
+  return JsonFromText(result.output);
 }
 
 std::string Journal(const fs::path& dir) { return ReadWholeFile(dir / "journal.jsonl"); }
@@ -48,7 +49,7 @@ TEST(RunAgain, ARecordingOfACameraIsASession) {
   const CommandResult recorded = RunUlf("record 'sim:studio?width=320&height=240' --frames 60 --json -o " +
                                         (scratch / "frames").string());
   ASSERT_EQ(recorded.exit_code, 0) << recorded.errors;
-  const auto report = nlohmann::json::parse(recorded.output);
+  const auto report = JsonFromText(recorded.output);
   EXPECT_EQ(report["frames"], 60);
   EXPECT_EQ(report["device"]["delivered"], 60);
   Capture("sim:studio?width=320&height=240", scratch / "live", "--frames 60");
@@ -71,7 +72,7 @@ TEST(RunAgain, ASessionThatGoesOnKnowsTheShutter) {
     const CommandResult result = RunUlf("capture --no-geometry '" + uri + "' -o " + dir.string() +
                                         " --headless --deterministic --json --resume --frames 1 " + more);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    return std::pair(nlohmann::json::parse(result.output)["rolling_shutter"], result.errors);
+    return std::pair(JsonFromText(result.output)["rolling_shutter"], result.errors);
   };
   for (const bool anew : {false, true}) {
     if (anew) fs::remove(dir / "cache" / "map.ulf");

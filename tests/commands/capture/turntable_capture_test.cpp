@@ -9,6 +9,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "acquisition/simulator/tripod.h"
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
@@ -34,7 +35,7 @@ TEST(TurntableCapture, IsAnOrdinaryCaptureWithoutTheBackground) {
                   uri, dir, kBoard));
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;
   EXPECT_THAT(captured.errors, HasSubstr("masked"));
-  EXPECT_TRUE(nlohmann::json::parse(captured.output)["mistakes"].empty())
+  EXPECT_TRUE(JsonFromText(captured.output)["mistakes"].empty())
       << "what stands still is no dust: " << captured.output;
   const LightField light_field = ReadLightField(dir);
   EXPECT_EQ(light_field.units, "metres");
@@ -63,7 +64,7 @@ TEST(TurntableCapture, IsAnOrdinaryCaptureWithoutTheBackground) {
 
   const auto again = RunUlf(fmt::format("mask {} --truth '{}' --json", dir, uri));
   ASSERT_EQ(again.exit_code, 0) << again.errors;
-  const auto report = nlohmann::json::parse(again.output);
+  const auto report = JsonFromText(again.output);
   EXPECT_GT(report["truth"]["iou_median"], 0.97);
   EXPECT_LT(report["truth"]["centers_mm"], 3);
   EXPECT_GT(report["truth"]["centers_mm"], 1e3 * Quantile(errors_m, 0));
@@ -128,7 +129,7 @@ TEST(TurntableCapture, OfARealTempleIsRenderedBetterWithoutTheCloth) {
       const auto ran = RunUlf(command);
       ASSERT_EQ(ran.exit_code, 0) << command << '\n' << ran.errors;
       if (command.starts_with("evaluate"))
-        disc_db[masked] = nlohmann::json::parse(ran.output)["results"][0]["all"]["psnr_disc_db"];
+        disc_db[masked] = JsonFromText(ran.output)["results"][0]["all"]["psnr_disc_db"];
     }
   }
   fmt::print("temple_ring, disc: {:.2f} dB, with masks {:.2f} dB\n", disc_db[0], disc_db[1]);

@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <regex>
 
+#include "core/base/json_text.h"
 #include "core/image/undistortion.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_tracks.h"
@@ -91,7 +92,7 @@ class ExportCommand : public testing::Test {
                                const fs::path& dir = Dir()) {
     const auto run = RunUlf("export " + arguments + " " + dir.string() + " -o " + out.string() + " --json");
     EXPECT_EQ(run.exit_code, 0) << run.errors;
-    return nlohmann::json::parse(run.output, nullptr, false);
+    return JsonOrDiscarded(run.output);
   }
   static void ExpectOurPoses(const ColmapRead& model, double most) {
     const LightField light_field = ReadLightField(Dir());
@@ -307,7 +308,7 @@ TEST(ExportOfACapture, IsAQuiltOfFortyEightViews) {
   ASSERT_EQ(capture.exit_code, 0) << capture.errors;
   const auto exported = RunUlf("export quilt " + dir + " -o " + out + " --json");
   ASSERT_EQ(exported.exit_code, 0) << exported.errors;
-  const auto quilt = nlohmann::json::parse(exported.output);
+  const auto quilt = JsonFromText(exported.output);
   EXPECT_EQ(quilt["tiles"], 48);
   EXPECT_EQ(quilt["outside"], 0) << "views that lie outside of the recorded ones";
   EXPECT_EQ(quilt["file"], "studio_qs8x6a0.75.png");

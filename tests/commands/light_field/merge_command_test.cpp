@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_text.h"
 #include "core/image/exr_file.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/test_paths.h"
@@ -29,7 +30,7 @@ TEST(MergeCommand, ABracketedCaptureIsMergedAtItsEndAndAnewByMerge) {
       std::string("capture ") + kDevice + " -o " + dir +
       " --headless --deterministic --no-geometry --quality fast --max-seconds 5 --bracket 3x2EV --json");
   ASSERT_EQ(capture.exit_code, 0) << capture.errors;
-  const auto report = nlohmann::json::parse(capture.output);
+  const auto report = JsonFromText(capture.output);
   const LightField light_field = ReadLightField(dir);
   ASSERT_GE(light_field.views.size(), 2u);
   EXPECT_EQ(report.at("brackets").at("views"), light_field.views.size());
@@ -44,7 +45,7 @@ TEST(MergeCommand, ABracketedCaptureIsMergedAtItsEndAndAnewByMerge) {
 
   const CommandResult info = RunUlf("info " + dir + " --json");
   ASSERT_EQ(info.exit_code, 0) << info.errors;
-  const auto brackets = nlohmann::json::parse(info.output).at("brackets");
+  const auto brackets = JsonFromText(info.output).at("brackets");
   EXPECT_GE(brackets.at("views"), light_field.views.size() - 1);
   EXPECT_EQ(brackets.at("exposures").at("most"), 3);
   EXPECT_EQ(brackets.at("stops"), nlohmann::json({-2, 0, 2}));

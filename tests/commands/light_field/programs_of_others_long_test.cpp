@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_text.h"
 #include "core/image/undistortion.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/floors.h"
@@ -45,7 +46,7 @@ class ProgramsOfOthers : public testing::Test {
     const int status = std::system((command + " >" + out.string() + " 2>" + errors.string()).c_str());
     std::ifstream said(errors);
     EXPECT_EQ(status, 0) << command << "\n" << std::string{std::istreambuf_iterator<char>(said), {}};
-    return status == 0 ? json::parse(std::ifstream(out)) : json::object();
+    return status == 0 ? JsonFromText(std::ifstream(out)) : json::object();
   }
   static ScratchFolder* scratch_;
 };
@@ -96,8 +97,8 @@ TEST_F(ProgramsOfOthers, GltfValidatorFindsNothing) {
   const json reports = Printed("node " VALIDATE_GLTF " " WEB_TOOLS " " + files);
   EXPECT_EQ(reports.size(), 2u) << "is everything there? ./run web installs it";
   for (const auto& [file, report] : reports.items()) {
-    EXPECT_EQ(report["issues"]["numErrors"], 0) << report.dump(1);
-    EXPECT_EQ(report["issues"]["numWarnings"], 0) << report.dump(1);
+    EXPECT_EQ(report["issues"]["numErrors"], 0) << JsonText(report, 1);
+    EXPECT_EQ(report["issues"]["numWarnings"], 0) << JsonText(report, 1);
     EXPECT_GT(report["info"]["totalTriangleCount"], 1000) << file;
   }
 }
@@ -180,7 +181,7 @@ TEST_F(ProgramsOfOthers, LoadersReadWhatIsExportedForThem) {
     EXPECT_NEAR(what["focal"], lens.fx, 0.01);
     EXPECT_EQ(what["size"][3], 4) << "red, green, blue, opacity";
     EXPECT_GT(what["most"], 0.8);
-    ExpectOurViews(what, json::parse(std::ifstream(scratch / "nerf-synthetic/transforms_train.json")),
+    ExpectOurViews(what, JsonFromText(std::ifstream(scratch / "nerf-synthetic/transforms_train.json")),
                    light_field);
   }
 }

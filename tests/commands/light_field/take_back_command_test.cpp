@@ -9,6 +9,7 @@
 
 #include "commands/light_field/coverage_change.h"
 #include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
@@ -30,7 +31,7 @@ using ::testing::Not;
 nlohmann::json Json(const std::string& arguments) {
   const CommandResult result = RunUlf(arguments + " --json");
   EXPECT_EQ(result.exit_code, 0) << result.errors;
-  return nlohmann::json::parse(result.output);
+  return JsonFromText(result.output);
 }
 
 // Views with a goal, a mesh of them and a depth map each.
@@ -69,7 +70,7 @@ TEST_F(AtTheDesk, ViewsAreTakenOutThroughTheJournalAndTheirPhotographsKept) {
   EXPECT_THAT(after.doubts, IsEmpty()) << "derived files, too";
   EXPECT_FALSE(fs::exists(dir_ / before.views[3].image_path));
   EXPECT_EQ(ReadWholeFile(dir_ / "unposed" / fs::path(before.views[3].image_path).filename()), photograph);
-  EXPECT_EQ(nlohmann::json::parse(ReadWholeFile(dir_ / "transforms.json"))["frames"].size(), 22u);
+  EXPECT_EQ(JsonFromText(ReadWholeFile(dir_ / "transforms.json"))["frames"].size(), 22u);
   EXPECT_THAT(RunUlf("repair " + Dir()).output, HasSubstr("nothing to repair"));
 
   const auto json = Json("take-back " + Dir() + " 9");

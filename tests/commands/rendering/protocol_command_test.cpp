@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "render/quality/quality.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -86,7 +87,7 @@ class ProtocolCommand : public testing::Test {
   json Run(const fs::path& dir, const std::string& more) {
     const auto run = RunUlf("evaluate " + dir.string() + " --json " + more);
     EXPECT_EQ(run.exit_code, 0) << run.errors;
-    return json::parse(run.output);
+    return JsonFromText(run.output);
   }
   test::ScratchFolder scratch_;
   fs::path dir_ = scratch_ / "set";
@@ -167,7 +168,7 @@ TEST_F(ProtocolCommand, WritesPicturesATableAndJson) {
   EXPECT_THAT(result["proxy"].get<std::string>(), testing::StartsWith("plane"));
   EXPECT_EQ(result["views"][1]["name"], "000011.png");
   EXPECT_TRUE(result["lpips"].is_null());
-  EXPECT_EQ(json::parse(ReadWholeFile(scratch_ / "out/result.json"))["mean"], result["mean"]);
+  EXPECT_EQ(JsonFromText(ReadWholeFile(scratch_ / "out/result.json"))["mean"], result["mean"]);
   EXPECT_THAT(ReadWholeFile(scratch_ / "out/result.txt"),
               AllOf(HasSubstr("000011.png"), HasSubstr("SSIM uniform")));
   const cv::Mat rendered = cv::imread((scratch_ / "out/rendered/000011.png").string()),

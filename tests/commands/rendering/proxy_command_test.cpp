@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -61,7 +62,7 @@ TEST(ProxyCommand, LeavesDepthMapsForTheSoftField) {
   ASSERT_EQ(RunUlf("proxy " + dir + " -o " + (scratch / "elsewhere.ply").string()).exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(scratch / "field/depth"));
   ASSERT_EQ(RunUlf("proxy " + dir).exit_code, 0);
-  const auto index = nlohmann::json::parse(ReadWholeFile(scratch / "field/depth/maps.json"));
+  const auto index = JsonFromText(ReadWholeFile(scratch / "field/depth/maps.json"));
   EXPECT_EQ(index["maps"].size(), 12u);
   const auto evaluated = RunUlf("evaluate " + dir + " --proxy soft --fields soft,lumigraph --json");
   ASSERT_EQ(evaluated.exit_code, 0) << evaluated.errors;
@@ -82,7 +83,7 @@ TEST(ProxyCommand, BuildsAMeshOfWhatTheViewsSee) {
   const auto first = RunUlf("proxy " + dir + " --json");
   ASSERT_EQ(first.exit_code, 0) << first.errors;
   EXPECT_THAT(first.errors, Not(HasSubstr("close together")));
-  const auto report = nlohmann::json::parse(first.output);
+  const auto report = JsonFromText(first.output);
   EXPECT_EQ(report["views"], 12);
   EXPECT_EQ(report["depth_maps"], 12);
   EXPECT_GT(report["agreeing_share"], 0.8);
@@ -125,7 +126,7 @@ TEST(ProxyCommand, MaskedPartsGiveNoSurface) {
     if (masked) WriteLightField(light_field);
     const auto run = RunUlf("proxy " + (scratch / name).string() + " --json");
     EXPECT_EQ(run.exit_code, 0) << run.errors;
-    return nlohmann::json::parse(run.output, nullptr, false).value("points", 0);
+    return JsonOrDiscarded(run.output).value("points", 0);
   };
   const int whole = points("whole", false), half = points("half", true);
   EXPECT_GT(half, 0.2 * whole);
@@ -165,7 +166,7 @@ TEST(ProxyCommand, SaysThatViewsStandTooCloseTogether) {
   const auto result = RunUlf("proxy " + dir + " --json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   // At most three steps apart along the row: z^2 / (f b) over the radius.
-  EXPECT_GT(nlohmann::json::parse(result.output)["pixel_depth_radii"], 9 / (110 * 0.06) / 0.8 / 1.1);
+  EXPECT_GT(JsonFromText(result.output)["pixel_depth_radii"], 9 / (110 * 0.06) / 0.8 / 1.1);
   EXPECT_THAT(result.errors, HasSubstr("stand close together"));
 }
 
@@ -175,7 +176,7 @@ TEST(ProxyCommand, LeavesOutWhatIsEvaluatedAndKeepsToItsLimits) {
   WriteWall(dir);
   const auto result = RunUlf("proxy " + dir + " --leave-out-every 4 --depth-maps 5 --triangles 600 --json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const auto report = nlohmann::json::parse(result.output);
+  const auto report = JsonFromText(result.output);
   EXPECT_EQ(report["views"], 9);
   EXPECT_EQ(report["depth_maps"], 5);
   EXPECT_LE(report["triangles"], 600);

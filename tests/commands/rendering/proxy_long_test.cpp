@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_text.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -31,15 +32,15 @@ Scores Measure(const std::filesystem::path& data, const std::string& import_opti
     const auto result = RunUlf(command);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     if (result.exit_code != 0) return scores;
-    if (command.starts_with("proxy")) scores.mesh = nlohmann::json::parse(result.output);
+    if (command.starts_with("proxy")) scores.mesh = JsonFromText(result.output);
     if (!command.starts_with("evaluate")) continue;
-    const auto report = nlohmann::json::parse(result.output);
+    const auto report = JsonFromText(result.output);
     scores.plane_db = report["results"][0]["all"]["psnr_db"];
     scores.mesh_db = report["results"][1]["all"]["psnr_db"];
     EXPECT_NE(report["results"][0]["proxy"], report["results"][1]["proxy"]);
   }
   fmt::print("{}: plane {:.2f} dB, mesh {:.2f} dB; {}\n", data.filename().string(), scores.plane_db,
-             scores.mesh_db, scores.mesh.dump());
+             scores.mesh_db, JsonText(scores.mesh));
   return scores;
 }
 

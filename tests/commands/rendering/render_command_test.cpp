@@ -11,6 +11,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
 #include "render/proxy/mesh_file.h"
@@ -106,7 +107,7 @@ TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
   const auto video = RunUlf("render " + dir_.string() + " --path dolly --frames 5 --width 65 -o " +
                             Out("b.mp4") + " --json");
   EXPECT_EQ(video.exit_code, 0) << video.errors;
-  const auto report = nlohmann::json::parse(video.output);
+  const auto report = JsonFromText(video.output);
   EXPECT_THAT(video.errors, HasSubstr("65x49 are cropped to 64x48"));
   EXPECT_EQ(report["frames"], 5);
   EXPECT_EQ(report["field"], "subdivision");
@@ -176,12 +177,12 @@ TEST_F(RenderCommand, TrackedPointsAreTriedWhereThereAreSome) {
                                                  "planes +[0-9.]+ dB, .*\n  points +[0-9.]+ dB"));
   const auto in_json =
       RunUlf("render " + dir_.string() + " --field linear --explain --json -o " + Out("c.png"));
-  const auto explained = nlohmann::json::parse(in_json.output)["explain"];
+  const auto explained = JsonFromText(in_json.output)["explain"];
   EXPECT_EQ(explained[0]["question"], "proxy");
   EXPECT_THAT(explained[0]["candidates"][1]["evidence"].get<std::string>(), HasSubstr("s a picture"));
   const auto given = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
   ASSERT_EQ(given.exit_code, 0) << given.errors;
-  EXPECT_GT(nlohmann::json::parse(given.output)["results"][0]["psnr_db"], 30);
+  EXPECT_GT(JsonFromText(given.output)["results"][0]["psnr_db"], 30);
 }
 
 // A set by another program: no journal, and points under a name of its own.
@@ -198,13 +199,13 @@ TEST_F(RenderCommand, PointsAreUsedWithoutAJournal) {
   };
   std::filesystem::remove(dir_ / "journal.jsonl");
   std::filesystem::remove(dir_ / "points.ply");
-  nlohmann::json document = nlohmann::json::parse(ReadWholeFile(dir_ / "transforms.json"));
+  nlohmann::json document = JsonFromText(ReadWholeFile(dir_ / "transforms.json"));
   document["ply_file_path"] = "sparse_pc.ply";
-  WriteFileAtomically(dir_ / "transforms.json", document.dump());
+  WriteFileAtomically(dir_ / "transforms.json", JsonText(document));
   WriteFileAtomically(dir_ / "sparse_pc.ply", text(300));
   const auto scored = RunUlf("evaluate " + dir_.string() + " --proxy points --fields linear --json");
   ASSERT_EQ(scored.exit_code, 0) << scored.errors;
-  EXPECT_GT(nlohmann::json::parse(scored.output)["results"][0]["psnr_db"], 30);
+  EXPECT_GT(JsonFromText(scored.output)["results"][0]["psnr_db"], 30);
   const auto drawn = RunUlf("render " + dir_.string() + " --proxy points --field linear -o " + Out("a.png"));
   EXPECT_EQ(drawn.exit_code, 0) << drawn.errors;
   // Without a vertex it is a set without points, and no reason to fail.
@@ -235,7 +236,7 @@ TEST_F(RenderCommand, EvaluateWorksWithoutOpenGl) {
   const auto wanted = RunUlf(evaluate + " --renderer gl");
   ASSERT_EQ(without.exit_code, 0) << without.errors;
   EXPECT_THAT(without.errors, HasSubstr("the reference renderer draws the pictures, on the processor"));
-  EXPECT_GT(nlohmann::json::parse(without.output)["results"][0]["psnr_db"], 20);
+  EXPECT_GT(JsonFromText(without.output)["results"][0]["psnr_db"], 20);
   EXPECT_EQ(wanted.exit_code, 1);
   EXPECT_THAT(wanted.errors, AllOf(HasSubstr("libegl-mesa0"), HasSubstr("or use --renderer reference")));
 }
@@ -244,7 +245,7 @@ TEST_F(RenderCommand, EvaluateReportsAsAgreed) {
   const auto result =
       RunUlf("evaluate " + dir_.string() + " --every 4 --fields subdivision,lumigraph,nearest --json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const auto report = nlohmann::json::parse(result.output);
+  const auto report = JsonFromText(result.output);
   EXPECT_EQ(report["views"], 30);
   EXPECT_EQ(report["held_out"], 8);
   ASSERT_EQ(report["results"].size(), 3u);
@@ -272,7 +273,7 @@ TEST_F(RenderCommand, EvaluateComparesEveryProxyThereIsAndDrawsIt) {
   const auto all = RunUlf(evaluate + " --plot " + Out("chart.svg"));
   ASSERT_EQ(all.exit_code, 0) << all.errors;
   EXPECT_THAT(all.errors, HasSubstr("--leave-out-every 4"));
-  const auto report = nlohmann::json::parse(all.output);
+  const auto report = JsonFromText(all.output);
   std::vector<std::string> proxies;
   for (const auto& result : report["results"]) proxies.push_back(result["proxy"].get<std::string>());
   EXPECT_THAT(proxies,
@@ -331,7 +332,7 @@ TEST_F(RenderCommand, FieldsAreComparedInEvenLight) {
     const auto run = RunUlf("render " + dir_.string() + " --proxy mesh --frames 1 --explain --json --light " +
                             light + " -o " + Out(light + ".png"));
     EXPECT_EQ(run.exit_code, 0) << run.errors;
-    const auto fields = nlohmann::json::parse(run.output)["explain"][0];
+    const auto fields = JsonFromText(run.output)["explain"][0];
     EXPECT_EQ(fields["question"], "blending field");
     return std::stod(fields["candidates"][0]["evidence"].get<std::string>());
   };
@@ -356,7 +357,7 @@ TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   const auto compared = RunUlf("evaluate " + dir + " --fields linear --proxy plane:0,0,1,-2 --proxy " +
                                Out("true.obj") + " --json");
   ASSERT_EQ(compared.exit_code, 0) << compared.errors;
-  const auto report = nlohmann::json::parse(compared.output);
+  const auto report = JsonFromText(compared.output);
   ASSERT_EQ(report["results"].size(), 2u);
   EXPECT_EQ(report["results"][0]["proxy"], "plane:0,0,1,-2");
   EXPECT_EQ(report["results"][1]["proxy"], "true.obj");
@@ -457,9 +458,9 @@ TEST_F(OddViewpoints, InTwoGroupsFarApartItIsSaidAndAPictureComes) {
   const auto result = Render(antipodal, "--field linear --proxy plane --json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.errors, HasSubstr("they stand in 2 groups, 60 deg or more apart"));
-  EXPECT_EQ(nlohmann::json::parse(result.output)["field"], "linear") << "each group is a surface";
+  EXPECT_EQ(JsonFromText(result.output)["field"], "linear") << "each group is a surface";
   // The middle of the path is in a group, not between the two.
-  EXPECT_EQ(nlohmann::json::parse(result.output)["empty_share"], 0);
+  EXPECT_EQ(JsonFromText(result.output)["empty_share"], 0);
   const auto one = Render(test::GridViewpoints(4, 4, 0.2, 2.0), "--field linear --proxy plane");
   EXPECT_THAT(one.errors, testing::Not(HasSubstr("groups")));
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "core/base/json_text.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -32,7 +33,7 @@ TEST_F(ReviewCommand, AMarkerMovesTheLightField) {
   const std::string out = (scratch_ / "pictures").string();
   const auto run = Review("--markers charuco:5x5:36:27:DICT_APRILTAG_36h11 -o " + out);
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   EXPECT_EQ(report["frames"], 6);
   EXPECT_GT(report["with_marker"], 0);
   EXPECT_GT(report["views_shown"], 0);

@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/child_process.h"
@@ -37,7 +38,7 @@ TEST_F(ViewCommand, TakesAPictureWithoutADisplay) {
   const std::string view = "view " + dir_.string() + " --width 320 --height 240 ";
   const auto plain = RunUlf(view + "--screenshot " + (scratch_ / "a.png").string() + " --json");
   ASSERT_EQ(plain.exit_code, 0) << plain.errors;
-  const auto report = nlohmann::json::parse(plain.output);
+  const auto report = JsonFromText(plain.output);
   EXPECT_GE(report["frames"], 1);
   EXPECT_EQ(report["field"], "subdivision");
   EXPECT_EQ(report["proxy"], "plane");
@@ -46,7 +47,7 @@ TEST_F(ViewCommand, TakesAPictureWithoutADisplay) {
   const auto switched =
       RunUlf(view + "--field linear --keys b,m,t --screenshot " + (scratch_ / "b.png").string() + " --json");
   ASSERT_EQ(switched.exit_code, 0) << switched.errors;
-  EXPECT_GE(nlohmann::json::parse(switched.output)["frames"], 4);
+  EXPECT_GE(JsonFromText(switched.output)["frames"], 4);
   const cv::Mat a = cv::imread(scratch_ / "a.png"), b = cv::imread(scratch_ / "b.png");
   ASSERT_EQ(a.size(), cv::Size(320, 240));
   ASSERT_EQ(b.size(), a.size());
@@ -65,7 +66,7 @@ TEST_F(ViewCommand, BeginsWithTheBestThatIsQuickEnough) {
   const auto report = [&](const std::string& options) {
     const auto result = RunUlf(view + options);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    return nlohmann::json::parse(result.output);
+    return JsonFromText(result.output);
   };
   for (const bool in_time : {true, false}) {
     const auto begun = report(in_time ? "--frame-ms 100000" : "--frame-ms 0.001");
@@ -109,7 +110,7 @@ TEST_F(ViewCommand, OffersWhatItBeginsWithOnce) {
   const auto next = RunUlf("view " + dir_.string() + " --width 160 --height 120 --frame-ms 100000 --proxy " +
                            mesh + " --keys p --json --screenshot " + (scratch_ / "a.png").string());
   ASSERT_EQ(next.exit_code, 0) << next.errors;
-  EXPECT_EQ(nlohmann::json::parse(next.output)["proxy"], "plane");
+  EXPECT_EQ(JsonFromText(next.output)["proxy"], "plane");
 }
 
 TEST_F(ViewCommand, ComparesInEvenLight) {
@@ -122,7 +123,7 @@ TEST_F(ViewCommand, ComparesInEvenLight) {
                options + " --screenshot " + (scratch_ / "a.png").string());
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     std::vector<std::string> asked;
-    const auto report = nlohmann::json::parse(result.output);
+    const auto report = JsonFromText(result.output);
     for (const auto& choice : report["explain"]) asked.push_back(choice["question"]);
     return asked;
   };

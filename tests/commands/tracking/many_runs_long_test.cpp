@@ -13,6 +13,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/device.h"
+#include "core/base/json_text.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -22,7 +23,7 @@ namespace {
 nlohmann::json TrackReportOf(const std::string& arguments) {
   const auto run = test::RunUlf("track " + arguments + " --deterministic --json");
   EXPECT_EQ(run.exit_code, 0) << arguments << '\n' << run.errors;
-  return nlohmann::json::parse(run.output);
+  return JsonFromText(run.output);
 }
 
 // One in a hundred on each, with a lens that is right; nothing was tuned on the simulator's seeds.

@@ -19,6 +19,7 @@
 #include "commands/tracking/track_report.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/light_field_io.h"
@@ -179,7 +180,7 @@ TEST(TrackCommand, FilesDoNotOutrunTheMapper) {
   const auto run =
       test::RunUlf(fmt::format("track replay:{} --focal-px {} --json", scratch.path().string(), camera.fx));
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   EXPECT_GT(report["keyframes"], 8);
   EXPECT_EQ(report["keyframes_left_out"], 0);
 }
@@ -188,7 +189,7 @@ TEST(TrackCommand, RunsAnySourceOfPoses) {
   const auto known = test::RunUlf(
       "track 'sim:studio?width=160&height=120' --frames 12 --poses known --deterministic --json");
   ASSERT_EQ(known.exit_code, 0) << known.errors;
-  const auto report = nlohmann::json::parse(known.output);
+  const auto report = JsonFromText(known.output);
   EXPECT_EQ(report["tracked"], 12);
   EXPECT_LT(report["ate_live_rmse"].get<double>(), 1e-9);
   EXPECT_EQ(report["map_points"], 0);
@@ -214,11 +215,11 @@ TEST(TrackCommand, OfARollingShutterThePicturesPosesAndTheCamerasAreJudged) {
   const std::string sim = "track 'sim:studio?width=320&height=240&noise=0&readout_ms=20' --frames 45 ";
   const auto told = test::RunUlf(sim + "--deterministic --json --readout-ms 20");
   ASSERT_EQ(told.exit_code, 0) << told.errors;
-  const auto report = nlohmann::json::parse(told.output);
+  const auto report = JsonFromText(told.output);
   EXPECT_LT(report["middle_row"]["ate_live_rmse"], report["ate_live_rmse"]);
   EXPECT_LT(report["middle_row"]["ate_final_rmse"], report["ate_final_rmse"]);
   const auto global = test::RunUlf(sim + "--deterministic --json --readout-ms 0");
-  EXPECT_TRUE(nlohmann::json::parse(global.output)["middle_row"].is_null());
+  EXPECT_TRUE(JsonFromText(global.output)["middle_row"].is_null());
 }
 
 // The figures are those of the files, and the picture is one.
@@ -231,7 +232,7 @@ TEST(TrackCommand, FiguresAreThoseOfTheFilesAndTheyAreDrawn) {
   const auto run = test::RunUlf(sim + "--json --truth " + in("truth.txt") + " -o " + in("live.txt") +
                                 " --final " + in("final.txt") + " --plot \"" + in("it's a run.png") + "\"");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   const auto truth = ReadTum(in("truth.txt"));
   for (const auto& [which, file] : {std::pair("live", "live.txt"), std::pair("final", "final.txt")}) {
     const auto error = CompareTrajectories(ReadTum(in(file)), truth, 0.01);
@@ -262,7 +263,7 @@ TEST(TrackCommand, SaysWhatStartedTheMapAndWhatItKeeps) {
   const std::string track = "track 'sim:studio?width=320&height=240' --frames 20 --deterministic --explain ";
   const auto json = test::RunUlf(track + "--json");
   ASSERT_EQ(json.exit_code, 0) << json.errors;
-  const auto explained = nlohmann::json::parse(json.output)["explain"];
+  const auto explained = JsonFromText(json.output)["explain"];
   ASSERT_EQ(explained.size(), 3u);
   const auto count = [&](std::size_t choice, std::size_t candidate) {
     return std::stoi(explained[choice]["candidates"][candidate]["evidence"].get<std::string>());
@@ -337,7 +338,7 @@ TEST(TrackCommand, PosesOfAMapThatWasGivenUpHaveAFileOfTheirOwn) {
       "track replay:" + scratch.path().string() + "?glob=*.png --deterministic --focal-px 520 ";
   const auto first = test::RunUlf(track + "--json");
   ASSERT_EQ(first.exit_code, 0) << first.errors;
-  const int started = nlohmann::json::parse(first.output)["init_frame"];
+  const int started = JsonFromText(first.output)["init_frame"];
   const test::TexturedRoom other({.seed = 31});
   for (int k = started + 5; k < 70; ++k)
     cv::imwrite((scratch / fmt::format("{:02}.png", k)).string(),
@@ -380,7 +381,7 @@ TEST(TrackCommand, WithoutACalibrationTheLensIsFoundFromAGuess) {
   EXPECT_THAT(run.errors, testing::AllOf(testing::HasSubstr("a focal length of 544 px is guessed"),
                                          testing::HasSubstr("tracking goes on with this lens"),
                                          testing::Not(testing::HasSubstr("544.0 given"))));
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   EXPECT_NEAR(report["refined_lens"]["focal_px"].get<double>(), 520, 0.015 * 520);
   EXPECT_FALSE(report["calibration"]["wrong"]);
   EXPECT_EQ(acquisition::ReadCalibration(lens).fx, report["refined_lens"]["focal_px"].get<double>());
@@ -399,7 +400,7 @@ TEST(CaptureCommand, WithoutACalibrationTheLensIsFoundAndTheNextSessionGoesOnUnd
   EXPECT_THAT(first.errors,
               testing::AllOf(testing::HasSubstr("a focal length of 544 px is guessed"),
                              testing::HasSubstr("not the 544.0 px in use: the capture goes on")));
-  const auto report = nlohmann::json::parse(first.output);
+  const auto report = JsonFromText(first.output);
   const double focal_px = report["refined_lens"]["focal_px"];
   EXPECT_NEAR(focal_px, 520, 0.015 * 520);
   EXPECT_EQ(acquisition::ReadCalibration(lens).fx, focal_px);
@@ -410,7 +411,7 @@ TEST(CaptureCommand, WithoutACalibrationTheLensIsFoundAndTheNextSessionGoesOnUnd
   EXPECT_THAT(second.errors, testing::AllOf(testing::HasSubstr("goes on with that lens"),
                                             testing::HasSubstr("the map of the last session was loaded"),
                                             testing::Not(testing::HasSubstr("guessed"))));
-  EXPECT_TRUE(nlohmann::json::parse(second.output)["refined_lens"].is_null());
+  EXPECT_TRUE(JsonFromText(second.output)["refined_lens"].is_null());
   EXPECT_EQ(ReadLightField(dir).cameras.at(0).fx, focal_px);
 }
 
@@ -485,7 +486,7 @@ TEST(TrackCommand, APictureWithoutCornersIsSaidNotTheMovement) {
 TEST(TrackCommand, TrackingSideIsObeyedAndWrongOnesAreRefused) {
   const auto size_of = [](const std::string& option) {
     const auto run = test::RunUlf("track 'sim:studio?width=320&height=240' --frames 2 --json " + option);
-    return nlohmann::json::parse(run.output)["tracked_size"];
+    return JsonFromText(run.output)["tracked_size"];
   };
   EXPECT_EQ(
       size_of("--tracking-side 200"),

@@ -1,4 +1,4 @@
-// Tests: core/base/quantile, core/base/counted, core/base/lowercase, core/base/shell_word, core/base/at,
+// Tests: core/base/quantile, core/base/counted, core/base/json_text, core/base/lowercase, core/base/shell_word, core/base/at,
 // core/base/model_choice, core/base/parallel_for, core/base/output_path, core/base/progress, core/base/stop_signal,
 // core/base/signal_stack, core/base/silent_solver, core/base/available_memory, core/base/thread_clock,
 // core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex,
@@ -16,6 +16,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -27,6 +28,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/json_fields.h"
+#include "core/base/json_text.h"
 #include "core/base/lowercase.h"
 #include "core/base/model_choice.h"
 #include "core/base/mutex.h"
@@ -103,12 +105,25 @@ TEST(JsonText, IsReadOrNamesLineColumnAndWhatIsWrongInPlainWords) {
       {"{\"a\": \"b", "it ends before it is complete"},
       {" \n", "not valid JSON: it is empty"},
       {"[\x01]", "line 1, column 2: not valid JSON: bytes that are no text"},
-      {"[1e999]", "a number is larger than any computer's"}};
+      {"[1e999]", "a number is too large"}};
   for (const auto& [text, words] : damaged)
     EXPECT_THAT([&] { ParseJson(text, "a.json", "copy it again"); },
                 ThrowsMessage<Error>(AllOf(StartsWith("a.json"), HasSubstr(words),
                                            HasSubstr("; copy it again"), Not(HasSubstr("exception")))))
         << text;
+}
+
+TEST(JsonText, OfTextAndBack) {
+  const nlohmann::json json = JsonFromText("{\"a\": [1, 2]}");
+  EXPECT_EQ(JsonText(json), "{\"a\":[1,2]}");
+  EXPECT_EQ(JsonText(json["a"], 1), "[\n 1,\n 2\n]");
+  EXPECT_EQ(JsonFromText(std::istringstream("[3]"))[0], 3);
+  EXPECT_EQ(JsonOrDiscarded("{}"), nlohmann::json::object());
+  EXPECT_TRUE(JsonOrDiscarded("{").is_discarded());
+  EXPECT_TRUE(JsonOrDiscarded("[1e999]").is_discarded());
+  EXPECT_TRUE(IsJson("1"));
+  EXPECT_FALSE(IsJson("1,"));
+  EXPECT_THROW(JsonFromText("{"), nlohmann::json::parse_error);
 }
 
 TEST(OutputPath, RefusesWhatCannotBeWritten) {

@@ -4,6 +4,7 @@
 // Each pair of files that tell one fact, made to disagree: who wins, what is said, what is kept. The table of
 // docs/light_field.md names a test for every row.
 #include "core/light_field/folder_check.h"
+#include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -197,9 +198,9 @@ TEST_F(Folder, RepairKeepsWhatCameAfterTheFileThatItRecoversFrom) {
 
 TEST_F(Folder, AnEditedTransformsJsonDoesNotCountAndIsKept) {
   const LightField whole = Sample(4);
-  json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
+  json document = JsonFromText(ReadWholeFile(dir() / "transforms.json"));
   document["frames"][1]["transform_matrix"][0][3] = 77.0;
-  std::ofstream(dir() / "transforms.json") << document.dump();
+  std::ofstream(dir() / "transforms.json") << JsonText(document);
   const std::string edited = ReadWholeFile(dir() / "transforms.json");
   ExpectSame(whole, ReadSaying({"transforms.json differs from the journal (view 2): the journal is used"}));
   LightFieldWriter::Resume(dir());
@@ -211,10 +212,10 @@ TEST_F(Folder, AnEditedTransformsJsonDoesNotCountAndIsKept) {
 TEST_F(Folder, RoundingInATransformsJsonIsNoDifference) {
   Sample(4);
   const auto edit = [&](double by) {
-    json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
+    json document = JsonFromText(ReadWholeFile(dir() / "transforms.json"));
     json& entry = document["frames"][2]["transform_matrix"][0][3];
     entry = entry.get<double>() + by;
-    std::ofstream(dir() / "transforms.json") << document.dump(1) << "\n";
+    std::ofstream(dir() / "transforms.json") << JsonText(document, 1) << "\n";
   };
   edit(2e-16);
   EXPECT_THAT(PlanRepair(dir()).found, IsEmpty());
@@ -351,9 +352,9 @@ TEST_F(Folder, ADamagedHeaderIsMadeFromTransformsJson) {
 TEST_F(Folder, ASetByAnotherProgramIsNotTurnedIntoOneOfOurs) {
   Sample(3);
   fs::remove(dir() / "journal.jsonl");
-  json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
+  json document = JsonFromText(ReadWholeFile(dir() / "transforms.json"));
   document.erase("ulf");
-  std::ofstream(dir() / "transforms.json") << document.dump();
+  std::ofstream(dir() / "transforms.json") << JsonText(document);
   fs::remove_all(dir() / "sparse");
   const auto before = Content(dir());
   EXPECT_THAT([&] { Repair(dir()); }, ThrowsMessage<Error>(HasSubstr("ulf import")));
@@ -363,7 +364,7 @@ TEST_F(Folder, ASetByAnotherProgramIsNotTurnedIntoOneOfOurs) {
 // Its numbers are not ours, and its world is another.
 TEST_F(Folder, NothingIsTakenFromATransformsJsonByAnotherProgram) {
   const LightField whole = Sample(3);
-  json document = json::parse(ReadWholeFile(dir() / "transforms.json"));
+  json document = JsonFromText(ReadWholeFile(dir() / "transforms.json"));
   document.erase("ulf");
   int number = 0;
   for (json& frame : document["frames"]) {
@@ -373,7 +374,7 @@ TEST_F(Folder, NothingIsTakenFromATransformsJsonByAnotherProgram) {
   }
   document["frames"].push_back(document["frames"][0]);
   document["frames"].push_back(document["frames"][1]);
-  std::ofstream(dir() / "transforms.json", std::ios::trunc) << document.dump();
+  std::ofstream(dir() / "transforms.json", std::ios::trunc) << JsonText(document);
   const std::string theirs = ReadWholeFile(dir() / "transforms.json");
   ExpectSame(whole, ReadSaying({"transforms.json"}));
   Repair(dir());

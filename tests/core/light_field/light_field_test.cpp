@@ -17,6 +17,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_repair.h"
 #include "core/light_field/journal.h"
@@ -63,7 +64,7 @@ TEST(LightFieldOnDisk, TransformsJsonHoldsNerfstudiosConvention) {
   view.cam_from_world = LookAt({1, 2, 3}, {5, 2, 3}, {0, 0, 1});
   writer.AddView(NoiseFrame(0), view);
   writer.Close(1);
-  const json document = json::parse(ReadWholeFile(scratch / "lf/transforms.json"));
+  const json document = JsonFromText(ReadWholeFile(scratch / "lf/transforms.json"));
   const double expected[4][4] = {{0, 0, -1, 1}, {-1, 0, 0, 2}, {0, 1, 0, 3}, {0, 0, 0, 1}};
   for (std::size_t r = 0; r < 4; ++r)
     for (std::size_t c = 0; c < 4; ++c)

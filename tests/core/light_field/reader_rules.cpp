@@ -1,4 +1,5 @@
 #include "tests/core/light_field/reader_rules.h"
+#include "core/base/json_text.h"
 #include "tests/support/floors.h"
 
 #include <fmt/format.h>
@@ -391,7 +392,7 @@ void RequireMatrix(const json& frame) {
 }  // namespace
 
 std::size_t ReadAsNerfstudio(const fs::path& folder) {
-  const json meta = json::parse(std::ifstream(folder / "transforms.json"));
+  const json meta = JsonFromText(std::ifstream(folder / "transforms.json"));
   static const std::set<std::string> known{"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL",
                                            "RADIAL",         "OPENCV",  "OPENCV_FISHEYE"};
   // One kind for all, at the top; without it, perspective.
@@ -423,7 +424,7 @@ std::size_t ReadAsNerfstudio(const fs::path& folder) {
 }
 
 std::size_t ReadAsInstantNgp(const fs::path& folder) {
-  const json meta = json::parse(std::ifstream(folder / "transforms.json"));
+  const json meta = JsonFromText(std::ifstream(folder / "transforms.json"));
   Require(meta.contains("frames") && meta.at("frames").is_array(), "does not contain any frames");
   const int scale = meta.value("aabb_scale", 1);
   Require(scale > 0 && scale <= 128 && (scale & (scale - 1)) == 0, "aabb_scale must be a power of two");

@@ -2,6 +2,7 @@
 //
 // The display without a window: lines press its keys, and what it shows comes out as files.
 #include "coverage/operator/scripted_surface.h"
+#include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
 
@@ -116,8 +117,7 @@ TEST(OffscreenCapture, IsPressedAndLookedAt) {
   EXPECT_THAT(alone.errors, HasSubstr("--requests"));
   const CommandResult run = RunUlf(capture + " --offscreen --requests " + lines + " --json");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_EQ(nlohmann::json::parse(run.output)["stopped_because"], "closed")
-      << "in its turn, after the pictures";
+  EXPECT_EQ(JsonFromText(run.output)["stopped_because"], "closed") << "in its turn, after the pictures";
   EXPECT_THAT(run.errors, AllOf(HasSubstr("keys.png: written\n"), HasSubstr("no.txt")));
   const cv::Mat live = cv::imread(picture("live.png")), keys = cv::imread(picture("keys.png"));
   ASSERT_EQ(live.size(), cv::Size(1280, 720));

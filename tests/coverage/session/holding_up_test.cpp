@@ -9,6 +9,7 @@
 
 #include "acquisition/device/reconnecting_device.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/light_field/journal.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"
@@ -59,7 +60,7 @@ std::vector<nlohmann::json> Gaps(const fs::path& dir) {
   std::vector<nlohmann::json> gaps;
   std::ifstream journal(dir / "journal.jsonl");
   for (std::string line; std::getline(journal, line);)
-    if (const auto event = nlohmann::json::parse(line); event["event"] == "gap") gaps.push_back(event);
+    if (const auto event = JsonFromText(line); event["event"] == "gap") gaps.push_back(event);
   return gaps;
 }
 

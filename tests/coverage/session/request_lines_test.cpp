@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "coverage/session/capture_request.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -114,7 +115,7 @@ TEST(RequestLines, ThroughTheCommand) {
   EXPECT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.errors,
               AllOf(HasSubstr("'tak-back' is not a request"), HasSubstr("finishing, as asked")));
-  EXPECT_EQ(nlohmann::json::parse(result.output)["stopped_because"], "closed");
+  EXPECT_EQ(JsonFromText(result.output)["stopped_because"], "closed");
 }
 
 }  // namespace

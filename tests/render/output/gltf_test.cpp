@@ -14,6 +14,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
 #include "render/output/gltf_file.h"
@@ -91,7 +92,7 @@ GlbRead ReadGlb(const std::string& bytes) {
   const std::uint32_t binary = WordAt(bytes, 20 + text);
   EXPECT_EQ(bytes.substr(24 + text, 4), std::string("BIN\0", 4));
   EXPECT_EQ(28 + text + binary, bytes.size());
-  GlbRead read{json::parse(bytes.substr(20, text)), bytes.substr(28 + text)};
+  GlbRead read{JsonFromText(bytes.substr(20, text)), bytes.substr(28 + text)};
   EXPECT_EQ(read.document.at("asset").at("version"), "2.0");
   EXPECT_EQ(read.document.at("buffers").at(0).at("byteLength"), binary);
   return read;

@@ -3,6 +3,7 @@
 //
 // What `ulf render` leaves: formats, layers, folders that are filled by several and go on after a kill.
 #include "render/output/picture_files.h"
+#include "core/base/json_text.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -267,8 +268,8 @@ TEST_F(RenderToFiles, PartsOfAPathHaveTheNumbersOfTheWhole) {
   const auto kept_time = fs::last_write_time(scratch_ / "parts/frame_00002.png");
   const auto rest = RunUlf(RenderAsChosen("--frames 6 --json -o " + Out("parts")));
   ASSERT_EQ(rest.exit_code, 0) << rest.errors;
-  EXPECT_EQ(nlohmann::json::parse(rest.output)["kept"], 2);
-  EXPECT_EQ(nlohmann::json::parse(rest.output)["frames"], 4);
+  EXPECT_EQ(JsonFromText(rest.output)["kept"], 2);
+  EXPECT_EQ(JsonFromText(rest.output)["frames"], 4);
   EXPECT_EQ(Pictures(scratch_ / "parts").size(), 6u);
   EXPECT_EQ(fs::last_write_time(scratch_ / "parts/frame_00002.png"), kept_time);
   ASSERT_EQ(RunUlf(RenderAsChosen("--frames 6 -o " + Out("whole"))).exit_code, 0);
@@ -299,7 +300,7 @@ TEST_F(RenderToFiles, OverwritingAPartLeavesNoPictureOfOtherSettings) {
   EXPECT_THAT(Pictures(scratch_ / "d"), ElementsAre("frame_00000.png", "frame_00001.png", "frame_notes.png"));
   const auto rest = render("--field linear --frames 4 --json");
   ASSERT_EQ(rest.exit_code, 0) << rest.errors;
-  EXPECT_EQ(nlohmann::json::parse(rest.output)["frames"], 2);
+  EXPECT_EQ(JsonFromText(rest.output)["frames"], 2);
   ASSERT_EQ(RunUlf(Render("--field linear --frames 4 -o " + Out("whole"))).exit_code, 0);
   for (const std::string& name : Pictures(scratch_ / "whole"))
     EXPECT_EQ(ReadWholeFile(scratch_ / "d" / name), ReadWholeFile(scratch_ / "whole" / name)) << name;
@@ -307,7 +308,7 @@ TEST_F(RenderToFiles, OverwritingAPartLeavesNoPictureOfOtherSettings) {
   // The same settings: only what is asked for is made again.
   const auto again = render("--field linear --frames 3:/4 --overwrite --json");
   ASSERT_EQ(again.exit_code, 0) << again.errors;
-  EXPECT_EQ(nlohmann::json::parse(again.output)["frames"], 1);
+  EXPECT_EQ(JsonFromText(again.output)["frames"], 1);
   EXPECT_EQ(Pictures(scratch_ / "d").size(), 5u);
 
   // Whose they are nobody knows: true pictures of a path have such names, too.
@@ -390,7 +391,7 @@ TEST_F(RenderToFiles, AKilledRenderGoesOn) {
   }
   const auto rest = RunUlf(Render("--frames 60 --width 160 --format exr --json -o " + Out("killed")));
   ASSERT_EQ(rest.exit_code, 0) << rest.errors;
-  EXPECT_GE(nlohmann::json::parse(rest.output)["kept"], 5);
+  EXPECT_GE(JsonFromText(rest.output)["kept"], 5);
   ASSERT_EQ(RunUlf(Render("--frames 60 --width 160 --format exr -o " + Out("whole"))).exit_code, 0);
   for (const std::string& name : Pictures(scratch_ / "whole"))
     EXPECT_EQ(ReadWholeFile(scratch_ / "killed" / name), ReadWholeFile(scratch_ / "whole" / name)) << name;
@@ -439,7 +440,7 @@ TEST_F(RenderToFiles, ANumberThatContradictsThePathIsRefused) {
   for (int i = 0; i < 3; ++i)
     nerfstudio["camera_path"].push_back(
         {{"fov", 50}, {"camera_to_world", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 2, 0, 0, 0, 1}}});
-  WriteFileAtomically(scratch_ / "nerfstudio.json", nerfstudio.dump());
+  WriteFileAtomically(scratch_ / "nerfstudio.json", JsonText(nerfstudio));
   const std::string with = " --field linear --proxy plane --width 24 ";
   for (const auto& [path, poses] : {std::pair{Out("poses.txt"), "3 poses"},
                                     {Out("nerfstudio.json"), "3 poses"},

@@ -12,6 +12,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/image/exr_file.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/import_light_field.h"
@@ -190,7 +191,7 @@ TEST(Light, ExrSetsAreReadImportedAndRendered) {
 TEST(Light, AnUndistortedExrClaimsOfItsColoursWhatItsOriginalDoes) {
   test::ScratchFolder scratch;
   WriteExrSet(scratch / "set");
-  nlohmann::json set = nlohmann::json::parse(std::ifstream(scratch / "set/transforms.json"));
+  nlohmann::json set = JsonFromText(std::ifstream(scratch / "set/transforms.json"));
   set["k1"] = 0.05;
   std::ofstream(scratch / "set/transforms.json") << set;
   const cv::Mat light = ReadExr((scratch / "set/images/1.exr").string());

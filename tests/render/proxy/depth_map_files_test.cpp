@@ -1,5 +1,6 @@
 // Tests: render/proxy/depth_map_files, render/proxy/proxy_choice.
 #include "render/proxy/depth_map_files.h"
+#include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -236,15 +237,15 @@ TEST_F(DepthMapFiles, AnIndexThatIsNoneIsRefusedAndTheMeshServes) {
   EXPECT_THAT(refusal(whole.substr(0, whole.size() / 2)), HasSubstr("cut short"));
   EXPECT_THAT(refusal("{}"), HasSubstr("no index of depth maps"));
   EXPECT_THAT(refusal("{\"format\": 5, \"maps\": []}"), HasSubstr("no index of depth maps"));
-  nlohmann::json changed = nlohmann::json::parse(whole);
+  nlohmann::json changed = JsonFromText(whole);
   changed["maps"][0]["file"] = "../../secret.png";
-  EXPECT_THAT(refusal(changed.dump()), HasSubstr("lies elsewhere"));
-  changed = nlohmann::json::parse(whole);
+  EXPECT_THAT(refusal(JsonText(changed)), HasSubstr("lies elsewhere"));
+  changed = JsonFromText(whole);
   changed["maps"][0]["step"] = 0;
-  EXPECT_THAT(refusal(changed.dump()), HasSubstr("must be positive"));
-  changed = nlohmann::json::parse(whole);
+  EXPECT_THAT(refusal(JsonText(changed)), HasSubstr("must be positive"));
+  changed = JsonFromText(whole);
   changed["maps"][0]["camera"]["width"] = 1900000000;
-  EXPECT_THAT(refusal(changed.dump()), HasSubstr("larger than the photograph"));
+  EXPECT_THAT(refusal(JsonText(changed)), HasSubstr("larger than the photograph"));
   WriteMeshPly(dir_ / kMeshProxyFile, TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
   EXPECT_THAT(refusal(whole), HasSubstr("another mesh"));
   const auto proxies = EveryProxyOf(dir_, *light_field_.subject);

@@ -14,6 +14,7 @@
 
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "render/quality/step_error.h"
 #include "render/quality/temporal_error.h"
@@ -237,7 +238,7 @@ TEST(TemporalCommand, ComparesFieldsWithTheSimulatorsTruth) {
       RunUlf("evaluate " + dir + " --temporal orbit --frames 60 --fields nearest,subdivision" + " --strips " +
              out + "/strips.png --json");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  const auto report = nlohmann::json::parse(result.output);
+  const auto report = JsonFromText(result.output);
   EXPECT_EQ(report["truth"], "sim:studio?width=96&height=72&noise=0");
   ASSERT_EQ(report["results"].size(), 2u);
   const auto& nearest = report["results"][0];
@@ -277,7 +278,7 @@ TEST(TemporalCommand, SaysWhatItNeeds) {
             0);
   const auto same = RunUlf(command + "spiral --frames 4 --fields nearest --truth " + truth + " --json");
   ASSERT_EQ(same.exit_code, 0) << same.errors;
-  const auto report = nlohmann::json::parse(same.output);
+  const auto report = JsonFromText(same.output);
   EXPECT_LT(report["results"][0]["temporal_error"], 0.2) << "EXR rounds to half floats";
   EXPECT_GT(report["results"][1]["temporal_error"], 1);
   EXPECT_TRUE(report["results"][1]["step_error"].is_null()) << "pictures have no depth";

@@ -1,5 +1,6 @@
 // Tests: render/stereo/swept_maps, render/proxy/indexed_file.
 #include "render/stereo/swept_maps.h"
+#include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,9 +40,9 @@ class SweptMapsOnDisk : public testing::Test {
   }
   void Write(const render::MapShare& share) const { WriteSweptMaps(folder_, share, kMadeOf, maps_); }
   void Change(const std::string& index, const std::function<void(json&)>& change) const {
-    json content = json::parse(ReadWholeFile(folder_ / index));
+    json content = JsonFromText(ReadWholeFile(folder_ / index));
     change(content);
-    WriteFileAtomically(folder_ / index, content.dump());
+    WriteFileAtomically(folder_ / index, JsonText(content));
   }
   // What reading says; empty: nothing is wrong.
   std::string Problem(const cv::Size& size = kSize) const {

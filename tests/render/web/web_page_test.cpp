@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 #include "render/fields/aperture.h"
@@ -59,7 +60,7 @@ TEST(WebFile, ArraysBeginAtWholeNumbers) {
   EXPECT_EQ(bytes.Add(std::vector<std::uint32_t>{7}), 16u);
   const nlohmann::ordered_json header{{"kind", "scene"}};
   EXPECT_EQ(WebFileText(header, bytes.bytes()).size(),
-            WebFileSize(header.dump().size(), bytes.bytes().size()));
+            WebFileSize(JsonText(header).size(), bytes.bytes().size()));
 }
 
 // A title may hold what would end a script or its string.
@@ -173,10 +174,10 @@ ScratchFolder* ExportWeb::scratch_ = nullptr;
 TEST_F(ExportWeb, MeetsItsBudget) {
   for (const int kilobytes : {200, 500}) {
     const fs::path out = *scratch_ / std::to_string(kilobytes);
-    const json said = json::parse(Export(out, "--json --budget " + std::to_string(kilobytes) + "kB"));
+    const json said = JsonFromText(Export(out, "--json --budget " + std::to_string(kilobytes) + "kB"));
     EXPECT_EQ(said["bytes"], BytesOf(out));
     EXPECT_LE(BytesOf(out), 1000u * kilobytes);
-    EXPECT_TRUE(BytesOf(out) >= 950u * kilobytes || said["quality"] == 95) << said.dump();
+    EXPECT_TRUE(BytesOf(out) >= 950u * kilobytes || said["quality"] == 95) << JsonText(said);
     EXPECT_EQ(said["views"], 30);
     if (kilobytes == 200) {
       EXPECT_LT(said["quality"], 95);
@@ -224,7 +225,7 @@ TEST_F(ExportWeb, RefusesWhatCannotBeAndLeavesNothing) {
 std::string Browse(const fs::path& site, json plan, const fs::path& out) {
   plan["chromium"] = CHROMIUM;
   fs::create_directories(out);
-  std::ofstream(out / "plan.json") << plan.dump();
+  std::ofstream(out / "plan.json") << JsonText(plan);
   const std::string command = "node " BROWSE " " WEB_TOOLS " " + site.string() + " " +
                               (out / "plan.json").string() + " " + out.string() + " 2>" +
                               (out / "errors.txt").string();
@@ -278,7 +279,7 @@ std::vector<Difference> DifferencesFromRenderer(const fs::path& dir, const fs::p
                              {"aperture", pose.aperture}});
     cameras.push_back(camera);
   }
-  report = json::parse(Browse(site, plan, out));
+  report = JsonFromText(Browse(site, plan, out));
   std::vector<Difference> differences;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const cv::Mat shown = cv::imread((out / plan["poses"][i]["name"]).string());
@@ -344,7 +345,7 @@ TEST_F(ExportWeb, PageOfAHostFitsAPhoneLightAndDark) {
   Export(site, "--budget 900kB --proxy plane");
   std::map<std::string, double> brightness;
   for (const std::string scheme : {"light", "dark"}) {
-    const json report = json::parse(Browse(
+    const json report = JsonFromText(Browse(
         site,
         {{"host", true}, {"width", 390}, {"height", 760}, {"ratio", 2}, {"scheme", scheme}, {"axe", true}},
         *scratch_ / ("from_host_" + scheme)));
@@ -443,8 +444,8 @@ TEST(WebPageOfACapture, OfTwoHundredViewsIsThatOfTheRenderer) {
   std::printf("%s", exported.output.c_str());
   std::printf("poster after %.0f ms, first drawn picture after %.0f ms at 10 Mbit/s; %s; textures %.1f MB\n",
               report["first"]["posterMs"].get<double>(), report["first"]["firstPictureMs"].get<double>(),
-              report["pace"].dump().c_str(), report["textureMegabytes"].get<double>());
-  const json phone = json::parse(
+              JsonText(report["pace"]).c_str(), report["textureMegabytes"].get<double>());
+  const json phone = JsonFromText(
       Browse(site, {{"host", true}, {"width", 390}, {"height", 760}, {"ratio", 2}}, scratch / "phone"));
   ExpectQuiet(phone);
   std::printf("of a phone: textures %.1f MB\n", phone["textureMegabytes"].get<double>());

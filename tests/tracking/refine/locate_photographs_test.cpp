@@ -1,6 +1,7 @@
 // Tests: tracking/refine/locate_photographs, commands/tracking/refine_command.
 // Photographs without poses are found from views that have them, also those that show nothing of these themselves.
 #include "tracking/refine/locate_photographs.h"
+#include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -156,7 +157,7 @@ TEST(RefineCommand, PhotographsWithoutAPoseBecomeViewsWhenTheirPlaceIsFound) {
 
   const auto run = RunUlf("refine " + dir.string() + " --unposed --json");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto unposed = nlohmann::json::parse(run.output)["unposed"];
+  const auto unposed = JsonFromText(run.output)["unposed"];
   EXPECT_EQ(unposed["found"].size(), 3u);
   ASSERT_EQ(unposed["not_found"].size(), 1u);
   EXPECT_EQ(unposed["not_found"][0]["photograph"], "unposed/unposed_000004.png");

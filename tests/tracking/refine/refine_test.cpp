@@ -12,6 +12,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
@@ -357,7 +358,7 @@ TEST(RefineCommand, RefinesALightFieldInPlace) {
   const LightField before = ReadLightField(room.dir);
   const auto run = test::RunUlf("refine " + room.dir.string() + " --json");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   EXPECT_EQ(report["registered"], 12);
   EXPECT_GT(report["peak_memory_mib"], 10.0);
   EXPECT_TRUE(report["settled"]);
@@ -413,7 +414,7 @@ TEST(RefineCommand, SaysHowFarThePosesAreFromTrueOnes) {
   const auto run = test::RunUlf("refine " + room.dir.string() + kFewFeatures + " --json --truth " +
                                 (room.scratch / "truth.txt").string());
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto report = nlohmann::json::parse(run.output)["truth"];
+  const auto report = JsonFromText(run.output)["truth"];
   EXPECT_EQ(report["compared"], 12);
   EXPECT_NE(report["recorded"]["centre_rms"], report["before"]["centre_rms"]);
   EXPECT_LT(report["after"]["centre_rms"], 0.5 * report["before"]["centre_rms"].get<double>());
@@ -480,7 +481,7 @@ TEST(RefineCommand, IntrinsicsChangeOnlyWhenAskedFor) {
   EXPECT_EQ(ReadLightField(room.dir).cameras[0], wrong);
   const auto taken = test::RunUlf("refine " + room.dir.string() + " --intrinsics --explain --json");
   ASSERT_EQ(taken.exit_code, 0) << taken.errors;
-  const auto candidates = nlohmann::json::parse(taken.output)["explain"][0]["candidates"];
+  const auto candidates = JsonFromText(taken.output)["explain"][0]["candidates"];
   ASSERT_EQ(candidates.size(), 5u);
   EXPECT_EQ(candidates[0]["model"], "as given");
   EXPECT_FALSE(candidates[0]["chosen"]);

@@ -17,6 +17,7 @@
 #include "acquisition/simulator/hand.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/json_text.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
@@ -376,7 +377,7 @@ TEST(OutsidePoses, TrackTakesATrajectoryFile) {
   ASSERT_EQ(known.exit_code, 0) << known.errors;
   const auto tracked = test::RunUlf("track " + device + " --frames 60 --json --poses tum:" + poses);
   ASSERT_EQ(tracked.exit_code, 0) << tracked.errors;
-  const auto report = nlohmann::json::parse(tracked.output);
+  const auto report = JsonFromText(tracked.output);
   EXPECT_EQ(report["tracked"], 40);
   EXPECT_EQ(report["poses_from_outside"]["frames_outside"], 20);
   EXPECT_LT(report["ate_live_rmse"].get<double>(), 1e-5);

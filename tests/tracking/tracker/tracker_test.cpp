@@ -1,6 +1,7 @@
 // Tests: tracking/tracker/tracker, tracking/tracker/tracker_keyframes, tracking/tracker/tracker_state,
 // commands/tracking/track_command.
 #include "tracking/tracker/tracker.h"
+#include "core/base/json_text.h"
 
 #include <gtest/gtest.h>
 
@@ -294,7 +295,7 @@ TEST(TrackCommand, ReportsAndWritesPoses) {
       test::RunUlf("track 'sim:studio?noise=0' --frames 30 --deterministic --json -o '" +
                    (folder / "live.txt").string() + "' --final '" + (folder / "final.txt").string() + "'");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
-  const auto report = nlohmann::json::parse(run.output);
+  const auto report = JsonFromText(run.output);
   for (const char* key : {"frames", "init_frame", "tracked", "lost_count", "relocalised_count", "ms_median",
                           "ms_p95", "cpu_ms_median", "cpu_ms_p95", "map_points", "keyframes", "ate_live_rmse",
                           "ate_final_rmse", "rpe_live_rmse", "rpe_final_rmse", "drift_live", "scale"})

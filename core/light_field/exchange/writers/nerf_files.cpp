@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/camera_json.h"
 #include "core/light_field/exchange/transforms_json.h"
@@ -36,7 +37,7 @@ std::string InstantNgpText(const LightField& exported) {
   document["offset"] = Vector3ToJson(cube.offset);
   document["up"] = Vector3ToJson(exported.UpInWorld());
   document.erase("ply_file_path");  // it starts from nothing
-  return document.dump(1) + "\n";
+  return JsonText(document, 1) + "\n";
 }
 
 Similarity3 NerfFromWorld(const LightField& light_field, const Subject& subject) {
@@ -72,7 +73,7 @@ std::string NerfSyntheticText(const LightField& exported, const Similarity3& ner
          {"transform_matrix", OpenGlRows(matrix)}});
   }
   document["frames"] = std::move(frames);
-  return document.dump(1) + "\n";
+  return JsonText(document, 1) + "\n";
 }
 
 std::vector<std::string> NerfSyntheticDoubts(const LightField& light_field, const Subject& subject,

@@ -18,6 +18,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/geometry/similarity3.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/read_posed_set.h"
@@ -55,7 +56,7 @@ std::vector<double> NumbersIn(const std::string& text) {
 
 std::string Stem(const std::string& path) { return fs::path(path).stem().string(); }
 
-json JsonOf(const fs::path& file) { return json::parse(std::ifstream(file)); }
+json JsonOf(const fs::path& file) { return JsonFromText(std::ifstream(file)); }
 
 Matrix4d MatrixOf(const json& frame) {
   Matrix4d matrix;

@@ -4,6 +4,7 @@
 //
 // The same cameras before the same wall in every format: what is read is what was written, and what is damaged is
 // refused by name.
+#include "core/base/json_text.h"
 #include "core/light_field/exchange/read_posed_set.h"
 
 #include <gmock/gmock.h>
@@ -465,7 +466,7 @@ class NerfSet : public testing::Test {
         cv::imwrite((scratch_ / "set" / part / fmt::format("r_{}.png", i)).string(), picture);
       }
       std::ofstream(scratch_ / "set" / fmt::format("transforms_{}.json", part))
-          << json{{"camera_angle_x", 0.7}, {"frames", frames}}.dump();
+          << JsonText(json{{"camera_angle_x", 0.7}, {"frames", frames}});
     }
   }
   ScratchFolder scratch_;

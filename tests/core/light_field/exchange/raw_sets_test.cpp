@@ -1,4 +1,5 @@
 // Tests: core/light_field/exchange/raw_beside, core/light_field/exchange/import_light_field, core/light_field/view_files.
+#include "core/base/json_text.h"
 #include "core/light_field/exchange/raw_beside.h"
 
 #include <gmock/gmock.h>
@@ -77,7 +78,7 @@ class RawSetTest : public ::testing::Test {
           {{"file_path", names[i]},
            {"transform_matrix", {{c, 0, s, x}, {0, 1, 0, 0}, {-s, 0, c, 1}, {0, 0, 0, 1}}}});
     }
-    Put("transforms.json", set.dump());
+    Put("transforms.json", JsonText(set));
   }
   LightField Taken() {
     ImportOptions options;

@@ -19,6 +19,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/json_text.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
@@ -42,10 +43,10 @@ class BadTransforms : public testing::Test {
   void SetUp() override {
     WriteSample(scratch_ / "lf", 3);
     fs::remove(scratch_ / "lf/journal.jsonl");
-    document_ = json::parse(ReadWholeFile(scratch_ / "lf/transforms.json"));
+    document_ = JsonFromText(ReadWholeFile(scratch_ / "lf/transforms.json"));
   }
   LightField Read() {
-    std::ofstream(scratch_ / "lf/transforms.json") << document_.dump();
+    std::ofstream(scratch_ / "lf/transforms.json") << JsonText(document_);
     return ReadLightField(scratch_ / "lf");
   }
   void ExpectError(const std::string& first, const std::string& second) {
@@ -104,7 +105,7 @@ TEST_F(BadTransforms, NotFinite) {
   ExpectError("frame 1", "not a finite number");
 }
 TEST_F(BadTransforms, LiteralNan) {
-  std::string text = document_.dump();
+  std::string text = JsonText(document_);
   text.replace(text.find("\"cx\":") + 5, 4, "NaN ");
   std::ofstream(scratch_ / "lf/transforms.json") << text;
   EXPECT_THAT(
@@ -113,7 +114,7 @@ TEST_F(BadTransforms, LiteralNan) {
                                  HasSubstr("not valid JSON: NaN ("), HasSubstr("export the set again"))));
 }
 TEST_F(BadTransforms, CutInTheMiddle) {
-  const std::string text = document_.dump();
+  const std::string text = JsonText(document_);
   std::ofstream(scratch_ / "lf/transforms.json") << text.substr(0, text.size() / 2);
   EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); }, ThrowsMessage<Error>(HasSubstr("not valid JSON")));
 }
@@ -195,9 +196,9 @@ TEST(Import, CopiesPhotographsByteForByteAndFindsTheSubject) {
   ScratchFolder scratch;
   WriteSample(scratch / "source", 6);
   fs::remove(scratch / "source/journal.jsonl");
-  json document = json::parse(ReadWholeFile(scratch / "source/transforms.json"));
+  json document = JsonFromText(ReadWholeFile(scratch / "source/transforms.json"));
   document.erase("ulf");
-  std::ofstream(scratch / "source/transforms.json") << document.dump();
+  std::ofstream(scratch / "source/transforms.json") << JsonText(document);
   const LightField imported = Import(scratch / "source", scratch / "lf", {}).light_field;
   EXPECT_LT((imported.subject->center_in_world - Eigen::Vector3d(0, 0, 3)).norm(), 1e-6);
   EXPECT_EQ(ReadWholeFile(scratch / "lf/images/000003.png"),
@@ -253,14 +254,14 @@ class Foreign : public testing::Test {
   void SetUp() override {
     WriteSample(source(), 3);
     for (const char* ours : {"journal.jsonl", "points.ply"}) fs::remove(source() / ours);
-    document_ = json::parse(ReadWholeFile(source() / "transforms.json"));
+    document_ = JsonFromText(ReadWholeFile(source() / "transforms.json"));
     document_.erase("ulf");
     document_.erase("ply_file_path");
     for (json& frame : document_["frames"]) frame.erase("ulf");
   }
   fs::path source() const { return scratch_ / "source"; }
   LightField Imported() {
-    std::ofstream(source() / "transforms.json") << document_.dump();
+    std::ofstream(source() / "transforms.json") << JsonText(document_);
     return Import(source(), scratch_ / "lf", {.subject = Subject{{0, 0, 3}, 0.4}}).light_field;
   }
   ScratchFolder scratch_;
@@ -286,7 +287,7 @@ TEST_F(Foreign, PointsWithoutVerticesAreASetWithoutPoints) {
   std::ofstream(source() / "points.ply") << "ply\nformat ascii 1.0\nelement vertex 0\nproperty float "
                                             "x\nproperty float y\nproperty float z\nend_header\n";
   document_["ply_file_path"] = "points.ply";
-  std::ofstream(source() / "transforms.json") << document_.dump();
+  std::ofstream(source() / "transforms.json") << JsonText(document_);
   const LightField read = ReadLightField(source());
   EXPECT_TRUE(read.points.empty());
   EXPECT_TRUE(read.doubts.empty());
@@ -458,7 +459,7 @@ TEST(LostJournal, IsSaidByReadersAndNamesRepair) {
 
 TEST_F(Foreign, DamagedPointsAreNamedAndLeftOut) {
   std::ofstream(source() / "points.ply") << "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\n";
-  std::ofstream(source() / "transforms.json") << document_.dump();
+  std::ofstream(source() / "transforms.json") << JsonText(document_);
   const LightField read = ReadLightField(source());
   EXPECT_EQ(read.views.size(), 3u);
   EXPECT_TRUE(read.points.empty());
@@ -475,7 +476,7 @@ TEST_F(Foreign, WhatIsNotUnderstoodIsNamed) {
   document_["sky_color"] = "blue";
   document_["frames"][0]["depth_file_path"] = "d.png";
   document_["frames"][2]["depth_file_path"] = "e.png";
-  std::ofstream(source() / "transforms.json") << document_.dump();
+  std::ofstream(source() / "transforms.json") << JsonText(document_);
   EXPECT_THAT(ReadLightField(source()).doubts,
               testing::UnorderedElementsAre(AllOf(HasSubstr("'sky_color' is not used")),
                                             AllOf(HasSubstr("'depth_file_path' of 2 frames is not used"))));
@@ -541,7 +542,7 @@ TEST_F(Foreign, AnImportThatFailsLeavesNothing) {
 TEST_F(Foreign, AnImportOntoAFullDiskLeavesNothingAndSaysSo) {
   fs::create_directories(scratch_ / "disk");
   if (const auto why = test::MountSmallDisk(scratch_ / "disk", 1 << 20)) GTEST_SKIP() << *why;
-  std::ofstream(source() / "transforms.json") << document_.dump();
+  std::ofstream(source() / "transforms.json") << JsonText(document_);
   test::FillDisk(scratch_ / "disk/filler");
   fs::resize_file(scratch_ / "disk/filler", fs::file_size(scratch_ / "disk/filler") - 24000);
   EXPECT_THAT(
@@ -562,16 +563,16 @@ TEST_F(Foreign, ManyFramesNeedLittleMemory) {
   frame["h"] = kHeight;
   frame["comment"] = std::string(2000, 'x');
   document_["frames"] = json::array();
-  std::string text = document_.dump();
+  std::string text = JsonText(document_);
   text.resize(text.rfind("[]") + 1);
   {
     std::ofstream file(source() / "transforms.json");
     file << text;
     for (int i = 0; i < kFrames; ++i) {
       frame["fl_x"] = 60 + 1e-4 * i;  // a camera a frame, as COLMAP gives where it is told nothing
-      file << (i > 0 ? "," : "") << frame.dump();
+      file << (i > 0 ? "," : "") << JsonText(frame);
     }
-    file << document_.dump().substr(text.size());
+    file << JsonText(document_).substr(text.size());
   }
   ASSERT_GT(fs::file_size(source() / "transforms.json"), kFrames * 2000u);
   const pid_t child = fork();

@@ -3,6 +3,7 @@
 // Photographs beside live view: the simulator behind a PTP/IP camera, libgphoto2's own driver, the tracker,
 // and a light field of full-resolution photographs.
 #include "coverage/session/record/still_capture.h"
+#include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
 
@@ -334,7 +335,7 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   const CommandResult captured = RunUlf(command + (scratch_ / "captured").string() +
                                         " --deterministic --keep-frames " + (scratch_ / "frames").string());
   ASSERT_EQ(captured.exit_code, 0) << captured.errors;
-  const auto result = nlohmann::json::parse(captured.output);
+  const auto result = JsonFromText(captured.output);
   EXPECT_GE(result["photographs"]["recorded"].get<int>(), 1) << captured.output;
   const LightField light_field = ReadLightField(scratch_ / "captured");
   EXPECT_EQ(light_field.cameras[0], hand.StillCamera());
@@ -350,7 +351,7 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
         RunUlf("capture --no-geometry 'replay:" + (scratch_ / "frames").string() +
                "' --headless --json --quality fast --deterministic -o " + (scratch_ / name).string());
     ASSERT_EQ(again.exit_code, 0) << again.errors;
-    const auto counts = nlohmann::json::parse(again.output)["photographs"];
+    const auto counts = JsonFromText(again.output)["photographs"];
     for (const char* count : {"arrived", "recorded", "not_needed", "without_pose"})
       EXPECT_EQ(counts[count], result["photographs"][count]) << count;
     EXPECT_EQ(BytesIn(scratch_ / name / "images"), BytesIn(scratch_ / "captured/images"))
@@ -363,7 +364,7 @@ TEST_F(StillCaptureTest, TheCommandNeedsTheCalibrationOfPhotographs) {
   ASSERT_GE(light_field.views.size(), 3u) << "too few to build a map of";
   const CommandResult resumed = RunUlf(command + (scratch_ / "captured").string() + " --resume");
   ASSERT_EQ(resumed.exit_code, 0) << resumed.errors;
-  EXPECT_GT(nlohmann::json::parse(resumed.output)["tracked"].get<int>(), 30) << resumed.output;
+  EXPECT_GT(JsonFromText(resumed.output)["tracked"].get<int>(), 30) << resumed.output;
 }
 
 // A hand that goes round the subject, 0.3 radians a second, a metre away.
