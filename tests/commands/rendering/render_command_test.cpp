@@ -300,8 +300,7 @@ TEST_F(RenderCommand, WrongUsageIsTwoAndFailureIsOne) {
   const auto without_path = RunUlf("render " + dir + " --path " + Out("nopath.txt") + " -o " + Out("x.png"));
   EXPECT_EQ(without_path.exit_code, 1);
   EXPECT_THAT(without_path.errors, HasSubstr("nopath.txt: no such camera path"));
-  EXPECT_THAT(without_path.errors, testing::Not(HasSubstr("left-out")))
-      << "said after all was tried out";
+  EXPECT_THAT(without_path.errors, testing::Not(HasSubstr("left-out"))) << "said after all was tried out";
   const auto light_field = ReadLightField(dir_);
   std::filesystem::resize_file(dir_ / light_field.views[3].image_path, 100);
   const auto truncated = RunUlf("render " + dir + " -o " + Out("x.png"));
