@@ -80,7 +80,7 @@ nlohmann::json ParseJson(std::string_view text, const std::string& where, const 
   } catch (const nlohmann::json::parse_error& error) {
     throw Error("{}, {}; {}", where, JsonFault(text, error.byte), remedy);
   } catch (const nlohmann::json::exception&) {
-    throw Error("{}: not valid JSON: a number is larger than any computer's; {}", where, remedy);
+    throw Error("{}: not valid JSON: a number is too large; {}", where, remedy);
   }
 }
 

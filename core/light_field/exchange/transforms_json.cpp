@@ -171,7 +171,7 @@ class Document {
   std::string FaultOf(const json::exception& error) const {
     const auto* fault = dynamic_cast<const json::parse_error*>(&error);
     return fault ? JsonFault(ReadWholeFile(file_), fault->byte)
-                 : std::string("not valid JSON: a number is larger than any computer's");
+                 : std::string("not valid JSON: a number is too large");
   }
 
   // Beside a journal whoever reads the light field says that this file follows from it.
