@@ -173,7 +173,9 @@ std::string NumberHoles(cv::Mat& canvas, const Chart& chart, const CoverageMap& 
   for (std::size_t i = 0; i < std::min(kNumbered, holes.size()); ++i) {
     const CapFrame::Angles at = map.frame()->Of(holes[i].direction);
     const std::string number = fmt::format("{}", i + 1);
-    const Vector2d img = chart.ImgOf(at.azimuth, at.elevation);
+    // Beside it, towards the middle of the chart: a small hole is smaller than its number.
+    const Vector2d hole = chart.ImgOf(at.azimuth, at.elevation);
+    const Vector2d img = hole + Vector2d(at.azimuth > 0 ? -14 : 14, at.elevation > 0 ? 14 : -14);
     Disc(canvas, img, 9, kWhite);
     Text(canvas, number, img + Vector2d(0, 5), 0.45, kInk, 0.5);
     line += fmt::format("{}{}: {:.1f} at {:.0f}, {:.0f}", i == 0 ? "" : "; ", number, SquareDegrees(holes[i]),

@@ -106,6 +106,18 @@ TEST(Version, TellsTheLibrariesAndTheRenderer) {
   EXPECT_THAT(result.output, HasSubstr("\nOpenGL: "));
 }
 
+// Of the display, and of the window; the pages are named, too.
+TEST(Help, ListsTheKeys) {
+  EXPECT_THAT(
+      RunUlf("capture --help").output,
+      AllOf(HasSubstr("docs/operator.md"),
+            ::testing::ContainsRegex("\n  Backspace +take back the last view\n"),
+            ::testing::ContainsRegex("In the review:\n(.*\n)*  Delete +take back the marked view\n")));
+  EXPECT_THAT(
+      RunUlf("view --help").output,
+      AllOf(HasSubstr("docs/viewer.md"), ::testing::ContainsRegex("\n  F, 1 to 6 +blending field\n")));
+}
+
 TEST(Version, IsToldWithoutOpenGl) {
   const WithoutOpenGl machine;
   const CommandResult result = RunUlf("--version");

@@ -90,6 +90,18 @@ TEST(CaptureReport, OneIsSingular) {
                     HasSubstr("paused 2 times,"), HasSubstr("this session   2 frames,")));
 }
 
+TEST(CaptureReport, TheGeometryNamesTheCommandThatMakesWhatIsMissing) {
+  CaptureSummary summary;
+  FinishedGeometry geometry;
+  auto mesh = std::make_shared<LiveMesh>();
+  mesh->mesh = std::make_shared<const TriangleMesh>();
+  geometry.mesh = mesh;
+  geometry.maps = 5, geometry.missing_maps = 3;
+  summary.geometry = geometry;
+  EXPECT_THAT(ToText(summary, 0, "my vase"),
+              HasSubstr("there was no time for 3 more; 'ulf proxy \"my vase\"' makes them all\n"));
+}
+
 TEST(CaptureReport, WhatWasDroppedNamesTheReason) {
   EXPECT_THAT(ToText(CaptureSummary{}, 0, "vase"), HasSubstr("0 dropped (processing too slow), 0 missing"));
 }

@@ -248,7 +248,7 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
       Capture(dir, "--resume --frames 1 --requests " + (scratch / "requests.txt").string());
   ASSERT_EQ(less.exit_code, 0) << less.errors;
   ASSERT_EQ(ReadLightField(dir).views.size(), views - 1) << less.errors;
-  EXPECT_EQ(BytesOf(dir / "proxy.ply"), "a finer one");
+  EXPECT_TRUE(BytesOf(dir / "proxy.ply") == "a finer one");
   EXPECT_THAT(less.errors,
               HasSubstr("no view was added: the mesh that is there stays, though views were moved or "
                         "taken back; 'ulf proxy " +

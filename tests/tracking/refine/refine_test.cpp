@@ -14,6 +14,9 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
+#include "render/proxy/geometry_state.h"
+#include "render/proxy/mesh_file.h"
+#include "render/proxy/proxy_choice.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/seeds.h"
@@ -356,9 +359,13 @@ struct OnDisk {
 TEST(RefineCommand, RefinesALightFieldInPlace) {
   const OnDisk room;
   const LightField before = ReadLightField(room.dir);
+  render::WriteMeshPly(room.dir / render::kMeshProxyFile,
+                       render::TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}},
+                       render::OriginComments("ulf proxy", before));
   const auto run = test::RunUlf("refine " + room.dir.string() + " --json");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   const auto report = JsonFromText(run.output);
+  EXPECT_EQ(report["outdated"], nlohmann::json({render::kMeshProxyFile})) << "it is of the poses before";
   EXPECT_EQ(report["registered"], 12);
   EXPECT_GT(report["peak_memory_mib"], 10.0);
   EXPECT_TRUE(report["settled"]);

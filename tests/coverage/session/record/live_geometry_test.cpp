@@ -370,6 +370,7 @@ TEST(LiveGeometry, FinishDoesWithoutAThreadThatGetsNoProcessor) {
 TEST(LiveGeometry, PicturesInMemoryThatWaitAreFew) {
   LiveGeometry::Options options = Small(true);
   options.most_waiting = 3;
+  options.light_field = "my vase";
   LiveGeometry geometry(options);
   Stuck stuck;
   geometry.SetSubject(Studio().scene().subject());
@@ -391,7 +392,7 @@ TEST(LiveGeometry, PicturesInMemoryThatWaitAreFew) {
   const auto problem = geometry.TakeProblem();
   ASSERT_TRUE(problem);
   EXPECT_THAT(*problem, HasSubstr("left out from view 3 on"));
-  EXPECT_THAT(*problem, HasSubstr("ulf proxy"));
+  EXPECT_THAT(*problem, HasSubstr("'ulf proxy \"my vase\"' makes a mesh of all"));
   EXPECT_FALSE(geometry.TakeProblem()) << "once";
   for (int id = 10; id < 20; ++id) add(id, LiveGeometry::Picture::kIsRead);
   geometry.RemoveView(3);
