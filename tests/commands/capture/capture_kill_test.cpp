@@ -16,7 +16,7 @@
 #include "core/base/counted.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/core/light_field/light_field_samples.h"
-#include "tests/support/sanitizers.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

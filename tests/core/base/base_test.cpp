@@ -41,7 +41,7 @@
 #include "core/base/silent_solver.h"
 #include "core/base/stage_times.h"
 #include "core/base/stop_signal.h"
-#include "tests/support/sanitizers.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -25,7 +25,7 @@
 #include "core/light_field/light_field_io.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
-#include "tests/support/sanitizers.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
