@@ -20,5 +20,6 @@ bool IsJson(std::string_view text);
 
 // In one line, or with so many spaces for each level. Throws nlohmann::json::type_error where a text is not UTF-8.
 std::string JsonText(const nlohmann::json& json, int indent = -1);
+std::string JsonText(const nlohmann::ordered_json& json, int indent = -1);
 
 }  // namespace ulf

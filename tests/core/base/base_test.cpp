@@ -117,6 +117,7 @@ TEST(JsonText, OfTextAndBack) {
   const nlohmann::json json = JsonFromText("{\"a\": [1, 2]}");
   EXPECT_EQ(JsonText(json), "{\"a\":[1,2]}");
   EXPECT_EQ(JsonText(json["a"], 1), "[\n 1,\n 2\n]");
+  EXPECT_EQ(JsonText(nlohmann::ordered_json{{"b", 1}, {"a", 2}}), "{\"b\":1,\"a\":2}") << "in its order";
   EXPECT_EQ(JsonFromText(std::istringstream("[3]"))[0], 3);
   EXPECT_EQ(JsonOrDiscarded("{}"), nlohmann::json::object());
   EXPECT_TRUE(JsonOrDiscarded("{").is_discarded());
