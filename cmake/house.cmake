@@ -34,7 +34,7 @@ if(ULF_SANITIZE)
   # Instrumented code makes GCC 12 see overlaps and overruns inside std::string that are not there.
   target_compile_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} -fno-omit-frame-pointer -Wno-error)
   # GCC writes where each check of undefined behaviour stands into the program: nine tenths of a gigabyte each. Instead a
-  # check that fails traps, and the address sanitizer shows where (ASAN_OPTIONS=handle_sigill=1).
+  # check that fails traps, and the address sanitizer shows where (ASAN_OPTIONS=handle_sigill=2).
   if(ULF_SANITIZE STREQUAL "address,undefined")
     target_compile_options(ulf_flags INTERFACE -fsanitize-undefined-trap-on-error)
   endif()

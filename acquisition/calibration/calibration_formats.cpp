@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <map>
 #include <opencv2/core.hpp>
 #include <sstream>
@@ -130,7 +131,7 @@ CameraModel ReadRos(const std::string& text, const std::string& where) {
 // OpenCV takes the memory that a matrix's rows and columns ask for before it looks whether its numbers are there, and
 // takes a size that is no number for two billion.
 cv::Mat SmallMatrix(const cv::FileNode& node, const std::string& where) {
-  constexpr int kMostSide = 100;  // of nine and fourteen numbers
+  constexpr int kMostSide = 100;  // generous: there are nine numbers, or fourteen
   for (const char* side : {"rows", "cols"})
     if (!node.isMap() || !node[side].isInt() || static_cast<int>(node[side]) < 0 ||
         static_cast<int>(node[side]) > kMostSide)
@@ -138,7 +139,22 @@ cv::Mat SmallMatrix(const cv::FileNode& node, const std::string& where) {
   return node.mat();
 }
 
+// OpenCV's parsers go into brackets and tags by recursion.
+bool IsNestedDeeply(const std::string& text) {
+  constexpr int kMostLevels = 100;
+  int levels = 0, most = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at], next = at + 1 < text.size() ? text[at + 1] : ' ';
+    const bool is_end_tag = c == '<' && next == '/', is_empty_tag = c == '/' && next == '>';
+    const bool is_tag = c == '<' && std::isalpha(static_cast<unsigned char>(next)) != 0;
+    if (c == '[' || c == '{' || is_tag) most = std::max(most, ++levels);
+    if (c == ']' || c == '}' || is_end_tag || is_empty_tag) --levels;
+  }
+  return most > kMostLevels;
+}
+
 CameraModel ReadOpenCv(const std::string& text, const std::string& where) {
+  if (IsNestedDeeply(text)) throw Error("{}: values are nested too deeply for a calibration", where);
   cv::Mat k, d;
   int width = 0, height = 0, fisheye = 0;
   try {

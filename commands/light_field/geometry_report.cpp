@@ -23,7 +23,7 @@ std::string FitInWords(const render::GeometryState& state, std::size_t views) {
   const std::string by =
       fmt::format("by {} of {}", state.origin->made_by, Counted(state.origin->views, "view"));
   if (*state.mesh_fits) return by + ", as they are now";
-  return state.origin->views == views ? by + " when their poses were others"
+  return state.origin->views == views ? by + " when views, poses or lenses were others"
                                       : fmt::format("{}, where there are {} now", by, views);
 }
 
@@ -34,13 +34,16 @@ std::string GeometryText(const std::optional<render::GeometryState>& state, cons
   if (!state) return fmt::format("geometry       no mesh; '{}' makes one, with depth maps\n", command);
   const bool has_mesh = state->triangles > 0;
   std::string text = "geometry       ";
+  if (!has_mesh && state->problem.empty())
+    return text + fmt::format("{} has no triangles; '{}' makes it again\n", render::kMeshProxyFile, command);
   if (has_mesh)
     text += fmt::format("{} of {} ({}); {}\n", render::kMeshProxyFile, Counted(state->triangles, "triangle"),
                         FitInWords(*state, light_field.views.size()),
                         state->problem.empty() ? MapsInWords(*state) : "depth maps that are not used");
   if (!state->problem.empty())
-    return text + fmt::format("{}{}; '{}' makes it again\n", has_mesh ? "               " : "",
-                              state->problem, command);
+    return text + (has_mesh ? fmt::format("               {}; the mesh is used; '{}' makes both anew\n",
+                                          state->problem, command)
+                            : fmt::format("{}; '{}' makes it again\n", state->problem, command));
   if (state->IsOutdated()) text += fmt::format("               '{}' makes both anew\n", command);
   return text;
 }

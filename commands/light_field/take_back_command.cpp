@@ -81,7 +81,11 @@ void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen) {
           "VIEW", args->views,
           "Numbers of the views, as ulf info --check-poses names them and as their photographs are named")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Validator(
+          [](const std::string& number) {
+            return number.starts_with("-") || number == "0" ? "views are numbered from 1" : "";
+          },
+          "VIEW"));
   command->add_flag("--json", args->json, "Print one JSON object");
   command->footer("Example: ulf take-back vase 4 7");
   command->callback([args, &chosen] { chosen = [args] { return RunTakeBack(*args); }; });

@@ -167,9 +167,16 @@ int RunProxy(const ProxyArgs& args) {
   if (!args.maps_of.empty()) return SweepMaps(args, light_field);
   RequireWritable(out);
   const render::ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
+  // What ulf did not make it cannot make again.
+  const auto there = args.out.empty() ? render::GeometryStateOf(light_field) : std::nullopt;
+  if (there && !there->origin)
+    if (const auto kept = MoveToKept(args.dir, render::kMeshProxyFile, render::kMeshProxyFile))
+      spdlog::info("the mesh that was there does not tell that ulf made it: it is kept as {}",
+                   kept->string());
+  const bool tells_views = args.from.empty() && args.leave_out_every == 0;
   render::WriteMeshPly(
       out, proxy.mesh,
-      args.from.empty() ? render::OriginComments("ulf proxy", light_field) : std::vector<std::string>{});
+      tells_views ? render::OriginComments("ulf proxy", light_field) : std::vector<std::string>{});
   if (!proxy.maps.empty()) render::WriteDepthMaps(args.dir, light_field, proxy.maps);
   if (proxy.summary.pixel_depth_radii > render::kRoughPixelRadii)
     spdlog::warn(

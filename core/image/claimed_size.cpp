@@ -1,9 +1,9 @@
 #include "core/image/claimed_size.h"
 
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <istream>
-#include <limits>
 #include <string>
 #include <string_view>
 
@@ -49,30 +49,41 @@ std::optional<cv::Size2d> OfWebp(std::string_view head) {
   return std::nullopt;
 }
 
-// Two numbers behind the kind, with comments between them.
+// Two numbers of digits behind the kind, with comments between them, which end as OpenCV has it.
 std::optional<cv::Size2d> OfNetpbm(std::istream& file) {
   file.seekg(2);
   const auto number = [&]() -> double {
-    while ((file >> std::ws) && file.peek() == '#')
-      file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    char c = ' ';
+    while (file.get(c) && (std::isspace(static_cast<unsigned char>(c)) != 0 || c == '#'))
+      if (c == '#')
+        while (file.get(c) && c != '\n' && c != '\r') continue;
     double value = 0;
-    return file >> value ? value : -1;
+    bool has_digits = false;
+    for (; file && std::isdigit(static_cast<unsigned char>(c)) != 0; file.get(c)) {
+      value = 10 * value + (c - '0');
+      has_digits = true;
+    }
+    const bool ends = c == '#' || std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (c == '#') file.unget();
+    return file && has_digits && ends ? value : -1;
   };
   const double width = number(), height = number();
   if (!(width > 0 && height > 0)) return std::nullopt;
   return cv::Size2d(width, height);
 }
 
-// Lines of text, an empty one, then "-Y height +X width".
+// Lines of text, an empty one, then "-Y height +X width"; OpenCV cuts longer lines in two.
 std::optional<cv::Size2d> OfRadiance(std::istream& file) {
   constexpr int kMostLines = 1000;
+  constexpr std::size_t kMostOfLine = 126;
   file.seekg(0);
   std::string line;
-  for (int i = 0; i < kMostLines && std::getline(file, line) && !line.empty();) ++i;
+  for (int i = 0; i < kMostLines && std::getline(file, line) && !line.empty(); ++i)
+    if (line.size() > kMostOfLine) return std::nullopt;
   std::string y, x;
-  cv::Size2d size;
-  if (!(file >> y >> size.height >> x >> size.width)) return std::nullopt;
-  return size;
+  int height = 0, width = 0;
+  if (!(file >> y >> height >> x >> width) || y != "-Y" || x != "+X") return std::nullopt;
+  return cv::Size2d(width, height);
 }
 
 }  // namespace
@@ -86,8 +97,9 @@ std::optional<cv::Size2d> ClaimedSize(std::istream& file) {
   file.clear();
   if (head[0] == 'P' && head[1] >= '1' && head[1] <= '6') return OfNetpbm(file);
   if (head.starts_with("#?")) return OfRadiance(file);
+  constexpr std::streamsize kBmpBytes = 26;
+  if (head.starts_with("BM") && read >= kBmpBytes) return OfBmp(head);
   if (read < static_cast<std::streamsize>(kHeadBytes)) return std::nullopt;
-  if (head.starts_with("BM")) return OfBmp(head);
   if (head.starts_with("RIFF") && std::string_view(head).substr(8, 4) == "WEBP") return OfWebp(head);
   return std::nullopt;
 }

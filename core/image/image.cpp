@@ -239,15 +239,16 @@ cv::Mat Decoded(const std::string& path) {
   const std::uintmax_t bytes = std::filesystem::file_size(path);
   std::ifstream file(path, std::ios::binary);
   bool is_known = true;
-  constexpr double kMostBytesOfPixel = 12;
+  constexpr double kBytesOfPixel =
+      6;  // of the largest Netpbm; Radiance's floats are twice that, the others half
   if (const auto header = ReadImageHeader(path))
     RequirePixelsOfFile(path, bytes, static_cast<double>(header->width) * static_cast<double>(header->height),
                         header->channels * header->bits / 8.0);
   else if (const auto size = ClaimedSize(file))
-    RequirePixelsOfFile(path, bytes, size->area(), kMostBytesOfPixel);
+    RequirePixelsOfFile(path, bytes, size->area(), kBytesOfPixel);
   else
     is_known = false;
-  // OpenCV decodes more kinds than anybody photographs in, whose sizes nobody has checked.
+  // OpenCV would decode other kinds, too, but takes the memory that they claim.
   cv::Mat pixels;
   try {
     if (is_known) pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
@@ -255,9 +256,10 @@ cv::Mat Decoded(const std::string& path) {
   }
   if (pixels.empty())
     throw Error(
-        "{}: cannot be decoded as an image (PNG, JPEG, TIFF, EXR, BMP, WebP, PPM, PGM, HDR and raw files are "
-        "read); "
-        "copy it again from its source (of a light field: ulf repair DIR)",
+        "{}: cannot be decoded as an image: it is damaged, or of another kind than PNG, JPEG, TIFF, EXR, "
+        "BMP, WebP, "
+        "PPM, PGM, HDR and raw; copy it again from its source, or convert it (of a light field: ulf repair "
+        "DIR)",
         path);
   return pixels;
 }

@@ -79,12 +79,14 @@ std::optional<ImageHeader> ReadJpeg(std::istream& file) {
   file.seekg(2);
   for (;;) {
     std::array<std::uint8_t, 4> segment{};
-    if (!Read(file, segment) || segment[0] != 0xFF) return std::nullopt;
+    if (!Read(file, segment)) return std::nullopt;
     const int marker = segment[1];
-    if (marker == 0xFF) {  // fill byte before a marker
+    if (segment[0] != 0xFF || marker == 0xFF) {  // bytes that stand before a marker and mean nothing
       file.seekg(-3, std::ios::cur);
       continue;
     }
+    constexpr int kStartOfScan = 0xDA;
+    if (marker == kStartOfScan) return std::nullopt;
     const bool is_start_of_frame =
         marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
     if (is_start_of_frame) {

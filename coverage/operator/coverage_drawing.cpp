@@ -181,7 +181,7 @@ std::string NumberHoles(cv::Mat& canvas, const Chart& chart, const CoverageMap& 
     line += fmt::format("{}{}: {:.1f} at {:.0f}, {:.0f}", i == 0 ? "" : "; ", number, SquareDegrees(holes[i]),
                         Degrees(at.azimuth), Degrees(at.elevation));
   }
-  if (holes.size() > kNumbered) line += fmt::format("; {} smaller ones", holes.size() - kNumbered);
+  if (holes.size() > kNumbered) line += fmt::format("; {} smaller", holes.size() - kNumbered);
   return line;
 }
 

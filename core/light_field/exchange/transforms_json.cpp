@@ -149,6 +149,8 @@ class Document {
     std::size_t count = 0;
     bool in_frames = false;
     const auto keep = [&](int depth, json::parse_event_t event, json& parsed) {
+      constexpr int kMostLevels = 100;  // the library copies and prints by recursion
+      if (depth > kMostLevels) throw Error("{}: values are nested too deeply{}", file_.string(), WayOut());
       if (depth == 1 && event == json::parse_event_t::key) in_frames = parsed == "frames";
       if (!in_frames || depth != 2) return true;
       // A frame that is no object is passed on, too: its reader reports it.

@@ -77,7 +77,11 @@ void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& 
     return;
   }
   const std::optional<fs::path> kept_maps = WriteMaps(light_field, finished, say);
-  if (kept) say(Replaced(before, *kept, kept_maps, finished, command));
+  if (kept)
+    say(Replaced(before, *kept, kept_maps, finished, command));
+  else if (kept_maps)
+    say(fmt::format("geometry: depth maps without a mesh were there; they are kept as {}",
+                    kept_maps->string()));
 }
 
 }  // namespace ulf::coverage

@@ -160,6 +160,15 @@ TEST(CalibrationFormats, WhatCannotBeSaidIsAnErrorThatNamesIt) {
     EXPECT_THAT(ErrorOf(torn), HasSubstr("the file")) << torn;
 }
 
+TEST(CalibrationFormats, BracketsWithoutEndAreRefused) {
+  std::string tags = "<?xml version=\"1.0\"?>\n<opencv_storage>\n";
+  for (int i = 0; i < 200'000; ++i) tags += "<a>";
+  for (const std::string& deep :
+       {"%YAML:1.0\n---\ncamera_matrix: " + std::string(200'000, '['), tags,
+        "cam0:\n  camera_model: pinhole\n  intrinsics: " + std::string(200'000, '[')})
+    EXPECT_THAT(ErrorOf(deep), HasSubstr("the file"));
+}
+
 // OpenCV would take 16 GB for each of them.
 TEST(CalibrationFormats, AMatrixIsAsLargeAsItsNumbersSay) {
   for (const char* rows : {"rows: 3000000", "rows: \"3\"", "rows:=3", "rows: -3"})

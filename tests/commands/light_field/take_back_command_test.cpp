@@ -88,6 +88,7 @@ TEST_F(AtTheDesk, NumbersThatAreNoViewsAreNamedAndNothingIsTakenOut) {
   EXPECT_THAT(unknown.errors,
               HasSubstr("there is no view 99; there are views 1 to 24; nothing was taken back"));
   EXPECT_EQ(RunUlf("take-back " + Dir() + " four").exit_code, 2);
+  EXPECT_THAT(RunUlf("take-back " + Dir() + " 0").errors, HasSubstr("views are numbered from 1"));
   EXPECT_EQ(ReadLightField(dir_).views.size(), 24u);
   ASSERT_EQ(RunUlf("take-back " + Dir() + " 4").exit_code, 0);
   EXPECT_THAT(RunUlf("take-back " + Dir() + " 4").errors, HasSubstr("view 4 was taken back before"));
@@ -123,9 +124,11 @@ TEST_F(AtTheDesk, InfoTellsWhoseTheGeometryIsAndWhetherItFits) {
     writer.UpdatePoses({{writer.Contents().views.front().id, moved}});
     writer.Close(1);
   }
-  EXPECT_THAT(RunUlf("info " + Dir()).output,
-              AllOf(HasSubstr("(by ulf proxy of 24 views when their poses were others); 23 of 24 depth maps"),
-                    HasSubstr("'ulf proxy " + Dir() + "' makes both anew")));
+  EXPECT_THAT(
+      RunUlf("info " + Dir()).output,
+      AllOf(HasSubstr(
+                "(by ulf proxy of 24 views when views, poses or lenses were others); 23 of 24 depth maps"),
+            HasSubstr("'ulf proxy " + Dir() + "' makes both anew")));
   const auto stale = Json("info " + Dir())["geometry"];
   EXPECT_EQ(stale["fits"], false);
   EXPECT_EQ(stale["stale_depth_maps"], 1);
@@ -140,6 +143,12 @@ TEST_F(AtTheDesk, InfoTellsWhoseTheGeometryIsAndWhetherItFits) {
   EXPECT_TRUE(other["made_by"].is_null());
   EXPECT_TRUE(other["fits"].is_null());
   EXPECT_THAT(other["problem"].get<std::string>(), HasSubstr("another mesh"));
+  EXPECT_THAT(RunUlf("info " + Dir()).output,
+              HasSubstr("the mesh is used; 'ulf proxy " + Dir() + "' makes both anew"));
+  std::ofstream(dir_ / kMeshProxyFile)
+      << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+         "element face 0\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n";
+  EXPECT_THAT(RunUlf("info " + Dir()).output, HasSubstr("makes it again\n"));
   fs::remove(dir_ / kMeshProxyFile);
   EXPECT_TRUE(Json("info " + Dir())["geometry"].is_null());
   EXPECT_THAT(RunUlf("info " + Dir()).output, HasSubstr("no mesh; 'ulf proxy " + Dir() + "' makes one"));

@@ -273,6 +273,14 @@ TEST(ProxyCommand, TakesAMeshMadeElsewhere) {
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.errors, HasSubstr("dropped 1 vertex that is not finite and 1 face at it"));
   EXPECT_EQ(ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size(), 2u);
+
+  std::ofstream(scratch / "triangle.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
+  const auto again = RunUlf("proxy " + dir + " --from " + (scratch / "triangle.obj").string());
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_THAT(again.errors, HasSubstr("it is kept as"));
+  EXPECT_EQ(ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size(), 1u);
+  EXPECT_EQ(ReadMeshFile(scratch / "field/kept/proxy.ply").mesh.triangles.size(), 2u)
+      << "ulf cannot make it again";
 }
 
 TEST(ProxyCommand, SaysWhatIsMissing) {

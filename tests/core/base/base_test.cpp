@@ -125,6 +125,12 @@ TEST(JsonText, OfTextAndBack) {
   EXPECT_TRUE(IsJson("1"));
   EXPECT_FALSE(IsJson("1,"));
   EXPECT_THROW(JsonFromText("{"), nlohmann::json::parse_error);
+  const std::string deep(1'000'000, '['),
+      wide = "[" + deep.substr(0, 90) + std::string(90, ']') + ", \"[[[\"]";
+  EXPECT_THROW(JsonFromText(deep), nlohmann::json::parse_error);
+  EXPECT_TRUE(JsonOrDiscarded(deep).is_discarded());
+  EXPECT_FALSE(IsJson(deep));
+  EXPECT_EQ(JsonFromText(wide)[1], "[[[");
 }
 
 TEST(OutputPath, RefusesWhatCannotBeWritten) {

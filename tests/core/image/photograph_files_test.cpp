@@ -166,6 +166,13 @@ TEST_F(LyingSize, OfRarerKinds) {
   const std::string behind_size = ppm.substr(ppm.find("255"));
   read("a.ppm", "P6\n# made by hand\n64 # wide\n48\n" + behind_size);
   ExpectRefused("a.ppm", "P6\n# made by hand\n30000 # wide\n30000\n" + behind_size);
+  ExpectRefused("a.ppm", "P6\n#\r30000 30000 255 \n1 1 255");  // a comment ends at either line end
+  WriteBytes(folder_ / "a.ppm", "P6 30000.30000 1\n255\n");
+  EXPECT_THROW(ReadImageFile((folder_ / "a.ppm").string()), Error);
+  std::istringstream fraction("P6 30000.30000 1\n255\n"),
+      long_line("#?RADIANCE\n#" + std::string(127, 'x') + "\n\n-Y 1 +X 1\n" + std::string(32, ' '));
+  EXPECT_FALSE(ClaimedSize(fraction));
+  EXPECT_FALSE(ClaimedSize(long_line)) << "OpenCV reads another size behind it";
   read("a.hdr", hdr);
   const std::size_t size_line = hdr.find("-Y 48 +X 64");
   ASSERT_NE(size_line, std::string::npos);
@@ -178,6 +185,15 @@ TEST_F(LyingSize, OfRarerKinds) {
     ExpectRefused("a.webp",
                   quality > 100 ? with(webp, 21, "\xFF\xFF\xFF\x0F") : with(webp, 26, "\xFF\x3F\xFF\x3F"));
   }
+}
+
+TEST(JpegFile, BytesThatMeanNothingMayStandBetweenItsSegments) {
+  const ScratchFolder folder;
+  std::string jpeg = Encoded(".jpg", cv::Mat(48, 64, CV_8UC3, cv::Scalar(10, 120, 200)));
+  const std::size_t tables = jpeg.find("\xFF\xDB");
+  ASSERT_NE(tables, std::string::npos);
+  WriteBytes(folder / "a.jpg", jpeg.insert(tables, std::string(2, '\0')));
+  EXPECT_EQ(ReadImageFile((folder / "a.jpg").string()).size(), cv::Size(64, 48));
 }
 
 TEST(ImageFile, OfAKindThatNobodyPhotographsInIsRefused) {

@@ -113,6 +113,11 @@ TEST_F(BadTransforms, LiteralNan) {
       ThrowsMessage<Error>(AllOf(HasSubstr("transforms.json, line 1, column "),
                                  HasSubstr("not valid JSON: NaN ("), HasSubstr("export the set again"))));
 }
+TEST_F(BadTransforms, BracketsWithoutEnd) {
+  std::ofstream(scratch_ / "lf/transforms.json") << "{\"w\": " << std::string(200'000, '[');
+  EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("transforms.json"), HasSubstr("nested too deeply"))));
+}
 TEST_F(BadTransforms, CutInTheMiddle) {
   const std::string text = JsonText(document_);
   std::ofstream(scratch_ / "lf/transforms.json") << text.substr(0, text.size() / 2);
