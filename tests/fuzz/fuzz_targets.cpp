@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 
 #include "acquisition/calibration/calibration_io.h"
@@ -15,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
 #include "core/geometry/trajectory.h"
+#include "core/image/claimed_size.h"
 #include "core/image/exr_file.h"
 #include "core/image/image.h"
 #include "core/image/image_header.h"
@@ -201,7 +203,11 @@ void Picture(std::string_view bytes) {
   ReadImageHeader(file);
   ImageFileIsWhole(file);
   ReadImageSize(file);
-  ReadImageFile(file);
+  std::istringstream stream{std::string(bytes)};
+  const auto claimed = ReadImageHeader(file) ? std::nullopt : ClaimedSize(stream);
+  const cv::Mat pixels = ReadImageFile(file);
+  if (claimed && *claimed != cv::Size2d(pixels.size()))
+    Broken("a picture of another size than it was checked for");
 }
 void Exif(std::string_view bytes) {
   const int orientation = ReadExif(std::string(bytes)).orientation;

@@ -11,8 +11,10 @@
 #include <utility>
 
 #include "core/base/counted.h"
+#include "core/base/error.h"
 #include "core/base/stopwatch.h"
 #include "core/image/image.h"
+#include "core/light_field/light_field_io.h"
 #include "coverage/measured/threshold_by_errors.h"
 #include "coverage/session/record/geometry_files.h"
 #include "render/proxy/geometry_state.h"
@@ -125,18 +127,28 @@ void CaptureRecord::SayGeometryProblem() {
   if (const auto problem = geometry_->TakeProblem()) say_(*problem);
 }
 
+// The session before may have ended without a mesh of its views.
+static bool IsOfOtherViews(const std::filesystem::path& root) {
+  try {
+    const auto state = render::GeometryStateOf(ReadLightField(root));
+    return state && state->mesh_fits == false;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 // The mesh that was there may be of another program, or a finer one: without new views it stays where it is, with its
 // depth maps.
 std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesystem::path& root) {
   const bool has_new_views =
       std::ranges::any_of(views_.views(), [this](const auto& view) { return view.id >= first_new_id_; });
   if (!has_new_views && std::filesystem::exists(root / render::kMeshProxyFile)) {
-    say_(
-        geometry_->IsCorrected()
-            ? fmt::format("no view was added: the mesh that is there stays, though views were moved or taken "
-                          "back; '{}' makes it and the depth maps anew",
-                          render::ProxyCommand(root))
-            : "no view was added, moved or taken back: the mesh that is there stays");
+    say_(geometry_->IsCorrected() || IsOfOtherViews(root)
+             ? fmt::format("no view was added: the mesh that is there stays, though it is not of the views "
+                           "as they are "
+                           "now; '{}' makes it and the depth maps anew",
+                           render::ProxyCommand(root))
+             : "no view was added, moved or taken back: the mesh that is there stays");
     return std::nullopt;
   }
   FinishedGeometry finished = geometry_->Finish();

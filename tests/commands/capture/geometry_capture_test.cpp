@@ -27,6 +27,7 @@
 #include "core/geometry/similarity3.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
+#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "tests/support/child_process.h"
@@ -242,6 +243,14 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   EXPECT_THAT(run.errors, HasSubstr("the mesh that is there stays"));
   EXPECT_TRUE(JsonFromText(run.output)["geometry"].is_null());
 
+  // As where a session was killed after it had added views.
+  LightField fewer = ReadLightField(dir);
+  fewer.views.pop_back();
+  render::WriteMeshPly(dir / "proxy.ply", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}},
+                       render::OriginComments("ulf capture", fewer));
+  EXPECT_THAT(Capture(dir, "--resume --frames 1").errors, HasSubstr("though it is not of the views"));
+  std::ofstream(dir / "proxy.ply") << "a finer one";
+
   // A view that is taken back is no new one.
   std::ofstream(scratch / "requests.txt") << "take-back views 1\n";
   const CommandResult less =
@@ -249,10 +258,11 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   ASSERT_EQ(less.exit_code, 0) << less.errors;
   ASSERT_EQ(ReadLightField(dir).views.size(), views - 1) << less.errors;
   EXPECT_TRUE(BytesOf(dir / "proxy.ply") == "a finer one");
-  EXPECT_THAT(less.errors,
-              HasSubstr("no view was added: the mesh that is there stays, though views were moved or "
-                        "taken back; 'ulf proxy " +
-                        dir.string() + "'"));
+  EXPECT_THAT(
+      less.errors,
+      HasSubstr("no view was added: the mesh that is there stays, though it is not of the views as they are "
+                "now; 'ulf proxy " +
+                dir.string() + "'"));
 }
 
 // A folder where no mesh can be written: the views are all there, the mesh that was there is untouched.
