@@ -39,6 +39,7 @@ if(ULF_SANITIZE)
     target_compile_options(ulf_flags INTERFACE -fsanitize-undefined-trap-on-error)
   endif()
   set(kept_modules ${CMAKE_BINARY_DIR}/kept_modules.o)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS tests/support/sanitizers/kept_modules.cpp)
   execute_process(COMMAND ${CMAKE_CXX_COMPILER} -c -fPIC ${CMAKE_SOURCE_DIR}/tests/support/sanitizers/kept_modules.cpp -o ${kept_modules}
     COMMAND_ERROR_IS_FATAL ANY)
   target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} ${kept_modules})

@@ -6,16 +6,20 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/shell_word.h"
+#include "coverage/measured/threshold_by_errors.h"
 
 namespace ulf::commands {
 
 std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const LightField& after) {
   if (!before.goal || !before.subject) return std::nullopt;
   const coverage::Cap cap = coverage::Cap::FromDegrees(before.goal->cap_deg);
+  const bool by_errors =
+      before.measured && coverage::CoverByNamed(before.measured->cover) != coverage::CoverBy::kBound;
   const auto covered = [&](const LightField& light_field) {
     if (light_field.views.empty()) return 0.0;
-    return coverage::CoverageOf(light_field, *before.subject, cap, before.threshold_px.value_or(7))
-        .CoveredShare();
+    const coverage::CoverageMap map =
+        coverage::CoverageOf(light_field, *before.subject, cap, before.threshold_px.value_or(7));
+    return (by_errors ? coverage::ByErrors(*before.measured, map) : map).CoveredShare();
   };
   return CoverageChange{cap, covered(before), covered(after)};
 }

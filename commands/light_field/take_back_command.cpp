@@ -1,6 +1,6 @@
 // ulf take-back: takes views out of a light field at the desk, as a key of the operator display does during a capture.
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -43,13 +43,27 @@ void RequireViews(const LightField& light_field, const std::set<int>& asked) {
                 ViewNumbers(taken), taken.size() == 1 ? "was" : "were", dir);
 }
 
+// Throws Error with what is done by then.
+void TakeBack(LightFieldWriter& writer, const std::set<int>& asked) {
+  try {
+    for (const int id : asked) writer.RemoveView(id);
+  } catch (const std::exception& error) {
+    std::set<int> done, rest;
+    for (const int id : asked) (writer.Contents().taken_back.contains(id) ? done : rest).insert(id);
+    if (rest.empty()) throw;
+    throw Error("{}; taken back: {}; not yet: {}; when that is mended: 'ulf take-back {} {}'", error.what(),
+                done.empty() ? "none" : ViewNumbers(done), ViewNumbers(rest),
+                ShellWord(writer.Contents().root.string()), fmt::join(rest, " "));
+  }
+}
+
 int RunTakeBack(const TakeBackArgs& args) {
   const std::set<int> asked(args.views.begin(), args.views.end());
   LightFieldWriter writer = LightFieldWriter::Resume(args.dir);
   const LightField before = writer.Contents();
   RequireViews(before, asked);
   const auto geometry_before = render::GeometryStateOf(before);
-  for (const int id : asked) writer.RemoveView(id);
+  TakeBack(writer, asked);
   writer.Close(before.capture_s, before.reasons);
   const LightField& after = writer.Contents();
   const auto coverage = CoverageChangeOf(before, after);

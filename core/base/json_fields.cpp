@@ -35,8 +35,23 @@ bool IsNotFiniteNumber(std::string_view word) {
   return small == "nan" || small == "inf" || small == "infinity";
 }
 
-std::string WhatIsWrong(std::string_view text, std::string_view word) {
+// Where the parser stops in the middle of text in quotes.
+std::string_view BackslashBefore(std::string_view text, std::size_t at) {
+  constexpr std::size_t kLongest = 6;  // \u and four digits
+  const std::size_t backslash = text.substr(0, at).rfind('\\');
+  if (backslash == std::string_view::npos || at - backslash >= kLongest) return {};
+  const std::string_view escape = text.substr(backslash, at - backslash);
+  return escape.size() == 1 || escape[1] == 'u' ? text.substr(backslash, escape.size() + 1)
+                                                : std::string_view();
+}
+
+std::string WhatIsWrong(std::string_view text, std::string_view word, std::size_t at) {
   constexpr std::size_t kShown = 20;
+  if (const std::string_view escape = BackslashBefore(text, at); !escape.empty())
+    return fmt::format("{} in text in quotes; a backslash is written \\\\", escape);
+  if (text[at] == '\n' || text[at] == '\r')
+    return "the line ends in the middle of text; a quote is missing in it";
+  if (text[at] == '\t') return "a tab in the middle of text; it is written \\t, or a quote is missing";
   if (IsNotFiniteNumber(word))
     return fmt::format("{} (NaN and Infinity are not JSON numbers)", word.substr(0, kShown));
   const char first = word.front();
@@ -73,7 +88,7 @@ std::string JsonFault(std::string_view text, std::size_t byte) {
                               of_line, [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; });
   return fmt::format(
       "line {}, column {}: not valid JSON: {}", line, column,
-      is_cut ? std::string("it ends before it is complete, cut short") : WhatIsWrong(text, word));
+      is_cut ? std::string("it ends before it is complete, cut short") : WhatIsWrong(text, word, byte - 1));
 }
 
 nlohmann::json ParseJson(std::string_view text, const std::string& where, const std::string& remedy) {

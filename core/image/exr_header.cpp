@@ -119,6 +119,14 @@ void RequireBlocks(const std::string& path, std::uint64_t file_bytes, const Pixe
     throw Error("{}: is {:.0f}x{:.0f}, which is no picture's size; write it again", path, layout.width,
                 layout.height);
   const double lines_px = layout.width * std::max(layout.height, kMostLinesOfBlock);
+  // Programs write one tile of 64 or 256 pixels for a small picture.
+  constexpr double kTileOfAnyPicture_px = 4096.0 * 4096;
+  if (layout.tile_px > std::max(lines_px, kTileOfAnyPicture_px))
+    throw Error(
+        "{}: has tiles of {:.0f} million pixels in a picture of {:.0f}x{:.0f}; it is damaged: copy it again "
+        "from its "
+        "source",
+        path, 1e-6 * layout.tile_px, layout.width, layout.height);
   RequirePixelsOfFile(path, file_bytes, std::max(lines_px, layout.tile_px), layout.bytes_of_pixel);
   if (layout.tile_px > 0)
     RequirePixelsOfFile(path, file_bytes, layout.width * layout.height / layout.tile_px,

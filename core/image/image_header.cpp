@@ -118,8 +118,8 @@ class Tiff {
       const std::int64_t at = first + i * step;
       const auto tag = NumberAt(at, 2), type = NumberAt(at + 2, 2), count = NumberAt(at + 4, wide);
       if (!tag || !type || !count) return std::nullopt;
-      constexpr int kWidth = 256, kHeight = 257, kBits = 258, kChannels = 277, kShort = 3, kLong = 4;
-      const int size = *type == kShort ? 2 : *type == kLong ? 4 : 8;
+      constexpr int kWidth = 256, kHeight = 257, kBits = 258, kChannels = 277;
+      const int size = BytesOfNumber(*type);
       const std::int64_t value = at + 4 + wide;
       const bool is_inside = *count <= wide / size;
       const std::int64_t place = is_inside ? value : NumberAt(value, wide).value_or(-1);
@@ -133,6 +133,14 @@ class Tiff {
   }
 
  private:
+  // Of a value of that type, which is any kind of whole number for a width.
+  static int BytesOfNumber(std::int64_t type) {
+    constexpr int kByte = 1, kShort = 3, kLong = 4, kSignedByte = 6, kSignedShort = 8, kSignedLong = 9,
+                  kIfd = 13;
+    if (type == kByte || type == kSignedByte) return 1;
+    if (type == kShort || type == kSignedShort) return 2;
+    return type == kLong || type == kSignedLong || type == kIfd ? 4 : 8;
+  }
   std::int64_t Number(const std::uint8_t* bytes, int count) const {
     std::uint64_t value = 0;
     for (int i = 0; i < count; ++i) value = value << 8 | bytes[is_little_ ? count - 1 - i : i];

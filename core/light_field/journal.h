@@ -41,6 +41,7 @@
 namespace ulf {
 
 inline constexpr const char* kJournalFile = "journal.jsonl";
+inline constexpr int kJournalVersion = 1;
 
 // Identifies the journal that a derived file was made from: its length and the CRC-32 of that many bytes. It
 // reveals a journal that has lost its end or was changed.

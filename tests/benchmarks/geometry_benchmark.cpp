@@ -113,7 +113,7 @@ void BM_MeshAfterTheLastFrame(benchmark::State& state) {
     state.counters["maps"] = finished.maps;
     state.counters["maps_before"] = before.maps;
     state.counters["missing_maps"] = finished.missing_maps;
-    state.counters["views_left_out"] = finished.views_left_out;
+    state.counters["views_left_out"] = static_cast<double>(finished.views_left_out.size());
     state.counters["triangles"] =
         finished.mesh ? static_cast<double>(finished.mesh->mesh->triangles.size()) : 0;
   }

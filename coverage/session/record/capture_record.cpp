@@ -154,10 +154,9 @@ std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesys
   FinishedGeometry finished = geometry_->Finish();
   Stopwatch writing;
   SayGeometryProblem();
-  if (finished.views_left_out > 0)
+  if (!finished.views_left_out.empty())
     say_(fmt::format("geometry: there was no time to look at {}; '{}' makes a mesh of all",
-                     Counted(static_cast<std::size_t>(finished.views_left_out), "view"),
-                     render::ProxyCommand(root)));
+                     Counted(finished.views_left_out.size(), "view"), render::ProxyCommand(root)));
   if (finished.mesh) WriteGeometry(root, finished, say_);
   finished.seconds += writing.LapSeconds();
   return finished;

@@ -4,6 +4,7 @@
 
 #include <exception>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/base/counted.h"
@@ -33,15 +34,30 @@ std::string Replaced(const std::optional<render::GeometryState>& before, const f
       kept_maps ? fmt::format(", with its depth maps: {}", kept_maps->string()) : "", proxy_command);
 }
 
+// The views of which the mesh was made, as they were then: without those for which there was no time, and of those whose
+// maps were taken out of `maps_then`, because they were recorded with another pose, the pose of the map.
+LightField MadeOf(LightField light_field, const FinishedGeometry& finished, const std::set<int>& maps_then) {
+  std::erase_if(light_field.views, [&](const View& view) {
+    return finished.views_left_out.contains(view.id) ||
+           (finished.missing_maps > 0 && !finished.map_poses.contains(view.id));
+  });
+  for (View& view : light_field.views)
+    if (maps_then.contains(view.id) && !finished.maps_for_rendering.contains(view.id))
+      if (const auto then = finished.map_poses.find(view.id); then != finished.map_poses.end())
+        view.cam_from_world = then->second;
+  return light_field;
+}
+
 // Returns the folder in which the maps are that were there.
-std::optional<fs::path> WriteMaps(const LightField& light_field, FinishedGeometry& finished, const Say& say) {
+std::optional<fs::path> WriteMaps(const LightField& light_field, std::size_t moved,
+                                  FinishedGeometry& finished, const Say& say) {
   const std::string command = render::ProxyCommand(light_field.root);
   auto maps = std::exchange(finished.maps_for_rendering, {});
   std::optional<fs::path> kept;
   try {
     // They are of the mesh that was there, as fine as it may be.
     kept = render::MoveDepthMapsToKept(light_field.root);
-    if (const std::size_t moved = render::TakeOutMovedMaps(light_field, finished.map_poses, maps); moved > 0)
+    if (moved > 0)
       say(fmt::format(
           "geometry: {} made under other poses than the recorded ones and left out; '{}' makes them",
           moved == 1 ? "one depth map was" : fmt::format("{} depth maps were", moved), command));
@@ -62,12 +78,17 @@ void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& 
   std::optional<fs::path> kept;
   std::optional<render::GeometryState> before;
   LightField light_field;
+  std::size_t moved = 0;
   try {
     // As whoever renders reads it: mesh and maps are bound to these poses.
     light_field = ReadLightField(root);
     before = render::GeometryStateOf(light_field);
+    std::set<int> maps_then;
+    for (const auto& [id, map] : finished.maps_for_rendering) maps_then.insert(id);
+    moved = render::TakeOutMovedMaps(light_field, finished.map_poses, finished.maps_for_rendering);
     kept = MoveToKept(root, render::kMeshProxyFile, render::kMeshProxyFile);
-    render::WriteMeshPly(file, *finished.mesh->mesh, render::OriginComments("ulf capture", light_field));
+    render::WriteMeshPly(file, *finished.mesh->mesh,
+                         render::OriginComments("ulf capture", MadeOf(light_field, finished, maps_then)));
   } catch (const std::exception& error) {
     std::error_code still_kept;
     if (kept) fs::rename(*kept, file, still_kept);
@@ -76,7 +97,7 @@ void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& 
     finished.maps_for_rendering.clear();
     return;
   }
-  const std::optional<fs::path> kept_maps = WriteMaps(light_field, finished, say);
+  const std::optional<fs::path> kept_maps = WriteMaps(light_field, moved, finished, say);
   if (kept)
     say(Replaced(before, *kept, kept_maps, finished, command));
   else if (kept_maps)

@@ -318,7 +318,7 @@ FinishedGeometry LiveGeometry::Finish() {
   constexpr double kWaitForThread_s = 1;
   EndThread(kWaitForThread_s);
   FinishedGeometry finished;
-  finished.views_left_out = static_cast<int>(left_out_views_.size());
+  finished.views_left_out = left_out_views_;
   std::deque<Coming> rest;
   World world;
   {
@@ -332,16 +332,17 @@ FinishedGeometry LiveGeometry::Finish() {
   const double most_s = options_.threaded ? options_.finish_s : std::numeric_limits<double>::infinity();
   try {
     std::vector<Change> changes(rest.size());
-    std::atomic<int> no_time = 0;
+    std::vector<char> no_time(rest.size());  // not bool: each of its own thread
     ParallelFor(rest.size(), [&](std::size_t i) {
       if (rest[i].view && SecondsSince(start) > most_s / 2) {
-        ++no_time;
+        no_time[i] = true;
         return;
       }
       render::StereoViewMaker maker(options_.growing.size_px);
       changes[i] = MadeReady(rest[i], maker);
     });
-    finished.views_left_out += no_time;
+    for (std::size_t i = 0; i < rest.size(); ++i)
+      if (no_time[i]) finished.views_left_out.insert(*rest[i].view);
     for (const Change& change : changes)
       if (change) change(world);
     if (!world.subject || failed_) return finished;

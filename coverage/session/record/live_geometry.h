@@ -64,7 +64,7 @@ struct FinishedGeometry {
   std::map<int, render::ViewDepthMap> maps_for_rendering;
   std::map<int, Rigid3> map_poses;  // these last poses
   int written_maps = 0;             // of these; by whoever owns the light field
-  int views_left_out = 0;           // there was no time even to look at them
+  std::set<int> views_left_out;     // by View::id: there was no time even to look at them
   double seconds = 0;
 };
 

@@ -26,6 +26,7 @@
 #include "core/base/quantile.h"
 #include "core/geometry/similarity3.h"
 #include "core/light_field/light_field_io.h"
+#include "coverage/session/record/geometry_files.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
@@ -263,6 +264,47 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
       HasSubstr("no view was added: the mesh that is there stays, though it is not of the views as they are "
                 "now; 'ulf proxy " +
                 dir.string() + "'"));
+}
+
+// Views for which there was no time, and those that were recorded with another pose, are not the mesh's.
+TEST(GeometryCapture, AMeshTellsTheViewsThatItIsOf) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  ASSERT_EQ(Capture(dir, "--frames 30 --deterministic").exit_code, 0);
+  const LightField light_field = ReadLightField(dir);
+  const DepthMapReading maps = MapsOf(dir);
+  ASSERT_GE(maps.maps.size(), 2u);
+  const auto mesh = std::make_shared<coverage::LiveMesh>();
+  mesh->mesh = std::make_shared<TriangleMesh>(ReadMeshFile(dir / "proxy.ply").mesh);
+  coverage::FinishedGeometry whole;
+  whole.mesh = mesh;
+  for (const View& view : light_field.views)
+    if (const auto map = maps.maps.find(view.id); map != maps.maps.end()) {
+      whole.maps_for_rendering[view.id] = map->second->Get();
+      whole.map_poses[view.id] = view.cam_from_world;
+    }
+  const auto state_of = [&](coverage::FinishedGeometry finished) {
+    coverage::WriteGeometry(dir, finished, [](const std::string&) {});
+    return *render::GeometryStateOf(ReadLightField(dir));
+  };
+  const std::size_t views = light_field.views.size();
+  EXPECT_EQ(state_of(whole).origin->views, views);
+  EXPECT_EQ(state_of(whole).mesh_fits, true);
+
+  coverage::FinishedGeometry hurried = whole;
+  hurried.views_left_out = {light_field.views.front().id};
+  EXPECT_EQ(state_of(hurried).origin->views, views - 1);
+  EXPECT_EQ(state_of(hurried).mesh_fits, false);
+
+  coverage::FinishedGeometry without_all_maps = whole;
+  without_all_maps.missing_maps = 1;
+  EXPECT_EQ(state_of(without_all_maps).origin->views, whole.map_poses.size());
+
+  coverage::FinishedGeometry moved = whole;
+  moved.map_poses.begin()->second.translation.x() += 0.1;
+  EXPECT_EQ(state_of(moved).origin->views, views);
+  EXPECT_EQ(state_of(moved).mesh_fits, false);
+  EXPECT_EQ(state_of(moved).maps, maps.maps.size() - 1);
 }
 
 // A folder where no mesh can be written: the views are all there, the mesh that was there is untouched.

@@ -3,6 +3,7 @@
 //
 // Views taken out at the desk, what that does to coverage, mesh and depth maps, and how it is said.
 #include <gmock/gmock.h>
+#include <sys/mount.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,7 @@
 #include "render/proxy/proxy_choice.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
+#include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -93,6 +95,26 @@ TEST_F(AtTheDesk, NumbersThatAreNoViewsAreNamedAndNothingIsTakenOut) {
   ASSERT_EQ(RunUlf("take-back " + Dir() + " 4").exit_code, 0);
   EXPECT_THAT(RunUlf("take-back " + Dir() + " 4").errors, HasSubstr("view 4 was taken back before"));
   EXPECT_TRUE(ReadWholeFile(dir_ / "journal.jsonl").starts_with(journal)) << "lines are added alone";
+}
+
+// As where the disk fails half way: what is done is told, the rest stays, and the command goes on with it.
+TEST_F(AtTheDesk, WhatIsDoneWhenAViewCannotBeTakenOutIsTold) {
+  const ScratchFolder elsewhere;
+  if (const auto why_not = MountSmallDisk(elsewhere.path(), 1 << 20)) GTEST_SKIP() << *why_not;
+  // A file that is mounted cannot be moved.
+  const std::string photograph = ReadLightField(dir_).views[6].image_path,
+                    file = (dir_ / photograph).string();
+  ASSERT_EQ(mount(file.c_str(), file.c_str(), nullptr, MS_BIND, nullptr), 0);
+  const CommandResult result = RunUlf("take-back " + Dir() + " 4 7 9");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors,
+              AllOf(HasSubstr(photograph), HasSubstr("; taken back: views 4 and 7; not yet: view 9; "),
+                    HasSubstr("'ulf take-back " + Dir() + " 9'")));
+  EXPECT_EQ(umount(file.c_str()), 0);
+  EXPECT_EQ(ReadLightField(dir_).views.size(), 22u);
+  const CommandResult rest = RunUlf("take-back " + Dir() + " 9");
+  EXPECT_EQ(rest.exit_code, 0) << rest.errors;
+  EXPECT_THAT(ReadLightField(dir_).taken_back, ElementsAre(4, 7, 9));
 }
 
 TEST_F(AtTheDesk, AFolderThatACaptureHoldsIsLeftAlone) {

@@ -105,6 +105,11 @@ TEST(JsonText, IsReadOrNamesLineColumnAndWhatIsWrongInPlainWords) {
       {"{\"a\": \"b", "it ends before it is complete"},
       {" \n", "not valid JSON: it is empty"},
       {"[\x01]", "line 1, column 2: not valid JSON: bytes that are no text"},
+      {"{\"a\": \"b,\n\"c\": 1}",
+       "line 1, column 10: not valid JSON: the line ends in the middle of text; a quote"},
+      {"{\"a\": \"b\tc\"}", "line 1, column 9: not valid JSON: a tab in the middle of text"},
+      {"{\"a\": \"D:\\photos\"}", "line 1, column 11: not valid JSON: \\p in text in quotes; a backslash is"},
+      {"{\"a\": \"C:\\users\"}", "not valid JSON: \\us in text in quotes; a backslash is written \\\\"},
       {"[1e999]", "a number is too large"}};
   for (const auto& [text, words] : damaged)
     EXPECT_THAT([&] { ParseJson(text, "a.json", "copy it again"); },

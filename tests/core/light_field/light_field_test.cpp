@@ -1,4 +1,5 @@
-// Tests: core/light_field/light_field_io, core/light_field/light_field_writer, core/light_field/writer_state, core/light_field/light_field, core/light_field/journal,
+// Tests: core/light_field/light_field_io, core/light_field/light_field_writer, core/light_field/writer_state,
+// core/light_field/light_field, core/light_field/journal, core/light_field/journal_writer,
 // core/light_field/view_files, core/light_field/view_images, core/light_field/view_json, core/image/frame.
 //
 // The light field on disk: what is written is read back, what is damaged is named, what is killed survives.

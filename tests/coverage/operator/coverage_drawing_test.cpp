@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgproc.hpp>
+
 #include "core/geometry/angles.h"
 #include "coverage/measured/error_map.h"
 #include "coverage/operator/shown_sphere.h"
@@ -51,6 +53,15 @@ TEST(CoverageDrawing, WhatIsOpenIsSeenAsTheMapCountsIt) {
   };
   const double dark = count({92, 92, 92}), painted = Coloured(chart) * static_cast<double>(chart.total());
   EXPECT_NEAR(dark / (dark + painted), 1 - map->CoveredShare(), 0.03);
+  // The largest holes have their numbers beside them, each on a white disc.
+  const auto white = [](const cv::Mat& picture) {
+    cv::Mat same;
+    cv::inRange(picture, cv::Scalar::all(255), cv::Scalar::all(255), same);
+    return cv::countNonZero(same);
+  };
+  const int numbered = static_cast<int>(std::min<std::size_t>(3, map->Holes().size()));
+  EXPECT_GT(white(chart), numbered * 150);
+  EXPECT_LT(white(chart), numbered * 260);
   // A line below the legend lists the holes; where there are none there is no such line.
   StagedCapture whole;
   whole.Record(whole.CameraAt(0, 0));
@@ -58,6 +69,7 @@ TEST(CoverageDrawing, WhatIsOpenIsSeenAsTheMapCountsIt) {
   const auto covered = whole.recorded().back()->coverage;
   ASSERT_EQ(covered->Holes().size(), 0u);
   EXPECT_LT(DrawCoverageMap(*covered).rows, chart.rows);
+  EXPECT_EQ(white(DrawCoverageMap(*covered)), 0);
 }
 
 TEST(CoverageDrawing, TheChartOfErrorsIsPaintedByThem) {

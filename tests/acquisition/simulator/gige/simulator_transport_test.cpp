@@ -98,11 +98,14 @@ TEST_F(SimulatedTransport, ChunkDataReachTheFrames) {
     EXPECT_EQ(device->Statistics().incomplete, 0u);
     EXPECT_THAT(Notices(*device), Not(Contains(HasSubstr("chunk"))));
   }
-  // The same eight pictures, to and fro, with chunk data and without.
+  // The same eight pictures, to and fro, with chunk data and without. A busy machine passes some over, so that the hand
+  // may have to come by several times.
   const cv::Mat with = WholeFrames(*Open("chunks=on"), 1).at(0).image.pixels;
+  const auto without = Open("chunks=off");
   std::vector<double> differences;
-  for (const Frame& frame : WholeFrames(*Open("chunks=off"), 16))
-    differences.push_back(cv::norm(with, frame.image.pixels, cv::NORM_INF));
+  do {
+    differences.push_back(cv::norm(with, WholeFrames(*without, 1).at(0).image.pixels, cv::NORM_INF));
+  } while (differences.size() < 16 || (differences.size() < 160 && differences.back() > 0));
   EXPECT_THAT(differences, Contains(0)) << "pixel by pixel";
   EXPECT_THAT(differences, Contains(::testing::Gt(0))) << "the hand moves on";
 }

@@ -1,0 +1,183 @@
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/base/json_text.h"
+#include "core/geometry/camera_json.h"
+#include "core/light_field/journal.h"
+#include "core/light_field/view_exposures.h"
+#include "core/light_field/view_json.h"
+
+namespace ulf {
+
+Journal::Journal(const std::filesystem::path& file) : file_(file) {
+  descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (descriptor_ < 0)
+    throw Error("{}: cannot be opened for writing: {}; check permissions", file.string(),
+                std::strerror(errno));
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    close(descriptor_);
+    descriptor_ = -1;
+    throw Error("{}: another process is recording into this light field; stop it or choose another folder",
+                file.parent_path().string());
+  }
+}
+
+void Journal::CutAt(std::size_t whole_bytes) {
+  if (ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) != 0)
+    throw Error("{}: cannot be repaired: {}", file_.string(), std::strerror(errno));
+}
+
+Journal::~Journal() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void Journal::Append(const std::string& lines) {
+  const std::string text = lines + "\n";
+  const off_t before = lseek(descriptor_, 0, SEEK_END);
+  // Removes a partial line: the next one would be appended to it.
+  const auto undo = [&](const char* what) {
+    const int reason = errno;
+    if (ftruncate(descriptor_, before) == 0) fsync(descriptor_);
+    ThrowDiskError(reason, fmt::format("{}: {} (everything before this is safe)", file_.string(), what));
+  };
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t written = write(descriptor_, text.data() + done, text.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) undo("writing failed");
+    done += static_cast<std::size_t>(written);
+  }
+  if (fsync(descriptor_) != 0) undo("syncing to disk failed");
+}
+
+void Journal::NoteRepair(std::uint64_t bytes) {
+  const std::string line = JsonText(nlohmann::json{{"event", "repaired"}});
+  const auto now = static_cast<std::uint64_t>(lseek(descriptor_, 0, SEEK_END)) + line.size() + 1;
+  Append(line + std::string(now < bytes ? bytes - now : 0, ' '));
+}
+
+void Journal::Header(const LightField& light_field) {
+  nlohmann::json event = {{"event", "header"},
+                          {"version", kJournalVersion},
+                          {"device_uri", light_field.device_uri},
+                          {"device_serial", light_field.device_serial},
+                          {"device_maker", light_field.device_maker},
+                          {"device_model", light_field.device_model},
+                          {"calibration_source", light_field.calibration_source},
+                          {"units", light_field.units},
+                          {"coverage_width_px", light_field.coverage_width_px}};
+  if (light_field.window) event["sensor"] = WindowToJson(*light_field.window);
+  if (light_field.threshold_px) event["threshold_px"] = *light_field.threshold_px;
+  for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
+    nlohmann::json camera = CameraToJson(light_field.cameras[i]);
+    if (const auto flat = light_field.flat_fields.find(static_cast<int>(i));
+        flat != light_field.flat_fields.end())
+      camera["flat_field"] = FlatFieldToJson(flat->second);
+    if (const auto profile = light_field.color_profiles.find(static_cast<int>(i));
+        profile != light_field.color_profiles.end())
+      camera["color_profile"] = ColorProfileToJson(profile->second);
+    event["cameras"].push_back(camera);
+  }
+  Append(JsonText(event));
+}
+
+void Journal::AddViews(std::span<const View> views) {
+  std::string lines;
+  for (const View& view : views) {
+    nlohmann::json event = ViewToJson(view);
+    event["event"] = "view";
+    event["image"] = view.image_path;
+    event["camera"] = view.camera;
+    event["cam_from_world"] = PoseToJson(view.cam_from_world);
+    if (!lines.empty()) lines += '\n';
+    lines += JsonText(event);
+  }
+  if (!lines.empty()) Append(lines);
+}
+
+void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
+                          const std::map<int, CameraModel>& cameras) {
+  nlohmann::json poses = nlohmann::json::object();
+  for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
+  nlohmann::json event{{"event", "pose_update"}, {"poses", poses}};
+  for (const auto& [index, camera] : cameras) event["cameras"][std::to_string(index)] = CameraToJson(camera);
+  Append(JsonText(event));
+}
+
+void Journal::AddExposure(int view_id, const ViewExposure& exposure) {
+  nlohmann::json event = ExposureToJson(exposure);
+  event["event"] = "exposure";
+  event["view"] = view_id;
+  Append(JsonText(event));
+}
+
+void Journal::NoteMerged(int view_id, const MergedExposures& merged) {
+  nlohmann::json event = MergedToJson(merged);
+  event["event"] = "merged";
+  event["view"] = view_id;
+  Append(JsonText(event));
+}
+
+void Journal::SetSubject(const Subject& subject) {
+  Append(JsonText(nlohmann::json{
+      {"event", "subject"}, {"center", Vector3ToJson(subject.center_in_world)}, {"radius", subject.radius}}));
+}
+
+void Journal::SetUp(const Eigen::Vector3d& up_in_world) {
+  Append(JsonText(nlohmann::json{{"event", "up"}, {"up", Vector3ToJson(up_in_world)}}));
+}
+
+void Journal::SetGoal(const CoverageGoal& goal) {
+  nlohmann::json event = CoverageGoalToJson(goal);
+  event["event"] = "goal";
+  Append(JsonText(event));
+}
+
+void Journal::SetReadout(const ShutterReadout& readout) {
+  nlohmann::json event = ReadoutToJson(readout);
+  event["event"] = "readout";
+  Append(JsonText(event));
+}
+
+void Journal::SetTurntable(const Turntable& turntable) {
+  Append(JsonText(nlohmann::json{{"event", "turntable"}, {"board", turntable.board}}));
+}
+
+void Journal::SetMasks(const std::map<int, std::string>& mask_path_by_view) {
+  nlohmann::json masks = nlohmann::json::object();
+  for (const auto& [id, path] : mask_path_by_view) masks[std::to_string(id)] = path;
+  Append(JsonText(nlohmann::json{{"event", "masks"}, {"masks", masks}}));
+}
+
+void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
+  Append(JsonText(nlohmann::json{{"event", "gap"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", reason}}));
+}
+
+void Journal::RemoveView(int view_id) {
+  Append(JsonText(nlohmann::json{{"event", "remove"}, {"id", view_id}}));
+}
+
+void Journal::NoteUnposed(const UnposedPhotograph& photograph) {
+  nlohmann::json event = PhotographToJson(photograph.view);
+  event["event"] = "unposed";
+  event["image"] = photograph.view.image_path;
+  event["camera"] = photograph.view.camera;
+  if (!photograph.problem.empty()) event["problem"] = photograph.problem;
+  Append(JsonText(event));
+}
+
+void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
+                    const std::optional<MeasuredErrors>& measured) {
+  nlohmann::json event{{"event", "close"}, {"capture_s", capture_s}, {"reasons", reasons}};
+  if (measured) event["measured"] = MeasuredToJson(*measured);
+  Append(JsonText(event));
+}
+
+}  // namespace ulf
