@@ -112,7 +112,7 @@ endfunction()
 
 # Command files parse arguments and print: nothing in them is worth much of the optimiser's time, and what they include
 # costs more to compile than what they do, so it is compiled once for them and for main.cpp.
-set(ulf_command_options -pthread $<$<CONFIG:Release>:-O1>)
+set(ulf_command_options -pthread $<$<NOT:$<CONFIG:Debug>>:-O1>)
 function(ulf_precompile_command_headers)
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/command_headers.cpp CONTENT "")  # as it is where it is there
   add_library(ulf_command_headers OBJECT ${CMAKE_BINARY_DIR}/generated/command_headers.cpp)

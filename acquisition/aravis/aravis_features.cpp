@@ -252,6 +252,8 @@ class AravisFeatures : public FeatureAccess {
   // Lists a feature as not readable where the camera does not return its value.
   void ReadValue(ArvGcNode* node, CameraFeature& feature) {
     GError* error = nullptr;
+    // Where the camera does not return its value, the library's is memory that nothing ends.
+    const auto text = [&error](const char* value) { return error ? std::string() : Text(value); };
     switch (feature.type) {
       case FeatureType::kInteger:
         feature.value = fmt::format("{}", arv_gc_integer_get_value(ARV_GC_INTEGER(node), &error));
@@ -263,10 +265,10 @@ class AravisFeatures : public FeatureAccess {
         feature.value = arv_gc_boolean_get_value(ARV_GC_BOOLEAN(node), &error) ? "true" : "false";
         break;
       case FeatureType::kEnumeration:
-        feature.value = Text(arv_gc_enumeration_get_string_value(ARV_GC_ENUMERATION(node), &error));
+        feature.value = text(arv_gc_enumeration_get_string_value(ARV_GC_ENUMERATION(node), &error));
         break;
       case FeatureType::kString:
-        feature.value = Text(arv_gc_string_get_value(ARV_GC_STRING(node), &error));
+        feature.value = text(arv_gc_string_get_value(ARV_GC_STRING(node), &error));
         break;
       case FeatureType::kCommand:
         break;

@@ -12,11 +12,14 @@
 #include <mutex>
 #include <optional>
 
+#include "tests/support/sanitizers/is_sanitized.h"
+
 namespace ulf::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::seconds kGiveUpAfter(20);
+constexpr int kSlowdown = kIsSanitized ? 4 : 1;
+constexpr std::chrono::seconds kGiveUpAfter(20 * kSlowdown);
 
 struct Disk {
   std::mutex mutex;
@@ -51,7 +54,7 @@ void TakeTime(int descriptor, std::size_t bytes, bool a_wait) {
   const std::chrono::duration<double> writing(static_cast<double>(bytes) / disk.speed->bytes_per_s);
   const Clock::time_point until = std::max(disk.busy_until, Clock::now()) +
                                   std::chrono::duration_cast<Clock::duration>(writing) +
-                                  (a_wait ? disk.speed->a_wait : std::chrono::milliseconds(0));
+                                  (a_wait ? kSlowdown * disk.speed->a_wait : std::chrono::milliseconds(0));
   const Clock::time_point longest = Clock::now() + kGiveUpAfter;
   disk.busy_until = until;
   ++disk.waiting;

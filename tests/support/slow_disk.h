@@ -12,7 +12,8 @@ namespace ulf::test {
 class SlowDisk {
  public:
   struct Speed {
-    std::chrono::milliseconds a_wait;  // each fsync()
+    std::chrono::milliseconds
+        a_wait;  // each fsync(); four times as long where a sanitizer slows what waits for it
     double bytes_per_s;
   };
   explicit SlowDisk(const Speed& speed);
@@ -21,7 +22,7 @@ class SlowDisk {
   SlowDisk& operator=(const SlowDisk&) = delete;
 };
 
-// A disk that does not answer at all, until the end or for twenty seconds: then all that wait for it are let
+// A disk that does not answer at all, until the end or for twenty seconds (eighty under a sanitizer): then all that wait for it are let
 // go.
 class HangingDisk {
  public:

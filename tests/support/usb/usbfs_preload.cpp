@@ -29,14 +29,15 @@ namespace {
 
 namespace usbfs = ulf::test::usbfs;
 
-// An open file of a node. Never freed: another thread may be about to use it.
+// By file. Where it is not open, another thread may still be about to use it.
 struct OpenNode {
+  std::atomic<bool> is_open = false;
   std::mutex mutex;
   int control = -1;
 };
 
 constexpr int kMostFiles = 4096;
-std::array<std::atomic<OpenNode*>, kMostFiles> nodes{};
+std::array<OpenNode, kMostFiles> nodes{};
 
 template <typename Function>
 Function Next(const char* name) {
@@ -97,14 +98,17 @@ bool OpensNode(const char* path, int& result) {
     errno = reason;
     return true;
   }
-  auto* node = new OpenNode;
-  node->control = control;
-  nodes[static_cast<std::size_t>(result)] = node;
+  OpenNode& node = nodes[static_cast<std::size_t>(result)];
+  const std::lock_guard lock(node.mutex);
+  node.control = control;
+  node.is_open = true;
   return true;
 }
 
 OpenNode* NodeOf(int file) {
-  return file >= 0 && file < kMostFiles ? nodes[static_cast<std::size_t>(file)].load() : nullptr;
+  if (file < 0 || file >= kMostFiles) return nullptr;
+  OpenNode& node = nodes[static_cast<std::size_t>(file)];
+  return node.is_open ? &node : nullptr;
 }
 
 int Submit(int control, void* argument) {
@@ -194,7 +198,7 @@ int UlfOpen642(const char* path, int flags) { return OpenOrPass("__open64_2", pa
 
 int UlfClose(int file) {
   if (OpenNode* node = NodeOf(file)) {
-    nodes[static_cast<std::size_t>(file)] = nullptr;
+    node->is_open = false;
     const std::lock_guard lock(node->mutex);
     NextClose(node->control);
     node->control = -1;
