@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "core/base/error.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 
 namespace ulf::test {
 namespace {
@@ -47,6 +48,7 @@ ChildProcess::~ChildProcess() {
 }
 
 std::string ChildProcess::ReadUntil(const std::string& text, double timeout_s) {
+  timeout_s *= kPatience;
   const auto start = Clock::now();
   std::string output;
   while (output.find(text) == std::string::npos || output.back() != '\n') {
@@ -65,6 +67,7 @@ void ChildProcess::Signal(int signal) {
 }
 
 int ChildProcess::Wait(double timeout_s) {
+  timeout_s *= kPatience;
   const auto start = Clock::now();
   while (!ended_) {
     int status = 0;

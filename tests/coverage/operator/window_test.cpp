@@ -17,6 +17,7 @@
 #include "coverage/operator/operator_display.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/staged_capture.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/x11_person.h"
@@ -177,7 +178,7 @@ TEST(Window, ADisplayServerThatDiesDoesNotTakeTheCaptureWithIt) {
                    "--frames 75 --json --requests {} -o {} 2> {}",
                    display, std::getenv("ULF_BINARY"), BeginsIn(scratch), dir.string(), errors)});
   { const X11Person person("ulf capture", display); }
-  for (int i = 0; i < 300 && Photographs(dir) == 0; ++i)
+  for (int i = 0; i < 1500 * kPatience && Photographs(dir) == 0; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   const std::size_t before = Photographs(dir);
   ASSERT_GT(before, 0u);

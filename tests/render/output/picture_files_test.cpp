@@ -38,6 +38,7 @@
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
@@ -419,6 +420,7 @@ TEST_F(RenderToFiles, FormatsAndSizes) {
   EXPECT_LE(cv::norm(wide.col(4095), wide.col(4096), cv::NORM_INF), 4);
   EXPECT_GT(cv::mean(wide.colRange(4096, 4100))[1], 10);
 
+  if (test::kIsSanitized) return;  // it asks for terabytes of addresses itself
   // With two gigabytes to run in, sixteen thousand pixels square are too many, and it says so.
   const std::string limited = "ulimit -v 2000000; exec \"$ULF_BINARY\" " +
                               Render("--width 16384 --height 16384 -o " + Out("huge.png")) + " 2>" +

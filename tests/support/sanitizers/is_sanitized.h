@@ -10,4 +10,7 @@ inline constexpr bool kIsSanitized = true;
 inline constexpr bool kIsSanitized = false;
 #endif
 
+// How many times as long a test waits for a program.
+inline constexpr int kPatience = kIsSanitized ? 10 : 1;
+
 }  // namespace ulf::test
