@@ -99,9 +99,11 @@ Placement Placement::Letterboxed(const cv::Size& picture, const cv::Size& screen
   return placement;
 }
 
-Painter::Painter() {
+void Painter::DestroyContext::operator()(ImGuiContext* context) const { ImGui::DestroyContext(context); }
+
+Painter::Painter() : context_(ImGui::CreateContext()) {
   IMGUI_CHECKVERSION();
-  ImGui::SetCurrentContext(ImGui::CreateContext());  // even where an old one still exists (SurfaceGone)
+  ImGui::SetCurrentContext(context_.get());  // an old one may still exist (SurfaceGone)
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;
   io.LogFilename = nullptr;
@@ -110,8 +112,8 @@ Painter::Painter() {
 }
 
 Painter::~Painter() {
+  ImGui::SetCurrentContext(context_.get());
   ImGui_ImplOpenGL3_Shutdown();
-  ImGui::DestroyContext();
 }
 
 void Painter::MakeFonts(double pixels_per_point) {
@@ -135,6 +137,7 @@ void Painter::MakeFonts(double pixels_per_point) {
 }
 
 void Painter::Begin(const cv::Size& screen, double pixels_per_point) {
+  ImGui::SetCurrentContext(context_.get());
   if (pixels_per_point != pixels_per_point_) MakeFonts(pixels_per_point);
   ImGui::GetIO().DisplaySize = ImVec2(static_cast<float>(screen.width), static_cast<float>(screen.height));
   ImGui_ImplOpenGL3_NewFrame();

@@ -4,10 +4,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <string>
 
 #include "render/display/shapes.h"
+
+struct ImGuiContext;
 
 namespace ulf::render {
 
@@ -47,7 +50,13 @@ class Painter {
   void End();  // draws the frame to the bound framebuffer
 
  private:
+  struct DestroyContext {
+    void operator()(ImGuiContext* context) const;
+  };
+
   void MakeFonts(double pixels_per_point);
+
+  std::unique_ptr<ImGuiContext, DestroyContext> context_;
   double pixels_per_point_ = 0;  // of the fonts
 };
 

@@ -22,7 +22,7 @@ struct Outcome {
 std::vector<std::string> Command(const std::string& kind) {
   // What stands in for the kernel must be loaded first.
   if (kind == "link") return {LOSSY_CAMERA, kind};
-  return {"/usr/bin/env", "LD_PRELOAD=libumockdev-preload.so.0", LOSSY_CAMERA, kind};
+  return {"/usr/bin/env", "LD_PRELOAD=" UMOCKDEV_PRELOAD, LOSSY_CAMERA, kind};
 }
 
 std::optional<std::string> WhyNot(const std::string& kind) {

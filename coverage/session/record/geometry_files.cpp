@@ -34,11 +34,11 @@ std::string Replaced(const std::optional<render::GeometryState>& before, const f
       kept_maps ? fmt::format(", with its depth maps: {}", kept_maps->string()) : "", proxy_command);
 }
 
-// The views of which the mesh was made, as they were then: without those for which there was no time, and of those whose
-// maps were taken out of `maps_then`, because they were recorded with another pose, the pose of the map.
+// The views of which the mesh was made, as they were then: without those that could not be read or for which there was no
+// time, and of those whose maps were taken out of `maps_then`, because they were recorded with another pose, the pose of the map.
 LightField MadeOf(LightField light_field, const FinishedGeometry& finished, const std::set<int>& maps_then) {
   std::erase_if(light_field.views, [&](const View& view) {
-    return finished.views_left_out.contains(view.id) ||
+    return finished.views_left_out.contains(view.id) || finished.unreadable_views.contains(view.id) ||
            (finished.missing_maps > 0 && !finished.map_poses.contains(view.id));
   });
   for (View& view : light_field.views)

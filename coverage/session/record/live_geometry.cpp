@@ -159,8 +159,9 @@ void LiveGeometry::Fail(const std::string& what) {
 
 // One view's picture cannot be read: the others make the geometry.
 void LiveGeometry::LeaveOut(int id, const std::string& why) {
-  if (left_out_.exchange(true)) return;
   const MutexLock lock(mutex_);
+  unreadable_.insert(id);
+  if (left_out_.exchange(true)) return;
   problem_ = {
       id, fmt::format("geometry: {}; it is made without view {}, and without others that cannot be read", why,
                       id)};
@@ -359,6 +360,11 @@ FinishedGeometry LiveGeometry::Finish() {
     if (finished.mesh) finished.maps_for_rendering = world.growing.MapsForRendering(*finished.mesh->mesh);
   } catch (const std::exception& error) {
     Fail(error.what());
+  }
+  {
+    const MutexLock lock(mutex_);
+    std::ranges::set_difference(unreadable_, removed_,
+                                std::inserter(finished.unreadable_views, finished.unreadable_views.end()));
   }
   finished.seconds = SecondsSince(start);
   return finished;

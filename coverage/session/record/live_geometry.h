@@ -65,6 +65,7 @@ struct FinishedGeometry {
   std::map<int, Rigid3> map_poses;  // these last poses
   int written_maps = 0;             // of these; by whoever owns the light field
   std::set<int> views_left_out;     // by View::id: there was no time even to look at them
+  std::set<int> unreadable_views;   // by View::id: their pictures could not be read
   double seconds = 0;
 };
 
@@ -193,6 +194,7 @@ class LiveGeometry {
   bool ended_ ULF_GUARDED_BY(mutex_) = false;  // the thread
   LiveGeometryState state_ ULF_GUARDED_BY(mutex_);
   std::optional<Problem> problem_ ULF_GUARDED_BY(mutex_);
+  std::set<int> unreadable_ ULF_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

@@ -86,6 +86,7 @@ TEST(CaptureProcess, SurvivesSigkillAtRandomMoments) {
 }
 
 TEST(CaptureProcess, ADeathFromWithinClosesTheLightFieldAndNamesIt) {
+  if (test::kIsSanitized) GTEST_SKIP() << "the sanitizer has its own word to say";
   test::ScratchFolder scratch;
   const fs::path dir = scratch / "lf", errors = scratch / "errors";
   const pid_t child = StartCapture(dir, 3, errors);

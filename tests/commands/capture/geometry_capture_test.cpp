@@ -296,6 +296,10 @@ TEST(GeometryCapture, AMeshTellsTheViewsThatItIsOf) {
   EXPECT_EQ(state_of(hurried).origin->views, views - 1);
   EXPECT_EQ(state_of(hurried).mesh_fits, false);
 
+  coverage::FinishedGeometry without_unreadable = whole;
+  without_unreadable.unreadable_views = {light_field.views.back().id};
+  EXPECT_EQ(state_of(without_unreadable).origin->views, views - 1);
+
   coverage::FinishedGeometry without_all_maps = whole;
   without_all_maps.missing_maps = 1;
   EXPECT_EQ(state_of(without_all_maps).origin->views, whole.map_poses.size());

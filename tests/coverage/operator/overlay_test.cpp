@@ -143,7 +143,8 @@ TEST(Overlay, DistancesOfRecordedViewsAreColours) {
   const Palette& palette = Palette::Standard();
   StagedCapture stage;
   stage.Record(stage.CameraAt(0, 0, 1));
-  const CoverageMap& map = *stage.At(stage.CameraAt(0, 0))->coverage;
+  const auto state = stage.At(stage.CameraAt(0, 0));
+  const CoverageMap& map = *state->coverage;
   const DistanceColors limits(map, 1, palette);
   ASSERT_LT(limits.farthest_recorded(), 1);
   ASSERT_GT(limits.nearest_recorded(), 1);

@@ -137,7 +137,8 @@ TEST(LightFit, EqualLightStaysExactlyAsItIs) {
     const LightFit fit = FitLight(*scene);
     EXPECT_EQ(fit.model, LightModel::kAsRecorded) << ToText(fit.explained);
     EXPECT_GT(fit.points, 500);
-    for (const SceneView& view : WithLight(*scene, fit)->views) EXPECT_EQ(view.correction, LightCorrection{});
+    const auto with_light = WithLight(*scene, fit);
+    for (const SceneView& view : with_light->views) EXPECT_EQ(view.correction, LightCorrection{});
   }
 }
 

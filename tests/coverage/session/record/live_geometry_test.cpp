@@ -19,6 +19,7 @@
 #include "render/proxy/depth_raster.h"
 #include "render/proxy/mesh_file.h"
 #include "tests/support/floors.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 
 namespace ulf {
 namespace {
@@ -61,6 +62,7 @@ LiveGeometry::Options Small(bool threaded) {
   options.growing.least_apart = Radians(5);
   options.first_mesh_maps = 4;
   options.threaded = threaded;
+  options.finish_s *= test::kPatience;
   options.gives_way = false;  // on a busy machine these tests would wait for minutes
   return options;
 }
@@ -308,7 +310,10 @@ TEST(LiveGeometry, PictureThatCannotBeReadIsLeftOutAndSaidOnce) {
     if (!problem) problem = geometry.TakeProblem();
     return problem.has_value();
   }));
-  EXPECT_TRUE(geometry.Finish().mesh);
+  geometry.RemoveView(1001);
+  const FinishedGeometry finished = geometry.Finish();
+  EXPECT_TRUE(finished.mesh);
+  EXPECT_THAT(finished.unreadable_views, ElementsAre(1000, 1002)) << "1001 was taken back";
   ASSERT_TRUE(problem);
   EXPECT_THAT(*problem, HasSubstr("000003.tif"));
   EXPECT_THAT(*problem, HasSubstr("without view 1000"));
