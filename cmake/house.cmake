@@ -42,7 +42,7 @@ if(ULF_SANITIZE)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS tests/support/sanitizers/kept_modules.cpp)
   execute_process(COMMAND ${CMAKE_CXX_COMPILER} -c -fPIC ${CMAKE_SOURCE_DIR}/tests/support/sanitizers/kept_modules.cpp -o ${kept_modules}
     COMMAND_ERROR_IS_FATAL ANY)
-  target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} ${kept_modules})
+  target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} $<BUILD_INTERFACE:${kept_modules}>)
 endif()
 
 # The cache finds a file again in any checkout: paths count from its root (BASEDIR), a precompiled header is known by its

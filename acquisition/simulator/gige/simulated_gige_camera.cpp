@@ -74,6 +74,7 @@ struct SimulatedGigeCamera::State {
   static void OnFill(ArvBuffer* buffer, void* self, guint32 exposure_us, guint32 gain,
                      ArvPixelFormat format) {
     auto* state = static_cast<State*>(self);
+    if (!state->serves) return;
     state->Fill(buffer, {state->sequencer->NextExposureUs(exposure_us), gain, format});
   }
 
@@ -84,6 +85,7 @@ struct SimulatedGigeCamera::State {
   std::unique_ptr<GigeTransport> transport;
   std::unique_ptr<GigeSequencer> sequencer;
   std::unique_ptr<GvcpFilter> filter;
+  std::atomic<bool> serves = false;  // all above is there: Aravis orders its threads unseen by sanitizers
   ArvGvFakeCamera* server = nullptr;
   ArvFakeCamera* registers = nullptr;
   std::optional<PoseFile> poses;
@@ -184,6 +186,7 @@ void SimulatedGigeCamera::State::Serve() {
   InsertFilter(before, address);
   WriteRegisters();
   arv_fake_camera_set_trigger_frequency(registers, 1000);
+  serves = true;
   arv_fake_camera_set_fill_pattern(registers, OnFill, this);
   renderer = std::thread([this] { Render(); });
   line = std::thread([this] { PulseLine(); });

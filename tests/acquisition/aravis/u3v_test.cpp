@@ -303,6 +303,7 @@ TEST_F(U3v, LargeFramesArriveWholeWithTheirNumbersAndTimes) {
   const auto device = OpenDriver("aravis:U1?fps=40&format=Mono8&queue=30");
   device->Start();
   const auto frames = Take(*device, 20);
+  ASSERT_EQ(frames.size(), 20u);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     ASSERT_EQ(frames[i].status, FrameStatus::kComplete);
     const Image expected = Expected(frames[i], "Mono8", 1280, 1024, 0, 0);
