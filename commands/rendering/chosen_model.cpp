@@ -1,5 +1,8 @@
 #include "commands/rendering/chosen_model.h"
 
+#include <optional>
+
+#include "core/base/progress.h"
 #include "render/gl/make_renderer.h"
 #include "render/renderer/cut_out_renderer.h"
 
@@ -10,6 +13,14 @@ ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const rende
                         const render::FieldOptions& details, render::RendererKind renderer,
                         render::ChoiceOptions options) {
   options.gpu_memory_mb = args.gpu_memory_mb;
+  std::optional<Progress> progress;
+  std::string shown;
+  if (!options.between)
+    options.between = [&](const std::string& compared, double share) {
+      if (compared != shown) progress.emplace("comparing " + compared);
+      shown = compared;
+      progress->Show(share);
+    };
   const auto proxies = render::ProxiesToTry(*plain, proxy, details, args.dir, renderer);
   ChosenModel chosen{plain, {}, {}};
   const auto light = LightOf(args, *plain, proxies.back());

@@ -187,7 +187,7 @@ ChosenModel ChosenFor(const ViewArgs& args, const std::shared_ptr<const render::
   std::atomic<bool> goes_on = true;
   render::ChoiceOptions options{.in_motion = render::InMotion{camera.For(ScreenOf(args, surface)),
                                                               camera.CamFromWorld(), args.frame_ms}};
-  options.between = [&] {
+  options.between = [&](const std::string&, double) {
     if (!goes_on) throw Left();
   };
   auto chosen = std::async(std::launch::async, [&] {

@@ -37,17 +37,22 @@ RenderScene Small(const RenderScene& scene, int size_px) {
   return small;
 }
 
-std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldOptions>& fields,
+constexpr char kGeometry[] = "geometry", kFields[] = "fields";  // what is compared
+
+std::vector<ScoredChoice> Try(const std::string& compared, const RenderScene& scene,
+                              const std::vector<FieldOptions>& fields,
                               const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                               const ChoiceOptions& options, int window_px = 0) {
   const int every = std::max(2, static_cast<int>(scene.views.size()) / options.views_left_out);
+  std::function<void(double)> between;
+  if (options.between) between = [&](double share) { options.between(compared, share); };
   const EvaluateSummary summary = Evaluate(scene, {.every = every,
                                                    .fields = fields,
                                                    .proxies = proxies,
                                                    .renderer = renderer,
                                                    .gpu_memory_mb = options.gpu_memory_mb,
                                                    .window_px = window_px,
-                                                   .between = options.between});
+                                                   .between = between});
   std::vector<ScoredChoice> candidates;
   for (std::size_t i = 0; i < summary.results.size(); ++i) {
     const FieldScore& result = summary.results[i];
@@ -63,14 +68,14 @@ std::vector<ScoredChoice> Try(const RenderScene& scene, const std::vector<FieldO
 
 // The times of candidates as a viewer draws them: Rendering::ms is without reading the picture back, which a viewer does
 // not do. The first picture of each waits for photographs and shaders.
-void TimeInMotion(const RenderScene& scene, RendererKind kind, const ChoiceOptions& options,
-                  std::vector<ScoredChoice>& candidates) {
+void TimeInMotion(const std::string& compared, const RenderScene& scene, RendererKind kind,
+                  const ChoiceOptions& options, std::vector<ScoredChoice>& candidates) {
   constexpr int kPictures = 3;
   const InMotion& motion = *options.in_motion;
   const auto renderer = MakeRenderer(WithProxy(scene, candidates.front().proxy),
                                      {.renderer = kind, .gpu_memory_mb = options.gpu_memory_mb});
   for (ScoredChoice& candidate : candidates) {
-    if (options.between) options.between();
+    if (options.between) options.between(compared, 1);
     if (renderer->scene().proxy != candidate.proxy) renderer->SetProxy(candidate.proxy);
     renderer->SetField(candidate.field);
     renderer->Render(motion.camera, motion.cam_from_world);
@@ -186,7 +191,7 @@ void WarnOfUnfitMesh(const RenderScene& scene, const Choice& choice, RendererKin
                      const ChoiceOptions& options) {
   if (choice.candidates.empty() || !choice.proxy->Occluder() || choice.proxy->Name() == kPlanesProxy) return;
   const std::vector<ScoredChoice> both =
-      Try(Small(scene, options.size_px), {choice.field},
+      Try(kGeometry, Small(scene, options.size_px), {choice.field},
           {std::make_shared<PlaneProxy>(scene.subject), choice.proxy}, renderer, options);
   const double by_plane = both.front().psnr_db, by_mesh = both.back().psnr_db;
   if (by_mesh < by_plane)
@@ -270,19 +275,20 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
       std::ranges::find_if(proxies, [](const auto& proxy) { return proxy->HasDepthMaps(); });
   const bool in_detail = detailed != proxies.end();
   const RenderScene tried_on = Small(scene, in_detail ? options.detailed_size_px : options.size_px);
-  const auto scores = [&](const std::vector<FieldOptions>& some_fields,
+  const auto scores = [&](const std::string& compared, const std::vector<FieldOptions>& some_fields,
                           const std::vector<std::shared_ptr<const Proxy>>& some_proxies) {
-    return Try(tried_on, some_fields, some_proxies, renderer, options, in_detail ? options.window_px : 0);
+    return Try(compared, tried_on, some_fields, some_proxies, renderer, options,
+               in_detail ? options.window_px : 0);
   };
   // Those between which is chosen: all, or in motion those that are quick enough.
-  const auto in_time = [&](std::vector<ScoredChoice>& tried) {
+  const auto in_time = [&](const std::string& compared, std::vector<ScoredChoice>& tried) {
     if (!options.in_motion) return tried;
-    TimeInMotion(scene, renderer, options, tried);
+    TimeInMotion(compared, scene, renderer, options, tried);
     return QuickEnough(tried, options.in_motion->most_ms);
   };
   if (proxies.size() > 1) {
-    auto tried = scores({fields.front()}, proxies);
-    const ScoredChoice chosen = FirstWithinTolerance(in_time(tried), options.within_db);
+    auto tried = scores(kGeometry, {fields.front()}, proxies);
+    const ScoredChoice chosen = FirstWithinTolerance(in_time(kGeometry, tried), options.within_db);
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("proxy", tried, chosen, true, options));
     add_reason(InWords("proxy", tried, chosen, true, options));
@@ -296,12 +302,12 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     if (!SoftAlone(fields) && !in_detail)
       std::erase_if(others, [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
     std::vector<ScoredChoice> tried;
-    if (!others.empty()) tried = scores(others, {choice.proxy});
+    if (!others.empty()) tried = scores(kFields, others, {choice.proxy});
     if (!soft.empty()) {
-      const auto by_maps = scores(soft, {*detailed});
+      const auto by_maps = scores(kFields, soft, {*detailed});
       tried.insert(tried.end(), by_maps.begin(), by_maps.end());
     }
-    const ScoredChoice chosen = PreferredField(in_time(tried), options);
+    const ScoredChoice chosen = PreferredField(in_time(kFields, tried), options);
     choice.field = chosen.field;
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options));

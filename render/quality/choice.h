@@ -67,8 +67,10 @@ struct ChoiceOptions {
   // Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own size: what good
   // geometry gains, small pictures do not show. Guessed.
   int detailed_size_px = 1600, window_px = 400;
-  double gpu_memory_mb = 0;            // RenderOptions::gpu_memory_mb
-  std::function<void()> between = {};  // called before each picture; what it throws ends the comparison
+  double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
+  // Called before each picture, and after the last, with what is compared ("geometry", "fields") and the share of that
+  // which is done, 0 to 1; what it throws ends the comparison.
+  std::function<void(const std::string& compared, double share)> between = {};
 };
 
 // The first of the candidates (at least one) that is within `within_db` of the best.

@@ -168,15 +168,16 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
     FieldScore result{.asked = field, .used = renderer->field(), .proxy = proxy->Name()};
     std::vector<double> times;
     for (const Truth& truth : truths) {
-      if (options.between) options.between();
+      const auto pictures = static_cast<double>(truths.size() * combinations.size());
+      if (options.between) options.between(static_cast<double>(done) / pictures);
       const ViewScore score = Score(*renderer, truth, options.look);
       result.views.push_back(score);
       result.filled_px += score.filled_px;
       result.empty_px += score.empty_px;
       times.push_back(score.ms);
+      ++done;
       if (progress)
-        progress->Show(static_cast<double>(++done) / static_cast<double>(truths.size() * combinations.size()),
-                       proxy->Name() + ", " + FieldName(field.kind));
+        progress->Show(static_cast<double>(done) / pictures, proxy->Name() + ", " + FieldName(field.kind));
     }
     result.ms_per_frame = Median(times);
     result.inside = MeanOf(result.views, true, false);
@@ -184,6 +185,7 @@ EvaluateSummary Evaluate(const RenderScene& scene, const EvaluateOptions& option
     result.all = MeanOf(result.views, true, true);
     summary.results.push_back(std::move(result));
   }
+  if (options.between) options.between(1);
   return summary;
 }
 

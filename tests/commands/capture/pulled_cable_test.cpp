@@ -175,7 +175,7 @@ TEST_F(PulledCable, AStopWhileItIsOutClosesTheLightField) {
   camera_->relay()->Pull();
   EXPECT_THAT(capture->ReadUntil("tries to open", 15), HasSubstr("tries to open it again"));
   capture->Signal(SIGINT);
-  EXPECT_THAT(capture->ReadUntil("stopped_because", 10), HasSubstr("\"signal\""));
+  EXPECT_THAT(capture->ReadUntil("stopped_because", 40), HasSubstr("\"signal\""));
   EXPECT_EQ(capture->Wait(30), 0);
   EXPECT_GE(ReadLightField(dir).views.size(), 2u);
   EXPECT_TRUE(fs::exists(dir / "transforms.json"));
