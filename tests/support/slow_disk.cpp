@@ -18,7 +18,7 @@ namespace ulf::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int kSlowdown = kIsSanitized ? 4 : 1;
+constexpr int kSlowdown = kPatience;
 constexpr std::chrono::seconds kGiveUpAfter(20 * kSlowdown);
 
 struct Disk {

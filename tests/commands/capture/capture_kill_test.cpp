@@ -41,7 +41,7 @@ pid_t StartCapture(const fs::path& dir, int seed, const fs::path& errors = "/dev
 }
 
 bool WaitForViews(const fs::path& dir, std::size_t bytes) {
-  for (int i = 0; i < 20000; ++i) {
+  for (int i = 0; i < 20000 * test::kPatience; ++i) {
     std::error_code missing;
     if (fs::file_size(dir / "journal.jsonl", missing) > bytes && !missing) return true;
     usleep(1000);

@@ -24,6 +24,7 @@
 #include "core/light_field/folder_repair.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
@@ -367,7 +368,7 @@ TEST(ViewSpool, SurvivesSigkillAtAnyMoment) {
       for (int i = 0;; ++i) Add(spool, FrameNumber(i));
     }
     while (!fs::exists(dir / "journal.jsonl") || fs::file_size(dir / "journal.jsonl") == 0) usleep(500);
-    usleep(std::uniform_int_distribution<useconds_t>(0, 300000)(random));
+    usleep(std::uniform_int_distribution<useconds_t>(0, 300000 * kPatience)(random));
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);
