@@ -109,6 +109,19 @@ std::string BeginsIn(const ScratchFolder& scratch) {
   return lines;
 }
 
+std::size_t Photographs(const std::filesystem::path& dir) {
+  std::error_code none;
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& file : std::filesystem::directory_iterator(dir / "images", none)) ++count;
+  return count;
+}
+
+bool WaitForPhotographs(const std::filesystem::path& dir) {
+  for (int i = 0; i < 1500 * kPatience && Photographs(dir) == 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  return Photographs(dir) > 0;
+}
+
 // Whichever way the window ends, the capture ends as its button ends it.
 void ExpectClosed(const std::function<void(X11Person&)>& close) {
   const ScratchFolder scratch;
@@ -116,11 +129,7 @@ void ExpectClosed(const std::function<void(X11Person&)>& close) {
   ChildProcess capture({std::getenv("ULF_BINARY"), "capture", "sim:studio?width=320&height=240&fps=15", "-o",
                         dir.string(), "--json", "--requests", BeginsIn(scratch)});
   X11Person person("ulf capture");
-  // Some views first.
-  for (int i = 0; i < 300; ++i) {
-    if (std::filesystem::exists(dir / "images") && !std::filesystem::is_empty(dir / "images")) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
+  ASSERT_TRUE(WaitForPhotographs(dir));
   close(person);
   const std::string output = capture.ReadUntil("stopped_because", 60);
   EXPECT_EQ(capture.Wait(60), 0);
@@ -158,13 +167,6 @@ TEST(Window, DestroyedByAnotherProgramAsksToBeClosedAndKeepsItsSize) {
   window->ToggleFullScreen();
 }
 
-std::size_t Photographs(const std::filesystem::path& dir) {
-  std::error_code none;
-  std::size_t count = 0;
-  for ([[maybe_unused]] const auto& file : std::filesystem::directory_iterator(dir / "images", none)) ++count;
-  return count;
-}
-
 // On a display server of its own, which is killed in mid-capture.
 TEST(Window, ADisplayServerThatDiesDoesNotTakeTheCaptureWithIt) {
   const ScratchFolder scratch;
@@ -178,10 +180,8 @@ TEST(Window, ADisplayServerThatDiesDoesNotTakeTheCaptureWithIt) {
                    "--frames 75 --json --requests {} -o {} 2> {}",
                    display, std::getenv("ULF_BINARY"), BeginsIn(scratch), dir.string(), errors)});
   { const X11Person person("ulf capture", display); }
-  for (int i = 0; i < 1500 * kPatience && Photographs(dir) == 0; ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  ASSERT_TRUE(WaitForPhotographs(dir));
   const std::size_t before = Photographs(dir);
-  ASSERT_GT(before, 0u);
   server.Kill();
   const std::string output = capture.ReadUntil("stopped_because", 60);
   EXPECT_EQ(capture.Wait(60), 0);
