@@ -20,6 +20,7 @@
 #include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
+#include "tests/support/seeds.h"
 
 namespace ulf {
 namespace {
@@ -99,7 +100,7 @@ double Off(const RenderScene& scene, const LightFit& fit, const std::vector<Ligh
 }
 
 TEST(LightFit, FindsGainsAndFalloffWithinAHundredth) {
-  for (const unsigned seed : {1u, 2u})
+  for (const unsigned seed : test::SeedsOf({1, 2}))
     for (const double spread : {0.05, 0.3}) {
       const SceneSpec spec = CapOf(16);
       const auto gains_only = Corrections(Gains(16, spread, seed), 0, 0);
