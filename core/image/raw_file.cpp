@@ -15,6 +15,7 @@
 #include "core/base/lowercase.h"
 #include "core/image/clipped.h"
 #include "core/image/image.h"
+#include "core/image/image_header.h"
 
 namespace ulf {
 namespace {
@@ -47,9 +48,11 @@ class RawDecoder {
     std::error_code unknown;
     if (!std::filesystem::is_regular_file(name_, unknown))
       throw Error("{}: the raw file is missing or cannot be read; restore it", name_);
+    file_bytes_ = std::filesystem::file_size(name_);
     Open([this](LibRaw& raw) { return raw.open_file(name_.c_str()); });
   }
   void OpenBytes(const std::string& bytes) {
+    file_bytes_ = bytes.size();
     Open([&](LibRaw& raw) { return raw.open_buffer(const_cast<char*>(bytes.data()), bytes.size()); });
   }
 
@@ -69,6 +72,7 @@ class RawDecoder {
 
   const std::string name_;
   const std::unique_ptr<LibRaw> raw_;
+  std::uint64_t file_bytes_ = 0;
   int data_errors_ = 0;
   cv::Rect crop_of_camera_;  // in pixels of the visible area; empty: the file does not say
 };
@@ -94,6 +98,8 @@ void RawDecoder::Require(int result) const {
 void RawDecoder::CheckKind() const {
   const libraw_image_sizes_t& sizes = raw_->imgdata.sizes;
   if (sizes.width == 0 || sizes.height == 0) RefuseDamaged(name_, "it has no pixels");
+  constexpr double kBytesOfPixel = 8;  // LibRaw's: four colours of 16 bits
+  RequirePixelsOfFile(name_, file_bytes_, 1.0 * sizes.raw_width * sizes.raw_height, kBytesOfPixel);
   if (raw_->is_fuji_rotated() || std::abs(sizes.pixel_aspect - 1) > 1e-3)
     throw Error(
         "{}: the pixels of this sensor ({} {}) are not square, and its pictures are resampled; use the "

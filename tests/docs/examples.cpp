@@ -32,6 +32,7 @@ bool Has(const std::string& text, const char* pattern) {
 std::vector<Example> ExamplesOf(const std::string& page, const std::string& text) {
   std::vector<Example> examples;
   std::istringstream lines(text);
+  const bool symptoms = page == "docs/troubleshooting.md";
   bool fenced = false, figures = false;
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -47,9 +48,12 @@ std::vector<Example> ExamplesOf(const std::string& page, const std::string& text
                              : indented ? line.substr(std::min(line.size(), line.find_first_not_of(' ')))
                                         : "";
     if (IsACommand(code)) examples.push_back({page, number, WithoutComment(code)});
-    if (!figures || !line.starts_with("|")) continue;
-    static const std::regex quoted(R"(`(ulf [^`\s]+ [^`]*|\./run [^`]*)`)");
-    for (std::sregex_iterator it(line.begin(), line.end(), quoted), end; it != end; ++it)
+    if ((!figures && !symptoms) || !line.starts_with("|")) continue;
+    static const std::regex quoted(R"(`(ulf [^`\s]+ [^`]*|\./run [^`]*)`)"),
+        cells(R"(^\|[^|]*\|([^|]*)\|.*)");
+    // Of symptoms: what tells, not what helps.
+    const std::string told = symptoms ? std::regex_replace(line, cells, "$1") : line;
+    for (std::sregex_iterator it(told.begin(), told.end(), quoted), end; it != end; ++it)
       if ((*it)[1].str().find("…") == std::string::npos) examples.push_back({page, number, (*it)[1]});
   }
   return examples;
@@ -63,12 +67,23 @@ Trial TrialOf(const Example& example) {
     if (changed != command) trial.changes.push_back(words);
     command = changed;
   };
+  // What stands for something of the reader's own.
+  static int folders = 0;
+  if (Has(command, R"(^ulf (capture|record|track) URI\b)"))
+    change(R"(\bURI\b)", "sim:studio", "URI is the simulated camera");
+  if (Has(command, R"(^ulf track sim:studio( --benchmark)?$)"))
+    command += " --frames 60", trial.changes.push_back("60 frames");
+  change(R"(-o try\b)", "-o try" + std::to_string(++folders), "try is a new folder");
+  change(R"(\bSET\b)", "fox", "SET is fox");
+  change(R"(--focal-px \.\.\. --distance \.\.\. --radius \.\.\.)",
+         "--focal-px 1200 --distance 1 --radius 0.15", "... are numbers");
   const struct {
     const char* pattern;
     const char* why_not;
   } kLeftOut[] = {
       {R"(\bsudo\b)", "needs root"},
-      {R"((aravis|v4l2|gphoto2):|\bCAMERA\b|\bto_ulf\b|>&3)", "needs a camera"},
+      {R"((aravis|v4l2|gphoto2):|\b(CAMERA|URI)\b|\bto_ulf\b|>&3)", "needs a camera"},
+      {R"(^ulf evaluate vase --proxy points$)", "needs tracked points"},
       {R"(^\./run\b)", "is a program of its own that builds first: ./run"},
       {R"(_benchmark\b)", "is a benchmark: ./run bench"},
       {R"(^render_quality\b)", "is a study of half an hour (docs/rendering.md)"},
@@ -88,7 +103,6 @@ Trial TrialOf(const Example& example) {
   change("build/release/", "", "");
   std::erase(trial.changes, "");
   if (Has(command, R"(walk\.mp4)")) change(R"(--focal-px \d+)", "--focal-px 527", "of the stand-in's camera");
-  static int folders = 0;
   if (Has(command, R"(-o DIR\b)"))
     change(R"(-o DIR\b)", "-o dir" + std::to_string(++folders), "DIR is a new folder");
   if (Has(command, R"(^ulf simulate\b)")) trial.stop_after_s = 2;

@@ -43,7 +43,7 @@ std::vector<std::string> Pages() {
 
 // Every "ulf COMMAND ... --option" of a page, in code or between backticks: command and option.
 std::set<std::pair<std::string, std::string>> OptionsNamedIn(const std::string& text) {
-  static const std::regex command(R"(\bulf ([a-z]+)((?: (?![|#])[^`\n|#;]*)?))"),
+  static const std::regex command(R"(\bulf ([a-z-]+)((?: (?![|#])[^`\n|#;]*)?))"),
       option(R"((?:^| )(--[a-z][a-z0-9-]*))");
   std::set<std::pair<std::string, std::string>> named;
   for (std::sregex_iterator it(text.begin(), text.end(), command), end; it != end; ++it) {
@@ -93,6 +93,17 @@ TEST(Examples, AreReadOutOfThePages) {
                           "ulf evaluate shop_grid_even --subject 0,0,-8,1", "./run demo"));
 }
 
+TEST(Examples, OfSymptomsAreWhatTells) {
+  const std::string page =
+      "| what you see | what tells | what helps |\n| --- | --- | --- |\n"
+      "| lost | `ulf track URI`: said; `ulf info vase` | `ulf refine vase` |\n";
+  std::vector<std::string> commands;
+  for (const Example& example : ExamplesOf("docs/troubleshooting.md", page))
+    commands.push_back(TrialOf(example).command);
+  EXPECT_THAT(commands, ElementsAre("ulf track sim:studio --frames 60", "ulf info vase"));
+  EXPECT_THAT(ExamplesOf("docs/export.md", page), IsEmpty());
+}
+
 // A page that names an option the program does not have, or no longer has, sends people into an error.
 TEST(Examples, NameOnlyOptionsThatThereAre) {
   std::map<std::string, std::string> help;
@@ -123,6 +134,8 @@ TEST(Examples, AreTriedOrLeftOutByRules) {
   EXPECT_EQ(trial("ulf render vase --path vertigo --frames 240 -o v").command,
             "ulf render vase --path vertigo --frames 6 -o v");
   EXPECT_EQ(trial("build/release/ulf info a").command, "ulf info a");
+  EXPECT_EQ(trial("ulf features URI NAME").why_not, "needs a camera");
+  EXPECT_THAT(trial("ulf import SET -o out").data, ElementsAre("fox"));
 }
 
 TEST(Examples, WhatACommandWritesStaysWithIt) {

@@ -58,7 +58,8 @@ Image Seen(const TexturedRoom& room, const Rigid3& cam_from_world, std::uint64_t
     }
   cv::Mat seen;
   cv::remap(image.pixels, seen, x, y, cv::INTER_CUBIC);
-  if (seen.channels() == 1) cv::cvtColor(seen, seen, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(seen, seen, cv::COLOR_GRAY2BGR);
+  cv::multiply(seen, cv::Scalar(0.4, 0.7, 1), seen);  // in a reddish light
   return {seen, Transfer::kSrgb};
 }
 
@@ -125,6 +126,25 @@ TEST_F(ExportCommand, MeasuresThePointsOfASetThatHasNone) {
   std::size_t near = 0;
   for (const auto& [id, point] : model.points) near += point.position.z() > 1.5 && point.position.z() < 4.5;
   EXPECT_GT(near, 0.99 * static_cast<double>(model.points.size()));
+  // Each as red, green and blue as one of the photographs that show it, where it shows it.
+  std::map<long, cv::Mat> photographs;
+  std::size_t alike = 0;
+  for (const auto& [id, point] : model.points) {
+    bool is_alike = false;
+    for (const auto& [image_id, index] : point.track) {
+      const ColmapRead::Image& image = model.images.at(image_id);
+      cv::Mat& pixels = photographs[image_id];
+      if (pixels.empty()) pixels = cv::imread((scratch / "out/images" / image.name).string());
+      const Eigen::Vector2d& at = image.places[static_cast<std::size_t>(index)];
+      cv::Mat pixel;
+      cv::getRectSubPix(pixels, {1, 1}, {static_cast<float>(at.x() - 0.5), static_cast<float>(at.y() - 0.5)},
+                        pixel);
+      const auto bgr = pixel.at<cv::Vec3b>(0, 0);
+      is_alike |= (Eigen::Vector3i(bgr[2], bgr[1], bgr[0]) - point.rgb).cwiseAbs().maxCoeff() <= 40;
+    }
+    alike += is_alike;
+  }
+  EXPECT_GT(alike, 0.95 * static_cast<double>(model.points.size()));
   for (const auto& read : {test::ReadAsInria, test::ReadAsSceneManager, test::ReadAsLichtFeld})
     EXPECT_EQ(read(scratch / "out"), static_cast<std::size_t>(kViews));
   EXPECT_TRUE(ReadLightField(Bare()).points.empty()) << "an export changes nothing";
@@ -239,7 +259,7 @@ double Said(const ByColmap& run, const std::string& what) {
 bool HasColmap() { return std::system("command -v colmap >/dev/null") == 0; }
 
 TEST_F(ExportCommand, ColmapAnalysesAndUndistortsIt) {
-  if (!HasColmap()) GTEST_SKIP() << "colmap is not installed: ./run deps";
+  ASSERT_TRUE(HasColmap()) << "colmap is not installed: ./run deps";
   const ScratchFolder scratch;
   const ByColmap as_recorded = Colmap("model_analyzer --path " + (Dir() / "sparse/0").string());
   EXPECT_EQ(Said(as_recorded, "Registered images"), kViews) << as_recorded.output;
@@ -266,7 +286,7 @@ TEST_F(ExportCommand, ColmapAnalysesAndUndistortsIt) {
 }
 
 TEST_F(ExportCommand, ColmapTriangulatesFromIt) {
-  if (!HasColmap()) GTEST_SKIP() << "colmap is not installed: ./run deps";
+  ASSERT_TRUE(HasColmap()) << "colmap is not installed: ./run deps";
   const ScratchFolder scratch;
   const fs::path out = scratch / "out", tri = scratch / "triangulated";
   Export("colmap --undistort --known-points", out, Bare());  // images, cameras, poses

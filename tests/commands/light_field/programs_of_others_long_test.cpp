@@ -1,8 +1,8 @@
 // Tests: commands/light_field/export_command, commands/light_field/export_scene,
 // core/light_field/exchange/export_light_field, render/output/gltf_file.
 //
-// What programs of others make of a simulated capture that was exported: COLMAP of its masks, Khronos' validator of glTF,
-// and the loaders that whoever has them puts into a folder (ULF_LOADERS).
+// What programs of others make of a simulated capture that was exported: COLMAP of its masks, Khronos' validator and
+// Blender of glTF, and the loaders that whoever has them puts into a folder (ULF_LOADERS).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/image/undistortion.h"
 #include "core/light_field/light_field_io.h"
@@ -44,8 +45,7 @@ class ProgramsOfOthers : public testing::Test {
     const ScratchFolder scratch;
     const fs::path out = scratch / "out", errors = scratch / "errors";
     const int status = std::system((command + " >" + out.string() + " 2>" + errors.string()).c_str());
-    std::ifstream said(errors);
-    EXPECT_EQ(status, 0) << command << "\n" << std::string{std::istreambuf_iterator<char>(said), {}};
+    EXPECT_EQ(status, 0) << command << "\n" << ReadWholeFile(errors);
     return status == 0 ? JsonFromText(std::ifstream(out)) : json::object();
   }
   static ScratchFolder* scratch_;
@@ -101,6 +101,46 @@ TEST_F(ProgramsOfOthers, GltfValidatorFindsNothing) {
     EXPECT_EQ(report["issues"]["numWarnings"], 0) << JsonText(report, 1);
     EXPECT_GT(report["info"]["totalTriangleCount"], 1000) << file;
   }
+}
+
+// Debian's, as ./run test --long installs it. Its numbers have 32 bits, its world is turned: what two views have to each
+// other stays.
+TEST_F(ProgramsOfOthers, BlenderHasTheCamerasWhereTheyWere) {
+  ASSERT_EQ(std::system("command -v blender >/dev/null"), 0)
+      << "blender is not installed: apt install blender";
+  const ScratchFolder scratch;
+  Ulf("export gltf " + Dir().string() + " -o " + (scratch / "out").string());
+  const fs::path out = scratch / "read.json";
+  ASSERT_EQ(
+      std::system(("blender --background --factory-startup --python-exit-code 1 --python " CAMERAS_IN_BLENDER
+                   " -- " +
+                   (scratch / "out/lf.glb").string() + " " + out.string() + " >" +
+                   (scratch / "said").string() + " 2>&1")
+                      .c_str()),
+      0)
+      << ReadWholeFile(scratch / "said");
+  const json read = JsonFromText(std::ifstream(out));
+  EXPECT_GT(read["triangles"], 1000);
+  const LightField light_field = ReadLightField(Dir());
+  ASSERT_EQ(read["cameras"].size(), light_field.views.size());
+  const auto seen_in = [&](const View& view) {
+    const json& camera = read["cameras"][fs::path(view.image_path).stem().string()];
+    Eigen::Matrix4d world_from_cam;
+    for (std::size_t k = 0; k < 16; ++k)
+      world_from_cam(static_cast<int>(k / 4), static_cast<int>(k % 4)) =
+          camera["world_from_camera"][k / 4][k % 4];
+    const CameraModel lens = UndistortionOf(light_field.CameraOf(view), "a camera").to;
+    EXPECT_NEAR(camera["angle_y"].get<double>(), 2 * std::atan(0.5 * lens.height / lens.fy), 1e-6);
+    return Eigen::Matrix4d((world_from_cam * Eigen::Vector4d(1, -1, -1, 1).asDiagonal()).inverse());
+  };
+  const View& first = light_field.views.front();
+  const Eigen::Matrix4d first_in_blender = seen_in(first);
+  for (const View& view : light_field.views)
+    EXPECT_LT((seen_in(view) * first_in_blender.inverse() -
+               view.cam_from_world.Matrix() * first.cam_from_world.Matrix().inverse())
+                  .norm(),
+              1e-5)
+        << view.image_path;
 }
 
 void ExpectOurModel(const json& model, const LightField& light_field) {

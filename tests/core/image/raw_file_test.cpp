@@ -248,6 +248,24 @@ TEST(RawFile, AFileThatIsCutShortIsAnError) {
               ThrowsMessage<Error>(HasSubstr("missing")));
 }
 
+// LibRaw alone would take eight bytes for each.
+TEST(RawFile, MorePixelsThanTheFileCanHoldAreRefusedBeforeMemoryIsTaken) {
+  std::string lying = DngBytes({}, Slopes);
+  const auto claim = [&](char tag, int was) {
+    const std::string entry{tag, 1, 4, 0, 1, 0, 0, 0, static_cast<char>(was),
+                            0,   0, 0};  // one number of 32 bits
+    const std::size_t at = lying.find(entry);
+    ASSERT_NE(at, std::string::npos);
+    lying[at + 8] = static_cast<char>(60000 & 0xff);
+    lying[at + 9] = static_cast<char>(60000 >> 8);
+  };
+  claim(0, DngCamera{}.sensor.width);
+  claim(1, DngCamera{}.sensor.height);
+  EXPECT_THAT([&] { RawFactsOf(lying, "scene.dng"); },
+              ThrowsMessage<Error>(AllOf(StartsWith("scene.dng: says that it holds 3600 million pixels"),
+                                         HasSubstr("copy it again"))));
+}
+
 TEST(RawFile, AMangledFileIsAnErrorOrAPictureOfTheSizeAskedFor) {
   const std::string whole = DngBytes({}, Slopes);
   std::mt19937 random(7);

@@ -27,6 +27,17 @@ FeatureSet Extract(const cv::Mat& image, int count = 1000, const FeatureOptions&
   return extractor.Extract(BuildPyramid(image), count);
 }
 
+TEST(Features, TheColourOfAPointIsItsPixelsRedGreenAndBlue) {
+  cv::Mat colours(2, 3, CV_8UC3, cv::Scalar(0, 0, 0)), grey(2, 3, CV_8UC1, cv::Scalar(90));
+  colours.at<cv::Vec3b>(1, 2) = {10, 20, 30};  // B, G, R
+  grey.at<std::uint8_t>(1, 2) = 40;
+  using Rgb = std::array<std::uint8_t, 3>;
+  EXPECT_EQ(tracking::RgbAt(colours, {2.9, 1.1}), (Rgb{30, 20, 10}));
+  EXPECT_EQ(tracking::RgbAt(colours, {1.9, 1.1}), (Rgb{0, 0, 0}));
+  EXPECT_EQ(tracking::RgbAt(colours, {7, 7}), (Rgb{30, 20, 10})) << "the nearest pixel that there is";
+  EXPECT_EQ(tracking::RgbAt(grey, {2.5, 1.5}), (Rgb{40, 40, 40}));
+}
+
 TEST(Features, AreSpreadOverTheImage) {
   const FeatureSet features = Extract(RoomImage(TexturedRoom::HandAt(0), 0));
   EXPECT_GT(features.size(), 700);

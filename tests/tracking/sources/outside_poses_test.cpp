@@ -73,11 +73,11 @@ std::uint64_t CountOf(const PoseSource& source, const std::string& name) {
 
 class Sender {
  public:
-  explicit Sender(int port) {
+  explicit Sender(int port, std::uint32_t to = INADDR_LOOPBACK) {
     fd_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_addr.s_addr = htonl(to);
     address.sin_port = htons(static_cast<std::uint16_t>(port));
     connected_ = connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   }
@@ -302,6 +302,13 @@ TEST(PoseStreamFaults, WaitingIsBoundedAndCanBeStopped) {
   });
   EXPECT_FALSE(waiting.source->Step(FrameAt(0)).cam_from_world);
   stopper.join();
+}
+
+// Whoever listens at every address is reached at 127.0.0.2, too.
+TEST(PoseStream, IsReachedAtTheLoopbackAddressAlone) {
+  const PoseStream stream({});
+  EXPECT_TRUE(Sender(stream.Port()).Connected());
+  EXPECT_FALSE(Sender(stream.Port(), INADDR_LOOPBACK + 1).Connected());
 }
 
 TEST(PoseStreamFaults, APortThatIsTakenIsSaid) {

@@ -2,7 +2,7 @@
 // core/light_field/exchange/writers/metashape_xml, core/light_field/exchange/writers/realityscan_xmp,
 // core/light_field/exchange/export_light_field, core/image/undistortion.
 //
-// What instant-ngp, the readers of NeRF's synthetic sets, RealityScan and Metashape make of an export, by their own
+// What nerfstudio, instant-ngp, the readers of NeRF's synthetic sets, RealityScan and Metashape make of an export, by their own
 // published rules, written here anew: poses and projections are the source's. Then our importer takes it back.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -65,6 +65,41 @@ Matrix4d MatrixOf(const json& frame) {
   return matrix;
 }
 
+// OpenCV's two lenses by the keys of transforms.json.
+std::function<Vector2d(const Vector3d&)> OpenCvLens(const json& keys, bool fisheye) {
+  const double fx = keys.at("fl_x"), fy = keys.at("fl_y"), cx = keys.at("cx"), cy = keys.at("cy");
+  const double k1 = keys.value("k1", 0.0), k2 = keys.value("k2", 0.0), k3 = keys.value("k3", 0.0),
+               k4 = keys.value("k4", 0.0), p1 = keys.value("p1", 0.0), p2 = keys.value("p2", 0.0);
+  return [=](const Vector3d& in_cam) -> Vector2d {
+    const double x = in_cam.x() / in_cam.z(), y = in_cam.y() / in_cam.z();
+    const double r2 = x * x + y * y;
+    if (fisheye) {
+      const double r = std::sqrt(r2), theta = std::atan(r), t2 = theta * theta;
+      const double bent = theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))));
+      return {fx * x * bent / r + cx, fy * y * bent / r + cy};
+    }
+    const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * k4)));
+    return {fx * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + cx,
+            fy * (y * radial + 2 * p2 * x * y + p1 * (r2 + 2 * y * y)) + cy};
+  };
+}
+
+// ---- nerfstudio: nerfstudio_dataparser.py (poses as they are: neither turned, centred nor scaled). ----
+
+TakenByName AsNerfstudio(const fs::path& folder) {
+  const json meta = JsonOf(folder / "transforms.json");
+  TakenByName photographs;
+  for (const json& frame : meta.at("frames")) {
+    json keys = frame;
+    keys.update(meta);  // what stands at the top is not looked for in a frame
+    Matrix4d world_from_cam = MatrixOf(frame);
+    world_from_cam.middleCols<2>(1) *= -1;  // x right, y up, z back
+    photographs[Stem(frame.at("file_path"))] = {
+        world_from_cam.inverse(), OpenCvLens(keys, meta.value("camera_model", "OPENCV") == "OPENCV_FISHEYE")};
+  }
+  return photographs;
+}
+
 // ---- instant-ngp: nerf_loader.h, nerf_matrix_to_ngp(); common_device.cuh, the lens. ----
 
 struct NgpWorld {
@@ -106,24 +141,9 @@ TakenByName AsInstantNgp(const fs::path& folder) {
     ngp_from_world(3, 3) = 1;
     Matrix4d cam_from_world = ngp.inverse() * ngp_from_world;
     cam_from_world.topRows<3>() /= world.scale;
-    const double fx = keys.at("fl_x"), fy = keys.at("fl_y"), cx = keys.at("cx"), cy = keys.at("cy");
-    const double k1 = keys.value("k1", 0.0), k2 = keys.value("k2", 0.0), k3 = keys.value("k3", 0.0),
-                 k4 = keys.value("k4", 0.0), p1 = keys.value("p1", 0.0), p2 = keys.value("p2", 0.0);
     const bool fisheye = keys.value("is_fisheye", false);
-    EXPECT_TRUE(fisheye || k3 == 0);
-    photographs[Stem(frame.at("file_path"))] = {
-        cam_from_world, [=](const Vector3d& in_cam) -> Vector2d {
-          double x = in_cam.x() / in_cam.z(), y = in_cam.y() / in_cam.z();
-          const double r2 = x * x + y * y;
-          if (fisheye) {
-            const double r = std::sqrt(r2), theta = std::atan(r), t2 = theta * theta;
-            const double bent = theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))));
-            return {fx * x * bent / r + cx, fy * y * bent / r + cy};
-          }
-          const double radial = 1 + k1 * r2 + k2 * r2 * r2;
-          return {fx * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + cx,
-                  fy * (y * radial + 2 * p2 * x * y + p1 * (r2 + 2 * y * y)) + cy};
-        }};
+    EXPECT_TRUE(fisheye || keys.value("k3", 0.0) == 0);
+    photographs[Stem(frame.at("file_path"))] = {cam_from_world, OpenCvLens(keys, fisheye)};
   }
   return photographs;
 }
@@ -307,6 +327,21 @@ void ExpectItComesBack(const LightField& source, const fs::path& out, const char
     for (const Vector3d& ray : {Vector3d(0.2, 0.1, 1), Vector3d(-0.3, 0.15, 1), Vector3d(0.1, -0.2, 1)})
       EXPECT_LT((*read.CameraOf(view).ImgFromCam(ray) - *source.CameraOf(*of_name).ImgFromCam(ray)).norm(),
                 1e-6);
+  }
+}
+
+TEST(HandedOver, NerfstudioHasThePosesAndLenses) {
+  ScratchFolder scratch;
+  // One kind of lens for all: perspective, or fisheye.
+  for (const std::vector<CameraModel>& lenses : {kLenses, std::vector<CameraModel>{test::Fisheye()}}) {
+    const std::string kind = lenses.size() == 1 ? "fisheye" : "perspective";
+    const LightField source = TrackedLightField(scratch / kind, lenses, 8);
+    for (const bool undistort : {false, true}) {
+      const fs::path out = scratch / fmt::format("{}_{}", kind, undistort);
+      HandOver(source, out, ExportForm::kNerfstudio, undistort);
+      EXPECT_EQ(test::ReadAsNerfstudio(out), 8u);
+      ExpectTheSources(source, AsNerfstudio(out), undistort);
+    }
   }
 }
 
