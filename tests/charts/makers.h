@@ -40,6 +40,7 @@ Chart WrongChoiceChart(const ChartEffort& effort);
 Chart CoverChart(const ChartEffort& effort);
 Chart MeasuredErrorChart(const ChartEffort& effort);
 Chart LongCaptureChart(const ChartEffort& effort);
+Chart CaptureInUseChart(const ChartEffort& effort);
 Chart PacketsChart(const ChartEffort& effort);
 Chart ClippedChart(const ChartEffort& effort);
 Chart BracketsChart(const ChartEffort& effort);

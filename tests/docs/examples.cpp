@@ -75,8 +75,8 @@ Trial TrialOf(const Example& example) {
     command += " --frames 60", trial.changes.push_back("60 frames");
   change(R"(-o try\b)", "-o try" + std::to_string(++folders), "try is a new folder");
   change(R"(\bSET\b)", "fox", "SET is fox");
-  change(R"(--focal-px \.\.\. --distance \.\.\. --radius \.\.\.)",
-         "--focal-px 1200 --distance 1 --radius 0.15", "... are numbers");
+  change(R"(--focal-px \.\.\. --width \.\.\. --distance \.\.\. --radius \.\.\.)",
+         "--focal-px 1200 --width 1280 --distance 1 --radius 0.15", "... are numbers");
   const struct {
     const char* pattern;
     const char* why_not;
@@ -84,6 +84,7 @@ Trial TrialOf(const Example& example) {
       {R"(\bsudo\b)", "needs root"},
       {R"((aravis|v4l2|gphoto2):|\b(CAMERA|URI)\b|\bto_ulf\b|>&3)", "needs a camera"},
       {R"(^ulf evaluate vase --proxy points$)", "needs tracked points"},
+      {R"(^ulf mask vase$)", "needs the capture of a turntable"},
       {R"(^\./run\b)", "is a program of its own that builds first: ./run"},
       {R"(_benchmark\b)", "is a benchmark: ./run bench"},
       {R"(^render_quality\b)", "is a study of half an hour (docs/rendering.md)"},

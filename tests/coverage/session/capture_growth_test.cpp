@@ -41,6 +41,17 @@ std::vector<GrowthRow> Changed(std::vector<GrowthRow> rows, const std::function<
   return rows;
 }
 
+TEST(CaptureGrowth, RowsAreReadAsTheyAreWritten) {
+  const std::string line = "16.01,3104,327,371,1243.5,512.7,332.1,940.5,89.1,561.4,0.60";
+  const auto row = GrowthRowOf(line);
+  ASSERT_TRUE(row);
+  EXPECT_EQ(GrowthLine(*row), line);
+  EXPECT_EQ(row->recorded, 371u);
+  EXPECT_EQ(row->journal_mb, 0.6);
+  for (const std::string& other : {std::string(), GrowthHead(), line + ",1", line.substr(0, 40)})
+    EXPECT_FALSE(GrowthRowOf(other)) << other;
+}
+
 TEST(CaptureGrowth, WhatGrowsIsNamedAndNoiseIsNot) {
   for (const unsigned seed : {1u, 2u, 3u, 4u}) {
     const std::vector<GrowthRow> good = Rows(seed);

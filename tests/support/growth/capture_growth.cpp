@@ -114,6 +114,17 @@ std::string GrowthLine(const GrowthRow& row) {
                      row.slow_frame_ms, row.processor_ms, row.files_mb, row.journal_mb);
 }
 
+std::optional<GrowthRow> GrowthRowOf(const std::string& line) {
+  GrowthRow row;
+  int length = 0;
+  const int read =
+      std::sscanf(line.c_str(), "%lf,%lu,%zu,%zu,%lf,%lf,%lf,%lf,%lf,%lf,%lf%n", &row.minutes, &row.frames,
+                  &row.views, &row.recorded, &row.resident_mb, &row.used_mb, &row.frame_ms,
+                  &row.slow_frame_ms, &row.processor_ms, &row.files_mb, &row.journal_mb, &length);
+  if (read != 11 || static_cast<std::size_t>(length) != line.size()) return std::nullopt;
+  return row;
+}
+
 std::string WhatGrows(const std::vector<GrowthRow>& all, const GrowthLimits& limits) {
   if (all.size() < 9) throw Error("{} rows say nothing about growth; nine are needed", all.size());
   const std::vector<GrowthRow> rows(all.begin() + static_cast<std::ptrdiff_t>(all.size() / 3), all.end());

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,8 @@ class GrowthLog {
 // As lines of CSV.
 std::string GrowthHead();
 std::string GrowthLine(const GrowthRow& row);
+// What GrowthLine wrote; none of any other line.
+std::optional<GrowthRow> GrowthRowOf(const std::string& line);
 
 struct GrowthLimits {
   double mb_a_view = 0;  // of memory in use that a recorded view may keep
