@@ -94,7 +94,7 @@ CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
   ColmapReconstruction::Camera camera;
   if (!(row >> name >> camera.width >> camera.height))
     throw Error("{}: is no row of a camera (CAMERA_ID MODEL WIDTH HEIGHT PARAMS[])", where);
-  const ColmapLens& lens =
+  const ColmapLens lens =
       LensThat([&](const ColmapLens& known) { return known.name == name; }, fmt::format("'{}'", name), where);
   for (double parameter; row >> parameter;) camera.parameters.push_back(parameter);
   return CameraOf(lens, camera, where);
@@ -102,7 +102,7 @@ CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
 
 std::size_t ColmapParameters(int model, const std::string& where) {
   const auto other = std::ranges::find(kOtherLenses, model, &std::pair<int, const char*>::first);
-  const ColmapLens& lens = LensThat(
+  const ColmapLens lens = LensThat(
       [&](const ColmapLens& known) { return known.number == model; },
       other == kOtherLenses.end() ? fmt::format("number {}", model) : fmt::format("'{}'", other->second),
       where);
