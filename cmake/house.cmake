@@ -40,7 +40,7 @@ if(ULF_SANITIZE)
   endif()
   set(kept_modules ${CMAKE_BINARY_DIR}/kept_modules.o)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS tests/support/sanitizers/kept_modules.cpp)
-  execute_process(COMMAND ${CMAKE_CXX_COMPILER} -c -fPIC ${CMAKE_SOURCE_DIR}/tests/support/sanitizers/kept_modules.cpp -o ${kept_modules}
+  execute_process(COMMAND ${CMAKE_CXX_COMPILER} -std=c++20 -c -fPIC ${CMAKE_SOURCE_DIR}/tests/support/sanitizers/kept_modules.cpp -o ${kept_modules}
     COMMAND_ERROR_IS_FATAL ANY)
   target_link_options(ulf_flags INTERFACE -fsanitize=${ULF_SANITIZE} $<BUILD_INTERFACE:${kept_modules}>)
 endif()

@@ -35,7 +35,7 @@ std::vector<GphotoFile> LeftPhotographs::After(const Left& left, std::vector<std
   const MutexLock lock(mutex_);
   // The two files of a photograph share a stem.
   const std::string last = StemOf(left.last->name);
-  std::erase_if(names, [&](const std::string& name) {
+  std::erase_if(names, [&](const std::string& name) ULF_REQUIRES(mutex_) {
     return !(ExtensionOf(name) == ".jpg" || IsRawFile(name)) || NameOrder(StemOf(name), last) ||
            announced_.contains(PathInCamera({left.last->folder, name}));
   });

@@ -69,9 +69,10 @@ bool Tracker::State::MayBeginPart(double time_s) const {
 bool Tracker::State::IsMainPartHeld() const {
   const Map& map = shared.map;
   const int main = map.main_part();
-  return std::ranges::any_of(
-             map.living(),
-             [&](int id) { return map.keyframe(id).part == main && map.keyframe(id).pinned; }) ||
+  return std::ranges::any_of(map.living(),
+                             [&](int id) ULF_REQUIRES(shared.mutex) {
+                               return map.keyframe(id).part == main && map.keyframe(id).pinned;
+                             }) ||
          std::ranges::any_of(map.points(), [&](const MapPoint& point) {
            return point.alive && point.part == main && !point.views.empty();
          });

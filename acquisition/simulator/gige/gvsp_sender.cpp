@@ -131,8 +131,8 @@ GvspSender::~GvspSender() = default;
 
 void GvspSender::Send(GvspFrame frame, const GvspDestination& destination) {
   {
-    MutexLock lock(state_->mutex);
     State& state = *state_;
+    MutexLock lock(state.mutex);
     state.changed.wait(lock, [&state]() ULF_REQUIRES(state.mutex) { return state.stopping || !state.job; });
     state.job = State::Job{std::move(frame), destination};
   }
