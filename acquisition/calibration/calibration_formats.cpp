@@ -139,18 +139,25 @@ cv::Mat SmallMatrix(const cv::FileNode& node, const std::string& where) {
   return node.mat();
 }
 
-// OpenCV's parsers go into brackets and tags by recursion.
+// OpenCV's parsers go into brackets, tags, and YAML's indented keys and items by recursion.
 bool IsNestedDeeply(const std::string& text) {
   constexpr int kMostLevels = 100;
-  int levels = 0, most = 0;
+  int levels = 0, levels_of_line = 0;
+  bool is_indentation = true;
   for (std::size_t at = 0; at < text.size(); ++at) {
     const char c = text[at], next = at + 1 < text.size() ? text[at + 1] : ' ';
     const bool is_end_tag = c == '<' && next == '/', is_empty_tag = c == '/' && next == '>';
     const bool is_tag = c == '<' && std::isalpha(static_cast<unsigned char>(next)) != 0;
-    if (c == '[' || c == '{' || is_tag) most = std::max(most, ++levels);
+    const bool is_item = c == '-' && std::isspace(static_cast<unsigned char>(next)) != 0;
+    if (c == '[' || c == '{' || is_tag) ++levels;
     if (c == ']' || c == '}' || is_end_tag || is_empty_tag) --levels;
+    // Below its indentation stands what it belongs to, one column a level at least.
+    is_indentation = c == '\n' || (is_indentation && c == ' ');
+    if (c == '\n') levels_of_line = 0;
+    if (c == ':' || is_item || (is_indentation && c == ' ')) ++levels_of_line;
+    if (std::max(levels, levels_of_line) > kMostLevels) return true;
   }
-  return most > kMostLevels;
+  return false;
 }
 
 CameraModel ReadOpenCv(const std::string& text, const std::string& where) {

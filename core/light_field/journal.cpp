@@ -25,6 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+constexpr const char* kDamaged = "damaged";
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
 constexpr const char* kEventsWithoutViews[] = {"subject",  "up",     "goal",      "readout",
@@ -197,38 +198,62 @@ std::optional<json> ParsedLine(std::string_view line) {
   return object;
 }
 
-bool HasNoWholeLine(std::string_view bytes) {
-  for (std::size_t end; (end = bytes.find('\n')) != std::string_view::npos; bytes.remove_prefix(end + 1))
-    if (IsJson(bytes.substr(0, end))) return false;
-  return true;
+// Where the first whole line from `begin` on begins; npos: there is none.
+std::size_t NextWholeLine(std::string_view bytes, std::size_t begin) {
+  for (std::size_t end; (end = bytes.find('\n', begin)) != std::string_view::npos; begin = end + 1)
+    if (IsJson(bytes.substr(begin, end - begin))) return begin;
+  return std::string_view::npos;
 }
 
-// What the damaged line may have recorded: views or poses, or both where its kind is unreadable.
-DamagedLine Damaged(int number, std::string reason, std::string_view line, const JournalContents& contents) {
-  DamagedLine damaged{number, std::move(reason), {}, {}};
-  const bool is_view = line.find("\"event\":\"view\"") != std::string_view::npos;
-  const bool is_other = std::ranges::any_of(kEventsWithoutViews, [&](const char* kind) {
+bool MayHaveCorrectedPoses(std::string_view line) {
+  if (line.find("\"event\":\"view\"") != std::string_view::npos) return false;
+  return std::ranges::none_of(kEventsWithoutViews, [&](const char* kind) {
     return line.find(fmt::format("\"event\":\"{}\"", kind)) != std::string_view::npos;
   });
-  if (!is_view && !is_other)
-    for (const View& view : contents.light_field.views) damaged.poses.insert(view.id);
-  return damaged;
 }
 
-// Views are recorded in the order of their ids: ids missing around a damaged line were in it.
+// A run of damaged lines is one entry, and so is all that is damaged beyond many places: a journal of damage must not
+// take more memory and time than one of views.
+void NoteDamaged(int number, std::string reason, std::string_view line, JournalContents& contents) {
+  constexpr std::size_t kMostPlaces = 100;  // guessed: blocks of a disk damage one or two
+  const bool in_a_run = !contents.damaged.empty() && contents.damaged.back().last + 1 == number &&
+                        reason.ends_with(kDamaged) && contents.damaged.back().reason.ends_with(kDamaged);
+  if (!in_a_run && contents.damaged.size() < kMostPlaces) {
+    contents.damaged.push_back({number, number, 1, std::move(reason), {}, {}});
+  } else {
+    DamagedLine& entry = contents.damaged.back();
+    entry.last = number;
+    ++entry.lines;
+    entry.reason = fmt::format("lines {} to {}: {}", entry.number, entry.last,
+                               entry.IsWhole() ? kDamaged : fmt::format("{} of them damaged", entry.lines));
+  }
+  // Within a run no views come.
+  if (std::set<int>& poses = contents.damaged.back().poses; poses.empty() && MayHaveCorrectedPoses(line))
+    for (const View& view : contents.light_field.views) poses.insert(view.id);
+}
+
+// Views are recorded in the order of their ids: ids missing around damaged lines were in them.
 void NameMissingViews(JournalContents& contents) {
+  if (contents.damaged.empty()) return;
+  std::set<int> recorded;
+  // Of the lines before one, and of it and all behind it.
+  std::vector<int> highest{0}, lowest(contents.lines.size() + 1, contents.next_view_id);
+  for (const JournalLine& line : contents.lines) {
+    highest.push_back(std::max(highest.back(), line.view_id));
+    if (line.view_id != 0) recorded.insert(line.view_id);
+  }
+  for (std::size_t i = contents.lines.size(); i-- > 0;)
+    lowest[i] =
+        contents.lines[i].view_id == 0 ? lowest[i + 1] : std::min(lowest[i + 1], contents.lines[i].view_id);
   for (DamagedLine& damaged : contents.damaged) {
-    int before = 0, after = contents.next_view_id;
-    for (std::size_t i = 0; i < contents.lines.size(); ++i) {
-      const int id = contents.lines[i].view_id;
-      if (id == 0) continue;
-      if (static_cast<int>(i) + 1 < damaged.number) before = std::max(before, id);
-      if (static_cast<int>(i) + 1 > damaged.number) after = std::min(after, id);
-    }
+    if (!damaged.IsWhole())
+      for (const View& view : contents.light_field.views) damaged.poses.insert(view.id);
+    const int before = highest[static_cast<std::size_t>(damaged.number - 1)],
+              after = lowest[static_cast<std::size_t>(damaged.last)];
     if (after - before > kMostInDoubt) continue;
     for (int id = before + 1; id < after; ++id)
-      if (!contents.removed.contains(id)) damaged.views.insert(id);
-    if (!damaged.views.empty()) damaged.poses.clear();
+      if (!contents.removed.contains(id) && !recorded.contains(id)) damaged.views.insert(id);
+    if (!damaged.views.empty() && damaged.IsWhole()) damaged.poses.clear();
   }
 }
 
@@ -257,7 +282,7 @@ std::optional<JournalStamp> StampOf(const fs::path& file) {
 
 std::string DamagedLine::Words() const {
   const auto are = [](const std::set<int>& ids) { return ids.size() == 1 ? "is" : "are"; };
-  std::string words = reason + "; the line is left out";
+  std::string words = reason + (lines == 1 ? "; the line is left out" : "; these lines are left out");
   if (!views.empty()) words += fmt::format("; {} {} in doubt", ViewNumbers(views), are(views));
   if (!poses.empty())
     words += fmt::format("; it may have corrected poses: {} {} in doubt", ViewNumbers(poses), are(poses));
@@ -272,12 +297,12 @@ void ApplyLine(std::string_view line, const std::optional<json>& object, Journal
   JournalLine& read = contents.lines.back();
   const std::size_t views_before = contents.light_field.views.size();
   try {
-    if (!object) throw Error("line {}: damaged", number);
+    if (!object) throw Error("line {}: {}", number, kDamaged);
     ApplyEvent({*object, fmt::format("line {}", number)}, contents);
     read.whole = true;
     if (contents.light_field.views.size() > views_before) read.view_id = (*object)["id"].get<int>();
   } catch (const Error& error) {
-    contents.damaged.push_back(Damaged(number, error.what(), line, contents));
+    NoteDamaged(number, error.what(), line, contents);
   }
 }
 
@@ -303,12 +328,13 @@ JournalContents Read(const fs::path& file, const LightField* header) {
   if (header) contents.light_field = *header;
   contents.light_field.root = FolderOf(file);
   const std::string bytes = ReadWholeFile(file);
-  std::size_t begin = 0;
+  std::size_t begin = 0, next_whole = 0;
   for (std::size_t end; (end = bytes.find('\n', begin)) != std::string::npos; begin = end + 1) {
     const std::string_view line = std::string_view(bytes).substr(begin, end - begin);
     const auto object = ParsedLine(line);
     // Blocks of a file reach the disk in any order: lines before its end may be damaged, too.
-    if (!object && HasNoWholeLine(std::string_view(bytes).substr(end + 1))) break;
+    if (!object && next_whole <= begin) next_whole = NextWholeLine(bytes, end + 1);
+    if (next_whole == std::string_view::npos) break;
     contents.lines.push_back({begin, end, false, 0});
     if (contents.lines.size() > 1) {
       ApplyLine(line, object, contents);

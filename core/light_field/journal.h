@@ -56,12 +56,15 @@ std::optional<JournalStamp> StampOf(const std::filesystem::path& file, std::uint
 // The stamp of the whole file.
 std::optional<JournalStamp> StampOf(const std::filesystem::path& file);
 
-// A damaged line and what may have been lost with it.
+// A damaged line, or damaged lines behind each other, and what may have been lost with them.
 struct DamagedLine {
-  int number = 0;             // from 1
-  std::string reason;         // message with the line number
-  std::set<int> views;        // views that it may have recorded
-  std::set<int> poses;        // views whose poses it may have corrected, and no later line did
+  int number = 0;       // from 1
+  int last = 0;         // the last one's number
+  int lines = 1;        // damaged ones among them
+  std::string reason;   // message with the line number
+  std::set<int> views;  // views that it may have recorded
+  std::set<int> poses;  // views whose poses it may have corrected, and no later line did
+  bool IsWhole() const { return lines == last - number + 1; }  // else it stands for many places
   std::string Words() const;  // "line 7: damaged; the line is left out; view 6 is in doubt"
 };
 
@@ -79,8 +82,8 @@ struct JournalContents {
   std::size_t whole_bytes = 0;          // up to the end of the last complete line
   std::set<int> removed;                // ids of removed views
   std::set<std::string> removed_files;  // their photographs and masters
-  std::vector<DamagedLine> damaged;
-  std::vector<JournalLine> lines;  // up to whole_bytes
+  std::vector<DamagedLine> damaged;     // of very many places the last entry stands for all further ones
+  std::vector<JournalLine> lines;       // up to whole_bytes
 };
 
 // Throws Error when the file cannot be read or its first line is no header of a supported version.

@@ -330,7 +330,7 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
   plan.header = found.header;
   plan.views_before = journal.light_field.views.size();
-  plan.damaged_lines = journal.damaged.size();
+  for (const DamagedLine& line : journal.damaged) plan.damaged_lines += static_cast<std::size_t>(line.lines);
   plan.longest_stamp = std::max(check.transforms.made_from_bytes, check.model.made_from_bytes);
   RecoverFromTransforms(dir, journal.light_field, check, plan);
   RecoverFromModel(dir, journal.light_field, check, plan);

@@ -148,12 +148,12 @@ void GigeAnswerDoor(std::string_view bytes) {
 void GvcpRequestsDoor(std::string_view bytes) {
   static FilteredCamera camera;
   std::vector<std::vector<std::uint8_t>> requests;
-  // The sockets hold a few packets; whoever sends more waits.
-  constexpr std::size_t kMostRequests = 8;
+  // What the sockets hold: whoever sends more waits. A packet of the most bytes is longer than the filter's buffer.
+  constexpr std::size_t kMostRequests = 8, kMostBytes = 4096;
   while (bytes.size() > 2 && requests.size() < kMostRequests) {
     const std::size_t size = std::min<std::size_t>(
         gvcp::Half(reinterpret_cast<const std::uint8_t*>(bytes.data())), bytes.size() - 2);
-    requests.push_back(CopyOf(bytes.substr(2, size)));
+    requests.push_back(CopyOf(bytes.substr(2, std::min(size, kMostBytes))));
     bytes.remove_prefix(2 + size);
   }
   camera.Handle(requests);

@@ -160,11 +160,18 @@ TEST(CalibrationFormats, WhatCannotBeSaidIsAnErrorThatNamesIt) {
     EXPECT_THAT(ErrorOf(torn), HasSubstr("the file")) << torn;
 }
 
-TEST(CalibrationFormats, BracketsWithoutEndAreRefused) {
+TEST(CalibrationFormats, WhatNestsWithoutEndIsRefused) {
   std::string tags = "<?xml version=\"1.0\"?>\n<opencv_storage>\n";
-  for (int i = 0; i < 200'000; ++i) tags += "<a>";
+  std::string keys = "%YAML:1.0\n---\n", items = keys, indented = keys;
+  for (int i = 0; i < 200'000; ++i) {
+    tags += "<a>";
+    keys += "a: ";
+    items += "- ";
+  }
+  for (int i = 0; i < 5'000; ++i) indented += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
   for (const std::string& deep :
-       {"%YAML:1.0\n---\ncamera_matrix: " + std::string(200'000, '['), tags,
+       {"%YAML:1.0\n---\ncamera_matrix: " + std::string(200'000, '['), tags, keys + "1\ncamera_matrix: 3\n",
+        items + "1\ncamera_matrix: 3\n", indented + "camera_matrix: 3\n",
         "cam0:\n  camera_model: pinhole\n  intrinsics: " + std::string(200'000, '[')})
     EXPECT_THAT(ErrorOf(deep), HasSubstr("the file"));
 }

@@ -683,6 +683,44 @@ TEST_F(Folder, OfADamagedLineOnlyTheLineIsLost) {
   EXPECT_GT(named, (end - begin) / 6);
 }
 
+// A region of the disk that reads as line ends: every line of it is damaged, and one message says so.
+TEST_F(Folder, AHundredThousandDamagedLinesBehindEachOtherAreOne) {
+  Sample(5);
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) {
+    const std::size_t begin = LineBegin(bytes, 6), end = bytes.find('\n', begin);
+    ASSERT_THAT(bytes.substr(begin, end - begin), HasSubstr("\"id\":3"));
+    bytes.replace(begin, end - begin, std::string(100'000, '\n'));
+  });
+  const JournalContents read = ReadJournal(dir() / "journal.jsonl");
+  EXPECT_THAT(Ids(read.light_field), testing::ElementsAre(1, 2, 4, 5));
+  ASSERT_EQ(read.damaged.size(), 1u);
+  EXPECT_EQ(read.damaged.front().lines, 100'001);
+  EXPECT_EQ(read.damaged.front().Words(),
+            "lines 6 to 100006: damaged; these lines are left out; view 3 is in doubt");
+}
+
+// Damaged everywhere, whole lines between: what is whole is read, and the last entry stands for many places.
+TEST_F(Folder, OfVeryManyDamagedPlacesOneEntrySaysTheRest) {
+  Sample(5);
+  Rewrite(dir() / "journal.jsonl", [](std::string& bytes) {
+    const std::size_t begin = LineBegin(bytes, 6), end = bytes.find('\n', begin) + 1;
+    std::string gaps;
+    for (int i = 0; i < 20'000; ++i)
+      gaps += "?\n{\"event\":\"gap\",\"from_s\":1.0,\"to_s\":2.0,\"reason\":\"a cable\"}\n";
+    bytes.replace(begin, end - begin, gaps);
+  });
+  const JournalContents read = ReadJournal(dir() / "journal.jsonl");
+  EXPECT_THAT(Ids(read.light_field), testing::ElementsAre(1, 2, 4, 5));
+  ASSERT_EQ(read.damaged.size(), 100u);
+  int lines = 0;
+  for (const DamagedLine& entry : read.damaged) lines += entry.lines;
+  EXPECT_EQ(lines, 20'000);
+  EXPECT_EQ(read.damaged.back().Words(),
+            "lines 204 to 40004: 19901 of them damaged; these lines are left out; view 3 is in doubt; it may "
+            "have corrected "
+            "poses: views 1, 2, 4 and 5 are in doubt");
+}
+
 TEST_F(Folder, ADamagedCorrectionPutsThePosesInDoubtThatNoLaterOneTells) {
   Sample(4);
   const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});

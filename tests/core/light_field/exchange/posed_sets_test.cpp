@@ -270,6 +270,10 @@ TEST_F(LlffSet, DamageIsRefusedByName) {
   ExpectRefused("cut short");
   Write(Npy(LlffRows(wall_), {}, "5, 17, 1"));
   ExpectRefused("one or two dimensions");
+  Write(Npy(LlffRows(wall_), {}, std::string(60000, '1')));
+  ExpectRefused("one or two dimensions");
+  Write(Npy(LlffRows(wall_), {}, "900000000, 0"));
+  ExpectRefused("without numbers");
   Write(Npy(LlffRows(wall_).leftCols(15)));
   ExpectRefused("a row of 17");
   Write(Npy(LlffRows(wall_), {"<i8", false, 1}));
