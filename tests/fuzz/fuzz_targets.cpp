@@ -80,10 +80,26 @@ void ReadSet(std::string_view bytes, SetFormat format, std::span<const char* con
   RequireSound(ReadPosedSet(FuzzFolder(bytes, names), format, FuzzPhotographs()).light_field);
 }
 
+// Each way to read; refuses what all of them refuse.
+void ReadByOneOf(std::initializer_list<std::function<void()>> ways) {
+  std::optional<Error> refused;
+  std::size_t refusals = 0;
+  for (const auto& read : ways) {
+    try {
+      read();
+    } catch (const Error& error) {
+      refused = error;
+      ++refusals;
+    }
+  }
+  if (refusals == ways.size()) throw Error("{}", refused->what());
+}
+
 void Transforms(std::string_view bytes) {
   const fs::path file = FuzzFile(bytes, "transforms.json");
   PutFuzzPhotographs(file.parent_path() / "images");
-  RequireOwnPaths(ReadTransformsJson(file));
+  ReadByOneOf({[&] { RequireOwnPaths(ReadTransformsJson(file)); },
+               [&] { RequireSound(ReadTransformsJson(file, FuzzPhotographs())); }});
 }
 void NerfSynthetic(std::string_view bytes) {
   const fs::path folder = FuzzFolder(bytes, std::array{"transforms_train.json", "transforms_test.json"});
@@ -117,20 +133,6 @@ void TumSet(std::string_view bytes) {
 }
 void Tum(std::string_view bytes) {
   for (const TimedPose& pose : ReadTum(FuzzFile(bytes, "trajectory.txt"))) RequireFinite(pose.cam_from_world);
-}
-// Each way to read; refuses what all of them refuse.
-void ReadByOneOf(std::initializer_list<std::function<void()>> ways) {
-  std::optional<Error> refused;
-  std::size_t refusals = 0;
-  for (const auto& read : ways) {
-    try {
-      read();
-    } catch (const Error& error) {
-      refused = error;
-      ++refusals;
-    }
-  }
-  if (refusals == ways.size()) throw Error("{}", refused->what());
 }
 
 void Calibration(std::string_view bytes) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <functional>
 #include <opencv2/core.hpp>
@@ -41,6 +42,24 @@ bool HoldsPhotographsBelow(const fs::path& folder) {
   return false;
 }
 
+// The path, else what is left of it without its first folders, as long as there is such a file; also with an ending,
+// where it has none. Empty: there is none.
+std::string FileInFolder(const fs::path& folder, const fs::path& path) {
+  std::error_code unknown;
+  const std::string whole = path.relative_path().generic_string();
+  for (std::size_t first = 0; first < whole.size();) {
+    const std::string part = whole.substr(first);
+    const std::size_t slash = part.find('/');
+    first = slash == std::string::npos ? whole.size() : first + slash + 1;
+    if (part.size() > PATH_MAX || part.starts_with("../")) continue;
+    for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"}) {
+      if (*ending != '\0' && HasImageEnding(part)) break;
+      if (fs::is_regular_file(folder / (part + ending), unknown)) return part + ending;
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::vector<fs::path>& folders) {
@@ -66,21 +85,24 @@ SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::ve
 }
 
 std::string SetImages::Find(const std::string& name) const {
-  std::error_code unknown;
-  const fs::path path = fs::path(name).lexically_normal();
-  const bool leaves = path.is_absolute() || (!path.empty() && *path.begin() == "..");
-  if (!leaves && fs::is_regular_file(folder_ / path, unknown)) return path.generic_string();
-  const std::string file = path.filename().string();
-  const auto first_with = [&](const std::function<bool(const fs::path&)>& is_meant) {
-    const auto found = std::ranges::find_if(names_, is_meant);
-    return found == names_.end() ? std::string() : *found;
-  };
-  std::string found =
-      first_with([&](const fs::path& other) { return Lowercase(other.string()) == Lowercase(file); });
-  if (found.empty())
-    found = first_with(
-        [&](const fs::path& other) { return other.stem() == file || other.stem() == path.stem(); });
-  return found;
+  std::string slashed = name;
+  std::ranges::replace(slashed, '\\', '/');  // on Windows
+  for (const std::string& given : {name, slashed}) {
+    const fs::path path = fs::path(given).lexically_normal();
+    if (std::string found = FileInFolder(folder_, path); !found.empty()) return found;
+    const std::string file = path.filename().string();
+    const auto first_with = [&](const std::function<bool(const fs::path&)>& is_meant) {
+      const auto found = std::ranges::find_if(names_, is_meant);
+      return found == names_.end() ? std::string() : *found;
+    };
+    std::string found =
+        first_with([&](const fs::path& other) { return Lowercase(other.string()) == Lowercase(file); });
+    if (found.empty())
+      found = first_with(
+          [&](const fs::path& other) { return other.stem() == file || other.stem() == path.stem(); });
+    if (!found.empty()) return found;
+  }
+  return {};
 }
 
 std::string SetImages::MaskOf(const std::string& name) const {

@@ -36,8 +36,10 @@ class SetImages {
   const std::filesystem::path& folder() const { return folder_; }
   // All photographs in the folder itself, by name as people count (a2.jpg before a10.jpg), relative to it.
   const std::vector<std::string>& names() const { return names_; }
-  // The photograph of this name, relative to the folder and in it; where there is none, that with the same stem and another
-  // ending, or in upper or lower case; else the same for the name without its folders. Empty: there is none.
+  // The photograph of this name, relative to the folder and in it: under the whole name (with an ending, where it has
+  // none), else under what is left of it without its first folders; else a photograph of the folder itself with the same
+  // file name in upper or lower case, else with the same stem and another ending. Folders are separated by `/` or, by
+  // programs on Windows, by `\`. Empty: there is none.
   std::string Find(const std::string& name) const;
   // masks/NAME.png, masks/STEM.png or masks/STEM_mask.png beside the folder or in it, or NAME.mask.png or STEM.mask.png
   // in it, relative to it; empty: there is none.

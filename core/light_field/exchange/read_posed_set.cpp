@@ -163,14 +163,17 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
                 const std::optional<CameraModel>& camera) {
   switch (format) {
     case SetFormat::kUlf: {
+      if (!images.empty())
+        throw UsageError("--images: {} is a light field, which holds its photographs; leave the option out",
+                         place.string());
       PosedSet set{ReadLightField(place), "ulf", {}, {}};
       set.light_field.doubts.clear();  // they have been said
       return set;
     }
     case SetFormat::kTransforms:
-      return {ReadTransformsJson(place), "nerfstudio", {}, {}};
+      return {ReadTransformsJson(place, images), "nerfstudio", {}, {}};
     case SetFormat::kNerfSynthetic:
-      return ReadNerfSyntheticSet(place);
+      return ReadNerfSyntheticSet(place, images);
     case SetFormat::kColmap:
       return ReadColmapSet(place, images);
     case SetFormat::kLlff:

@@ -20,6 +20,7 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
 #include "core/image/image_header.h"
+#include "core/light_field/exchange/posed_set.h"
 #include "core/light_field/exchange/raw_beside.h"
 #include "core/light_field/exchange/transforms_camera.h"
 #include "core/light_field/newer_format.h"
@@ -56,27 +57,83 @@ Rigid3 CamFromWorld(const JsonPlace& frame) {
   return CamFromOpenGl(world_from_cam, frame.where, "transform_matrix");
 }
 
-// nerfstudio writes paths with their ending, Blender's original NeRF sets without.
-std::string ImagePath(const fs::path& root, const JsonPlace& frame) {
-  const std::string given = frame.Text("file_path");
-  for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"}) {
-    const std::string inside = PathInside(root, given + ending, frame.where);
-    if (fs::is_regular_file(root / inside)) return inside;
-  }
-  // The set was made of JPEGs that another program developed; the raw files are there.
-  if (const fs::path raw = RawBeside(root / given); !raw.empty())
-    return PathInside(root, (fs::path(given).parent_path() / raw.filename()).generic_string(), frame.where);
-  throw Error("{}: the image '{}' is missing in {}; restore it or take the frame out", frame.where, given,
-              root.string());
+// The path with '/' between folders, though it was written on Windows.
+std::string WithSlashes(std::string path) {
+  std::ranges::replace(path, '\\', '/');
+  return path;
 }
 
-std::string MaskPath(const fs::path& root, const JsonPlace& frame) {
+// A '/'-separated path relative to `root`, with the symbolic links of both followed; none: it leaves `root`.
+std::optional<std::string> PathWithin(const fs::path& root, const std::string& relative,
+                                      const std::string& where) {
+  std::error_code unknown;  // such as a name that is too long
+  const fs::path canonical_root = fs::weakly_canonical(root);
+  const fs::path target = fs::weakly_canonical(canonical_root / relative, unknown);
+  if (unknown)
+    throw Error("{}: the path '{:.200}' cannot be followed: {}", where, relative, unknown.message());
+  const fs::path inside = target.lexically_relative(canonical_root);
+  if (relative.empty() || fs::path(relative).is_absolute() || inside.empty() || *inside.begin() == "..")
+    return std::nullopt;
+  return fs::path(relative).lexically_normal().generic_string();
+}
+
+// The file of this name, relative to `root`; empty: it is missing. Throws Error where the name leaves `root`.
+std::string FileWithin(const fs::path& root, const std::string& given, const std::string& where) {
+  for (const std::string& path : {given, WithSlashes(given)})
+    if (std::string inside = PathInside(root, path, where); fs::is_regular_file(root / inside)) return inside;
+  return {};
+}
+
+constexpr const char* kFindByName =
+    "'ulf import SET --images FOLDER -o OUT' finds photographs by their names";
+
+// Where the photographs and masks are that frames name.
+struct FrameFiles {
+  bool are_read = true;                  // else paths are taken as they are written
+  fs::path root = {};                    // they lie here
+  std::optional<SetImages> images = {};  // photographs lie here instead
+};
+
+// nerfstudio writes paths with their ending, Blender's original NeRF sets without.
+std::string PathOfPhotograph(const FrameFiles& files, const std::string& given, const std::string& where) {
+  if (!files.are_read) return given;
+  if (files.images) {
+    if (std::string found = files.images->Find(given); !found.empty()) return found;
+    throw Error(
+        "{}: the image '{}' is not in {}; give the folder that holds all photographs, or take the frame out",
+        where, given, files.images->folder().string());
+  }
+  for (const std::string& path : {given, WithSlashes(given)}) {
+    for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"}) {
+      const auto inside = PathWithin(files.root, path + ending, where);
+      if (!inside)
+        throw Error(
+            "{}: the path '{}' leaves the folder {}, by itself or by a symbolic link; a light field only "
+            "holds "
+            "what lies inside it; {}",
+            where, given, files.root.string(), kFindByName);
+      if (fs::is_regular_file(files.root / *inside)) return *inside;
+    }
+    // The set was made of JPEGs that another program developed; the raw files are there.
+    if (const fs::path raw = RawBeside(files.root / path); !raw.empty())
+      return PathInside(files.root, (fs::path(path).parent_path() / raw.filename()).generic_string(), where);
+  }
+  throw Error("{}: the image '{}' is missing in {}; restore it or take the frame out; {}", where, given,
+              files.root.string(), kFindByName);
+}
+
+// Empty: none. Of photographs that lie elsewhere the mask beside them comes first: it has their size.
+std::string PathOfMask(const FrameFiles& files, const JsonPlace& frame, const std::string& photograph) {
+  if (files.images)
+    if (std::string beside = files.images->MaskOf(photograph); !beside.empty()) return beside;
+  if (!frame.Has("mask_path")) return {};
   const std::string given = frame.Text("mask_path");
-  const std::string inside = PathInside(root, given, frame.where);
-  if (!fs::is_regular_file(root / inside))
-    throw Error("{}: the mask '{}' is missing in {}; restore it or take 'mask_path' out", frame.where, given,
-                root.string());
-  return inside;
+  if (!files.are_read) return given;
+  if (const std::string inside = FileWithin(files.root, given, frame.where); !inside.empty())
+    return files.images ? fs::proximate(files.root / inside, files.images->folder()).generic_string()
+                        : inside;
+  throw Error("{}: the mask '{}' is missing in {}; restore it or take 'mask_path' out", frame.where, given,
+              files.root.string());
 }
 
 void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
@@ -224,10 +281,24 @@ class Cameras {
   std::map<std::vector<double>, int> indices_;
 };
 
-// With `files`, there must be frames, and the images and masks that they name.
-LightField ReadFrames(const Document& document, const fs::path& file, bool files) {
+// Masters and exposures show what the set's own photographs show, and belong to no others.
+void ReadOurView(const FrameFiles& files, const JsonPlace& ours, View& view) {
+  const std::string mask = view.mask_path;
+  ReadViewJson(ours, view);
+  if (files.images) {
+    view.mask_path = mask;
+    view.master_path.clear();
+    view.exposures.clear();
+    view.merged.reset();
+  } else {
+    RequirePathsInside(files.root, ours.where, view);
+  }
+}
+
+// Where files are read, there must be frames, and the images and masks that they name.
+LightField ReadFrames(const Document& document, const fs::path& file, const FrameFiles& files) {
   LightField light_field;
-  light_field.root = FolderOf(file);
+  light_field.root = files.images ? files.images->folder() : files.root;
   const JsonPlace top{document.top(), file.string()};
   const json shared_keys = CameraKeysOf(document.top());
   Cameras cameras(light_field.cameras);
@@ -239,10 +310,9 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
     view.id = static_cast<int>(i) + 1;
     const std::string given = frame.Text("file_path");
     frame.where += " (" + given + ")";
-    if (!files) view.id = NumberOfName(given).value_or(view.id);
-    view.image_path = files ? ImagePath(light_field.root, frame) : given;
-    if (frame.Has("mask_path"))
-      view.mask_path = files ? MaskPath(light_field.root, frame) : frame.Text("mask_path");
+    if (!files.are_read) view.id = NumberOfName(given).value_or(view.id);
+    view.image_path = PathOfPhotograph(files, given, frame.where);
+    view.mask_path = PathOfMask(files, frame, view.image_path);
     view.cam_from_world = CamFromWorld(frame);
     const json own_keys = CameraKeysOf(object);
     if (own_keys.empty() && shared_camera) {
@@ -256,16 +326,17 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
       view.camera = cameras.IndexOf(ReadCamera(place, light_field.root / view.image_path));
       if (own_keys.empty()) shared_camera = view.camera;
     }
-    if (frame.Has("ulf")) {
-      ReadViewJson({frame.Raw("ulf"), frame.where + ", ulf"}, view);
-      RequirePathsInside(light_field.root, frame.where, view);
-    }
+    if (files.images)
+      view.camera = cameras.IndexOf(AtSizeOf(light_field.root / view.image_path,
+                                             light_field.cameras.at(static_cast<std::size_t>(view.camera)),
+                                             frame.where, light_field.doubts));
+    if (frame.Has("ulf")) ReadOurView(files, {frame.Raw("ulf"), frame.where + ", ulf"}, view);
     for (const auto& [key, value] : object.items())
       if (!Among(kFrameKeys, key) && !IsCameraKey(key)) ++unused[key];
     light_field.views.push_back(std::move(view));
   };
   document.ForEachFrame(add);
-  if (files && light_field.views.empty())
+  if (files.are_read && light_field.views.empty())
     throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
   std::ranges::stable_sort(light_field.views, [](const View& a, const View& b) { return a.id < b.id; });
   for (std::size_t i = 1; i < light_field.views.size(); ++i)
@@ -282,10 +353,10 @@ LightField ReadFrames(const Document& document, const fs::path& file, bool files
   return light_field;
 }
 
-void ReadPointsOf(const JsonPlace& top, LightField& light_field) {
+void ReadPointsOf(const JsonPlace& top, const fs::path& root, LightField& light_field) {
   const std::string given = top.Text("ply_file_path", "");
-  const std::string path = given.empty() ? kPointsFile : PathInside(light_field.root, given, top.where);
-  if (!ReadPointPositions(light_field.root / path, light_field) && !given.empty())
+  const std::string path = given.empty() ? kPointsFile : FileWithin(root, given, top.where);
+  if (!ReadPointPositions(root / path, light_field) && !given.empty())
     light_field.doubts.push_back(
         fmt::format("{}: the points '{}' are missing: the set is read without points", top.where, given));
 }
@@ -346,25 +417,21 @@ Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& w
 }
 
 std::string PathInside(const fs::path& root, const std::string& relative, const std::string& where) {
-  std::error_code unknown;  // such as a name that is too long
-  const fs::path canonical_root = fs::weakly_canonical(root);
-  const fs::path target = fs::weakly_canonical(canonical_root / relative, unknown);
-  if (unknown)
-    throw Error("{}: the path '{:.200}' cannot be followed: {}", where, relative, unknown.message());
-  const fs::path inside = target.lexically_relative(canonical_root);
-  if (relative.empty() || fs::path(relative).is_absolute() || inside.empty() || *inside.begin() == "..")
-    throw Error(
-        "{}: the path '{}' leaves the folder {}, by itself or by a symbolic link; a light field only holds "
-        "what lies inside it",
-        where, relative, root.string());
-  return fs::path(relative).lexically_normal().generic_string();
+  if (auto inside = PathWithin(root, relative, where)) return *std::move(inside);
+  throw Error(
+      "{}: the path '{}' leaves the folder {}, by itself or by a symbolic link; a light field only holds "
+      "what "
+      "lies inside it",
+      where, relative, root.string());
 }
 
-LightField ReadTransformsJson(const fs::path& file) {
+LightField ReadTransformsJson(const fs::path& file, const fs::path& images) {
   const Document document(file);
-  LightField light_field = ReadFrames(document, file, true);
+  FrameFiles files{.root = FolderOf(file)};
+  if (!images.empty()) files.images.emplace(files.root, images, std::vector<fs::path>());
+  LightField light_field = ReadFrames(document, file, files);
   const JsonPlace top{document.top(), file.string()};
-  ReadPointsOf(top, light_field);
+  ReadPointsOf(top, files.root, light_field);
   if (StampFrom(top) && !fs::exists(light_field.root / kJournalFile))
     light_field.doubts.push_back(fmt::format(
         "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
@@ -374,8 +441,8 @@ LightField ReadTransformsJson(const fs::path& file) {
 
 TransformsText ReadTransformsText(const fs::path& file) {
   const Document document(file);
-  return {ReadFrames(document, file, false), StampFrom({document.top(), file.string()}),
-          document.top().contains("ulf")};
+  return {ReadFrames(document, file, {.are_read = false, .root = FolderOf(file)}),
+          StampFrom({document.top(), file.string()}), document.top().contains("ulf")};
 }
 
 json OpenGlRows(const Eigen::Matrix4d& ours) {

@@ -1,6 +1,6 @@
 // Tests: core/light_field/exchange/read_posed_set, core/light_field/exchange/posed_set,
 // core/light_field/exchange/colmap_set, core/light_field/exchange/llff_set, core/light_field/exchange/npy_file,
-// core/light_field/exchange/nerf_synthetic_set, core/light_field/exchange/subject_of_set, core/image/over_background.
+// core/light_field/exchange/subject_of_set.
 //
 // The same cameras before the same wall in every format: what is read is what was written, and what is damaged is
 // refused by name.
@@ -445,75 +445,6 @@ TEST_P(ColmapBinarySet, BesideATextModelTheBinaryOneCounts) {
   const LightField read = Read();
   EXPECT_LT(read.views[0].cam_from_world.translation.x(), 0.5);
   EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("the binary one is read")));
-}
-
-// ---- NeRF's synthetic sets ----
-
-class NerfSet : public testing::Test {
- protected:
-  NerfSet() {
-    for (const char* part : {"train", "test"}) {
-      json frames = json::array();
-      fs::create_directories(scratch_ / "set" / part);
-      for (int i = 0; i < 3; ++i) {
-        View view = ViewNumber(part == std::string("test") ? i + 3 : i);
-        const Eigen::Matrix4d pose =
-            view.cam_from_world.Inverse().Matrix() * Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
-        json rows = json::array();
-        for (int r = 0; r < 4; ++r) rows.push_back({pose(r, 0), pose(r, 1), pose(r, 2), pose(r, 3)});
-        frames.push_back({{"file_path", fmt::format("./{}/r_{}", part, i)},
-                          {"rotation", 0.01},
-                          {"transform_matrix", rows}});
-        cv::Mat picture(kHeight, kWidth, CV_8UC4, cv::Scalar(40, 80, 120, 255));
-        picture.at<cv::Vec4b>(2, 3) = {200, 100, 0, 0};
-        picture.at<cv::Vec4b>(2, 4) = {200, 100, 0, 51};
-        cv::imwrite((scratch_ / "set" / part / fmt::format("r_{}.png", i)).string(), picture);
-      }
-      std::ofstream(scratch_ / "set" / fmt::format("transforms_{}.json", part))
-          << JsonText(json{{"camera_angle_x", 0.7}, {"frames", frames}});
-    }
-  }
-  ScratchFolder scratch_;
-};
-
-TEST_F(NerfSet, HasAllPartsOverWhite) {
-  const Imported imported = Import(scratch_ / "set", scratch_ / "lf", {});
-  const LightField& read = imported.light_field;
-  ASSERT_EQ(read.views.size(), 6u);
-  EXPECT_EQ(imported.format, "NeRF, synthetic");
-  EXPECT_EQ(read.views[0].image_path, "images/train/r_0.png");
-  EXPECT_EQ(read.views[5].image_path, "images/test/r_2.png");
-  EXPECT_EQ(read.cameras.size(), 1u);
-  EXPECT_NEAR(read.cameras[0].fx, 0.5 * kWidth / std::tan(0.35), 1e-9);
-  EXPECT_LT((read.views[4].cam_from_world.Matrix() - ViewNumber(4).cam_from_world.Matrix()).norm(), 1e-9);
-  const cv::Mat picture = ReadImageFile((scratch_ / "lf/images/test/r_2.png").string());
-  EXPECT_EQ(picture.at<cv::Vec3b>(0, 0), cv::Vec3b(40, 80, 120));
-  EXPECT_EQ(picture.at<cv::Vec3b>(2, 3), cv::Vec3b(255, 255, 255));
-  EXPECT_EQ(picture.at<cv::Vec3b>(2, 4), cv::Vec3b(244, 224, 204)) << "a fifth of the colour";
-  EXPECT_FALSE(HasMask(read, read.views[0]));
-}
-
-TEST_F(NerfSet, TheBackgroundCanBeChosen) {
-  const std::string import = "import " + (scratch_ / "set").string() + " -o " + (scratch_ / "lf").string();
-  const auto run = test::RunUlf(import + " --background 10,20,30");
-  EXPECT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_EQ(ReadImageFile((scratch_ / "lf/images/train/r_0.png").string()).at<cv::Vec3b>(2, 3),
-            cv::Vec3b(30, 20, 10));
-  for (const char* bad : {"red", "1,2", "1,2,3,4", "256,0,0", "-1,0,0"})
-    EXPECT_EQ(test::RunUlf(import + "2 --background " + bad).exit_code, 2) << bad;
-}
-
-TEST(OverBackground, SixteenBitsStaySixteen) {
-  const ScratchFolder scratch;
-  cv::Mat picture(2, 2, CV_16UC4, cv::Scalar(1000, 2000, 3000, 65535));
-  picture.at<cv::Vec<std::uint16_t, 4>>(0, 0)[3] = 0;
-  cv::imwrite((scratch / "a.png").string(), picture);
-  const cv::Mat over = ReadOverBackground((scratch / "a.png").string(), {1, 0, 0.5});
-  ASSERT_EQ(over.type(), CV_16UC3);
-  EXPECT_EQ((over.at<cv::Vec<std::uint16_t, 3>>(0, 0)), (cv::Vec<std::uint16_t, 3>(65535, 0, 32768)));
-  EXPECT_EQ((over.at<cv::Vec<std::uint16_t, 3>>(1, 1)), (cv::Vec<std::uint16_t, 3>(1000, 2000, 3000)));
-  cv::imwrite((scratch / "b.png").string(), cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)));
-  EXPECT_TRUE(ReadOverBackground((scratch / "b.png").string(), {1, 1, 1}).empty());
 }
 
 // ---- which format it is ----

@@ -1,0 +1,227 @@
+// Tests: core/light_field/exchange/transforms_json, core/light_field/exchange/nerf_synthetic_set,
+// core/light_field/exchange/posed_set, core/image/over_background.
+//
+// Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those whose photographs lie
+// elsewhere, because the set comes from another computer or its photographs were made smaller.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/error.h"
+#include "core/base/json_text.h"
+#include "core/image/over_background.h"
+#include "core/light_field/exchange/import_light_field.h"
+#include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/light_field_io.h"
+#include "tests/core/light_field/light_field_samples.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using nlohmann::json;
+using test::ScratchFolder;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::ThrowsMessage;
+
+class NerfSet : public testing::Test {
+ protected:
+  NerfSet() {
+    for (const char* part : {"train", "test"}) {
+      json frames = json::array();
+      fs::create_directories(scratch_ / "set" / part);
+      for (int i = 0; i < 3; ++i) {
+        View view = ViewNumber(part == std::string("test") ? i + 3 : i);
+        const Eigen::Matrix4d pose =
+            view.cam_from_world.Inverse().Matrix() * Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
+        json rows = json::array();
+        for (int r = 0; r < 4; ++r) rows.push_back({pose(r, 0), pose(r, 1), pose(r, 2), pose(r, 3)});
+        frames.push_back({{"file_path", fmt::format("./{}/r_{}", part, i)},
+                          {"rotation", 0.01},
+                          {"transform_matrix", rows}});
+        cv::Mat picture(kHeight, kWidth, CV_8UC4, cv::Scalar(40, 80, 120, 255));
+        picture.at<cv::Vec4b>(2, 3) = {200, 100, 0, 0};
+        picture.at<cv::Vec4b>(2, 4) = {200, 100, 0, 51};
+        cv::imwrite((scratch_ / "set" / part / fmt::format("r_{}.png", i)).string(), picture);
+      }
+      std::ofstream(scratch_ / "set" / fmt::format("transforms_{}.json", part))
+          << JsonText(json{{"camera_angle_x", 0.7}, {"frames", frames}});
+    }
+  }
+  ScratchFolder scratch_;
+};
+
+TEST_F(NerfSet, HasAllPartsOverWhite) {
+  const Imported imported = Import(scratch_ / "set", scratch_ / "lf", {});
+  const LightField& read = imported.light_field;
+  ASSERT_EQ(read.views.size(), 6u);
+  EXPECT_EQ(imported.format, "NeRF, synthetic");
+  EXPECT_EQ(read.views[0].image_path, "images/train/r_0.png");
+  EXPECT_EQ(read.views[5].image_path, "images/test/r_2.png");
+  EXPECT_EQ(read.cameras.size(), 1u);
+  EXPECT_NEAR(read.cameras[0].fx, 0.5 * kWidth / std::tan(0.35), 1e-9);
+  EXPECT_LT((read.views[4].cam_from_world.Matrix() - ViewNumber(4).cam_from_world.Matrix()).norm(), 1e-9);
+  const cv::Mat picture = ReadImageFile((scratch_ / "lf/images/test/r_2.png").string());
+  EXPECT_EQ(picture.at<cv::Vec3b>(0, 0), cv::Vec3b(40, 80, 120));
+  EXPECT_EQ(picture.at<cv::Vec3b>(2, 3), cv::Vec3b(255, 255, 255));
+  EXPECT_EQ(picture.at<cv::Vec3b>(2, 4), cv::Vec3b(244, 224, 204)) << "a fifth of the colour";
+  EXPECT_FALSE(HasMask(read, read.views[0]));
+}
+
+TEST_F(NerfSet, TheBackgroundCanBeChosen) {
+  const std::string import = "import " + (scratch_ / "set").string() + " -o " + (scratch_ / "lf").string();
+  const auto run = test::RunUlf(import + " --background 10,20,30");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(ReadImageFile((scratch_ / "lf/images/train/r_0.png").string()).at<cv::Vec3b>(2, 3),
+            cv::Vec3b(30, 20, 10));
+  for (const char* bad : {"red", "1,2", "1,2,3,4", "256,0,0", "-1,0,0"})
+    EXPECT_EQ(test::RunUlf(import + "2 --background " + bad).exit_code, 2) << bad;
+}
+
+// Its photographs lie in another folder, where only the ends of their names lead.
+TEST_F(NerfSet, IsFoundByTheEndsOfItsNames) {
+  fs::create_directories(scratch_ / "elsewhere");
+  for (const char* part : {"train", "test"})
+    fs::rename(scratch_ / "set" / part, scratch_ / "elsewhere" / part);
+  const PosedSet set = ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere");
+  ASSERT_EQ(set.light_field.views.size(), 6u);
+  EXPECT_EQ(set.light_field.views[5].image_path, "test/r_2.png");
+  EXPECT_EQ(set.light_field.root, scratch_ / "elsewhere");
+  // In the folder of one part the names of the other lead to the same photographs.
+  EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere/train"); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("transforms_test.json"), HasSubstr("r_0.png"),
+                                         HasSubstr("holds train, val and test"))));
+}
+
+TEST(OverBackground, SixteenBitsStaySixteen) {
+  const ScratchFolder scratch;
+  cv::Mat picture(2, 2, CV_16UC4, cv::Scalar(1000, 2000, 3000, 65535));
+  picture.at<cv::Vec<std::uint16_t, 4>>(0, 0)[3] = 0;
+  cv::imwrite((scratch / "a.png").string(), picture);
+  const cv::Mat over = ReadOverBackground((scratch / "a.png").string(), {1, 0, 0.5});
+  ASSERT_EQ(over.type(), CV_16UC3);
+  EXPECT_EQ((over.at<cv::Vec<std::uint16_t, 3>>(0, 0)), (cv::Vec<std::uint16_t, 3>(65535, 0, 32768)));
+  EXPECT_EQ((over.at<cv::Vec<std::uint16_t, 3>>(1, 1)), (cv::Vec<std::uint16_t, 3>(1000, 2000, 3000)));
+  cv::imwrite((scratch / "b.png").string(), cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)));
+  EXPECT_TRUE(ReadOverBackground((scratch / "b.png").string(), {1, 1, 1}).empty());
+}
+
+// ---- photographs elsewhere ----
+
+// Three views, whose photographs lie in shots/ instead of where the frames say.
+class SetNamedElsewhere : public testing::Test {
+ protected:
+  SetNamedElsewhere() {
+    WriteSample(scratch_ / "set", 3);
+    fs::remove(scratch_ / "set/journal.jsonl");
+    written_ = ReadTransformsJson(file());
+    document_ = JsonFromText(ReadWholeFile(file()));
+    fs::rename(scratch_ / "set/images", scratch_ / "shots");
+  }
+  fs::path file() const { return scratch_ / "set/transforms.json"; }
+  // `name` of each frame's photograph: "000001.png" in the set as it was.
+  void NameFrames(const std::function<std::string(const std::string&)>& name) {
+    for (std::size_t i = 0; i < 3; ++i)
+      document_["frames"][i]["file_path"] = name(fs::path(written_.views[i].image_path).filename().string());
+    std::ofstream(file()) << JsonText(document_);
+  }
+  LightField Read() { return ReadPosedSet(scratch_ / "set", {}, scratch_ / "shots").light_field; }
+
+  ScratchFolder scratch_;
+  LightField written_;
+  json document_;
+};
+
+TEST_F(SetNamedElsewhere, IsFoundByName) {
+  for (const char* folders : {"images/", "./images/", "../fox/images/", "/home/anna/fox/images/",
+                              "C:\\Users\\anna\\fox\\images\\", "images\\"}) {
+    NameFrames([&](const std::string& name) { return folders + name; });
+    EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, {}); },
+                ThrowsMessage<Error>(AllOf(HasSubstr("frame 0"), HasSubstr("--images FOLDER"))))
+        << folders;
+    const LightField read = Read();
+    ASSERT_EQ(read.views.size(), 3u) << folders;
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(read.views[i].image_path, fs::path(written_.views[i].image_path).filename()) << folders;
+      EXPECT_EQ(read.views[i].cam_from_world.Matrix(), written_.views[i].cam_from_world.Matrix());
+    }
+    EXPECT_EQ(read.cameras, written_.cameras);
+    EXPECT_EQ(read.points.size(), written_.points.size()) << "of the set's own folder";
+  }
+}
+
+TEST_F(SetNamedElsewhere, AnotherEndingOrCaseIsTheSamePhotograph) {
+  for (const std::string ending : {".jpg", ".PNG", ""}) {
+    NameFrames([&](const std::string& name) { return "images/" + fs::path(name).stem().string() + ending; });
+    EXPECT_EQ(Read().views[2].image_path, fs::path(written_.views[2].image_path).filename()) << ending;
+  }
+  NameFrames([&](const std::string& name) { return "images/other_" + name; });
+  EXPECT_THAT([&] { Read(); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("frame 0"), HasSubstr("is not in"), HasSubstr("shots"))));
+}
+
+TEST_F(SetNamedElsewhere, SmallerPhotographsScaleTheCamera) {
+  for (const auto& entry : fs::directory_iterator(scratch_ / "shots")) {
+    cv::Mat half;
+    cv::resize(cv::imread(entry.path().string()), half, {kWidth / 2, kHeight / 2});
+    cv::imwrite(entry.path().string(), half);
+  }
+  fs::rename(scratch_ / "shots", scratch_ / "set/images_2");
+  const LightField read = ReadPosedSet(scratch_ / "set", {}, scratch_ / "set/images_2").light_field;
+  ASSERT_EQ(read.views.size(), 3u);
+  EXPECT_EQ(read.CameraOf(read.views[1]),
+            written_.CameraOf(written_.views[1]).ScaledTo(kWidth / 2, kHeight / 2));
+  EXPECT_THAT(read.doubts, Contains(HasSubstr("resized")));
+  const auto run = test::RunUlf("import " + (scratch_ / "set").string() + " --images images_2 -o " +
+                                (scratch_ / "lf").string());
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  const LightField imported = ReadLightField(scratch_ / "lf");
+  EXPECT_EQ(ReadViewImage(imported, imported.views[0]).pixels.cols, kWidth / 2);
+}
+
+TEST_F(SetNamedElsewhere, MasksAreFoundBesideThePhotographsOrWhereTheSetHasThem) {
+  cv::Mat mask(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 0, 8, 8)) = 0;
+  fs::create_directories(scratch_ / "set/masks");
+  for (std::size_t i = 0; i < 3; ++i) {
+    cv::imwrite((scratch_ / "set/masks" / fmt::format("{}.png", i)).string(), mask);
+    document_["frames"][i]["mask_path"] = fmt::format("masks/{}.png", i);
+  }
+  fs::create_directories(scratch_ / "masks");
+  const std::string second = fs::path(written_.views[1].image_path).filename().string();
+  cv::imwrite((scratch_ / "masks" / second).string(), mask);
+  NameFrames([&](const std::string& name) { return "images/" + name; });
+  const LightField read = Read();
+  EXPECT_EQ(read.views[0].mask_path, "../set/masks/0.png");
+  EXPECT_EQ(read.views[1].mask_path, "../masks/" + second);
+  for (const View& view : read.views)
+    EXPECT_EQ(cv::countNonZero(ReadViewMask(read, view)), kWidth * kHeight - 64);
+}
+
+TEST_F(SetNamedElsewhere, NamesOfWindowsAreFoundInTheSet) {
+  fs::rename(scratch_ / "shots", scratch_ / "set/images");
+  fs::create_directories(scratch_ / "set/sparse");
+  fs::rename(scratch_ / "set/points.ply", scratch_ / "set/sparse/points.ply");
+  document_["ply_file_path"] = "sparse\\points.ply";
+  NameFrames([](const std::string& name) { return "images\\" + name; });
+  const LightField read = ReadLightField(scratch_ / "set");
+  EXPECT_EQ(read.views[1].image_path, written_.views[1].image_path);
+  EXPECT_EQ(read.points.size(), written_.points.size());
+}
+
+TEST_F(SetNamedElsewhere, ALightFieldHoldsItsOwn) {
+  WriteSample(scratch_ / "lf", 3);
+  EXPECT_THAT([&] { ReadPosedSet(scratch_ / "lf", {}, scratch_ / "shots"); },
+              ThrowsMessage<UsageError>(AllOf(HasSubstr("--images"), HasSubstr("leave the option out"))));
+}
+
+}  // namespace
+}  // namespace ulf
