@@ -3,7 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <unordered_map>
 
@@ -87,6 +92,50 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
   return taken;
 }
 
+// Without reading the model; none: it does not say.
+std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
+  if (HoldsModel(folder, "bin")) {
+    std::array<unsigned char, 8> bytes{};
+    std::ifstream stream(folder / "images.bin", std::ios::binary);
+    if (!stream.read(reinterpret_cast<char*>(bytes.data()), bytes.size())) return std::nullopt;
+    std::uint64_t count = 0;
+    for (std::size_t i = bytes.size(); i-- > 0;) count = count << 8 | bytes[i];
+    return count;
+  }
+  constexpr std::string_view kCount = "# Number of images: ";
+  std::ifstream stream(folder / "images.txt");
+  for (std::string line; std::getline(stream, line) && line.starts_with('#');) {
+    std::uint64_t count = 0;
+    if (line.starts_with(kCount) &&
+        std::from_chars(line.data() + kCount.size(), line.data() + line.size(), count).ec == std::errc())
+      return count;
+  }
+  return std::nullopt;
+}
+
+// COLMAP numbers the models of photographs that it could not join: 0, 1, ...; the first need not be the largest.
+void SayOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
+  std::vector<std::string> others;
+  const auto described = [](const fs::path& model) {
+    const auto images = ImagesOfModel(model);
+    return images ? fmt::format("{} with {}", model.string(), Counted(*images, "image")) : model.string();
+  };
+  std::error_code unknown;
+  for (const auto& entry : fs::directory_iterator(folder.parent_path(), unknown)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
+    if (is_number && name != folder.filename() && !ColmapModelIn(entry.path()).empty())
+      others.push_back(described(entry.path()));
+  }
+  if (others.empty()) return;
+  std::ranges::sort(others, NameOrder);
+  doubts.push_back(
+      fmt::format("COLMAP could not join all photographs and made several models: {} is read; give the "
+                  "folder of another to read "
+                  "it: {}",
+                  described(folder), fmt::join(others, ", ")));
+}
+
 void SayUnposed(const SetImages& images, const std::vector<TakenImage>& taken,
                 std::vector<std::string>& doubts) {
   std::set<std::string> posed;
@@ -167,6 +216,8 @@ PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   if (is_binary && HoldsModel(folder, "txt"))
     light_field.doubts.push_back(fmt::format(
         "{}: there is a binary and a text model; the binary one is read, as COLMAP does", folder.string()));
+  if (folder.filename() == "0" && source.lexically_normal() != folder)
+    SayOtherModels(folder, light_field.doubts);
   const SetImages images(source, chosen, ImagesFoldersOf(source, folder));
   light_field.root = images.folder();
   const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);

@@ -13,7 +13,7 @@ std::filesystem::path ColmapModelIn(const std::filesystem::path& source);
 
 // `images`: the folder of the photographs; empty: images, images_2, images_4, images_8 or input, beside or around the
 // model, or where the model lies. Views are numbered in the order of their names. Photographs without a pose, and
-// poses without a photograph, are left out with a word. Throws Error for a model that cannot be read, and where no
+// poses without a photograph, are left out with a word; other numbered models beside the one that is read are named. Throws Error for a model that cannot be read, and where no
 // photograph is found.
 PosedSet ReadColmapSet(const std::filesystem::path& source, const std::filesystem::path& images);
 

@@ -337,6 +337,21 @@ TEST_P(ColmapSet, IsReadWithPointsAndTracks) {
   EXPECT_LT(depth, kFar);
 }
 
+TEST_P(ColmapSet, OtherModelsBesideItAreNamed) {
+  if (!GetParam())  // COLMAP's own text begins so
+    WriteFileAtomically(model() / "images.txt",
+                        "# Image list\n# Number of images: 5, mean observations: 8\n" +
+                            ReadWholeFile(model() / "images.txt"));
+  fs::create_directories(set() / "sparse/notes");
+  EXPECT_THAT(Read().doubts, IsEmpty());
+  fs::copy(model(), set() / "sparse/1");
+  EXPECT_THAT(Read().doubts, ElementsAre(AllOf(HasSubstr("sparse/0 with 5 images is read"),
+                                               HasSubstr((set() / "sparse/1").string() + " with 5 images"))));
+  EXPECT_THAT(ReadPosedSet(set() / "sparse/1", {}, {}).light_field.doubts, IsEmpty())
+      << "the one that was asked for";
+  EXPECT_THAT(ReadPosedSet(model(), {}, {}).light_field.doubts, IsEmpty());
+}
+
 // What a set's files say must not make ulf write, or fetch photographs from, outside of the folders that it was given.
 TEST_P(ColmapSet, NamesThatLeaveTheFolderAreNotFollowed) {
   ColmapReconstruction colmap = ToColmap(wall_);
