@@ -62,7 +62,7 @@ RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, c
     for (std::size_t i = row * in_a_row; i < std::min(count, (row + 1) * in_a_row); ++i) {
       RefineView& view = scene.views[i];
       const bool first = view.lens != lens;
-      if (first) extractor.emplace(scene.LensOf(view));
+      if (first) extractor.emplace(scene.LensOf(view), FeatureOptions{.levels = options.levels});
       lens = view.lens;
       try {
         ReadView(input.read(static_cast<int>(i)), options.corners, scene.LensOf(view), *extractor, first,

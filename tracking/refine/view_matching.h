@@ -35,6 +35,9 @@ struct RefineStage {
 struct ReadingOptions {
   int max_side_px = 1600;  // larger pictures are reduced
   int corners = 1500;      // a view, about
+  // Of the pyramid: the views of a set differ more in distance than frames that follow each other. Measured:
+  // docs/tracking_measured.md, "Published sets".
+  int levels = kPyramidLevels;
   // Neighbouring views whose corners share one adapting threshold, whatever the number of threads: more look
   // less alike, fewer give each processor less to do. Guessed.
   int in_a_row = 8;
