@@ -122,7 +122,8 @@ class Search {
     });
   }
 
-  // Without it, what one photograph is off by adds to the next one's error.
+  // Without it, what one photograph is off by adds to the next one's error. It has to reach its minimum: a chain of
+  // photographs that hangs on one side only would drift so far that no refinement finds back.
   void Adjust() {
     if (located_ == 0) return;
     BundleProblem problem = ToBundle(scene_);
@@ -130,10 +131,10 @@ class Search {
     const RefineOptions refine;
     std::vector<CameraModel> lenses = scene_.lenses;
     const BundleSummary summary = AdjustBundle(lenses, problem,
-                                               {.robust_iterations = refine.guided_iterations,
-                                                .iterations = refine.guided_iterations,
+                                               {.robust_iterations = refine.unguided_iterations,
+                                                .iterations = refine.unguided_iterations,
                                                 .cauchy_scales = refine.cauchy_scales,
-                                                .function_tolerance = refine.rough_tolerance});
+                                                .gate_scales = refine.gate_scales});
     if (!summary.usable) return;
     for (std::size_t v = first_unposed_; v < scene_.views.size(); ++v)
       scene_.views[v].cam_from_world = problem.cam_from_world[v];
