@@ -48,8 +48,10 @@ Triangulated MakePoints(LightField& light_field, Progress& progress, double shar
   options.progress = [&](double done, const std::string& stage) { progress.Show(share * done, stage); };
   tracking::TriangulationResult result =
       tracking::TriangulateViews(tracking::RefineInputOf(light_field), options);
-  const bool kept_points = result.points.empty() && !light_field.points.empty();
-  if (!kept_points) light_field.points = tracking::WithViewIds(std::move(result.points), light_field);
+  std::vector<ScenePoint> points =
+      tracking::WithoutMasked(tracking::WithViewIds(std::move(result.points), light_field), light_field);
+  const bool kept_points = points.empty() && !light_field.points.empty();
+  if (!kept_points) light_field.points = std::move(points);
   return {true, kept_points, result.pose_error_px, result.unread.size()};
 }
 

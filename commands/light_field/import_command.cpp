@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 
@@ -39,6 +40,14 @@ fs::path ImagesFolder(const std::string& given, const fs::path& source) {
   return fs::is_directory(of_set) ? of_set : fs::path(given);
 }
 
+std::string SomeOf(const std::vector<tracking::UntoldView>& views, const std::vector<std::string>& names) {
+  constexpr std::size_t kNamed = 4;
+  std::string some;
+  for (std::size_t i = 0; i < std::min(kNamed, views.size()); ++i)
+    some += (i == 0 ? "" : ", ") + names[static_cast<std::size_t>(views[i].view)];
+  return some + (views.size() > kNamed ? ", ..." : "");
+}
+
 void Check(const LightField& light_field) {
   tracking::PoseCheckOptions options;
   Progress progress("check");
@@ -46,15 +55,20 @@ void Check(const LightField& light_field) {
   const tracking::PoseCheck check = tracking::CheckPoses(tracking::RefineInputOf(light_field), options);
   std::vector<std::string> names;
   for (const View& view : light_field.views) names.push_back(view.image_path);
-  if (const std::string words = tracking::InWords(check, names); !words.empty()) {
-    spdlog::warn("{}", words);
-  } else if (check.agree > 0) {
-    fmt::print("the photographs fit the poses of {} to {:.1f} px{}\n",
-               Counted(static_cast<std::size_t>(check.agree), "view"), check.error_px,
-               check.untold.empty()
-                   ? ""
-                   : fmt::format("; {} more show too little in common to tell", check.untold.size()));
-  } else {
+  for (const std::string& line : tracking::InWords(check, names)) spdlog::warn("{}", line);
+  if (check.agree > 0) {
+    const std::string views = Counted(static_cast<std::size_t>(check.agree), "view");
+    const std::string fit =
+        check.fits_poorly
+            ? fmt::format("the photographs of {} are {:.1f} px off what their poses say", views,
+                          check.error_px)
+            : fmt::format("the photographs fit the poses of {} to {:.1f} px", views, check.error_px);
+    const std::string untold = check.untold.empty()
+                                   ? ""
+                                   : fmt::format("; {} more show too little in common to tell ({})",
+                                                 check.untold.size(), SomeOf(check.untold, names));
+    fmt::print("{}{}\n", fit, untold);
+  } else if (check.contradicted.empty()) {
     fmt::print("whether the photographs fit the poses cannot be told: they show too little in common\n");
   }
 }
@@ -69,10 +83,14 @@ int RunImport(const ImportArgs& args) {
   const Imported imported = Import(args.source, args.dir, options);
   const LightField& light_field = imported.light_field;
   const Subject& subject = *light_field.subject;
-  fmt::print("{}: {}, {}, {}, {}\n", args.dir, imported.format, Counted(light_field.views.size(), "view"),
+  const auto masked = static_cast<std::size_t>(
+      std::ranges::count_if(light_field.views, [](const View& view) { return !view.mask_path.empty(); }));
+  fmt::print("{}: {}, {}{}, {}, {}\n", args.dir, imported.format, Counted(light_field.views.size(), "view"),
+             masked > 0 ? fmt::format(" ({} masked)", masked) : "",
              Counted(light_field.cameras.size(), "camera"), Counted(light_field.points.size(), "point"));
-  fmt::print("subject at {:.3f} {:.3f} {:.3f} with radius {:.3f} ({} units){}\n", subject.center_in_world.x(),
-             subject.center_in_world.y(), subject.center_in_world.z(), subject.radius, light_field.units,
+  fmt::print("subject at {:.3f} {:.3f} {:.3f} with radius {:.3f} ({}){}\n", subject.center_in_world.x(),
+             subject.center_in_world.y(), subject.center_in_world.z(), subject.radius,
+             light_field.units == "metres" ? "metres" : light_field.units + " units",
              imported.subject_told_by.empty() ? "" : ", by " + imported.subject_told_by);
   if (args.check) Check(light_field);
   return kOk;

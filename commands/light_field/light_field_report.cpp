@@ -216,6 +216,8 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
   std::string text = fmt::format(
       "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n", check.agree,
       check.error_px, check.contradicted.size(), check.untold.size(), report.seconds);
+  if (const std::string whole = FitInWords(check); !whole.empty())
+    text += fmt::format("               {}\n", whole);
   for (const tracking::ContradictedView& view : check.contradicted) {
     std::string by;
     for (const int neighbour : view.by) by += (by.empty() ? "" : ", ") + name(neighbour);
@@ -249,6 +251,8 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
   };
   nlohmann::json json{{"agree", check.agree},
                       {"error_px", check.error_px},
+                      {"fits_poorly", check.fits_poorly},
+                      {"fits_when", check.fits_when},
                       {"seconds", report.seconds},
                       {"contradicted", nlohmann::json::array()},
                       {"not_judged", nlohmann::json::array()}};

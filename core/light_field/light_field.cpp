@@ -51,7 +51,7 @@ Eigen::Vector3d LightField::UpInWorld() const {
   return cameras_up.Up();
 }
 
-std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share) {
+std::optional<Eigen::Vector3d> MeetingOfAxes(const LightField& light_field) {
   if (light_field.views.size() < 2) return std::nullopt;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
@@ -66,8 +66,13 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
   constexpr double kMinMeanSquaredSine = 0.01;
   if (solver.values(0) < kMinMeanSquaredSine * static_cast<double>(light_field.views.size()))
     return std::nullopt;
-  const Eigen::Vector3d center = SolveNormal(normal, right_side);
+  return SolveNormal(normal, right_side);
+}
 
+std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share) {
+  const auto meeting = MeetingOfAxes(light_field);
+  if (!meeting) return std::nullopt;
+  const Eigen::Vector3d& center = *meeting;
   std::vector<double> distances, half_angles;
   std::size_t views_of_center = 0;
   for (const View& view : light_field.views) {

@@ -99,7 +99,7 @@ void Transforms(std::string_view bytes) {
   const fs::path file = FuzzFile(bytes, "transforms.json");
   PutFuzzPhotographs(file.parent_path() / "images");
   ReadByOneOf({[&] { RequireOwnPaths(ReadTransformsJson(file)); },
-               [&] { RequireSound(ReadTransformsJson(file, FuzzPhotographs())); }});
+               [&] { RequireSound(ReadTransformsSet(file, FuzzPhotographs())); }});
 }
 void NerfSynthetic(std::string_view bytes) {
   const fs::path folder = FuzzFolder(bytes, std::array{"transforms_train.json", "transforms_test.json"});

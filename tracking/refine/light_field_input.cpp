@@ -1,5 +1,9 @@
 #include "tracking/refine/light_field_input.h"
 
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <unordered_map>
+
 #include "core/base/at.h"
 #include "core/light_field/light_field_io.h"
 #include "tracking/estimation/pose_error.h"
@@ -23,6 +27,28 @@ RefineInput RefineInputOf(const LightField& light_field) {
 std::vector<ScenePoint> WithViewIds(std::vector<ScenePoint> points, const LightField& light_field) {
   for (ScenePoint& point : points)
     for (ViewObservation& seen : point.track) seen.view_id = light_field.views[At(seen.view_id)].id;
+  return points;
+}
+
+std::vector<ScenePoint> WithoutMasked(std::vector<ScenePoint> points, const LightField& light_field) {
+  std::unordered_map<int, std::vector<ViewObservation*>> seen_by;
+  for (ScenePoint& point : points)
+    for (ViewObservation& seen : point.track) seen_by[seen.view_id].push_back(&seen);
+  constexpr int kNoView = 0;  // ids begin at 1
+  for (const View& view : light_field.views) {
+    const auto found = seen_by.find(view.id);
+    if (found == seen_by.end() || !HasMask(light_field, view)) continue;
+    const cv::Mat mask = ReadViewMask(light_field, view);
+    if (mask.empty()) continue;
+    for (ViewObservation* seen : found->second) {
+      const cv::Point pixel(std::clamp(static_cast<int>(seen->in_img.x()), 0, mask.cols - 1),
+                            std::clamp(static_cast<int>(seen->in_img.y()), 0, mask.rows - 1));
+      if (mask.at<unsigned char>(pixel) == 0) seen->view_id = kNoView;
+    }
+  }
+  for (ScenePoint& point : points)
+    std::erase_if(point.track, [](const ViewObservation& seen) { return seen.view_id == kNoView; });
+  std::erase_if(points, [](const ScenePoint& point) { return point.track.size() < 2; });
   return points;
 }
 

@@ -18,6 +18,7 @@
 #include "core/geometry/triangulation.h"
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/two_view_motion.h"
+#include "tracking/refine/pose_conventions.h"
 #include "tracking/refine/view_matching.h"
 #include "tracking/refine/view_pairs.h"
 
@@ -370,6 +371,12 @@ PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) 
   }
   PoseCheck check;
   check.error_px = Median(std::move(medians_px));
+  if (const auto fit = FitOfPoses(scene, pairs, options.min_matches)) {
+    spdlog::debug("off by {:.3f} px as they are compared; {:.3f} before both cameras", fit->error_px,
+                  fit->before_share);
+    check.fits_poorly = IsPoor(*fit);
+    if (check.fits_poorly) check.fits_when = FittingConvention(scene, pairs, options.min_matches);
+  }
   const auto cannot_tell = [&](int view, std::string why) {
     UntoldView& one = check.untold.emplace_back();
     one.view = view;
@@ -400,19 +407,34 @@ PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) 
   return check;
 }
 
-std::string InWords(const PoseCheck& check, const std::vector<std::string>& names) {
-  if (check.contradicted.empty()) return {};
-  constexpr std::size_t kNamed = 4;
-  std::string which;
-  for (std::size_t i = 0; i < std::min(kNamed, check.contradicted.size()); ++i)
-    which += (i == 0 ? "" : ", ") + names[At(check.contradicted[i].view)];
+std::string FitInWords(const PoseCheck& check) {
+  if (!check.fits_when.empty())
+    return fmt::format("the poses are wrong as a whole; they would fit if this were mended: {}",
+                       check.fits_when);
+  if (check.fits_poorly)
+    return "the poses fit the photographs poorly as a whole: are the photographs in another order than the "
+           "poses, "
+           "cropped, or by another lens? Where the poses are only inexact, 'ulf refine' makes them better";
+  return {};
+}
+
+std::vector<std::string> InWords(const PoseCheck& check, const std::vector<std::string>& names) {
+  std::vector<std::string> lines;
   const std::size_t wrong = check.contradicted.size(), told = wrong + static_cast<std::size_t>(check.agree);
   const bool most = 2 * wrong > told;
-  return fmt::format(
-      "the poses of {} of {} disagree with what the photographs show ({}{}): {}", wrong,
-      Counted(told, "view"), which, wrong > kNamed ? ", ..." : "",
-      most ? "are the photographs in another order than the poses, or cropped, or by another lens?"
-           : "are they others than those that were posed?");
+  if (wrong > 0) {
+    constexpr std::size_t kNamed = 4;
+    std::string which;
+    for (std::size_t i = 0; i < std::min(kNamed, wrong); ++i)
+      which += (i == 0 ? "" : ", ") + names[At(check.contradicted[i].view)];
+    lines.push_back(fmt::format(
+        "the poses of {} of {} disagree with what the photographs show ({}{}): {}", wrong,
+        Counted(told, "view"), which, wrong > kNamed ? ", ..." : "",
+        most ? "are the photographs in another order than the poses, or cropped, or by another lens?"
+             : "are they others than those that were posed?"));
+  }
+  if (std::string whole = FitInWords(check); !whole.empty()) lines.push_back(std::move(whole));
+  return lines;
 }
 
 }  // namespace ulf::tracking

@@ -59,14 +59,20 @@ struct PoseCheck {
   std::vector<ContradictedView> contradicted;  // in order of view, as are the next
   std::vector<UntoldView> untold;
   int agree = 0;  // views whose neighbours confirm their poses
-  double error_px =
-      0;  // median distance from the epipolar lines in most pairs of views, pixels of the photographs
+  // Median distance from the epipolar lines in most pairs of views that fit; pixels of the photographs.
+  double error_px = 0;
+  bool fits_poorly =
+      false;  // in most pairs (IsPoor): the poses are wrong as a whole, whatever the views' verdicts
+  std::string fits_when;  // FittingConvention() of poses that fit poorly; empty: none
 };
 
 // Reads every photograph once; some 50 ms of processor time a view of 640 x 480.
 PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options = {});
 
-// In words, for whoever imports a set: empty where nothing is to be said. `names`: of the views.
-std::string InWords(const PoseCheck& check, const std::vector<std::string>& names);
+// Of poses that fit poorly as a whole, in words; else empty.
+std::string FitInWords(const PoseCheck& check);
+
+// In words, for whoever imports a set, a line for each thing: empty where nothing is to be said. `names`: of the views.
+std::vector<std::string> InWords(const PoseCheck& check, const std::vector<std::string>& names);
 
 }  // namespace ulf::tracking

@@ -37,7 +37,7 @@ std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& mo
   };
   std::vector<fs::path> folders;
   for (fs::path around = clean(source);; around = around.parent_path()) {
-    for (const char* name : {"images", "images_2", "images_4", "images_8", "input"})
+    for (const char* name : {"images", "images_2", "images_4", "images_8", "input", "photos"})
       folders.push_back(around / name);
     // From the model's own folder up to what holds sparse/.
     if (around != clean(model) && around.filename() != "sparse") break;

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <set>
 
@@ -162,6 +163,14 @@ void TakeOverBackground(const LightField& source, const View& view, const cv::Ma
   WriteInFolder(dir / taken.image_path, PngBytes(Srgb8({.pixels = over, .transfer = Transfer::kSrgb})));
 }
 
+bool IsInAnyPhotograph(const Subject& subject, const LightField& light_field) {
+  return std::ranges::any_of(light_field.views, [&](const View& view) {
+    const Eigen::Vector3d in_cam = view.cam_from_world * subject.center_in_world;
+    const auto img = light_field.CameraOf(view).ImgFromCam(in_cam);
+    return in_cam.z() > 0 && img && light_field.CameraOf(view).Contains(*img);
+  });
+}
+
 }  // namespace
 
 Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
@@ -175,18 +184,18 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
         "pictures with alpha are laid over white, as in the papers (--background COLOUR)");
   }
   Imported imported{source, set.format, {}};
-  if (options.subject) source.subject = options.subject;
+  if (options.subject) {
+    source.subject = options.subject;
+    if (!IsInAnyPhotograph(*source.subject, source))
+      source.doubts.push_back("no photograph shows the middle of the subject that was given");
+  }
   if (!source.subject)
     if (const auto found = FindSubject(set)) {
       source.subject = found->subject;
       imported.subject_told_by = found->told_by;
     }
   if (!source.subject)
-    throw UsageError(
-        "{}: the subject cannot be found: the cameras' axes are nearly parallel or do not meet in front of "
-        "them, and "
-        "the set has neither points nor depth bounds; give it with --subject x,y,z,radius",
-        source_path.string());
+    throw UsageError("{}: the subject cannot be found: {}", source_path.string(), WhyNoSubject(source));
   for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);
 
   LightField& made = imported.light_field;

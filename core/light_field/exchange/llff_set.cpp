@@ -54,7 +54,8 @@ PosedSet ReadLlffSet(const fs::path& source, const fs::path& chosen) {
                 rows.rows(), rows.cols(), kLlffColumns);
   PosedSet set;
   set.format = "LLFF";
-  const SetImages images(file.parent_path(), chosen, {"images", "images_2", "images_4", "images_8"});
+  const SetImages images(file.parent_path(), chosen,
+                         {"images", "images_2", "images_4", "images_8", "input", "photos"});
   std::vector<std::string> names = images.names();
   std::ranges::sort(names);
   if (static_cast<Eigen::Index>(names.size()) != rows.rows())

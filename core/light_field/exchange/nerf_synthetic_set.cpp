@@ -1,9 +1,7 @@
 #include "core/light_field/exchange/nerf_synthetic_set.h"
 
-#include <map>
 #include <string>
 
-#include "core/base/error.h"
 #include "core/light_field/exchange/transforms_json.h"
 
 namespace ulf {
@@ -13,11 +11,6 @@ constexpr const char* kParts[] = {"train", "val", "test"};
 
 std::filesystem::path FileOfPart(const std::filesystem::path& folder, const char* part) {
   return folder / (std::string("transforms_") + part + ".json");
-}
-
-bool IsSamePose(const Rigid3& a, const Rigid3& b) {
-  constexpr double kRounding = 1e-6;
-  return (a.Matrix() - b.Matrix()).cwiseAbs().maxCoeff() <= kRounding * (1 + a.translation.norm());
 }
 
 }  // namespace
@@ -33,19 +26,11 @@ PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::fi
   set.background = cv::Vec3d::all(1);
   LightField& all = set.light_field;
   all.root = images.empty() ? folder : images;
-  std::map<std::string, Rigid3> taken;  // the pose of each photograph
   for (const char* part : kParts) {
     const std::filesystem::path file = FileOfPart(folder, part);
     if (!std::filesystem::exists(file)) continue;
-    LightField light_field = ReadTransformsJson(file, images);
+    LightField light_field = ReadTransformsSet(file, images);
     for (View& view : light_field.views) {
-      const auto [first, is_new] = taken.try_emplace(view.image_path, view.cam_from_world);
-      if (!is_new && !IsSamePose(first->second, view.cam_from_world))
-        throw Error(
-            "{}: gives the photograph '{}' another pose than the part before; give the folder that holds "
-            "train, val and test with --images",
-            file.string(), view.image_path);
-      if (!is_new) continue;  // in a set whose validation is its test
       view.id = static_cast<int>(all.views.size()) + 1;
       view.camera = IndexOfCamera(light_field.CameraOf(view), all.cameras);
       all.views.push_back(std::move(view));

@@ -11,8 +11,8 @@ namespace ulf {
 // Whether a folder holds such a set.
 bool IsNerfSynthetic(const std::filesystem::path& folder);
 
-// All views of all parts that are there, in this order; the names of the photographs begin with the part's. `images` and
-// errors as of ReadTransformsJson(); also throws Error where two poses belong to one photograph.
+// All views of all parts that are there, in this order, twice what two parts name; the names of the photographs begin
+// with the part's. `images` and errors as of ReadTransformsSet().
 PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::filesystem::path& images = {});
 
 }  // namespace ulf

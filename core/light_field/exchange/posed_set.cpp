@@ -134,7 +134,8 @@ CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std
         "take the photographs that were measured",
         where, image.string(), size.width, size.height, camera.width, camera.height);
   const std::string words = fmt::format(
-      "photographs of {}x{} for a camera of {}x{}: they were resized, and the intrinsics are scaled",
+      "photographs of {}x{} for a camera of {}x{}: they are taken to be resized, not cropped, and the "
+      "intrinsics are scaled",
       size.width, size.height, camera.width, camera.height);
   if (std::ranges::find(doubts, words) == doubts.end()) doubts.push_back(words);
   return camera.ScaledTo(size.width, size.height);

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <map>
+#include <set>
 
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/shell_word.h"
@@ -171,7 +174,7 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
       return set;
     }
     case SetFormat::kTransforms:
-      return {ReadTransformsJson(place, images), "nerfstudio", {}, {}};
+      return {ReadTransformsSet(place, images), "nerfstudio", {}, {}};
     case SetFormat::kNerfSynthetic:
       return ReadNerfSyntheticSet(place, images);
     case SetFormat::kColmap:
@@ -188,6 +191,42 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
       return ReadTumSet(place, images, camera.value());
   }
   return {};
+}
+
+bool IsSamePose(const Rigid3& a, const Rigid3& b) {
+  constexpr double kRounding = 1e-6;
+  return (a.Matrix() - b.Matrix()).cwiseAbs().maxCoeff() <= kRounding * (1 + a.translation.norm());
+}
+
+// A photograph has one pose: that is given twice in sets whose validation is their test, and taken once. Two poses are
+// those of two photographs of the same name.
+void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
+  std::map<std::string, const View*> taken;
+  std::vector<View> views;
+  std::size_t wrong = 0, twice = 0;
+  std::string first;
+  for (const View& view : light_field.views) {
+    const auto [before, is_new] = taken.try_emplace(view.image_path, &view);
+    if (is_new)
+      views.push_back(view);
+    else if (IsSamePose(before->second->cam_from_world, view.cam_from_world))
+      ++twice;
+    else if (wrong++ == 0)
+      first = view.image_path;
+  }
+  if (wrong > 0)
+    throw Error(
+        "{}: two poses lead to the photograph '{}'{}; where photographs of several folders have the same "
+        "name, give "
+        "the folder from which their names count with --images, or else take one of the poses out",
+        source.string(), first, wrong == 1 ? "" : fmt::format(", and so do those of {} more", wrong - 1));
+  if (twice == 0) return;
+  light_field.doubts.push_back(fmt::format("{} named twice: taken once", Counted(twice, "photograph")));
+  light_field.views = std::move(views);
+  std::set<int> ids;
+  for (const View& view : light_field.views) ids.insert(view.id);
+  for (ScenePoint& point : light_field.points)
+    std::erase_if(point.track, [&](const ViewObservation& seen) { return !ids.contains(seen.view_id); });
 }
 
 }  // namespace
@@ -224,6 +263,7 @@ PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& as
   const SetFormat format = asked.value_or(formats.front());
   RequireOneSourceOfIntrinsics(format, source, camera.has_value());
   PosedSet set = ReadAs(format, PlaceOf(format, source), images, camera);
+  RequireOnePoseEach(source, set.light_field);
   if (asked) return set;
   for (const SetFormat other : formats)
     if (other != format)

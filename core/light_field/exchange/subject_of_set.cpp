@@ -1,5 +1,7 @@
 #include "core/light_field/exchange/subject_of_set.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -99,6 +101,27 @@ std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share)
   if (const auto subject = SubjectFromDepths(light_field, depths, width_share))
     return SubjectOfSet{*subject, points_tell ? "the points" : "the depth bounds"};
   return std::nullopt;
+}
+
+std::string WhyNoSubject(const LightField& light_field) {
+  constexpr const char* kGiveIt = "give it with --subject x,y,z,radius";
+  const auto meeting = MeetingOfAxes(light_field);
+  const auto behind = !meeting ? 0 : std::ranges::count_if(light_field.views, [&](const View& view) {
+    return (view.cam_from_world * *meeting).z() < 0;
+  });
+  if (2 * static_cast<std::size_t>(behind) > light_field.views.size())
+    return fmt::format(
+        "the optical axes meet behind the cameras. Either the cameras look outwards: then {}. Or the poses "
+        "have other "
+        "axes than the format: then mend them (a transform_matrix leads from the camera to the world, with y "
+        "up and z "
+        "back)",
+        kGiveIt);
+  return fmt::format(
+      "the cameras' axes are nearly parallel or do not meet in front of them, and the set has neither points "
+      "nor depth "
+      "bounds; {}",
+      kGiveIt);
 }
 
 }  // namespace ulf

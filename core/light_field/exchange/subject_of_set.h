@@ -19,4 +19,7 @@ struct SubjectOfSet {
 // The sphere's image is as wide as `width_share` of the pictures. None: none of these tells it.
 std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share = 0.28);
 
+// Why FindSubject() finds none, and the way out: a clause.
+std::string WhyNoSubject(const LightField& light_field);
+
 }  // namespace ulf

@@ -72,8 +72,8 @@ std::optional<std::string> PathWithin(const fs::path& root, const std::string& r
   if (unknown)
     throw Error("{}: the path '{:.200}' cannot be followed: {}", where, relative, unknown.message());
   const fs::path inside = target.lexically_relative(canonical_root);
-  if (relative.empty() || fs::path(relative).is_absolute() || inside.empty() || *inside.begin() == "..")
-    return std::nullopt;
+  if (relative.empty() || inside.empty() || *inside.begin() == "..") return std::nullopt;
+  if (fs::path(relative).is_absolute()) return inside.generic_string();
   return fs::path(relative).lexically_normal().generic_string();
 }
 
@@ -90,27 +90,22 @@ constexpr const char* kFindByName =
 // Where the photographs and masks are that frames name.
 struct FrameFiles {
   bool are_read = true;                  // else paths are taken as they are written
+  bool may_be_resized = false;           // photographs: then their cameras are scaled
   fs::path root = {};                    // they lie here
   std::optional<SetImages> images = {};  // photographs lie here instead
 };
 
-// nerfstudio writes paths with their ending, Blender's original NeRF sets without.
+// Empty: it is missing. nerfstudio writes paths with their ending, Blender's original NeRF sets without.
 std::string PathOfPhotograph(const FrameFiles& files, const std::string& given, const std::string& where) {
   if (!files.are_read) return given;
-  if (files.images) {
-    if (std::string found = files.images->Find(given); !found.empty()) return found;
-    throw Error(
-        "{}: the image '{}' is not in {}; give the folder that holds all photographs, or take the frame out",
-        where, given, files.images->folder().string());
-  }
+  if (files.images) return files.images->Find(given);
   for (const std::string& path : {given, WithSlashes(given)}) {
     for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"}) {
       const auto inside = PathWithin(files.root, path + ending, where);
       if (!inside)
         throw Error(
             "{}: the path '{}' leaves the folder {}, by itself or by a symbolic link; a light field only "
-            "holds "
-            "what lies inside it; {}",
+            "holds what lies inside it; {}",
             where, given, files.root.string(), kFindByName);
       if (fs::is_regular_file(files.root / *inside)) return *inside;
     }
@@ -118,9 +113,31 @@ std::string PathOfPhotograph(const FrameFiles& files, const std::string& given, 
     if (const fs::path raw = RawBeside(files.root / path); !raw.empty())
       return PathInside(files.root, (fs::path(path).parent_path() / raw.filename()).generic_string(), where);
   }
-  throw Error("{}: the image '{}' is missing in {}; restore it or take the frame out; {}", where, given,
-              files.root.string(), kFindByName);
+  return {};
 }
+
+// Photographs that frames name and that are not there.
+class MissingPhotographs {
+ public:
+  void Add(const std::string& where, const std::string& given) {
+    if (count_++ == 0) first_where_ = where, first_ = given;
+  }
+  void RequireNone(const FrameFiles& files) const {
+    if (count_ == 0) return;
+    const std::string which = count_ == 1
+                                  ? fmt::format("the image '{}' is missing", first_)
+                                  : fmt::format("the image '{}' and {} more are missing", first_, count_ - 1);
+    if (files.images)
+      throw Error("{}: {} in {}; give the folder that holds all photographs, or take the frames out",
+                  first_where_, which, files.images->folder().string());
+    throw Error("{}: {} in {}; restore what is missing or take the frames out; {}", first_where_, which,
+                files.root.string(), kFindByName);
+  }
+
+ private:
+  std::size_t count_ = 0;
+  std::string first_where_, first_;
+};
 
 // Empty: none. Of photographs that lie elsewhere the mask beside them comes first: it has their size.
 std::string PathOfMask(const FrameFiles& files, const JsonPlace& frame, const std::string& photograph) {
@@ -302,8 +319,21 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
   const JsonPlace top{document.top(), file.string()};
   const json shared_keys = CameraKeysOf(document.top());
   Cameras cameras(light_field.cameras);
-  std::optional<int> shared_camera;
+  std::optional<CameraModel> shared_camera;
+  MissingPhotographs missing;
   std::map<std::string, std::size_t> unused;
+  const auto camera_of = [&](const json& object, const JsonPlace& frame, const fs::path& image) {
+    const json own_keys = CameraKeysOf(object);
+    if (own_keys.empty() && shared_camera) return *shared_camera;
+    const json keys = MergedCameraKeys(shared_keys, own_keys);
+    const JsonPlace place{keys, frame.where};
+    if (!HasIntrinsics(place))
+      throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
+                  frame.where);
+    const CameraModel camera = ReadCamera(place, image);
+    if (own_keys.empty()) shared_camera = camera;
+    return camera;
+  };
   const auto add = [&](json&& object, std::size_t i) {
     JsonPlace frame{object, fmt::format("{}, frame {}", file.string(), i)};
     View view;
@@ -312,30 +342,20 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     frame.where += " (" + given + ")";
     if (!files.are_read) view.id = NumberOfName(given).value_or(view.id);
     view.image_path = PathOfPhotograph(files, given, frame.where);
+    if (view.image_path.empty() && files.are_read) return missing.Add(frame.where, given);
     view.mask_path = PathOfMask(files, frame, view.image_path);
     view.cam_from_world = CamFromWorld(frame);
-    const json own_keys = CameraKeysOf(object);
-    if (own_keys.empty() && shared_camera) {
-      view.camera = *shared_camera;
-    } else {
-      const json keys = MergedCameraKeys(shared_keys, own_keys);
-      const JsonPlace place{keys, frame.where};
-      if (!HasIntrinsics(place))
-        throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
-                    frame.where);
-      view.camera = cameras.IndexOf(ReadCamera(place, light_field.root / view.image_path));
-      if (own_keys.empty()) shared_camera = view.camera;
-    }
-    if (files.images)
-      view.camera = cameras.IndexOf(AtSizeOf(light_field.root / view.image_path,
-                                             light_field.cameras.at(static_cast<std::size_t>(view.camera)),
-                                             frame.where, light_field.doubts));
+    const fs::path image = light_field.root / view.image_path;
+    CameraModel camera = camera_of(object, frame, image);
+    if (files.may_be_resized) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
+    view.camera = cameras.IndexOf(camera);
     if (frame.Has("ulf")) ReadOurView(files, {frame.Raw("ulf"), frame.where + ", ulf"}, view);
     for (const auto& [key, value] : object.items())
       if (!Among(kFrameKeys, key) && !IsCameraKey(key)) ++unused[key];
     light_field.views.push_back(std::move(view));
   };
   document.ForEachFrame(add);
+  missing.RequireNone(files);
   if (files.are_read && light_field.views.empty())
     throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
   std::ranges::stable_sort(light_field.views, [](const View& a, const View& b) { return a.id < b.id; });
@@ -425,18 +445,28 @@ std::string PathInside(const fs::path& root, const std::string& relative, const 
       where, relative, root.string());
 }
 
-LightField ReadTransformsJson(const fs::path& file, const fs::path& images) {
+namespace {
+
+LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
   const Document document(file);
-  FrameFiles files{.root = FolderOf(file)};
-  if (!images.empty()) files.images.emplace(files.root, images, std::vector<fs::path>());
   LightField light_field = ReadFrames(document, file, files);
   const JsonPlace top{document.top(), file.string()};
   ReadPointsOf(top, files.root, light_field);
-  if (StampFrom(top) && !fs::exists(light_field.root / kJournalFile))
+  if (StampFrom(top) && !fs::exists(files.root / kJournalFile))
     light_field.doubts.push_back(fmt::format(
         "{0}: the journal is missing; {1} alone is read; 'ulf repair {2}' shows how to restore it",
-        light_field.root.string(), file.filename().string(), ShellWord(light_field.root.string())));
+        files.root.string(), file.filename().string(), ShellWord(files.root.string())));
   return light_field;
+}
+
+}  // namespace
+
+LightField ReadTransformsJson(const fs::path& file) { return ReadDocument(file, {.root = FolderOf(file)}); }
+
+LightField ReadTransformsSet(const fs::path& file, const fs::path& images) {
+  FrameFiles files{.may_be_resized = true, .root = FolderOf(file)};
+  if (!images.empty()) files.images.emplace(files.root, images, std::vector<fs::path>());
+  return ReadDocument(file, files);
 }
 
 TransformsText ReadTransformsText(const fs::path& file) {

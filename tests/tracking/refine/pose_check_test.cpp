@@ -1,10 +1,11 @@
-// Tests: tracking/refine/pose_check, commands/light_field/info_command, commands/light_field/light_field_report.
+// Tests: tracking/refine/pose_check, tracking/refine/pose_conventions, commands/light_field/info_command, commands/light_field/light_field_report.
 #include "tracking/refine/pose_check.h"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <opencv2/imgproc.hpp>
 
@@ -16,6 +17,8 @@
 namespace ulf::test {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -33,7 +36,7 @@ TEST(PoseCheck, RightPosesAgreeAlsoWhereTheyAreALittleOff) {
     const PoseCheck check = CheckPoses(views->input);
     EXPECT_THAT(check.contradicted, IsEmpty()) << shift;
     EXPECT_GE(check.agree, 11) << shift;
-    EXPECT_EQ(InWords(check, NamesOf(views->input)), "");
+    EXPECT_THAT(InWords(check, NamesOf(views->input)), IsEmpty());
     EXPECT_EQ(check.error_px < 0.5, shift == 0) << check.error_px;
   }
 }
@@ -77,13 +80,48 @@ TEST(PoseCheck, PosesOfOtherPhotographsAreNamed) {
   std::swap(views->images[3], views->images[7]);
   const PoseCheck swapped = CheckPoses(views->input);
   EXPECT_THAT(Contradicted(swapped), ElementsAre(3, 7));
-  EXPECT_THAT(InWords(swapped, NamesOf(views->input)), HasSubstr("2 of 12 views"));
-  EXPECT_THAT(InWords(swapped, NamesOf(views->input)), HasSubstr("view 3, view 7"));
+  EXPECT_THAT(InWords(swapped, NamesOf(views->input)),
+              ElementsAre(AllOf(HasSubstr("2 of 12 views"), HasSubstr("view 3, view 7"))));
 
   std::ranges::reverse(views->images);
   const PoseCheck turned = CheckPoses(views->input);
   EXPECT_GE(turned.contradicted.size(), 4u);  // those that are contradicted testify against no others
-  EXPECT_THAT(InWords(turned, NamesOf(views->input)), HasSubstr("in another order"));
+  EXPECT_THAT(InWords(turned, NamesOf(views->input)), Contains(HasSubstr("in another order")));
+}
+
+// What other programs mean by a pose.
+TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
+  const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
+  const auto views = MakeViews(12, 0, 0, 5);
+  const auto fits_when = [&](const std::function<Rigid3(const Rigid3&)>& change) {
+    for (std::size_t v = 0; v < views->truth.size(); ++v)
+      views->input.views[v].cam_from_world = change(views->truth[v]);
+    const PoseCheck check = CheckPoses(views->input);
+    EXPECT_EQ(InWords(check, NamesOf(views->input)).empty(), !check.fits_poorly);
+    return check.fits_when;
+  };
+  EXPECT_EQ(fits_when([](const Rigid3& pose) { return pose; }), "");
+  EXPECT_THAT(fits_when([&](const Rigid3& pose) { return half_turn * pose; }),
+              AllOf(HasSubstr("y and z axes"), Not(HasSubstr("inverted"))));
+  EXPECT_THAT(fits_when([](const Rigid3& pose) { return pose.Inverse(); }),
+              AllOf(HasSubstr("inverted"), Not(HasSubstr("y and z axes"))));
+  EXPECT_THAT(fits_when([&](const Rigid3& pose) { return half_turn * pose.Inverse(); }),
+              AllOf(HasSubstr("inverted"), Not(HasSubstr("y and z axes"))))
+      << "the world may lie in any way";
+  EXPECT_THAT(fits_when([&](const Rigid3& pose) { return (half_turn * pose).Inverse(); }),
+              AllOf(HasSubstr("inverted"), HasSubstr("y and z axes")));
+}
+
+TEST(PoseCheck, AnotherLensFitsPoorlyAsAWhole) {
+  const auto views = MakeViews(12, 0, 0, 5);
+  EXPECT_FALSE(CheckPoses(views->input).fits_poorly);
+  CameraModel& lens = views->input.lenses[0];
+  lens.fx *= 1.25;
+  lens.fy *= 1.25;
+  const PoseCheck check = CheckPoses(views->input);
+  EXPECT_TRUE(check.fits_poorly);
+  EXPECT_EQ(check.fits_when, "");
+  EXPECT_THAT(InWords(check, NamesOf(views->input)), Contains(HasSubstr("by another lens")));
 }
 
 TEST(PoseCheck, WhatCannotBeToldIsNotBlamed) {
@@ -152,6 +190,7 @@ TEST(PoseCheck, RealSetsAgree) {
   const PoseCheck check = CheckPoses(tracking::RefineInputOf(light_field));
   EXPECT_THAT(check.contradicted, IsEmpty());
   EXPECT_GE(check.agree, 48);
+  EXPECT_FALSE(check.fits_poorly);
 }
 
 }  // namespace

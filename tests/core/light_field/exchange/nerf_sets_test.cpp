@@ -96,9 +96,9 @@ TEST_F(NerfSet, IsFoundByTheEndsOfItsNames) {
   EXPECT_EQ(set.light_field.views[5].image_path, "test/r_2.png");
   EXPECT_EQ(set.light_field.root, scratch_ / "elsewhere");
   // In the folder of one part the names of the other lead to the same photographs.
-  EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere/train"); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("transforms_test.json"), HasSubstr("r_0.png"),
-                                         HasSubstr("holds train, val and test"))));
+  EXPECT_THAT(
+      [&] { ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere/train"); },
+      ThrowsMessage<Error>(AllOf(HasSubstr("'r_0.png', and so do those of 2 more"), HasSubstr("--images"))));
 }
 
 TEST(OverBackground, SixteenBitsStaySixteen) {
@@ -112,6 +112,13 @@ TEST(OverBackground, SixteenBitsStaySixteen) {
   EXPECT_EQ((over.at<cv::Vec<std::uint16_t, 3>>(1, 1)), (cv::Vec<std::uint16_t, 3>(1000, 2000, 3000)));
   cv::imwrite((scratch / "b.png").string(), cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)));
   EXPECT_TRUE(ReadOverBackground((scratch / "b.png").string(), {1, 1, 1}).empty());
+}
+
+TEST_F(NerfSet, WhoseValidationIsItsTestIsTakenOnce) {
+  fs::copy(scratch_ / "set/transforms_test.json", scratch_ / "set/transforms_val.json");
+  const LightField read = ReadPosedSet(scratch_ / "set", {}, {}).light_field;
+  EXPECT_EQ(read.views.size(), 6u);
+  EXPECT_THAT(read.doubts, Contains(HasSubstr("3 photographs named twice")));
 }
 
 // ---- photographs elsewhere ----
@@ -165,7 +172,8 @@ TEST_F(SetNamedElsewhere, AnotherEndingOrCaseIsTheSamePhotograph) {
   }
   NameFrames([&](const std::string& name) { return "images/other_" + name; });
   EXPECT_THAT([&] { Read(); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("frame 0"), HasSubstr("is not in"), HasSubstr("shots"))));
+              ThrowsMessage<Error>(
+                  AllOf(HasSubstr("frame 0"), HasSubstr("and 2 more are missing"), HasSubstr("shots"))));
 }
 
 TEST_F(SetNamedElsewhere, SmallerPhotographsScaleTheCamera) {
@@ -179,6 +187,7 @@ TEST_F(SetNamedElsewhere, SmallerPhotographsScaleTheCamera) {
   ASSERT_EQ(read.views.size(), 3u);
   EXPECT_EQ(read.CameraOf(read.views[1]),
             written_.CameraOf(written_.views[1]).ScaledTo(kWidth / 2, kHeight / 2));
+  EXPECT_EQ(read.cameras.size(), 1u);
   EXPECT_THAT(read.doubts, Contains(HasSubstr("resized")));
   const auto run = test::RunUlf("import " + (scratch_ / "set").string() + " --images images_2 -o " +
                                 (scratch_ / "lf").string());
@@ -215,6 +224,59 @@ TEST_F(SetNamedElsewhere, NamesOfWindowsAreFoundInTheSet) {
   const LightField read = ReadLightField(scratch_ / "set");
   EXPECT_EQ(read.views[1].image_path, written_.views[1].image_path);
   EXPECT_EQ(read.points.size(), written_.points.size());
+}
+
+TEST_F(SetNamedElsewhere, InItsPlaceAndSmallerTheCameraIsScaledToo) {
+  for (const auto& entry : fs::directory_iterator(scratch_ / "shots")) {
+    cv::Mat half;
+    cv::resize(cv::imread(entry.path().string()), half, {kWidth / 2, kHeight / 2});
+    cv::imwrite(entry.path().string(), half);
+  }
+  fs::rename(scratch_ / "shots", scratch_ / "set/images");
+  const LightField read = ReadPosedSet(scratch_ / "set", {}, {}).light_field;
+  EXPECT_EQ(read.cameras, std::vector{written_.cameras[0].ScaledTo(kWidth / 2, kHeight / 2)});
+  EXPECT_EQ(ReadLightField(scratch_ / "set").cameras, written_.cameras) << "a light field is what it says";
+}
+
+TEST_F(SetNamedElsewhere, AbsoluteNamesWithinTheSetAreItsOwn) {
+  fs::rename(scratch_ / "shots", scratch_ / "set/images");
+  NameFrames([&](const std::string& name) { return (scratch_ / "set/images" / name).string(); });
+  EXPECT_EQ(ReadPosedSet(scratch_ / "set", {}, {}).light_field.views[1].image_path,
+            written_.views[1].image_path);
+}
+
+TEST_F(SetNamedElsewhere, TwoPosesOfOnePhotographAreRefused) {
+  fs::rename(scratch_ / "shots", scratch_ / "set/images");
+  document_["frames"][2]["file_path"] = document_["frames"][0]["file_path"];
+  std::ofstream(file()) << JsonText(document_);
+  EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, {}); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("two poses lead to the photograph 'images/000001.png'"),
+                                         HasSubstr("take one of the poses out"))));
+  document_["frames"][2]["transform_matrix"] = document_["frames"][0]["transform_matrix"];
+  std::ofstream(file()) << JsonText(document_);
+  const LightField read = ReadPosedSet(scratch_ / "set", {}, {}).light_field;
+  EXPECT_EQ(read.views.size(), 2u);
+  EXPECT_THAT(read.doubts, Contains(HasSubstr("1 photograph named twice")));
+}
+
+TEST(WrongAxes, CamerasThatLookAwayAreSaidToHaveOtherAxes) {
+  const ScratchFolder scratch;
+  WriteSample(scratch / "set", 9);
+  fs::remove(scratch / "set/journal.jsonl");
+  fs::remove(scratch / "set/points.ply");
+  json document = JsonFromText(ReadWholeFile(scratch / "set/transforms.json"));
+  for (const char* ours : {"ulf", "ply_file_path"}) document.erase(ours);
+  for (auto& frame : document["frames"])
+    for (auto& row : frame["transform_matrix"])
+      for (const std::size_t column : {1, 2}) row[column] = -row[column].get<double>();
+  std::ofstream(scratch / "set/transforms.json") << JsonText(document);
+  EXPECT_THAT(
+      [&] { Import(scratch / "set", scratch / "lf", {}); },
+      ThrowsMessage<UsageError>(AllOf(HasSubstr("meet behind the cameras"), HasSubstr("y up and z back"))));
+  const auto run = test::RunUlf("import " + (scratch / "set").string() +
+                                " --no-check --subject 100,0,0,1 -o " + (scratch / "lf").string());
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr("no photograph shows the middle of the subject"));
 }
 
 TEST_F(SetNamedElsewhere, ALightFieldHoldsItsOwn) {

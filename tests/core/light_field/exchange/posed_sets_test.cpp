@@ -337,6 +337,20 @@ TEST_P(ColmapSet, IsReadWithPointsAndTracks) {
   EXPECT_LT(depth, kFar);
 }
 
+TEST_P(ColmapSet, TwoNamesOfOnePhotographAreRefused) {
+  wall_.views[1].image_path = "images/left/shot1.png";
+  wall_.views[2].image_path = "images/right/shot1.png";
+  WriteModel(GetParam());
+  EXPECT_THAT([&] { Read(); },
+              ThrowsMessage<Error>(
+                  AllOf(HasSubstr("two poses lead to the photograph 'shot1.png'"), HasSubstr("--images"))));
+  for (const char* folder : {"left", "right"}) {
+    fs::create_directories(set() / "images" / folder);
+    fs::copy(set() / "images/shot1.png", set() / "images" / folder / "shot1.png");
+  }
+  EXPECT_EQ(Read().views.size(), 5u);
+}
+
 TEST_P(ColmapSet, OtherModelsBesideItAreNamed) {
   if (!GetParam())  // COLMAP's own text begins so
     WriteFileAtomically(model() / "images.txt",

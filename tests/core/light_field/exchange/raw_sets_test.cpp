@@ -306,11 +306,16 @@ TEST(RawWhiteBalance, FactorsThatNoSensorHasAreRefused) {
       ThrowsMessage<Error>(AllOf(HasSubstr("a line"), HasSubstr("raw_white_balance"))));
 }
 
-TEST_F(RawSetTest, APictureOfAnotherSizeIsRefused) {
+TEST_F(RawSetTest, OfAnotherSizeTheCameraIsScaledAndOfAnotherAspectItIsRefused) {
   Put("a.dng", StudioDng());
-  PutTransforms({"a.dng"}, {150, 104});
+  PutTransforms({"a.dng"}, {150, 90});
   EXPECT_THAT([&] { Taken(); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("a.dng"), HasSubstr("300x208"), HasSubstr("150x104"))));
+              ThrowsMessage<Error>(AllOf(HasSubstr("a.dng"), HasSubstr("300x208"), HasSubstr("150x90"))));
+  PutTransforms({"a.dng"}, {150, 104});
+  const LightField light_field = Taken();
+  EXPECT_EQ(light_field.cameras.at(0).width, 300);
+  EXPECT_DOUBLE_EQ(light_field.cameras.at(0).fx, 2 * 280);
+  EXPECT_LT(WorstError(ReadViewMaster(light_field, light_field.views[0]), *StudioCamera().crop), kTolerance);
 }
 
 TEST(RawSetDoubtsTest, SaysWhatDiffers) {

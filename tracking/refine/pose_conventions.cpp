@@ -1,0 +1,98 @@
+#include "tracking/refine/pose_conventions.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+
+#include "core/base/at.h"
+#include "core/base/quantile.h"
+#include "tracking/estimation/two_view_motion.h"
+
+namespace ulf::tracking {
+namespace {
+
+using Eigen::Vector3d;
+using PoseChange = std::function<Rigid3(const Rigid3& cam_from_world)>;
+
+// Along both rays to where they are nearest to each other, in the first camera's frame; none: they are too parallel.
+std::optional<std::pair<double, double>> DepthsWhereRaysMeet(const Rigid3& second_from_first,
+                                                             const RayPair& rays) {
+  constexpr double kLeastSine = 0.01;  // of their angle
+  const Rigid3 first_from_second = second_from_first.Inverse();
+  const Vector3d &center = first_from_second.translation,
+                 direction = first_from_second.rotation * rays.second;
+  const Vector3d normal = rays.first.cross(direction);
+  if (normal.norm() < kLeastSine) return std::nullopt;
+  return std::pair(center.cross(direction).dot(normal) / normal.squaredNorm(),
+                   center.cross(rays.first).dot(normal) / normal.squaredNorm());
+}
+
+std::optional<PoseFit> FitUnder(const PoseChange& change, const RefineScene& scene,
+                                const std::vector<UnguidedPair>& pairs, std::size_t min_matches) {
+  std::vector<double> medians;
+  std::size_t told = 0, before = 0;
+  for (const UnguidedPair& pair : pairs) {
+    if (pair.matches.size() < min_matches) continue;
+    const RefineView &first = scene.view(pair.first), &second = scene.view(pair.second);
+    const Rigid3 second_from_first = change(second.cam_from_world) * change(first.cam_from_world).Inverse();
+    const Eigen::Matrix3d essential = EssentialFromPose(second_from_first);
+    if (!(essential.norm() > 0)) continue;
+    std::vector<double> errors;
+    for (const FeatureMatch& match : pair.matches) {
+      const RayPair rays{first.features[match.first].ray.normalized(),
+                         second.features[match.second].ray.normalized()};
+      errors.push_back(EpipolarError(essential, rays) * scene.LensOf(first).MeanFocalPx());
+      if (const auto depths = DepthsWhereRaysMeet(second_from_first, rays)) {
+        ++told;
+        before += depths->first > 0 && depths->second > 0;
+      }
+    }
+    medians.push_back(Median(std::move(errors)));
+  }
+  if (medians.empty()) return std::nullopt;
+  return PoseFit{Median(std::move(medians)),
+                 told == 0 ? 1 : static_cast<double>(before) / static_cast<double>(told)};
+}
+
+Rigid3 WithYAndZTurned(const Rigid3& cam_from_world) {
+  return Rigid3{Eigen::Quaterniond(0, 1, 0, 0), Vector3d::Zero()} * cam_from_world;
+}
+
+}  // namespace
+
+bool IsPoor(const PoseFit& fit, const PoseFitLimits& limits) {
+  return fit.error_px > limits.error_px || fit.before_share < limits.before_share;
+}
+
+std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
+                                  std::size_t min_matches) {
+  return FitUnder([](const Rigid3& pose) { return pose; }, scene, pairs, min_matches);
+}
+
+std::string FittingConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
+                              std::size_t min_matches) {
+  // Turning the world changes nothing between two cameras, so these three are all that there are.
+  const std::pair<const char*, PoseChange> conventions[] = {
+      {"the cameras' y and z axes point the other way (up and back, as in OpenGL, where down and forward is "
+       "meant, as in "
+       "OpenCV, or the reverse)",
+       WithYAndZTurned},
+      {"the poses are inverted (from the world to the camera where from the camera to the world is meant, or "
+       "the reverse)",
+       [](const Rigid3& pose) { return pose.Inverse(); }},
+      {"the poses are inverted (from the world to the camera where from the camera to the world is meant, or "
+       "the reverse), "
+       "and the cameras' y and z axes point the other way",
+       [](const Rigid3& pose) { return WithYAndZTurned(pose.Inverse()); }}};
+  std::string best;
+  double least = PoseFitLimits{}.error_px;
+  for (const auto& [words, change] : conventions) {
+    const auto fit = FitUnder(change, scene, pairs, min_matches);
+    if (!fit || IsPoor(*fit) || fit->error_px >= least) continue;
+    least = fit->error_px;
+    best = words;
+  }
+  return best;
+}
+
+}  // namespace ulf::tracking

@@ -1,0 +1,38 @@
+// Which usual mistake explains poses that do not fit their photographs: programs differ in what a pose maps from and to,
+// and in where a camera's axes point.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tracking/refine/view_pairs.h"
+
+namespace ulf::tracking {
+
+// How well the scene's poses fit matches that were found without them. Two photographs taken side by side fit the
+// poses of cameras that look the other way, too, but then what they show lies behind them.
+struct PoseFit {
+  double error_px =
+      0;  // median distance from the epipolar lines in most pairs; pixels of the scene's pictures
+  double before_share = 1;  // of the matches whose depth can be told: those that lie before both cameras
+};
+
+struct PoseFitLimits {
+  // Above, poses fit poorly: twice what the worst of ten right sets comes to, pictures at most 1000 px a side
+  // (docs/tracking_measured.md, "Views whose poses their neighbours contradict").
+  double error_px = 1;
+  double before_share = 0.5;  // below, the cameras look away. Guessed
+};
+
+bool IsPoor(const PoseFit& fit, const PoseFitLimits& limits = {});
+
+// Of `pairs` with at least `min_matches`; none: there is no such pair.
+std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
+                                  std::size_t min_matches);
+
+// The convention under which the poses fit well though they fit poorly as they are: a clause for people. Empty: none.
+std::string FittingConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
+                              std::size_t min_matches);
+
+}  // namespace ulf::tracking
