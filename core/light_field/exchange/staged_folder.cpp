@@ -53,7 +53,8 @@ void RemoveUnfinished(const fs::path& parent, const std::string& prefix) {
 StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
   std::error_code unknown;
   if (target_.empty()) throw UsageError("the name of the folder to write is empty; give one with -o");
-  const fs::path whole = fs::weakly_canonical(target_, unknown);  // none where a folder around it may not be entered
+  const fs::path whole =
+      fs::weakly_canonical(target_, unknown);  // none where a folder around it may not be entered
   target_ = unknown ? fs::absolute(target_) : whole;
   if (target_.filename().empty()) target_ = target_.parent_path();
   if (fs::exists(target_, unknown) && !(fs::is_directory(target_, unknown) && fs::is_empty(target_, unknown)))
