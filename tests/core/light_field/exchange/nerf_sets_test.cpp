@@ -141,6 +141,13 @@ class SetNamedElsewhere : public testing::Test {
     std::ofstream(file()) << JsonText(document_);
   }
   LightField Read() { return ReadPosedSet(scratch_ / "set", {}, scratch_ / "shots").light_field; }
+  void HalvePhotographs() const {
+    for (const auto& entry : fs::directory_iterator(scratch_ / "shots")) {
+      cv::Mat half;
+      cv::resize(cv::imread(entry.path().string()), half, {kWidth / 2, kHeight / 2});
+      cv::imwrite(entry.path().string(), half);
+    }
+  }
 
   ScratchFolder scratch_;
   LightField written_;
@@ -177,11 +184,7 @@ TEST_F(SetNamedElsewhere, AnotherEndingOrCaseIsTheSamePhotograph) {
 }
 
 TEST_F(SetNamedElsewhere, SmallerPhotographsScaleTheCamera) {
-  for (const auto& entry : fs::directory_iterator(scratch_ / "shots")) {
-    cv::Mat half;
-    cv::resize(cv::imread(entry.path().string()), half, {kWidth / 2, kHeight / 2});
-    cv::imwrite(entry.path().string(), half);
-  }
+  HalvePhotographs();
   fs::rename(scratch_ / "shots", scratch_ / "set/images_2");
   const LightField read = ReadPosedSet(scratch_ / "set", {}, scratch_ / "set/images_2").light_field;
   ASSERT_EQ(read.views.size(), 3u);
@@ -227,11 +230,7 @@ TEST_F(SetNamedElsewhere, NamesOfWindowsAreFoundInTheSet) {
 }
 
 TEST_F(SetNamedElsewhere, InItsPlaceAndSmallerTheCameraIsScaledToo) {
-  for (const auto& entry : fs::directory_iterator(scratch_ / "shots")) {
-    cv::Mat half;
-    cv::resize(cv::imread(entry.path().string()), half, {kWidth / 2, kHeight / 2});
-    cv::imwrite(entry.path().string(), half);
-  }
+  HalvePhotographs();
   fs::rename(scratch_ / "shots", scratch_ / "set/images");
   const LightField read = ReadPosedSet(scratch_ / "set", {}, {}).light_field;
   EXPECT_EQ(read.cameras, std::vector{written_.cameras[0].ScaledTo(kWidth / 2, kHeight / 2)});
