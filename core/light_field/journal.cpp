@@ -13,7 +13,7 @@
 #include "core/base/json_text.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
-#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/exchange/frame_files.h"
 #include "core/light_field/newer_format.h"
 #include "core/light_field/view_exposures.h"
 #include "core/light_field/view_json.h"

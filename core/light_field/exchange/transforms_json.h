@@ -54,9 +54,4 @@ void RequireRotation(const Eigen::Matrix4d& matrix, const std::string& where, co
 // cam_from_world from a camera-to-world matrix with OpenGL's axes, with the same check.
 Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& where, const char* key);
 
-// Resolves symbolic links of `root`/`relative`; returns a '/'-separated path relative to `root`. Throws Error
-// when it is outside `root`.
-std::string PathInside(const std::filesystem::path& root, const std::string& relative,
-                       const std::string& where);
-
 }  // namespace ulf

@@ -14,7 +14,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
-#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/exchange/frame_files.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {

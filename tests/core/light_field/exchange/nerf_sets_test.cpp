@@ -1,4 +1,5 @@
-// Tests: core/light_field/exchange/transforms_json, core/light_field/exchange/nerf_synthetic_set,
+// Tests: core/light_field/exchange/transforms_json, core/light_field/exchange/frame_files,
+// core/light_field/exchange/nerf_synthetic_set,
 // core/light_field/exchange/posed_set, core/image/over_background.
 //
 // Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those whose photographs lie
@@ -155,7 +156,7 @@ class SetNamedElsewhere : public testing::Test {
 };
 
 TEST_F(SetNamedElsewhere, IsFoundByName) {
-  for (const char* folders : {"images/", "./images/", "../fox/images/", "/home/anna/fox/images/",
+  for (const char* folders : {"images/", "./images/", "../fox/images/", "/data/fox/images/",
                               "C:\\Users\\anna\\fox\\images\\", "images\\"}) {
     NameFrames([&](const std::string& name) { return folders + name; });
     EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, {}); },
