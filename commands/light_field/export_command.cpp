@@ -48,8 +48,7 @@ Triangulated MakePoints(LightField& light_field, Progress& progress, double shar
   options.progress = [&](double done, const std::string& stage) { progress.Show(share * done, stage); };
   tracking::TriangulationResult result =
       tracking::TriangulateViews(tracking::RefineInputOf(light_field), options);
-  std::vector<ScenePoint> points =
-      tracking::WithoutMasked(tracking::WithViewIds(std::move(result.points), light_field), light_field);
+  std::vector<ScenePoint> points = tracking::WithViewIds(std::move(result.points), light_field);
   const bool kept_points = points.empty() && !light_field.points.empty();
   if (!kept_points) light_field.points = std::move(points);
   return {true, kept_points, result.pose_error_px, result.unread.size()};
@@ -116,6 +115,8 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   const double points_share = measures ? 0.8 : 0;  // of the time; guessed
   RequireExportable(light_field, args.output, options);
   if (measures) triangulated = MakePoints(light_field, progress, points_share);
+  if (HasPoints(form))
+    light_field.points = tracking::WithoutMasked(std::move(light_field.points), light_field);
   const StopOnSignal signals;  // from here on a stop removes what was written
   options.progress = [&](double share, const std::string& what) {
     progress.Show(points_share + (1 - points_share) * share, what);

@@ -40,14 +40,6 @@ fs::path ImagesFolder(const std::string& given, const fs::path& source) {
   return fs::is_directory(of_set) ? of_set : fs::path(given);
 }
 
-std::string SomeOf(const std::vector<tracking::UntoldView>& views, const std::vector<std::string>& names) {
-  constexpr std::size_t kNamed = 4;
-  std::string some;
-  for (std::size_t i = 0; i < std::min(kNamed, views.size()); ++i)
-    some += (i == 0 ? "" : ", ") + names[static_cast<std::size_t>(views[i].view)];
-  return some + (views.size() > kNamed ? ", ..." : "");
-}
-
 void Check(const LightField& light_field) {
   tracking::PoseCheckOptions options;
   Progress progress("check");
@@ -56,18 +48,13 @@ void Check(const LightField& light_field) {
   std::vector<std::string> names;
   for (const View& view : light_field.views) names.push_back(view.image_path);
   for (const std::string& line : tracking::InWords(check, names)) spdlog::warn("{}", line);
+  if (check.fits_poorly) return;
   if (check.agree > 0) {
-    const std::string views = Counted(static_cast<std::size_t>(check.agree), "view");
     const std::string fit =
-        check.fits_poorly
-            ? fmt::format("the photographs of {} are {:.1f} px off what their poses say", views,
-                          check.error_px)
-            : fmt::format("the photographs fit the poses of {} to {:.1f} px", views, check.error_px);
-    const std::string untold = check.untold.empty()
-                                   ? ""
-                                   : fmt::format("; {} more show too little in common to tell ({})",
-                                                 check.untold.size(), SomeOf(check.untold, names));
-    fmt::print("{}{}\n", fit, untold);
+        fmt::format("the photographs fit the poses of {} to {:.1f} px",
+                    Counted(static_cast<std::size_t>(check.agree), "view"), check.error_px);
+    const std::string untold = tracking::UntoldInWords(check, names);
+    fmt::print("{}{}{}\n", fit, untold.empty() ? "" : "; ", untold);
   } else if (check.contradicted.empty()) {
     fmt::print("whether the photographs fit the poses cannot be told: they show too little in common\n");
   }

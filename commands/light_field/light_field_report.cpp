@@ -213,11 +213,12 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
 std::string ToText(const PoseReport& report, const LightField& light_field) {
   const tracking::PoseCheck& check = report.check;
   const auto name = [&](int view) { return light_field.views[At(view)].image_path; };
-  std::string text = fmt::format(
-      "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n", check.agree,
-      check.error_px, check.contradicted.size(), check.untold.size(), report.seconds);
-  if (const std::string whole = FitInWords(check); !whole.empty())
-    text += fmt::format("               {}\n", whole);
+  std::string text =
+      check.fits_poorly
+          ? fmt::format("poses          {} ({:.1f} s)\n", FitInWords(check), report.seconds)
+          : fmt::format(
+                "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n",
+                check.agree, check.error_px, check.contradicted.size(), check.untold.size(), report.seconds);
   for (const tracking::ContradictedView& view : check.contradicted) {
     std::string by;
     for (const int neighbour : view.by) by += (by.empty() ? "" : ", ") + name(neighbour);
@@ -252,7 +253,8 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
   nlohmann::json json{{"agree", check.agree},
                       {"error_px", check.error_px},
                       {"fits_poorly", check.fits_poorly},
-                      {"fits_when", check.fits_when},
+                      {"fit_error_px", check.fit_error_px},
+                      {"convention", check.convention},
                       {"seconds", report.seconds},
                       {"contradicted", nlohmann::json::array()},
                       {"not_judged", nlohmann::json::array()}};

@@ -201,12 +201,12 @@ struct LightField {
   }
 };
 
-// The point nearest to all optical axes with a radius from `width_share` of the median image width at the
-// median distance; none where the axes are nearly parallel or the point lies behind the cameras.
 // Where the optical axes of all views come nearest to each other, before the cameras or behind; none: they are nearly
 // parallel.
 std::optional<Eigen::Vector3d> MeetingOfAxes(const LightField& light_field);
 
+// There, with a radius from `width_share` of the median image width at the median distance; none where the axes are
+// nearly parallel or meet behind the cameras.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
 
 }  // namespace ulf

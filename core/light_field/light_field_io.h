@@ -47,8 +47,8 @@ Image ReadViewImage(const LightField& light_field, const View& view, cv::Mat* cl
 
 // Whether a mask, or the alpha of a PNG, excludes parts of the photograph.
 bool HasMask(const LightField& light_field, const View& view);
-// CV_8UC1 of the photograph's size, 0: excluded; empty: nothing is excluded. Throws Error for a mask that is
-// missing or of another size.
+// CV_8UC1 of the photograph's size, 0: excluded; empty: nothing is excluded. A mask of another size is resized (nearest
+// pixel). Throws Error for a mask that is missing or of another aspect.
 cv::Mat ReadViewMask(const LightField& light_field, const View& view);
 
 // The view's master with its transfer and mosaic, or the photograph if there is no master; the black level is

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
 #include "core/image/clipped.h"
@@ -177,10 +178,12 @@ cv::Mat ReadViewMask(const LightField& light_field, const View& view) {
   const auto use = [&](const cv::Mat& shown, const fs::path& path) {
     const CameraModel& camera = light_field.CameraOf(view);
     if (shown.empty()) return;
-    if (shown.cols != camera.width || shown.rows != camera.height)
+    if (!HasAspectOf(camera, shown.size()))
       throw Error("{}: the mask is {}x{}, its camera says {}x{}; make it as large as the image",
                   path.string(), shown.cols, shown.rows, camera.width, camera.height);
-    mask = mask.empty() ? shown : cv::Mat(mask & shown);
+    cv::Mat fitting = shown;
+    if (shown.size() != SizeOf(camera)) cv::resize(shown, fitting, SizeOf(camera), 0, 0, cv::INTER_NEAREST);
+    mask = mask.empty() ? fitting : cv::Mat(mask & fitting);
   };
   if (!view.mask_path.empty()) {
     const fs::path path = light_field.root / view.mask_path;

@@ -21,6 +21,10 @@ RefineInput RefineInputOf(const LightField& light_field) {
   input.read = [&light_field](int index) {
     return ReadRecordedImage(light_field, light_field.views[At(index)]);
   };
+  input.read_mask = [&light_field](int index) {
+    const View& view = light_field.views[At(index)];
+    return HasMask(light_field, view) ? ReadViewMask(light_field, view) : cv::Mat();
+  };
   return input;
 }
 
@@ -46,9 +50,11 @@ std::vector<ScenePoint> WithoutMasked(std::vector<ScenePoint> points, const Ligh
       if (mask.at<unsigned char>(pixel) == 0) seen->view_id = kNoView;
     }
   }
-  for (ScenePoint& point : points)
-    std::erase_if(point.track, [](const ViewObservation& seen) { return seen.view_id == kNoView; });
-  std::erase_if(points, [](const ScenePoint& point) { return point.track.size() < 2; });
+  std::erase_if(points, [](ScenePoint& point) {
+    const auto masked =
+        std::erase_if(point.track, [](const ViewObservation& seen) { return seen.view_id == kNoView; });
+    return masked > 0 && point.track.size() < 2;
+  });
   return points;
 }
 

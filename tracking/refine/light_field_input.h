@@ -14,8 +14,8 @@ RefineInput RefineInputOf(const LightField& light_field);
 // Makes the points' tracks name views by id instead of by index.
 std::vector<ScenePoint> WithViewIds(std::vector<ScenePoint> points, const LightField& light_field);
 
-// Without observations in pixels that masks exclude, and without points that fewer than two views are left to show.
-// Throws Error for a mask that is missing or of another size.
+// Without observations in pixels that masks exclude, and without points of which these leave fewer than two.
+// Throws Error for a mask that is missing or of another aspect.
 std::vector<ScenePoint> WithoutMasked(std::vector<ScenePoint> points, const LightField& light_field);
 
 }  // namespace ulf::tracking

@@ -328,12 +328,30 @@ std::vector<Testimony> AskAll(const MatchedSet& set, int view, const PoseCheckOp
   return said;
 }
 
+// The names of the first of these views, and whether there are more.
+template <typename Of>
+std::string SomeOf(const std::vector<Of>& views, const std::vector<std::string>& names) {
+  constexpr std::size_t kNamed = 4;
+  std::string some;
+  for (std::size_t i = 0; i < std::min(kNamed, views.size()); ++i)
+    some += (i == 0 ? "" : ", ") + names[At(views[i].view)];
+  return some + (views.size() > kNamed ? ", ..." : "");
+}
+
+// How many times as large as the pictures that are compared most photographs are.
+double ReducedBy(const RefineScene& scene, const RefineInput& input) {
+  std::vector<double> times;
+  for (const RefineView& view : scene.views)
+    times.push_back(static_cast<double>(input.lenses[At(view.lens)].width) / scene.LensOf(view).width);
+  return Median(std::move(times));
+}
+
 }  // namespace
 
 PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) {
   const RefineStage reading{options.progress, 0, 0.6}, matching{options.progress, 0.6, 1};
-  const RefineScene scene =
-      ReadScene(input, {.max_side_px = options.max_side_px, .corners = options.corners}, reading);
+  const RefineScene scene = ReadScene(
+      input, {.max_side_px = options.max_side_px, .corners = options.corners, .masked = false}, reading);
   const std::vector<std::pair<int, int>> near = ChoosePairs(scene, kNearPairs);
   matching.Show(0, "comparing photographs with their poses");
   std::vector<UnguidedPair> pairs(near.size());
@@ -375,7 +393,9 @@ PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) 
     spdlog::debug("off by {:.3f} px as they are compared; {:.3f} before both cameras", fit->error_px,
                   fit->before_share);
     check.fits_poorly = IsPoor(*fit);
-    if (check.fits_poorly) check.fits_when = FittingConvention(scene, pairs, options.min_matches);
+    check.fit_error_px = fit->error_px * ReducedBy(scene, input);
+    check.looks_away = fit->before_share < PoseFitLimits{}.before_share;
+    if (check.fits_poorly) check.convention = PoseConvention(scene, pairs, options.min_matches);
   }
   const auto cannot_tell = [&](int view, std::string why) {
     UntoldView& one = check.untold.emplace_back();
@@ -408,14 +428,28 @@ PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options) 
 }
 
 std::string FitInWords(const PoseCheck& check) {
-  if (!check.fits_when.empty())
-    return fmt::format("the poses are wrong as a whole; they would fit if this were mended: {}",
-                       check.fits_when);
+  if (!check.convention.empty())
+    return fmt::format("the poses are wrong as a whole: {}; mend them in the files of the set",
+                       check.convention);
+  if (check.looks_away)
+    return "the poses are wrong as a whole: by them most of what the photographs show lies behind the "
+           "cameras, and no change of their axes or direction mends that; are the photographs in another "
+           "order "
+           "than the poses?";
   if (check.fits_poorly)
-    return "the poses fit the photographs poorly as a whole: are the photographs in another order than the "
-           "poses, "
-           "cropped, or by another lens? Where the poses are only inexact, 'ulf refine' makes them better";
+    return fmt::format(
+        "the poses fit the photographs poorly as a whole, {:.1f} px off in most pairs: are the photographs "
+        "in "
+        "another order than the poses, cropped, or by another lens? Where the poses are only inexact, 'ulf "
+        "refine' makes them better",
+        check.fit_error_px);
   return {};
+}
+
+std::string UntoldInWords(const PoseCheck& check, const std::vector<std::string>& names) {
+  if (check.untold.empty()) return {};
+  return fmt::format("{} more show too little in common to tell ({})", check.untold.size(),
+                     SomeOf(check.untold, names));
 }
 
 std::vector<std::string> InWords(const PoseCheck& check, const std::vector<std::string>& names) {
@@ -423,13 +457,9 @@ std::vector<std::string> InWords(const PoseCheck& check, const std::vector<std::
   const std::size_t wrong = check.contradicted.size(), told = wrong + static_cast<std::size_t>(check.agree);
   const bool most = 2 * wrong > told;
   if (wrong > 0) {
-    constexpr std::size_t kNamed = 4;
-    std::string which;
-    for (std::size_t i = 0; i < std::min(kNamed, wrong); ++i)
-      which += (i == 0 ? "" : ", ") + names[At(check.contradicted[i].view)];
     lines.push_back(fmt::format(
-        "the poses of {} of {} disagree with what the photographs show ({}{}): {}", wrong,
-        Counted(told, "view"), which, wrong > kNamed ? ", ..." : "",
+        "the poses of {} of {} disagree with what the photographs show ({}): {}", wrong,
+        Counted(told, "view"), SomeOf(check.contradicted, names),
         most ? "are the photographs in another order than the poses, or cropped, or by another lens?"
              : "are they others than those that were posed?"));
   }

@@ -61,9 +61,11 @@ struct PoseCheck {
   int agree = 0;  // views whose neighbours confirm their poses
   // Median distance from the epipolar lines in most pairs of views that fit; pixels of the photographs.
   double error_px = 0;
-  bool fits_poorly =
-      false;  // in most pairs (IsPoor): the poses are wrong as a whole, whatever the views' verdicts
-  std::string fits_when;  // FittingConvention() of poses that fit poorly; empty: none
+  // The poses are wrong as a whole (IsPoor of all pairs), whatever the views' verdicts.
+  bool fits_poorly = false;
+  double fit_error_px = 0;      // of all pairs, as error_px
+  bool looks_away = false;      // most of what the photographs show lies behind their cameras
+  std::string convention = {};  // PoseConvention() of poses that fit poorly; empty: none
 };
 
 // Reads every photograph once; some 50 ms of processor time a view of 640 x 480.
@@ -71,6 +73,9 @@ PoseCheck CheckPoses(const RefineInput& input, const PoseCheckOptions& options =
 
 // Of poses that fit poorly as a whole, in words; else empty.
 std::string FitInWords(const PoseCheck& check);
+
+// Of views that cannot be judged, in words; empty: there are none.
+std::string UntoldInWords(const PoseCheck& check, const std::vector<std::string>& names);
 
 // In words, for whoever imports a set, a line for each thing: empty where nothing is to be said. `names`: of the views.
 std::vector<std::string> InWords(const PoseCheck& check, const std::vector<std::string>& names);

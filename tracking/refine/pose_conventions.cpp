@@ -69,20 +69,23 @@ std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<Un
   return FitUnder([](const Rigid3& pose) { return pose; }, scene, pairs, min_matches);
 }
 
-std::string FittingConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
-                              std::size_t min_matches) {
-  // Turning the world changes nothing between two cameras, so these three are all that there are.
+std::string PoseConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
+                           std::size_t min_matches) {
+  // Turning the world changes nothing between two cameras, so these three are all that there are. The words say how the
+  // file has the poses, and are true of every format: whatever axes a format means, poses that fit once they are
+  // inverted have OpenCV's in the file, and those that fit once they are inverted and turned OpenGL's.
   const std::pair<const char*, PoseChange> conventions[] = {
-      {"the cameras' y and z axes point the other way (up and back, as in OpenGL, where down and forward is "
-       "meant, as in "
-       "OpenCV, or the reverse)",
+      {"the cameras' y and z axes point the other way (up and back, as in OpenGL, where the format means "
+       "down "
+       "and forward, as in OpenCV, or the reverse)",
        WithYAndZTurned},
-      {"the poses are inverted (from the world to the camera where from the camera to the world is meant, or "
-       "the reverse)",
+      {"the poses are inverted (they lead from the world to the camera where the format means from the "
+       "camera "
+       "to the world, or the reverse), with the camera's y axis down and z forward, as in OpenCV",
        [](const Rigid3& pose) { return pose.Inverse(); }},
-      {"the poses are inverted (from the world to the camera where from the camera to the world is meant, or "
-       "the reverse), "
-       "and the cameras' y and z axes point the other way",
+      {"the poses are inverted (they lead from the world to the camera where the format means from the "
+       "camera "
+       "to the world, or the reverse), with the camera's y axis up and z back, as in OpenGL",
        [](const Rigid3& pose) { return WithYAndZTurned(pose.Inverse()); }}};
   std::string best;
   double least = PoseFitLimits{}.error_px;

@@ -31,8 +31,9 @@ bool IsPoor(const PoseFit& fit, const PoseFitLimits& limits = {});
 std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                                   std::size_t min_matches);
 
-// The convention under which the poses fit well though they fit poorly as they are: a clause for people. Empty: none.
-std::string FittingConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
-                              std::size_t min_matches);
+// What convention the poses have that fit poorly as they are, and well once they are changed to the format's: a clause
+// for people. Empty: no such change makes them fit.
+std::string PoseConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
+                           std::size_t min_matches);
 
 }  // namespace ulf::tracking

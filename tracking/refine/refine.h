@@ -19,6 +19,7 @@
 #pragma once
 
 #include <functional>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,6 +47,9 @@ struct RefineInput {
   std::vector<CameraModel> lenses;
   std::vector<View> views;
   std::function<Image(int view)> read;  // in any thread; throws Error
+  // What the photograph shows of the world of the poses: CV_8UC1 of its size, 0 elsewhere; empty: everything. None: no
+  // view has a mask. In any thread; throws Error.
+  std::function<cv::Mat(int view)> read_mask = {};
   double readout_s =
       0;  // of a rolling shutter: from the first row to the last, negative from the last; 0: global
 };

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
@@ -32,8 +34,29 @@ RefineScene SceneOf(const RefineInput& input, int max_side_px) {
   return scene;
 }
 
-void ReadView(Image image, int corners, const CameraModel& lens, FeatureExtractor& extractor, bool first,
-              RefineView& view) {
+// The corners that `mask` (any size, 0: excluded) shows.
+FeatureSet Shown(const FeatureSet& features, const cv::Mat& mask, const CameraModel& lens) {
+  std::vector<Feature> shown;
+  for (const Feature& feature : features.all()) {
+    const auto pixel = [](double at, int size, int mask_size) {
+      return std::clamp(static_cast<int>(at * mask_size / size), 0, mask_size - 1);
+    };
+    const int x = pixel(feature.img.x(), lens.width, mask.cols),
+              y = pixel(feature.img.y(), lens.height, mask.rows);
+    if (mask.at<std::uint8_t>(y, x) != 0) shown.push_back(feature);
+  }
+  return {std::move(shown), lens.width, lens.height};
+}
+
+// As many more as leave `corners` of them where the mask shows something. Four times at most: guessed.
+int CornersFor(int corners, const cv::Mat& mask) {
+  const double shown = static_cast<double>(cv::countNonZero(mask)) / static_cast<double>(mask.total());
+  return static_cast<int>(corners / std::max(0.25, shown));
+}
+
+// `mask`: empty where nothing is masked.
+void ReadView(Image image, const cv::Mat& mask, int corners, const CameraModel& lens,
+              FeatureExtractor& extractor, bool first, RefineView& view) {
   cv::Mat gray = GrayForTracking(image);
   cv::Mat color = image.mosaic == Mosaic::kNone && image.pixels.type() == CV_8UC3 ? image.pixels : gray;
   if (gray.cols != lens.width || gray.rows != lens.height) {
@@ -42,8 +65,10 @@ void ReadView(Image image, int corners, const CameraModel& lens, FeatureExtracto
   }
   view.gray = gray.clone();
   const Pyramid pyramid = BuildPyramid(view.gray);
+  if (!mask.empty()) corners = CornersFor(corners, mask);
   if (first) extractor.Extract(pyramid, corners);  // the corner threshold settles
   view.features = extractor.Extract(pyramid, corners);
+  if (!mask.empty()) view.features = Shown(view.features, mask, lens);
   for (const Feature& feature : view.features.all()) view.feature_rgb.push_back(RgbAt(color, feature.img));
 }
 
@@ -65,8 +90,9 @@ RefineScene ReadScene(const RefineInput& input, const ReadingOptions& options, c
       if (first) extractor.emplace(scene.LensOf(view), FeatureOptions{.levels = options.levels});
       lens = view.lens;
       try {
-        ReadView(input.read(static_cast<int>(i)), options.corners, scene.LensOf(view), *extractor, first,
-                 view);
+        const int index = static_cast<int>(i);
+        ReadView(input.read(index), options.masked || !input.read_mask ? cv::Mat() : input.read_mask(index),
+                 options.corners, scene.LensOf(view), *extractor, first, view);
       } catch (const std::exception& error) {
         view.registered = false;
         view.why = error.what();

@@ -38,6 +38,9 @@ struct ReadingOptions {
   // Of the pyramid: the views of a set differ more in distance than frames that follow each other. Measured:
   // docs/tracking_measured.md, "Published sets".
   int levels = kPyramidLevels;
+  // Corners where masks show nothing of the world of the poses: matched without these, a standing background before which
+  // the subject turned would speak against all of them.
+  bool masked = true;
   // Neighbouring views whose corners share one adapting threshold, whatever the number of threads: more look
   // less alike, fewer give each processor less to do. Guessed.
   int in_a_row = 8;

@@ -12,6 +12,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/name_order.h"
@@ -121,10 +122,12 @@ void SayOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
     return images ? fmt::format("{} with {}", model.string(), Counted(*images, "image")) : model.string();
   };
   std::error_code unknown;
-  for (const auto& entry : fs::directory_iterator(folder.parent_path(), unknown)) {
+  const bool is_named = folder.has_filename() && folder.filename() != ".";
+  const fs::path own_name = is_named ? folder.filename() : fs::weakly_canonical(folder, unknown).filename();
+  for (const auto& entry : fs::directory_iterator(is_named ? FolderOf(folder) : folder / "..", unknown)) {
     const std::string name = entry.path().filename().string();
     const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
-    if (is_number && name != folder.filename() && !ColmapModelIn(entry.path()).empty())
+    if (is_number && name != own_name && !ColmapModelIn(entry.path()).empty())
       others.push_back(described(entry.path()));
   }
   if (others.empty()) return;

@@ -83,17 +83,29 @@ void MissingPhotographs::RequireNone(const FrameFiles& files) const {
               files.root.string(), kFindByName);
 }
 
+fs::path MeasuredPhotograph(const FrameFiles& files, const std::string& given, const std::string& where) {
+  for (const std::string& path : {given, WithSlashes(given)})
+    for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"})
+      if (const auto inside = PathWithin(files.root, path + ending, where);
+          inside && fs::is_regular_file(files.root / *inside))
+        return files.root / *inside;
+  return {};
+}
+
+std::string MaskElsewhere(const FrameFiles& files, const std::string& given, const std::string& where) {
+  const std::string inside = FileWithin(files.root, given, where);
+  if (inside.empty())
+    throw Error("{}: the mask '{}' is missing in {}; restore it or take it out of the frame", where, given,
+                files.root.string());
+  return files.images ? fs::proximate(files.root / inside, files.images->folder()).generic_string() : inside;
+}
+
 std::string PathOfMask(const FrameFiles& files, const JsonPlace& frame, const std::string& photograph) {
   if (files.images)
     if (std::string beside = files.images->MaskOf(photograph); !beside.empty()) return beside;
   if (!frame.Has("mask_path")) return {};
   const std::string given = frame.Text("mask_path");
-  if (!files.are_read) return given;
-  if (const std::string inside = FileWithin(files.root, given, frame.where); !inside.empty())
-    return files.images ? fs::proximate(files.root / inside, files.images->folder()).generic_string()
-                        : inside;
-  throw Error("{}: the mask '{}' is missing in {}; restore it or take 'mask_path' out", frame.where, given,
-              files.root.string());
+  return files.are_read ? MaskElsewhere(files, given, frame.where) : given;
 }
 
 }  // namespace ulf

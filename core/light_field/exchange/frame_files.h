@@ -30,6 +30,10 @@ struct FrameFiles {
 // Empty: it is missing. nerfstudio writes paths with their ending, Blender's original NeRF sets without.
 std::string PathOfPhotograph(const FrameFiles& files, const std::string& given, const std::string& where);
 
+// The photograph of this name in the set's own folder, where others of it are read; empty: it is not there.
+std::filesystem::path MeasuredPhotograph(const FrameFiles& files, const std::string& given,
+                                         const std::string& where);
+
 // Photographs that frames name and that are not there.
 class MissingPhotographs {
  public:
@@ -42,6 +46,9 @@ class MissingPhotographs {
   std::size_t count_ = 0;
   std::string first_where_, first_;
 };
+
+// The set's own mask, relative to where the photographs lie. Throws Error where it is missing or leaves the folder.
+std::string MaskElsewhere(const FrameFiles& files, const std::string& given, const std::string& where);
 
 // Empty: none. Of photographs that lie elsewhere the mask beside them comes first: it has their size.
 std::string PathOfMask(const FrameFiles& files, const JsonPlace& frame, const std::string& photograph);

@@ -16,6 +16,7 @@
 #include "core/image/image.h"
 #include "core/image/image_header.h"
 #include "core/image/raw_file.h"
+#include "core/light_field/view_files.h"
 
 namespace ulf {
 namespace {
@@ -37,27 +38,29 @@ std::vector<std::string> PhotographsIn(const fs::path& folder) {
 
 bool HoldsPhotographsBelow(const fs::path& folder) {
   std::error_code unknown;
-  for (const auto& entry : fs::directory_iterator(folder, unknown))
-    if (entry.is_directory(unknown) && !PhotographsIn(entry.path()).empty()) return true;
+  constexpr auto kSkip = fs::directory_options::skip_permission_denied;
+  for (auto entry = fs::recursive_directory_iterator(folder, kSkip, unknown);
+       !unknown && entry != fs::recursive_directory_iterator(); entry.increment(unknown))
+    if (HasImageEnding(entry->path()) && entry->is_regular_file(unknown)) return true;
   return false;
 }
 
-// The path, else what is left of it without its first folders, as long as there is such a file; also with an ending,
-// where it has none. Empty: there is none.
-std::string FileInFolder(const fs::path& folder, const fs::path& path) {
-  std::error_code unknown;
+// The path, and what is left of it without its first folders: a/b/c, b/c, c.
+std::vector<fs::path> EndsOf(const fs::path& path) {
+  std::vector<fs::path> ends;
   const std::string whole = path.relative_path().generic_string();
   for (std::size_t first = 0; first < whole.size();) {
-    const std::string part = whole.substr(first);
-    const std::size_t slash = part.find('/');
+    std::string end = whole.substr(first);
+    const std::size_t slash = end.find('/');
     first = slash == std::string::npos ? whole.size() : first + slash + 1;
-    if (part.size() > PATH_MAX || part.starts_with("../")) continue;
-    for (const char* ending : {"", ".png", ".jpg", ".jpeg", ".exr"}) {
-      if (*ending != '\0' && HasImageEnding(part)) break;
-      if (fs::is_regular_file(folder / (part + ending), unknown)) return part + ending;
-    }
+    if (end.size() <= PATH_MAX && !end.starts_with("../")) ends.emplace_back(std::move(end));
   }
-  return {};
+  return ends;
+}
+
+// Without the ending of an image: 'r_0.5' has none.
+std::string StemOf(const fs::path& photograph) {
+  return HasImageEnding(photograph) ? photograph.stem().string() : photograph.filename().string();
 }
 
 }  // namespace
@@ -84,23 +87,40 @@ SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::ve
   throw Error("{}: no photographs in {}; say where they lie with --images FOLDER", base.string(), tried);
 }
 
+const std::vector<std::string>& SetImages::NamesBelow(const fs::path& folder) const {
+  if (folder.empty()) return names_;
+  const auto [found, is_new] = names_below_.try_emplace(folder);
+  if (is_new) found->second = PhotographsIn(folder_ / folder);
+  return found->second;
+}
+
 std::string SetImages::Find(const std::string& name) const {
   std::string slashed = name;
   std::ranges::replace(slashed, '\\', '/');  // on Windows
-  for (const std::string& given : {name, slashed}) {
-    const fs::path path = fs::path(given).lexically_normal();
-    if (std::string found = FileInFolder(folder_, path); !found.empty()) return found;
-    const std::string file = path.filename().string();
-    const auto first_with = [&](const std::function<bool(const fs::path&)>& is_meant) {
-      const auto found = std::ranges::find_if(names_, is_meant);
-      return found == names_.end() ? std::string() : *found;
-    };
-    std::string found =
-        first_with([&](const fs::path& other) { return Lowercase(other.string()) == Lowercase(file); });
-    if (found.empty())
-      found = first_with(
-          [&](const fs::path& other) { return other.stem() == file || other.stem() == path.stem(); });
-    if (!found.empty()) return found;
+  using IsMeant = std::function<bool(const std::string& there, const std::string& wanted)>;
+  const IsMeant ways[] = {
+      [](const std::string& there, const std::string& wanted) { return there == wanted; },
+      [](const std::string& there, const std::string& wanted) {
+        return !HasImageEnding(wanted) && StemOf(there) == wanted;
+      },
+      [](const std::string& there, const std::string& wanted) {
+        return Lowercase(there) == Lowercase(wanted);
+      },
+      [](const std::string& there, const std::string& wanted) { return StemOf(there) == StemOf(wanted); }};
+  for (const std::string& given : slashed == name ? std::vector{name} : std::vector{name, slashed}) {
+    const std::vector<fs::path> ends = EndsOf(fs::path(given).lexically_normal());
+    // Most names are right as they are: no folder needs to be read for these.
+    std::error_code unknown;
+    for (const fs::path& end : ends)
+      if (fs::is_regular_file(folder_ / end, unknown)) return end.generic_string();
+    for (const IsMeant& is_meant : ways)
+      for (const fs::path& end : ends) {
+        const std::vector<std::string>& there = NamesBelow(end.parent_path());
+        const std::string wanted = end.filename().string();
+        const auto found =
+            std::ranges::find_if(there, [&](const std::string& one) { return is_meant(one, wanted); });
+        if (found != there.end()) return (end.parent_path() / *found).generic_string();
+      }
   }
   return {};
 }
@@ -109,7 +129,11 @@ std::string SetImages::MaskOf(const std::string& name) const {
   const fs::path image(name);
   const fs::path stem = image.parent_path() / image.stem();
   std::error_code unknown;
-  for (const char* const folder : {"../masks/", "masks/"})
+  // Beside images_4 nerfstudio has masks_4.
+  const std::string of_images = folder_.filename().string();
+  const std::string reduced =
+      of_images.starts_with("images_") ? "../masks" + of_images.substr(6) + "/" : "../masks/";
+  for (const std::string& folder : {reduced, std::string("../masks/"), std::string("masks/")})
     for (const std::string& mask :
          {name + ".png", stem.generic_string() + ".png", stem.generic_string() + "_mask.png"})
       if (fs::is_regular_file(folder_ / (folder + mask), unknown)) return folder + mask;
@@ -124,10 +148,8 @@ CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std
   if (IsRawFile(image) && CanCropRaw(ReadRawFacts(image.string()), {camera.width, camera.height}))
     return camera;
   const cv::Size size = ReadImageSize(image.string());
-  if (size.width == camera.width && size.height == camera.height) return camera;
-  const double ratio = static_cast<double>(size.width) / camera.width;
-  constexpr double kRounding_px = 1;
-  if (std::abs(ratio * camera.height - size.height) > kRounding_px)
+  if (size == SizeOf(camera)) return camera;
+  if (!HasAspectOf(camera, size))
     throw Error(
         "{}: {} is {}x{}, its camera says {}x{}: it was cropped or turned, and its intrinsics no longer "
         "hold; "

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <filesystem>
+#include <map>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -36,18 +37,21 @@ class SetImages {
   const std::filesystem::path& folder() const { return folder_; }
   // All photographs in the folder itself, by name as people count (a2.jpg before a10.jpg), relative to it.
   const std::vector<std::string>& names() const { return names_; }
-  // The photograph of this name, relative to the folder and in it: under the whole name (with an ending, where it has
-  // none), else under what is left of it without its first folders; else a photograph of the folder itself with the same
-  // file name in upper or lower case, else with the same stem and another ending. Folders are separated by `/` or, by
-  // programs on Windows, by `\`. Empty: there is none.
+  // The photograph of this name, relative to the folder and in it: under the whole name, else under what is left of it
+  // without its first folders; where there is none, the one that has an ending besides, else the one in upper or lower
+  // case, else the one with another ending. Folders are separated by `/` or, by programs on Windows, by `\`. Empty:
+  // there is none. Not in several threads at once.
   std::string Find(const std::string& name) const;
-  // masks/NAME.png, masks/STEM.png or masks/STEM_mask.png beside the folder or in it, or NAME.mask.png or STEM.mask.png
-  // in it, relative to it; empty: there is none.
+  // masks/NAME.png, masks/STEM.png or masks/STEM_mask.png beside the folder (beside images_4 in masks_4 first) or in it,
+  // or NAME.mask.png or STEM.mask.png in it, relative to it; empty: there is none.
   std::string MaskOf(const std::string& name) const;
 
  private:
+  const std::vector<std::string>& NamesBelow(const std::filesystem::path& folder) const;
+
   std::filesystem::path folder_;
   std::vector<std::string> names_;
+  mutable std::map<std::filesystem::path, std::vector<std::string>> names_below_;  // as they were asked for
 };
 
 // The camera of photographs whose size differs from `camera`'s because they were resized: scaled to `image`'s size,

@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/shell_word.h"
+#include "core/geometry/rigid3.h"
 #include "core/image/image.h"
 #include "core/light_field/exchange/bundler_set.h"
 #include "core/light_field/exchange/colmap_set.h"
@@ -193,35 +194,54 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
   return {};
 }
 
-bool IsSamePose(const Rigid3& a, const Rigid3& b) {
-  constexpr double kRounding = 1e-6;
-  return (a.Matrix() - b.Matrix()).cwiseAbs().maxCoeff() <= kRounding * (1 + a.translation.norm());
+// The greatest distance of a camera centre from the first.
+double SpreadOf(const std::vector<View>& views) {
+  double spread = 0;
+  for (const View& view : views)
+    spread = std::max(
+        spread,
+        (view.cam_from_world.OriginInSource() - views.front().cam_from_world.OriginInSource()).norm());
+  return spread;
+}
+
+// But for rounding: of the rotations, of the centres in a set of this spread, and of coordinates that are far from zero.
+bool IsSamePose(const Rigid3& a, const Rigid3& b, double spread) {
+  constexpr double kRounding = 1e-6, kRoundingOfCoordinates = 1e-12;
+  const Eigen::Vector3d center = a.OriginInSource();
+  return RotationAngle(a.rotation * b.rotation.conjugate()) <= kRounding &&
+         (center - b.OriginInSource()).norm() <= kRounding * spread + kRoundingOfCoordinates * center.norm();
 }
 
 // A photograph has one pose: that is given twice in sets whose validation is their test, and taken once. Two poses are
 // those of two photographs of the same name.
 void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
+  const double spread = SpreadOf(light_field.views);
   std::map<std::string, const View*> taken;
   std::vector<View> views;
-  std::size_t wrong = 0, twice = 0;
+  std::set<std::string> wrong, repeated;
   std::string first;
   for (const View& view : light_field.views) {
     const auto [before, is_new] = taken.try_emplace(view.image_path, &view);
-    if (is_new)
+    if (is_new) {
       views.push_back(view);
-    else if (IsSamePose(before->second->cam_from_world, view.cam_from_world))
-      ++twice;
-    else if (wrong++ == 0)
-      first = view.image_path;
+    } else if (IsSamePose(before->second->cam_from_world, view.cam_from_world, spread)) {
+      repeated.insert(view.image_path);
+    } else {
+      if (wrong.empty())
+        first = fmt::format("two poses, number {} and {}, lead to the photograph '{}'", before->second->id,
+                            view.id, view.image_path);
+      wrong.insert(view.image_path);
+    }
   }
-  if (wrong > 0)
+  if (!wrong.empty())
     throw Error(
-        "{}: two poses lead to the photograph '{}'{}; where photographs of several folders have the same "
-        "name, give "
-        "the folder from which their names count with --images, or else take one of the poses out",
-        source.string(), first, wrong == 1 ? "" : fmt::format(", and so do those of {} more", wrong - 1));
-  if (twice == 0) return;
-  light_field.doubts.push_back(fmt::format("{} named twice: taken once", Counted(twice, "photograph")));
+        "{}: {}{}; where photographs of several folders have the same name, give the folder from which their "
+        "names count with --images, or else take one of the poses out",
+        source.string(), first,
+        wrong.size() == 1 ? "" : fmt::format(", and so it is with {} more", wrong.size() - 1));
+  if (repeated.empty()) return;
+  light_field.doubts.push_back(
+      fmt::format("{} named more than once: taken once", Counted(repeated.size(), "photograph")));
   light_field.views = std::move(views);
   std::set<int> ids;
   for (const View& view : light_field.views) ids.insert(view.id);

@@ -88,6 +88,30 @@ std::optional<Subject> SubjectFromDepths(const LightField& light_field, const De
   return is_before_cameras ? std::optional(subject) : std::nullopt;
 }
 
+// How far the cameras stand from their middle, in the mean of squares.
+double SpreadOfCenters(const LightField& light_field) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double squares = 0;
+  for (const View& view : light_field.views) sum += view.CenterInWorld();
+  const double count = static_cast<double>(light_field.views.size());
+  for (const View& view : light_field.views) squares += (view.CenterInWorld() - sum / count).squaredNorm();
+  return squares / count;
+}
+
+// Whether the cameras would look at one thing if each pose were what its inverse is, with the axes of either convention.
+// Cameras around a thing stand far from each other, and their inverses at about one place, near which these axes meet as
+// well, by chance also before them.
+bool InversesMeet(const LightField& light_field) {
+  const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
+  LightField inverted = light_field;
+  for (View& view : inverted.views) view.cam_from_world = view.cam_from_world.Inverse();
+  constexpr double kFarFromEachOther = 4;  // times the spread of those that are read. Guessed
+  if (SpreadOfCenters(inverted) < kFarFromEachOther * SpreadOfCenters(light_field)) return false;
+  if (SubjectFromAxes(inverted)) return true;
+  for (View& view : inverted.views) view.cam_from_world = half_turn * view.cam_from_world;
+  return SubjectFromAxes(inverted).has_value();
+}
+
 }  // namespace
 
 std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share) {
@@ -105,6 +129,13 @@ std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share)
 
 std::string WhyNoSubject(const LightField& light_field) {
   constexpr const char* kGiveIt = "give it with --subject x,y,z,radius";
+  if (InversesMeet(light_field))
+    return fmt::format(
+        "the cameras' axes do not meet before them; those of the inverted poses do. Either mend the poses (a "
+        "transform_matrix leads from the camera to the world, COLMAP's poses from the world to the camera), "
+        "or, where "
+        "they are right, {}",
+        kGiveIt);
   const auto meeting = MeetingOfAxes(light_field);
   const auto behind = !meeting ? 0 : std::ranges::count_if(light_field.views, [&](const View& view) {
     return (view.cam_from_world * *meeting).z() < 0;

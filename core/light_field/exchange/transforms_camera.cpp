@@ -53,13 +53,14 @@ json MergedCameraKeys(const json& set, const json& frame) {
   return keys;
 }
 
+bool HasSize(const JsonPlace& place) { return place.Has("w") && place.Has("h"); }
+
 bool HasIntrinsics(const JsonPlace& place) { return place.Has("fl_x") || place.Has("camera_angle_x"); }
 
 CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   CameraModel camera;
-  const bool has_size = place.Has("w") && place.Has("h");
-  const cv::Size size =
-      has_size ? cv::Size(SidePx(place, "w"), SidePx(place, "h")) : ReadImageSize(example_image.string());
+  const cv::Size size = HasSize(place) ? cv::Size(SidePx(place, "w"), SidePx(place, "h"))
+                                       : ReadImageSize(example_image.string());
   camera.width = size.width;
   camera.height = size.height;
   if (place.Has("fl_x")) {

@@ -18,6 +18,7 @@ nlohmann::json CameraKeysOf(const nlohmann::json& object);
 // Merges camera keys as nerfstudio does: the keys of a frame override those of the set. If a frame contains
 // one key for the focal length, or for the lens model, no such key of the set is used.
 nlohmann::json MergedCameraKeys(const nlohmann::json& set, const nlohmann::json& frame);
+bool HasSize(const JsonPlace& place);
 bool HasIntrinsics(const JsonPlace& place);
 // The size is that of `example_image` if none is given. Throws Error that names the place and the key.
 CameraModel ReadCamera(const JsonPlace& place, const std::filesystem::path& example_image);

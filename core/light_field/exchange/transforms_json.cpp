@@ -201,12 +201,17 @@ class Cameras {
   std::map<std::vector<double>, int> indices_;
 };
 
+void AddOnce(const std::string& doubt, std::vector<std::string>& doubts) {
+  if (std::ranges::find(doubts, doubt) == doubts.end()) doubts.push_back(doubt);
+}
+
 // Masters and exposures show what the set's own photographs show, and belong to no others.
 void ReadOurView(const FrameFiles& files, const JsonPlace& ours, View& view) {
   const std::string mask = view.mask_path;
   ReadViewJson(ours, view);
   if (files.images) {
-    view.mask_path = mask;
+    view.mask_path =
+        mask.empty() && !view.mask_path.empty() ? MaskElsewhere(files, view.mask_path, ours.where) : mask;
     view.master_path.clear();
     view.exposures.clear();
     view.merged.reset();
@@ -225,7 +230,9 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
   std::optional<CameraModel> shared_camera;
   MissingPhotographs missing;
   std::map<std::string, std::size_t> unused;
-  const auto camera_of = [&](const json& object, const JsonPlace& frame, const fs::path& image) {
+  // A camera without size has that of the photograph that was measured.
+  const auto camera_of = [&](const json& object, const JsonPlace& frame, const std::string& given,
+                             const fs::path& image) {
     const json own_keys = CameraKeysOf(object);
     if (own_keys.empty() && shared_camera) return *shared_camera;
     const json keys = MergedCameraKeys(shared_keys, own_keys);
@@ -233,7 +240,15 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     if (!HasIntrinsics(place))
       throw Error("{}: no 'fl_x' or 'camera_angle_x' here or at the top; add the focal length in pixels",
                   frame.where);
-    const CameraModel camera = ReadCamera(place, image);
+    const fs::path measured =
+        files.images && !HasSize(place) ? MeasuredPhotograph(files, given, frame.where) : image;
+    if (measured.empty() && place.Has("fl_x"))
+      AddOnce(fmt::format(
+                  "{}: 'fl_x' is in pixels of photographs whose size ('w' and 'h') it does not say: they are "
+                  "taken to have been as large as those of --images",
+                  file.string()),
+              light_field.doubts);
+    const CameraModel camera = ReadCamera(place, measured.empty() ? image : measured);
     if (own_keys.empty()) shared_camera = camera;
     return camera;
   };
@@ -249,7 +264,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     view.mask_path = PathOfMask(files, frame, view.image_path);
     view.cam_from_world = CamFromWorld(frame);
     const fs::path image = light_field.root / view.image_path;
-    CameraModel camera = camera_of(object, frame, image);
+    CameraModel camera = camera_of(object, frame, given, image);
     if (files.may_be_resized) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
     view.camera = cameras.IndexOf(camera);
     if (frame.Has("ulf")) ReadOurView(files, {frame.Raw("ulf"), frame.where + ", ulf"}, view);

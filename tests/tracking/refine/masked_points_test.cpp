@@ -42,6 +42,9 @@ TEST(WithoutMasked, ObservationsInMaskedPixelsAreLeftOut) {
   EXPECT_EQ(left[1].track[0].view_id, 8);
   EXPECT_EQ(left[1].track[1].view_id, 9);
 
+  // Of a light field's own points not all are known to be seen by views.
+  EXPECT_EQ(tracking::WithoutMasked({ScenePoint{}}, light_field).size(), 1u);
+
   light_field.views[0].mask_path = "gone.png";
   EXPECT_THROW(tracking::WithoutMasked({seen(10)}, light_field), Error);
 }

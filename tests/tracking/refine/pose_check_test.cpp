@@ -1,14 +1,20 @@
 // Tests: tracking/refine/pose_check, tracking/refine/pose_conventions, commands/light_field/info_command, commands/light_field/light_field_report.
 #include "tracking/refine/pose_check.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/atomic_file.h"
+#include "core/base/json_text.h"
+#include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"
@@ -89,27 +95,87 @@ TEST(PoseCheck, PosesOfOtherPhotographsAreNamed) {
   EXPECT_THAT(InWords(turned, NamesOf(views->input)), Contains(HasSubstr("in another order")));
 }
 
-// What other programs mean by a pose.
+// The photographs with poses in a transforms.json: `rows` makes its matrix of the true pose.
+void WriteSet(const std::filesystem::path& folder, const RoomViews& views,
+              const std::function<Eigen::Matrix4d(const Eigen::Matrix4d& cam_from_world)>& rows) {
+  LightField set;
+  set.cameras = views.input.lenses;
+  for (std::size_t v = 0; v < views.truth.size(); ++v) {
+    View& view = set.views.emplace_back();
+    view.id = static_cast<int>(v) + 1;
+    view.image_path = "images/" + std::to_string(v) + ".png";
+    WriteFileAtomically(folder / view.image_path, PngBytes(Srgb8(views.images[v])));
+  }
+  nlohmann::json document = TransformsDocument(set, {});
+  document.erase("ulf");
+  for (std::size_t v = 0; v < views.truth.size(); ++v) {
+    const Eigen::Matrix4d matrix = rows(views.truth[v].Matrix());
+    nlohmann::json& frame = document["frames"][v];
+    frame.erase("ulf");
+    for (int r = 0; r < 4; ++r)
+      frame["transform_matrix"][static_cast<std::size_t>(r)] = {matrix(r, 0), matrix(r, 1), matrix(r, 2),
+                                                                matrix(r, 3)};
+  }
+  WriteFileAtomically(folder / kTransformsFile, JsonText(document));
+}
+
+// What other programs take for a pose: a transform_matrix leads from the camera to the world, its y axis up and z back.
 TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
+  const auto views = MakeViews(12, 0, 0, 5);
+  const Eigen::Matrix4d half_turn = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
+  const auto convention = [&](const std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>& rows) {
+    const ScratchFolder scratch;
+    std::filesystem::create_directories(scratch / "images");
+    WriteSet(scratch.path(), *views, rows);
+    const LightField read = ReadPosedSet(scratch.path(), {}, {}).light_field;
+    const PoseCheck check = CheckPoses(tracking::RefineInputOf(read));
+    EXPECT_EQ(InWords(check, NamesOf(views->input)).empty(), !check.fits_poorly);
+    EXPECT_EQ(check.convention.empty(), !check.fits_poorly);
+    return check.convention;
+  };
+  EXPECT_EQ(convention([&](const Eigen::Matrix4d& pose) { return pose.inverse() * half_turn; }), "");
+  EXPECT_THAT(convention([](const Eigen::Matrix4d& pose) { return pose.inverse(); }),
+              AllOf(HasSubstr("y and z axes point the other way"), Not(HasSubstr("inverted"))));
+  EXPECT_THAT(convention([&](const Eigen::Matrix4d& pose) { return half_turn * pose; }),
+              AllOf(HasSubstr("inverted"), HasSubstr("y axis up and z back, as in OpenGL")));
+  EXPECT_THAT(convention([](const Eigen::Matrix4d& pose) { return pose; }),
+              AllOf(HasSubstr("inverted"), HasSubstr("y axis down and z forward, as in OpenCV")));
+}
+
+// COLMAP's poses lead from the world to the camera, its y axis down and z forward.
+TEST(PoseCheck, TheConventionOfTheFileIsNamedWhateverTheFormatMeans) {
   const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
   const auto views = MakeViews(12, 0, 0, 5);
-  const auto fits_when = [&](const std::function<Rigid3(const Rigid3&)>& change) {
+  const auto convention = [&](const std::function<Rigid3(const Rigid3&)>& change) {
     for (std::size_t v = 0; v < views->truth.size(); ++v)
       views->input.views[v].cam_from_world = change(views->truth[v]);
-    const PoseCheck check = CheckPoses(views->input);
-    EXPECT_EQ(InWords(check, NamesOf(views->input)).empty(), !check.fits_poorly);
-    return check.fits_when;
+    return CheckPoses(views->input).convention;
   };
-  EXPECT_EQ(fits_when([](const Rigid3& pose) { return pose; }), "");
-  EXPECT_THAT(fits_when([&](const Rigid3& pose) { return half_turn * pose; }),
-              AllOf(HasSubstr("y and z axes"), Not(HasSubstr("inverted"))));
-  EXPECT_THAT(fits_when([](const Rigid3& pose) { return pose.Inverse(); }),
-              AllOf(HasSubstr("inverted"), Not(HasSubstr("y and z axes"))));
-  EXPECT_THAT(fits_when([&](const Rigid3& pose) { return half_turn * pose.Inverse(); }),
-              AllOf(HasSubstr("inverted"), Not(HasSubstr("y and z axes"))))
-      << "the world may lie in any way";
-  EXPECT_THAT(fits_when([&](const Rigid3& pose) { return (half_turn * pose).Inverse(); }),
-              AllOf(HasSubstr("inverted"), HasSubstr("y and z axes")));
+  EXPECT_THAT(convention([&](const Rigid3& pose) { return half_turn * pose; }),
+              HasSubstr("y and z axes point the other way"));
+  EXPECT_THAT(convention([](const Rigid3& pose) { return pose.Inverse(); }), HasSubstr("as in OpenCV"));
+  EXPECT_THAT(convention([&](const Rigid3& pose) { return (half_turn * pose).Inverse(); }),
+              HasSubstr("as in OpenGL"));
+}
+
+// A subject that turns before a wall: what stands still speaks against every pose, and is masked.
+TEST(PoseCheck, WhatMasksExcludeIsNotAsked) {
+  const auto views = MakeViews(12, 0, 0, 5);
+  const cv::Size size = views->images[0].pixels.size();
+  const cv::Rect wall(0, 0, size.width * 6 / 10, size.height);
+  const cv::Mat standing = views->images[0].pixels(wall).clone();
+  for (Image& image : views->images) standing.copyTo(image.pixels(wall));
+  const PoseCheck all = CheckPoses(views->input);
+  EXPECT_TRUE(all.fits_poorly || !all.contradicted.empty());
+
+  cv::Mat mask(size, CV_8UC1, cv::Scalar(255));
+  mask(wall) = 0;
+  views->input.read_mask = [&](int) { return mask; };
+  const PoseCheck check = CheckPoses(views->input);
+  EXPECT_FALSE(check.fits_poorly);
+  EXPECT_THAT(check.contradicted, IsEmpty());
+  EXPECT_GE(check.agree, 10);
+  EXPECT_LT(check.fit_error_px, 1);
 }
 
 TEST(PoseCheck, AnotherLensFitsPoorlyAsAWhole) {
@@ -120,8 +186,11 @@ TEST(PoseCheck, AnotherLensFitsPoorlyAsAWhole) {
   lens.fy *= 1.25;
   const PoseCheck check = CheckPoses(views->input);
   EXPECT_TRUE(check.fits_poorly);
-  EXPECT_EQ(check.fits_when, "");
-  EXPECT_THAT(InWords(check, NamesOf(views->input)), Contains(HasSubstr("by another lens")));
+  EXPECT_EQ(check.convention, "");
+  EXPECT_GT(check.fit_error_px, 1);
+  EXPECT_THAT(InWords(check, NamesOf(views->input)),
+              Contains(AllOf(HasSubstr("by another lens"),
+                             HasSubstr(fmt::format("{:.1f} px off in most pairs", check.fit_error_px)))));
 }
 
 TEST(PoseCheck, WhatCannotBeToldIsNotBlamed) {

@@ -33,6 +33,12 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::ThrowsMessage;
 
+json MatrixRows(const Eigen::Matrix4d& matrix) {
+  json rows = json::array();
+  for (int r = 0; r < 4; ++r) rows.push_back({matrix(r, 0), matrix(r, 1), matrix(r, 2), matrix(r, 3)});
+  return rows;
+}
+
 class NerfSet : public testing::Test {
  protected:
   NerfSet() {
@@ -43,11 +49,9 @@ class NerfSet : public testing::Test {
         View view = ViewNumber(part == std::string("test") ? i + 3 : i);
         const Eigen::Matrix4d pose =
             view.cam_from_world.Inverse().Matrix() * Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
-        json rows = json::array();
-        for (int r = 0; r < 4; ++r) rows.push_back({pose(r, 0), pose(r, 1), pose(r, 2), pose(r, 3)});
         frames.push_back({{"file_path", fmt::format("./{}/r_{}", part, i)},
                           {"rotation", 0.01},
-                          {"transform_matrix", rows}});
+                          {"transform_matrix", MatrixRows(pose)}});
         cv::Mat picture(kHeight, kWidth, CV_8UC4, cv::Scalar(40, 80, 120, 255));
         picture.at<cv::Vec4b>(2, 3) = {200, 100, 0, 0};
         picture.at<cv::Vec4b>(2, 4) = {200, 100, 0, 51};
@@ -99,7 +103,7 @@ TEST_F(NerfSet, IsFoundByTheEndsOfItsNames) {
   // In the folder of one part the names of the other lead to the same photographs.
   EXPECT_THAT(
       [&] { ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere/train"); },
-      ThrowsMessage<Error>(AllOf(HasSubstr("'r_0.png', and so do those of 2 more"), HasSubstr("--images"))));
+      ThrowsMessage<Error>(AllOf(HasSubstr("'r_0.png', and so it is with 2 more"), HasSubstr("--images"))));
 }
 
 TEST(OverBackground, SixteenBitsStaySixteen) {
@@ -119,7 +123,7 @@ TEST_F(NerfSet, WhoseValidationIsItsTestIsTakenOnce) {
   fs::copy(scratch_ / "set/transforms_test.json", scratch_ / "set/transforms_val.json");
   const LightField read = ReadPosedSet(scratch_ / "set", {}, {}).light_field;
   EXPECT_EQ(read.views.size(), 6u);
-  EXPECT_THAT(read.doubts, Contains(HasSubstr("3 photographs named twice")));
+  EXPECT_THAT(read.doubts, Contains(HasSubstr("3 photographs named more than once")));
 }
 
 // ---- photographs elsewhere ----
@@ -184,6 +188,50 @@ TEST_F(SetNamedElsewhere, AnotherEndingOrCaseIsTheSamePhotograph) {
                   AllOf(HasSubstr("frame 0"), HasSubstr("and 2 more are missing"), HasSubstr("shots"))));
 }
 
+TEST_F(SetNamedElsewhere, IsFoundInFoldersWithinFolders) {
+  fs::create_directories(scratch_ / "day1");
+  fs::rename(scratch_ / "shots", scratch_ / "day1/left");
+  fs::create_directories(scratch_ / "shots");
+  fs::rename(scratch_ / "day1", scratch_ / "shots/day1");
+  for (const std::string ending : {".png", ".jpg", ".PNG", ""}) {
+    NameFrames([&](const std::string& name) {
+      return "C:\\shoot\\day1\\left\\" + fs::path(name).stem().string() + ending;
+    });
+    EXPECT_EQ(Read().views[2].image_path,
+              "day1/left/" + fs::path(written_.views[2].image_path).filename().string())
+        << ending;
+  }
+}
+
+TEST_F(SetNamedElsewhere, ADotInANameIsNoEnding) {
+  const auto name_of = [](std::size_t i) {
+    return fmt::format("r_{}", i == 0 ? "0.5" : i == 1 ? "0" : "0.25");
+  };
+  for (std::size_t i = 0; i < 3; ++i) {
+    fs::rename(scratch_ / "shots" / fs::path(written_.views[i].image_path).filename(),
+               scratch_ / "shots" / (name_of(i) + ".png"));
+    document_["frames"][i]["file_path"] = "images/" + name_of(i);
+  }
+  std::ofstream(file()) << JsonText(document_);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(Read().views[i].image_path, name_of(i) + ".png");
+  fs::remove(scratch_ / "shots/r_0.5.png");
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("'images/r_0.5' is missing")));
+}
+
+// Without 'w' and 'h' it is in pixels of the photographs that were measured, whichever are read.
+TEST_F(SetNamedElsewhere, AFocalLengthInPixelsIsThatOfTheSetsOwnPhotographs) {
+  fs::copy(scratch_ / "shots", scratch_ / "set/images");
+  HalvePhotographs();
+  for (const char* side : {"w", "h"}) document_.erase(side);
+  NameFrames([](const std::string& name) { return "images/" + name; });
+  const CameraModel whole = written_.cameras[0];
+  EXPECT_EQ(Read().cameras, std::vector{whole.ScaledTo(kWidth / 2, kHeight / 2)});
+  fs::remove_all(scratch_ / "set/images");
+  const LightField guessed = Read();
+  EXPECT_EQ(guessed.cameras[0].fx, whole.fx);
+  EXPECT_THAT(guessed.doubts, Contains(AllOf(HasSubstr("'fl_x' is in pixels"), HasSubstr("--images"))));
+}
+
 TEST_F(SetNamedElsewhere, SmallerPhotographsScaleTheCamera) {
   HalvePhotographs();
   fs::rename(scratch_ / "shots", scratch_ / "set/images_2");
@@ -217,6 +265,29 @@ TEST_F(SetNamedElsewhere, MasksAreFoundBesideThePhotographsOrWhereTheSetHasThem)
   EXPECT_EQ(read.views[1].mask_path, "../masks/" + second);
   for (const View& view : read.views)
     EXPECT_EQ(cv::countNonZero(ReadViewMask(read, view)), kWidth * kHeight - 64);
+
+  // Masks are made once, and photographs resized afterwards.
+  HalvePhotographs();
+  const auto run = test::RunUlf("import " + (scratch_ / "set").string() + " --images " +
+                                (scratch_ / "shots").string() + " -o " + (scratch_ / "lf").string());
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  const LightField imported = ReadLightField(scratch_ / "lf");
+  for (const View& view : imported.views)
+    EXPECT_EQ(cv::countNonZero(ReadViewMask(imported, view)), kWidth * kHeight / 4 - 16);
+  EXPECT_EQ(cv::imread((scratch_ / "lf" / imported.views[0].mask_path).string()).cols, kWidth / 2);
+}
+
+TEST_F(SetNamedElsewhere, MasksBesideSmallerPhotographsComeFirst) {
+  HalvePhotographs();
+  fs::rename(scratch_ / "shots", scratch_ / "set/images_2");
+  for (const char* folder : {"masks", "masks_2"}) {
+    fs::create_directories(scratch_ / "set" / folder);
+    cv::imwrite((scratch_ / "set" / folder / "000001.png").string(),
+                cv::Mat(kHeight / 2, kWidth / 2, CV_8UC1, cv::Scalar(255)));
+  }
+  NameFrames([](const std::string& name) { return "images/" + name; });
+  EXPECT_EQ(ReadPosedSet(scratch_ / "set", {}, scratch_ / "set/images_2").light_field.views[0].mask_path,
+            "../masks_2/000001.png");
 }
 
 TEST_F(SetNamedElsewhere, NamesOfWindowsAreFoundInTheSet) {
@@ -250,26 +321,68 @@ TEST_F(SetNamedElsewhere, TwoPosesOfOnePhotographAreRefused) {
   document_["frames"][2]["file_path"] = document_["frames"][0]["file_path"];
   std::ofstream(file()) << JsonText(document_);
   EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, {}); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("two poses lead to the photograph 'images/000001.png'"),
-                                         HasSubstr("take one of the poses out"))));
+              ThrowsMessage<Error>(
+                  AllOf(HasSubstr("two poses, number 1 and 3, lead to the photograph 'images/000001.png'"),
+                        HasSubstr("take one of the poses out"))));
   document_["frames"][2]["transform_matrix"] = document_["frames"][0]["transform_matrix"];
   std::ofstream(file()) << JsonText(document_);
   const LightField read = ReadPosedSet(scratch_ / "set", {}, {}).light_field;
   EXPECT_EQ(read.views.size(), 2u);
-  EXPECT_THAT(read.doubts, Contains(HasSubstr("1 photograph named twice")));
+  EXPECT_THAT(read.doubts, Contains(HasSubstr("1 photograph named more than once")));
+}
+
+// Coordinates of a survey: large numbers, and cameras a few metres apart.
+TEST_F(SetNamedElsewhere, FarFromTheOriginTwoPosesAreStillTwo) {
+  fs::rename(scratch_ / "shots", scratch_ / "set/images");
+  document_["frames"][2]["file_path"] = document_["frames"][0]["file_path"];
+  for (auto& frame : document_["frames"])
+    for (const std::size_t row : {0, 1}) {
+      auto& coordinate = frame["transform_matrix"][row][3];
+      coordinate = 5e6 + coordinate.get<double>();
+    }
+  std::ofstream(file()) << JsonText(document_);
+  EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, {}); },
+              ThrowsMessage<Error>(HasSubstr("two poses, number 1 and 3, lead")));
+}
+
+// A set of poses alone, as another program has it: `change` of each matrix that the format would have. On a cap around
+// the origin, or along a rail.
+void WriteSetWith(const fs::path& set, bool around,
+                  const std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>& change) {
+  WriteSample(set, 9);
+  fs::remove(set / "journal.jsonl");
+  fs::remove(set / "points.ply");
+  json document = JsonFromText(ReadWholeFile(set / "transforms.json"));
+  for (const char* ours : {"ulf", "ply_file_path"}) document.erase(ours);
+  for (int i = 0; i < 9; ++i) {
+    const double turn = 0.2 * i, rise = 0.3 * (i % 3);
+    const Rigid3 pose = around ? LookAt(4 * Eigen::Vector3d(std::cos(turn) * std::cos(rise),
+                                                            std::sin(turn) * std::cos(rise), std::sin(rise)),
+                                        {0, 0, 0}, {0, 0, 1})
+                               : ViewNumber(i).cam_from_world;
+    document["frames"][static_cast<std::size_t>(i)]["transform_matrix"] =
+        MatrixRows(change(pose.Inverse().Matrix() * Eigen::Vector4d(1, -1, -1, 1).asDiagonal()));
+  }
+  std::ofstream(set / "transforms.json") << JsonText(document);
+}
+
+TEST(WrongAxes, InvertedPosesAreSaidToBe) {
+  const ScratchFolder scratch;
+  const Eigen::Matrix4d half_turn = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
+  WriteSetWith(scratch / "set", true, [](const Eigen::Matrix4d& matrix) { return matrix.inverse(); });
+  WriteSetWith(scratch / "opencv", true,
+               [&](const Eigen::Matrix4d& matrix) { return (matrix * half_turn).inverse(); });
+  for (const char* set : {"set", "opencv"})
+    EXPECT_THAT(
+        [&] { Import(scratch / set, scratch / "lf", {}); },
+        ThrowsMessage<UsageError>(AllOf(HasSubstr("those of the inverted poses do"), HasSubstr("--subject"))))
+        << set;
 }
 
 TEST(WrongAxes, CamerasThatLookAwayAreSaidToHaveOtherAxes) {
   const ScratchFolder scratch;
-  WriteSample(scratch / "set", 9);
-  fs::remove(scratch / "set/journal.jsonl");
-  fs::remove(scratch / "set/points.ply");
-  json document = JsonFromText(ReadWholeFile(scratch / "set/transforms.json"));
-  for (const char* ours : {"ulf", "ply_file_path"}) document.erase(ours);
-  for (auto& frame : document["frames"])
-    for (auto& row : frame["transform_matrix"])
-      for (const std::size_t column : {1, 2}) row[column] = -row[column].get<double>();
-  std::ofstream(scratch / "set/transforms.json") << JsonText(document);
+  const Eigen::Matrix4d half_turn = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
+  WriteSetWith(scratch / "set", false, [&](const Eigen::Matrix4d& matrix) { return matrix * half_turn; });
   EXPECT_THAT(
       [&] { Import(scratch / "set", scratch / "lf", {}); },
       ThrowsMessage<UsageError>(AllOf(HasSubstr("meet behind the cameras"), HasSubstr("y up and z back"))));

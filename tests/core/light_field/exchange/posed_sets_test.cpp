@@ -342,8 +342,8 @@ TEST_P(ColmapSet, TwoNamesOfOnePhotographAreRefused) {
   wall_.views[2].image_path = "images/right/shot1.png";
   WriteModel(GetParam());
   EXPECT_THAT([&] { Read(); },
-              ThrowsMessage<Error>(
-                  AllOf(HasSubstr("two poses lead to the photograph 'shot1.png'"), HasSubstr("--images"))));
+              ThrowsMessage<Error>(AllOf(HasSubstr("number 1 and 2, lead to the photograph 'shot1.png'"),
+                                         HasSubstr("--images"))));
   for (const char* folder : {"left", "right"}) {
     fs::create_directories(set() / "images" / folder);
     fs::copy(set() / "images/shot1.png", set() / "images" / folder / "shot1.png");
