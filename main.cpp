@@ -6,9 +6,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
+#include <string>
 
 #include "commands/about/about_commands.h"
 #include "commands/about/version_text.h"
+#include "commands/about/wrong_usage.h"
 #include "commands/commands.h"
 #include "core/base/error.h"
 
@@ -40,21 +42,11 @@ int main(int argc, char** argv) {
   }
   try {
     app.parse(argc, argv);
-  } catch (const CLI::RequiredError& error) {
-    if (app.get_subcommands().empty() && !app.remaining().empty()) {
-      std::fprintf(stderr, "ulf: there is no command '%s'; 'ulf --help' lists them\n",
-                   app.remaining().front().c_str());
-      return ulf::commands::kWrongUsage;
-    }
-    return app.exit(error) == 0 ? ulf::commands::kOk : ulf::commands::kWrongUsage;
-  } catch (const CLI::ArgumentMismatch& error) {
-    const std::string words = error.what();
-    const std::size_t colon = words.find(": At Most 1 required");
-    if (colon == std::string::npos) return app.exit(error), ulf::commands::kWrongUsage;
-    std::fprintf(stderr, "ulf: %s is given more than once; give it once\n", words.substr(0, colon).c_str());
-    return ulf::commands::kWrongUsage;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? ulf::commands::kOk : ulf::commands::kWrongUsage;
+    const std::string words = ulf::commands::WrongUsageInWords(app, error);
+    if (words.empty()) return app.exit(error) == 0 ? ulf::commands::kOk : ulf::commands::kWrongUsage;
+    std::fprintf(stderr, "ulf: %s\n", words.c_str());
+    return ulf::commands::kWrongUsage;
   }
   if (verbose) spdlog::set_level(spdlog::level::debug);
 

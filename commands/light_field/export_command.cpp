@@ -1,6 +1,7 @@
 // `ulf export FORM`: exports a light field for other programs, with points measured again where the form has points,
 // or as a page.
 #include <fmt/core.h>
+#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -115,6 +116,10 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   const double points_share = measures ? 0.8 : 0;  // of the time; guessed
   RequireExportable(light_field, args.output, options);
   if (measures) triangulated = MakePoints(light_field, progress, points_share);
+  if (args.known_points && HasPoints(form) && light_field.points.empty())
+    spdlog::warn(
+        "{}: holds no points (a capture that was killed has none); leave --known-points out to measure them",
+        args.dir);
   if (HasPoints(form))
     light_field.points = tracking::WithoutMasked(std::move(light_field.points), light_field);
   const StopOnSignal signals;  // from here on a stop removes what was written

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,8 @@
 #include "commands/light_field/light_field_report.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
+#include "core/base/shell_word.h"
+#include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
 #include "tracking/refine/light_field_input.h"
 
@@ -44,6 +47,19 @@ LightCheck CheckLightOf(const LightField& light_field, bool silent) {
   return CheckLight(light_field, options);
 }
 
+// A capture writes them when it ends: one that was killed, or still runs, has none or older ones.
+std::string MissingForOthersText(const LightField& light_field) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  const auto is_there = [&](const char* name) { return fs::exists(light_field.root / name, unknown); };
+  if (!is_there(kJournalFile) || (is_there(kTransformsFile) && is_there("sparse/0"))) return {};
+  return fmt::format(
+      "for others     no transforms.json or sparse/0 yet: they are written when a capture ends; where it was "
+      "killed, "
+      "'ulf repair {} --write' writes them\n",
+      ShellWord(light_field.root.string()));
+}
+
 int RunInfo(const InfoArgs& args) {
   ReportOptions options{.threshold_px = args.threshold_px};
   if (!args.cap.empty()) options.cap = coverage::Cap::ParseDegrees(args.cap);
@@ -62,8 +78,9 @@ int RunInfo(const InfoArgs& args) {
     if (light) json["light"] = ToJson(*light);
     fmt::print("{}\n", JsonText(json));
   } else {
-    fmt::print("{}{}{}{}", ToText(report), GeometryText(geometry, light_field),
-               poses ? ToText(*poses, light_field) : "", light ? ToText(*light) : "");
+    fmt::print("{}{}{}{}{}", ToText(report), GeometryText(geometry, light_field),
+               MissingForOthersText(light_field), poses ? ToText(*poses, light_field) : "",
+               light ? ToText(*light) : "");
   }
   return kOk;
 }

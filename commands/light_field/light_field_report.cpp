@@ -378,7 +378,7 @@ std::string ToText(const LightFieldReport& report) {
                         report.angular_range_deg->x(), report.angular_range_deg->y());
   text += report.mean_edge_deg
               ? fmt::format("neighbours     {:.2f} degrees apart on average\n", *report.mean_edge_deg)
-              : "neighbours     too few views to tell how far apart they are\n";
+              : "neighbours     the views span no surface: a row, a ring, or too few of them\n";
   if (report.subject)
     text += fmt::format("subject        centre {:.3f} {:.3f} {:.3f}, radius {:.3f} ({})\n",
                         report.subject->center_in_world.x(), report.subject->center_in_world.y(),

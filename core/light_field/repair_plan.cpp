@@ -93,10 +93,11 @@ Found FindJournal(const fs::path& dir) {
     found.problem = error.what();
   }
   if (!HeaderFromTransforms(dir, found) && !HeaderFromModel(dir, found))
-    throw Error("{}; no other file of ulf holds the cameras: {}", found.problem,
-                fs::is_regular_file(dir / kTransformsFile)
-                    ? fmt::format("take the set in with 'ulf import {} -o NEW'", ShellWord(dir.string()))
-                    : fmt::format("restore {} or {} from a copy", kJournalFile, kTransformsFile));
+    throw Error(
+        "{}; no other file of ulf holds the cameras: {}", found.problem,
+        fs::is_regular_file(dir / kTransformsFile)
+            ? fmt::format("take the set in with 'ulf import {} -o NEW'", ShellWord(dir.string()))
+            : fmt::format("check the path, or restore {} or {} from a copy", kJournalFile, kTransformsFile));
   if (fs::is_regular_file(dir / kJournalFile))
     found.journal = ReadJournal(dir / kJournalFile, *found.header);
   else

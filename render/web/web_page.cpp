@@ -335,8 +335,10 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
   taken += 2 * scene.views.size() * kBytesOfPictureEntry;
   taken += (options.budget_bytes / kFileBytes + 8) * 2 * kBytesOfFileList + kBytesOfPlaces;
   if (taken >= options.budget_bytes)
-    throw UsageError("--budget: page, cameras and geometry alone take {:.1f} MB; give more",
-                     1e-6 * static_cast<double>(taken));
+    throw UsageError(
+        "--budget: {:.3g} MB are too little: page, cameras and geometry alone take {:.3g} MB, and "
+        "pictures come on top of it; give some times as much",
+        1e-6 * static_cast<double>(options.budget_bytes), 1e-6 * static_cast<double>(taken));
   WebPictures pictures = MakeWebPictures(scene, {.most_bytes = (options.budget_bytes - taken) / 4 * 3,
                                                  .longest_px = options.longest_px,
                                                  .progress = options.progress,

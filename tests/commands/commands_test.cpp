@@ -1,4 +1,4 @@
-// Tests: main, commands/commands, commands/light_field/info_command, commands/light_field/light_field_report,
+// Tests: main, commands/commands, commands/about/wrong_usage, commands/light_field/info_command, commands/light_field/light_field_report,
 // commands/capture/capture_command, commands/capture/plan_command,
 // coverage/session/record/map_cache.
 //
@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::StartsWith;
 
 // Where the studio's subject is; small pictures, because they are drawn on the processor.
 const std::string kStudio = "'sim:studio?width=320&height=240&look_away=0&row_deg=5&speed_deg_s=20'";
@@ -91,6 +92,28 @@ TEST(Commands, AnOptionThatIsGivenTwiceIsNamed) {
       RunUlf("plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --cap 1x1 --cap 2x2");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(result.errors, "ulf: --cap is given more than once; give it once\n");
+}
+
+TEST(Commands, WhatIsMisspeltIsNamedWithWhatIsMeant) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"inof x", "ulf: there is no command 'ulf inof'; do you mean 'info'?; 'ulf --help' lists them\n"},
+      {"export colmp x -o y",
+       "ulf: there is no command 'ulf export colmp'; do you mean 'colmap'?; there are "},
+      {"export foo x -o y", "ulf: there is no command 'ulf export foo'; there are colmap, "},
+      {"export", "ulf: ulf export needs one of: colmap, "},
+      {"export colmap x -o y --undistrot",
+       "ulf: ulf export colmap has no option '--undistrot'; do you mean '--undistort'?; 'ulf export colmap "
+       "--help' "
+       "lists them\n"},
+      {"plan --focal 35", "ulf: ulf plan has no option '--focal'; do you mean '--focal-px'?; "},
+      {"plan --zebra=3", "ulf: ulf plan has no option '--zebra'; 'ulf plan --help' lists them\n"}};
+  for (const auto& [arguments, words] : cases) {
+    const CommandResult result = RunUlf(arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_THAT(result.errors, StartsWith(words)) << arguments;
+  }
+  EXPECT_EQ(RunUlf("export --help").exit_code, 0);
+  EXPECT_EQ(RunUlf("export colmap --help").errors, "");
 }
 
 TEST(PlanCommand, WrongUsageIsTwoAndSaysWhy) {

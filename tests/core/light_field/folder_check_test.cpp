@@ -241,7 +241,10 @@ TEST_F(Folder, DerivedFilesThatAreOlderAreMadeByRepairAndNotByReading) {
   }
   EXPECT_EQ(ReadSaying({}).views.size(), 2u);
   EXPECT_FALSE(fs::exists(dir() / "transforms.json"));
+  const auto for_others = HasSubstr("'ulf repair " + dir().string() + " --write' writes them");
+  EXPECT_THAT(test::RunUlf("info " + dir().string()).output, for_others);
   Repair(dir());
+  EXPECT_THAT(test::RunUlf("info " + dir().string()).output, Not(for_others));
   EXPECT_EQ(ReadTransformsJson(dir() / "transforms.json").views.size(), 2u);
   EXPECT_FALSE(fs::exists(dir() / "kept")) << "nothing had to be replaced";
 }
