@@ -86,7 +86,7 @@ int ChildProcess::Wait(double timeout_s) {
 void ChildProcess::Kill() {
   Signal(SIGCONT);
   Signal(SIGKILL);
-  Wait(10);
+  Wait(60);  // a disk that others fill holds it back
 }
 
 }  // namespace ulf::test

@@ -202,7 +202,7 @@ TEST_F(ExportWeb, RefusesWhatCannotBeAndLeavesNothing) {
     EXPECT_THAT(result.errors, HasSubstr(says)) << options;
     EXPECT_FALSE(fs::exists(*scratch_ / "no")) << options;
   };
-  refused("--budget 20kB", 2, "give more");
+  refused("--budget 20kB", 2, "give some times as much");
   refused("--budget 90kB", 2, "give more");
   refused("--budget much", 2, "such as 20MB");
   refused("--proxy plane:0.9", 2, "a page takes plane, planes, mesh");

@@ -471,10 +471,10 @@ TEST_F(Foreign, DamagedPointsAreNamedAndLeftOut) {
   EXPECT_THAT(read.doubts, testing::ElementsAre(HasSubstr("points.ply")));
 }
 
-TEST_F(Foreign, AMaskOfAnotherSizeIsNamed) {
-  cv::imwrite((source() / "mask.png").string(), cv::Mat(3, 4, CV_8UC1, cv::Scalar(255)));
+TEST_F(Foreign, AMaskOfAnotherAspectIsNamed) {
+  cv::imwrite((source() / "mask.png").string(), cv::Mat(48, 48, CV_8UC1, cv::Scalar(255)));
   document_["frames"][0]["mask_path"] = "mask.png";
-  EXPECT_THAT([&] { Imported(); }, ThrowsMessage<Error>(AllOf(HasSubstr("mask.png"), HasSubstr("4x3"))));
+  EXPECT_THAT([&] { Imported(); }, ThrowsMessage<Error>(AllOf(HasSubstr("mask.png"), HasSubstr("48x48"))));
 }
 
 TEST_F(Foreign, WhatIsNotUnderstoodIsNamed) {
