@@ -219,6 +219,7 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
           : fmt::format(
                 "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n",
                 check.agree, check.error_px, check.contradicted.size(), check.untold.size(), report.seconds);
+  if (!check.convention.empty()) return text;
   for (const tracking::ContradictedView& view : check.contradicted) {
     std::string by;
     for (const int neighbour : view.by) by += (by.empty() ? "" : ", ") + name(neighbour);

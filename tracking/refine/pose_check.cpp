@@ -456,7 +456,7 @@ std::vector<std::string> InWords(const PoseCheck& check, const std::vector<std::
   std::vector<std::string> lines;
   const std::size_t wrong = check.contradicted.size(), told = wrong + static_cast<std::size_t>(check.agree);
   const bool most = 2 * wrong > told;
-  if (wrong > 0) {
+  if (wrong > 0 && check.convention.empty()) {  // else they are wrong for another reason
     lines.push_back(fmt::format(
         "the poses of {} of {} disagree with what the photographs show ({}): {}", wrong,
         Counted(told, "view"), SomeOf(check.contradicted, names),
