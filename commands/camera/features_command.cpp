@@ -40,7 +40,7 @@ std::string Access(const acquisition::CameraFeature& feature) {
                                               : "not available";
 }
 
-Json ToJson(const acquisition::CameraFeature& feature) {
+Json JsonOf(const acquisition::CameraFeature& feature) {
   Json json{{"name", feature.name},   {"category", feature.category}, {"type", Name(feature.type)},
             {"value", feature.value}, {"readable", feature.readable}, {"writable", feature.writable}};
   if (feature.min) json["min"] = *feature.min;
@@ -55,7 +55,7 @@ Json ToJson(const acquisition::CameraFeature& feature) {
   return json;
 }
 
-Json ToJson(const acquisition::FeatureLoadSummary& summary) {
+Json JsonOf(const acquisition::FeatureLoadSummary& summary) {
   Json refused = Json::array();
   for (const acquisition::FeatureRefusal& refusal : summary.refused)
     refused.push_back({{"name", refusal.wanted.Text()},
@@ -124,7 +124,7 @@ std::vector<SetResult> ApplySettings(acquisition::FeatureAccess& access, const s
   return results;
 }
 
-Json ToJson(const acquisition::OfferedFormat& format) {
+Json JsonOf(const acquisition::OfferedFormat& format) {
   Json json{{"name", format.name}, {"supported", format.supported}};
   if (!format.code.empty()) json["fourcc"] = format.code;
   if (format.width > 0) {
@@ -245,7 +245,7 @@ int RunFeatures(const FeaturesArgs& args) {
                  file->device.model, info.maker, info.model);
     if (!summary.refused.empty()) result = kFailed;
     if (!args.json) PrintLoad(args.load, summary);
-    json["load"] = ToJson(summary);
+    json["load"] = JsonOf(summary);
   }
   json["set"] = Json::array();
   for (const SetResult& set : ApplySettings(*access, args.uri, settings)) {
@@ -279,13 +279,13 @@ int RunFeatures(const FeaturesArgs& args) {
         shown.push_back(std::move(feature));
     }
   json["features"] = Json::array();
-  for (const acquisition::CameraFeature& feature : shown) json["features"].push_back(ToJson(feature));
+  for (const acquisition::CameraFeature& feature : shown) json["features"].push_back(JsonOf(feature));
   const bool show_formats = only_listing && args.filter.empty();
   const std::vector<acquisition::OfferedFormat> formats =
       show_formats ? access->Formats() : std::vector<acquisition::OfferedFormat>{};
   if (show_formats) {
     json["formats"] = Json::array();
-    for (const acquisition::OfferedFormat& format : formats) json["formats"].push_back(ToJson(format));
+    for (const acquisition::OfferedFormat& format : formats) json["formats"].push_back(JsonOf(format));
   }
   if (args.json) {
     fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));

@@ -4,9 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
+#include <string_view>
 
 #include "commands/commands.h"
 #include "commands/light_field/coverage_change.h"
@@ -23,9 +26,43 @@ namespace {
 
 struct TakeBackArgs {
   std::string dir;
-  std::vector<int> views;
+  std::vector<std::string> views;  // "7", "7-9"
   bool json = false;
 };
+
+constexpr int kMostInARange = 1'000'000;
+
+struct ViewRange {
+  int first = 0, last = 0;
+};
+
+std::optional<int> WholeNumber(std::string_view text) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
+// Throws UsageError.
+ViewRange ToViewRange(const std::string& text) {
+  const auto dash = text.find('-', 1);
+  const auto first = WholeNumber(std::string_view(text).substr(0, dash));
+  const auto last = dash == std::string::npos ? first : WholeNumber(std::string_view(text).substr(dash + 1));
+  if (!first || !last)
+    throw UsageError("'{}' is not a view: give numbers, as 4, or ranges of them, as 4-7", text);
+  if (*first < 1 || *last < 1) throw UsageError("'{}' is not a view: views are numbered from 1", text);
+  if (*last < *first) throw UsageError("'{}' ends before it begins; write {}-{}", text, *last, *first);
+  if (*last - *first >= kMostInARange) throw UsageError("'{}' are more views than any light field has", text);
+  return {*first, *last};
+}
+
+std::set<int> ViewsOf(const std::vector<std::string>& texts) {
+  std::set<int> views;
+  for (const std::string& text : texts) {
+    const ViewRange range = ToViewRange(text);
+    for (int id = range.first; id <= range.last; ++id) views.insert(id);
+  }
+  return views;
+}
 
 // Before anything is written: all of them are views, or none is taken back.
 void RequireViews(const LightField& light_field, const std::set<int>& asked) {
@@ -58,7 +95,7 @@ void TakeBack(LightFieldWriter& writer, const std::set<int>& asked) {
 }
 
 int RunTakeBack(const TakeBackArgs& args) {
-  const std::set<int> asked(args.views.begin(), args.views.end());
+  const std::set<int> asked = ViewsOf(args.views);
   LightFieldWriter writer = LightFieldWriter::Resume(args.dir);
   const LightField before = writer.Contents();
   RequireViews(before, asked);
@@ -93,15 +130,11 @@ void AddTakeBackCommand(CLI::App& app, ChosenCommand& chosen) {
   command
       ->add_option(
           "VIEW", args->views,
-          "Numbers of the views, as ulf info --check-poses names them and as their photographs are named")
-      ->required()
-      ->check(CLI::Validator(
-          [](const std::string& number) {
-            return number.starts_with("-") || number == "0" ? "views are numbered from 1" : "";
-          },
-          "VIEW"));
+          "Numbers of the views, or ranges of them (4-7), as ulf info --check-poses names them and as their "
+          "photographs are named")
+      ->required();
   command->add_flag("--json", args->json, "Print one JSON object");
-  command->footer("Example: ulf take-back vase 4 7");
+  command->footer("Example: ulf take-back vase 4 7-9");
   command->callback([args, &chosen] { chosen = [args] { return RunTakeBack(*args); }; });
 }
 

@@ -101,7 +101,7 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   if (name == "mesh" || name == "soft") {
     const std::filesystem::path file = light_field / kMeshProxyFile;
     if (!std::filesystem::exists(file))
-      throw Error("--proxy {}: {} does not exist; make it with: ulf proxy {}", name, file.string(),
+      throw Error("{}: there is no mesh of this light field yet; make it with: ulf proxy {}", file.string(),
                   ShellWord(light_field.string()));
     try {
       auto mesh = TrianglesFrom(file);

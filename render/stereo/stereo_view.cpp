@@ -22,7 +22,7 @@ cv::Mat ValidPart(const Photograph& photograph) {
 }
 
 // For cv::remap: the place in the photograph of each pixel of its undistorted image.
-cv::Mat Undistortion(const CameraModel& camera, const cv::Size& size) {
+cv::Mat UndistortionPlaces(const CameraModel& camera, const cv::Size& size) {
   const CameraModel pinhole = camera.WithoutDistortion();
   cv::Mat from(size, CV_32FC2);
   for (int y = 0; y < size.height; ++y)
@@ -81,7 +81,7 @@ StereoView MakeStereoView(const SceneView& view, int size_px) {
   grey.convertTo(grey, CV_32F);
   cv::Mat valid = ValidPart(*view.photograph);
   if (view.camera.distortion != Distortion::kNone) {
-    const cv::Mat from = Undistortion(view.camera, grey.size());
+    const cv::Mat from = UndistortionPlaces(view.camera, grey.size());
     cv::remap(grey.clone(), grey, from, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
     if (!valid.empty())
       cv::remap(valid.clone(), valid, from, cv::noArray(), cv::INTER_NEAREST, cv::BORDER_REPLICATE);
@@ -105,7 +105,7 @@ StereoView StereoViewMaker::Make(const cv::Mat& srgb8, const CameraModel& camera
   grey.convertTo(result.grey, CV_32F);
   if (camera.distortion == Distortion::kNone) return result;
   if (camera_ != camera) {
-    undistortion_ = Undistortion(reduced, size);
+    undistortion_ = UndistortionPlaces(reduced, size);
     camera_ = camera;
   }
   cv::remap(result.grey.clone(), result.grey, undistortion_, cv::noArray(), cv::INTER_LINEAR,

@@ -20,7 +20,7 @@ Vector3d Evened(const Vector3d& from_center, double even_within) {
   return from_center / (even_within * distance) * (1 + std::log(distance));
 }
 
-struct Cell {
+struct GridCell {
   Matrix3d quadric = Matrix3d::Zero();  // of the planes through its triangles, weighed by their areas
   Vector3d quadric_by_point = Vector3d::Zero();
   Vector3d sum = Vector3d::Zero();
@@ -29,7 +29,7 @@ struct Cell {
 };
 
 // The place that is nearest to the planes; in directions of which they say little, the middle of the points.
-Vector3d PlaceOf(const Cell& cell, double cell_size) {
+Vector3d PlaceOf(const GridCell& cell, double cell_size) {
   constexpr double kLeastShare =
       1e-2;  // of the largest eigenvalue: below it planes count as parallel. Guessed.
   const Vector3d middle = cell.sum / cell.points;
@@ -73,9 +73,9 @@ class Grid {
 
   TriangleMesh With(double size) const {
     const std::vector<std::uint64_t> cell_of = CellsOf(size);
-    std::unordered_map<std::uint64_t, Cell> cells;
+    std::unordered_map<std::uint64_t, GridCell> cells;
     for (std::size_t i = 0; i < cell_of.size(); ++i) {
-      Cell& cell = cells[cell_of[i]];
+      GridCell& cell = cells[cell_of[i]];
       cell.sum += mesh_.vertices[i].cast<double>();
       ++cell.points;
     }
@@ -93,7 +93,7 @@ class Grid {
       if (length > 0) {
         const Matrix3d quadric = normal * normal.transpose() / length;
         for (const std::uint64_t key : at) {
-          Cell& cell = cells[key];
+          GridCell& cell = cells[key];
           cell.quadric += quadric;
           cell.quadric_by_point += quadric * corner[0];
         }
@@ -107,7 +107,7 @@ class Grid {
     const auto vertex = [&](std::uint64_t key) {
       const auto [found, is_new] = vertex_of.emplace(key, static_cast<std::uint32_t>(result.vertices.size()));
       if (is_new) {
-        const Cell& cell = cells[key];
+        const GridCell& cell = cells[key];
         const double distance =
             (cell.sum / cell.points - options_.center_in_world).norm() / options_.even_within;
         const double in_world = size * options_.even_within * std::max(1.0, distance);

@@ -89,12 +89,30 @@ TEST_F(AtTheDesk, NumbersThatAreNoViewsAreNamedAndNothingIsTakenOut) {
   EXPECT_EQ(unknown.exit_code, 1);
   EXPECT_THAT(unknown.errors,
               HasSubstr("there is no view 99; there are views 1 to 24; nothing was taken back"));
-  EXPECT_EQ(RunUlf("take-back " + Dir() + " four").exit_code, 2);
-  EXPECT_THAT(RunUlf("take-back " + Dir() + " 0").errors, HasSubstr("views are numbered from 1"));
+  EXPECT_THAT(RunUlf("take-back " + Dir() + " 23-25").errors,
+              HasSubstr("there is no view 25; there are views 1 to 24; nothing was taken back"));
+  const std::pair<std::string, std::string> slips[] = {
+      {"four", "'four' is not a view: give numbers, as 4, or ranges of them, as 4-7"},
+      {"4-7-9", "'4-7-9' is not a view"},
+      {"-3", "views are numbered from 1"},
+      {"7-4", "'7-4' ends before it begins; write 4-7"},
+      {"1-2000000000", "are more views than any light field has"},
+      {"1-20000000000", "is not a view"}};
+  for (const auto& [given, said] : slips) {
+    const CommandResult slip = RunUlf("take-back " + Dir() + " " + given);
+    EXPECT_EQ(slip.exit_code, 2) << given;
+    EXPECT_THAT(slip.errors, HasSubstr(said));
+  }
   EXPECT_EQ(ReadLightField(dir_).views.size(), 24u);
   ASSERT_EQ(RunUlf("take-back " + Dir() + " 4").exit_code, 0);
   EXPECT_THAT(RunUlf("take-back " + Dir() + " 4").errors, HasSubstr("view 4 was taken back before"));
   EXPECT_TRUE(ReadWholeFile(dir_ / "journal.jsonl").starts_with(journal)) << "lines are added alone";
+}
+
+TEST_F(AtTheDesk, RangesOfViewsAreTakenOut) {
+  const auto json = Json("take-back " + Dir() + " 4 7-9 8");
+  EXPECT_EQ(json["taken_back"], nlohmann::json({4, 7, 8, 9}));
+  EXPECT_EQ(json["views"], 20);
 }
 
 // As where the disk fails half way: what is done is told, the rest stays, and the command goes on with it.
