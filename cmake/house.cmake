@@ -60,9 +60,9 @@ if(MOLD)
   add_link_options(-fuse-ld=mold)
 endif()
 
-# Most of the time goes into what all files include and the templates that they instantiate: 32 at a time they take 0.4 of
-# the processor time of one at a time (eight at a time: 0.7). For a build from nothing (./run makes such ones); afterwards one changed
-# file costs 32, and tools that read compile_commands.json see only one file in 32.
+# Most of the time goes into what all files include and the templates that they instantiate: 32 at a time they take 0.43 of
+# the processor time of one at a time. For a build from nothing (./run makes such ones); afterwards one changed file costs 32,
+# and tools that read compile_commands.json see only one file in 32.
 option(ULF_UNITY "Compile the libraries' files 32 at a time" OFF)
 
 # ulf_library(NAME SOURCES ... [APART ...] LINK ... PRECOMPILE ...)
