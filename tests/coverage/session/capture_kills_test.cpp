@@ -269,7 +269,8 @@ TEST(CaptureFaults, KilledWhateverItWrites) {
     for (int call = first; call <= calls; call += step) {
       begin(dir);
       const int signal = InChild(stage, dir, call, *said);
-      if (signal == 0 && 3 * call > 2 * calls) break;  // on a busy machine more is written at once, in fewer calls
+      if (signal == 0 && 3 * call > 2 * calls)
+        break;  // on a busy machine more is written at once, in fewer calls
       ASSERT_EQ(signal, SIGKILL) << stage.name << ", call " << call << " of " << calls;
       ++tried;
       std::set<int> promised(said->ids.begin(), said->ids.begin() + said->count);
