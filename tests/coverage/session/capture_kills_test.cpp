@@ -250,8 +250,11 @@ TEST(CaptureFaults, KilledWhateverItWrites) {
       if (stage.before) fs::copy(start, at, fs::copy_options::recursive);
     };
     if (stage.before) stage.before(start);
-    begin(whole);
-    ASSERT_EQ(InChild(stage, whole, INT_MAX, *said), 0) << stage.name;
+    // Twice: the first run may also write what the simulator keeps of its scene, which the killed ones find there.
+    for (int run = 0; run < 2; ++run) {
+      begin(whole);
+      ASSERT_EQ(InChild(stage, whole, INT_MAX, *said), 0) << stage.name;
+    }
     const int calls = said->disk_calls;
     ASSERT_GT(calls, 3) << stage.name;
     auto truth = Photographs(whole);
@@ -269,8 +272,7 @@ TEST(CaptureFaults, KilledWhateverItWrites) {
     for (int call = first; call <= calls; call += step) {
       begin(dir);
       const int signal = InChild(stage, dir, call, *said);
-      if (signal == 0 && 3 * call > 2 * calls)
-        break;  // on a busy machine more is written at once, in fewer calls
+      if (signal == 0 && 10 * call > 9 * calls) break;  // threads may need a few calls fewer
       ASSERT_EQ(signal, SIGKILL) << stage.name << ", call " << call << " of " << calls;
       ++tried;
       std::set<int> promised(said->ids.begin(), said->ids.begin() + said->count);
