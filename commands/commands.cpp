@@ -1,8 +1,31 @@
 #include "commands/commands.h"
 
+#include <CLI/CLI.hpp>
+#include <vector>
+
 #include "commands/capture/crash_handler.h"
+#include "core/light_field/followed_links.h"
 
 namespace ulf::commands {
+
+namespace {
+
+// Every command that opens a light field may be told once to follow the links in its folder.
+void AddFollowLinks(CLI::App& app) {
+  for (const char* name : {"capture", "info", "render", "evaluate", "view", "review", "refine", "proxy",
+                           "mask", "merge", "repair", "take-back", "sheet", "export"}) {
+    CLI::App* command = app.get_subcommand(name);
+    std::vector<CLI::App*> all = command->get_subcommands({});
+    if (all.empty()) all = {command};
+    for (CLI::App* each : all)
+      each->add_flag_callback(
+          "--follow-links", [] { FollowLinksFromNowOn(); },
+          "Follow links in the light field's folder to other folders of the same owner, "
+          "now and from now on (kept in DIR/links.json)");
+  }
+}
+
+}  // namespace
 
 void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddDevicesCommand(app, chosen);
@@ -30,6 +53,7 @@ void AddCommands(CLI::App& app, ChosenCommand& chosen) {
   AddCloseAfterCrashCommand(app, chosen);
   AddExportCommand(app, chosen);
   AddMergeCommand(app, chosen);
+  AddFollowLinks(app);
 }
 
 }  // namespace ulf::commands

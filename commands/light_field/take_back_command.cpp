@@ -17,7 +17,6 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/base/shell_word.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/view_numbers.h"
 
@@ -80,17 +79,17 @@ void RequireViews(const LightField& light_field, const std::set<int>& asked) {
                 ViewNumbers(taken), taken.size() == 1 ? "was" : "were", dir);
 }
 
-// Throws Error with what is done by then.
+// Throws Error that says whether the views are taken back.
 void TakeBack(LightFieldWriter& writer, const std::set<int>& asked) {
   try {
-    for (const int id : asked) writer.RemoveView(id);
+    writer.RemoveViews(asked);
   } catch (const std::exception& error) {
-    std::set<int> done, rest;
-    for (const int id : asked) (writer.Contents().taken_back.contains(id) ? done : rest).insert(id);
-    if (rest.empty()) throw;
-    throw Error("{}; taken back: {}; not yet: {}; when that is mended: 'ulf take-back {} {}'", error.what(),
-                done.empty() ? "none" : ViewNumbers(done), ViewNumbers(rest),
-                ShellWord(writer.Contents().root.string()), fmt::join(rest, " "));
+    if (!writer.Contents().taken_back.contains(*asked.begin()))
+      throw Error("{}; nothing was taken back", error.what());
+    throw Error(
+        "{}; the views are taken back, and the next command that changes the light field, such as 'ulf "
+        "refine', moves the photographs that are still among the others to {}",
+        error.what(), (writer.Contents().root / "unposed").string());
   }
 }
 

@@ -20,8 +20,8 @@
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
-#include "core/light_field/derived_files.h"
 #include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/leftovers.h"
 #include "core/light_field/light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
@@ -157,6 +157,20 @@ void Explain(const ProxyArgs& args, const LightField& light_field, const std::st
     fmt::print(stderr, "(the mesh was made with the left-out views, too, and scores a little too well)\n");
 }
 
+void WriteOwnGeometry(const LightField& light_field, const render::ProxyMesh& proxy,
+                      const std::vector<std::string>& origin) {
+  RemoveLeftovers(light_field.root, false);
+  // What ulf did not make it cannot make again.
+  const auto there = render::GeometryStateOf(light_field);
+  const bool keeps = there && !there->origin;
+  const render::KeptGeometry kept =
+      render::WriteGeometryFiles(light_field, render::MeshPlyBytes(proxy.mesh, origin), proxy.maps,
+                                 keeps ? render::FormerGeometry::kKept : render::FormerGeometry::kReplaced);
+  if (kept.mesh)
+    spdlog::info("the mesh that was there does not tell that ulf made it: it is kept as {}",
+                 kept.mesh->string());
+}
+
 int RunProxy(const ProxyArgs& args) {
   const auto start = std::chrono::steady_clock::now();
   const std::string out =
@@ -167,17 +181,13 @@ int RunProxy(const ProxyArgs& args) {
   if (!args.maps_of.empty()) return SweepMaps(args, light_field);
   RequireWritable(out);
   const render::ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args.from);
-  // What ulf did not make it cannot make again.
-  const auto there = args.out.empty() ? render::GeometryStateOf(light_field) : std::nullopt;
-  if (there && !there->origin)
-    if (const auto kept = MoveToKept(args.dir, render::kMeshProxyFile, render::kMeshProxyFile))
-      spdlog::info("the mesh that was there does not tell that ulf made it: it is kept as {}",
-                   kept->string());
   const bool tells_views = args.from.empty() && args.leave_out_every == 0;
-  render::WriteMeshPly(
-      out, proxy.mesh,
-      tells_views ? render::OriginComments("ulf proxy", light_field) : std::vector<std::string>{});
-  if (!proxy.maps.empty()) render::WriteDepthMaps(args.dir, light_field, proxy.maps);
+  const auto origin =
+      tells_views ? render::OriginComments("ulf proxy", light_field) : std::vector<std::string>{};
+  if (args.out.empty())
+    WriteOwnGeometry(light_field, proxy, origin);
+  else
+    render::WriteMeshPly(out, proxy.mesh, origin);
   if (proxy.summary.pixel_depth_radii > render::kRoughPixelRadii)
     spdlog::warn(
         "the views stand close together: a pixel between them is worth {:.1f} of the subject's radius in "
@@ -195,11 +205,9 @@ void WriteMeshProxy(const std::string& dir) {
   args.dir = dir;
   const LightField light_field = ReadLightField(dir);
   const render::ProxyMesh proxy = Built(args, light_field);
-  MoveToKept(dir, render::kMeshProxyFile, render::kMeshProxyFile);
-  MoveToKept(dir, "depth", "depth");
-  render::WriteMeshPly(std::filesystem::path(dir) / render::kMeshProxyFile, proxy.mesh,
-                       render::OriginComments("ulf proxy", light_field));
-  if (!proxy.maps.empty()) render::WriteDepthMaps(dir, light_field, proxy.maps);
+  render::WriteGeometryFiles(
+      light_field, render::MeshPlyBytes(proxy.mesh, render::OriginComments("ulf proxy", light_field)),
+      proxy.maps, render::FormerGeometry::kKept);
 }
 
 void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {

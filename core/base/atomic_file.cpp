@@ -1,6 +1,8 @@
 #include "core/base/atomic_file.h"
 
 #include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -12,13 +14,15 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
+#include <regex>
 #include <string>
 #include <utility>
 
+#include "core/base/available_memory.h"
 #include "core/base/error.h"
 
 namespace ulf {
@@ -98,6 +102,45 @@ bool RenameToFree(const fs::path& from, const fs::path& to) {
   return rename(from.c_str(), to.c_str()) == 0;
 }
 
+// Copies a file, or a folder with its files, to a name that is free. Throws Error.
+void CopyTo(const fs::path& from, const fs::path& to) {
+  if (!fs::is_directory(from)) {
+    const std::string bytes = ReadWholeFile(from);
+    FileBatch batch(FileBatch::Existing::kKeep);
+    batch.Write(to, ContentOf(bytes));
+    batch.Commit();
+    return;
+  }
+  MakeFolder(to);
+  for (const fs::directory_entry& entry : fs::directory_iterator(from))
+    CopyTo(entry.path(), to / entry.path().filename());
+}
+
+// As RenameToFree(), and across disks: then a kill leaves the original, or both.
+bool MoveToFree(const fs::path& from, const fs::path& to) {
+  if (RenameToFree(from, to)) return true;
+  if (errno != EXDEV) return false;
+  std::error_code unknown;
+  if (fs::exists(fs::symlink_status(to, unknown))) {
+    errno = EEXIST;
+    return false;
+  }
+  CopyTo(from, to);
+  SyncFolder(FolderOf(to));
+  fs::remove_all(from);
+  return true;
+}
+
+// Returns the process that wrote the temporary file, by its name; none: it has another name, or is no file.
+std::optional<pid_t> ProcessOf(const fs::directory_entry& entry) {
+  static const std::regex kName(R"(.+\.([0-9]{1,9})-[0-9]+\.part)");
+  const std::string name = entry.path().filename().string();
+  std::smatch parts;
+  std::error_code unknown;
+  if (!entry.is_regular_file(unknown) || !std::regex_match(name, parts, kName)) return std::nullopt;
+  return static_cast<pid_t>(std::atol(parts[1].str().c_str()));
+}
+
 bool LeaveDirect(int descriptor) {
   const int flags = fcntl(descriptor, F_GETFL);
   return (flags & O_DIRECT) && fcntl(descriptor, F_SETFL, flags & ~O_DIRECT) == 0;
@@ -131,6 +174,30 @@ bool WriteContent(int descriptor, const FileContent& content, bool direct) {
   return !direct || ftruncate(descriptor, static_cast<off_t>(content.size)) == 0;
 }
 
+const char* KindOf(const fs::file_status& status) {
+  switch (status.type()) {
+    case fs::file_type::directory:
+      return "a folder";
+    case fs::file_type::fifo:
+      return "a pipe";
+    case fs::file_type::socket:
+      return "a socket";
+    case fs::file_type::block:
+    case fs::file_type::character:
+      return "a device";
+    default:
+      return "something else";
+  }
+}
+
+// A descriptor that is closed at the end.
+struct Descriptor {
+  int number = -1;
+  ~Descriptor() {
+    if (number >= 0) close(number);
+  }
+};
+
 }  // namespace
 
 fs::path FolderOf(const fs::path& path) {
@@ -145,7 +212,7 @@ void SyncFolder(const fs::path& folder) {
 
 fs::path MoveWithoutReplacing(const fs::path& from, const fs::path& to) {
   fs::path name = to;
-  for (int number = 2; !RenameToFree(from, name); ++number) {
+  for (int number = 2; !MoveToFree(from, name); ++number) {
     if (errno != EEXIST)
       ThrowDiskError(errno, fmt::format("{}: cannot be moved to {}", from.string(), FolderOf(to).string()));
     name = FolderOf(to) / fmt::format("{}-{}{}", to.stem().string(), number, to.extension().string());
@@ -271,21 +338,49 @@ std::uint64_t FreeBytes(const fs::path& folder) {
   return static_cast<std::uint64_t>(room.f_bavail) * room.f_frsize;
 }
 
+bool IsTemporary(const fs::directory_entry& entry) { return ProcessOf(entry).has_value(); }
+
 bool IsLeftTemporary(const fs::directory_entry& entry) {
   constexpr std::chrono::hours kLeastAge{1};  // Guessed.
+  const std::optional<pid_t> process = ProcessOf(entry);
+  if (!process) return false;
+  if (kill(*process, 0) != 0 && errno == ESRCH) return true;
   std::error_code gone;
-  return entry.path().string().ends_with(kTemporaryEnding) &&
-         entry.last_write_time(gone) < fs::file_time_type::clock::now() - kLeastAge && !gone;
+  return entry.last_write_time(gone) < fs::file_time_type::clock::now() - kLeastAge && !gone;
+}
+
+void RequireRegularFile(const fs::path& path) {
+  std::error_code unknown;
+  const fs::file_status status = fs::status(path, unknown);
+  if (fs::is_regular_file(status)) return;
+  if (!fs::exists(status))
+    throw Error("{}: cannot be read: {}", path.string(),
+                unknown ? unknown.message() : std::string(std::strerror(ENOENT)));
+  throw Error("{}: is {} and no regular file; move it away", path.string(), KindOf(status));
 }
 
 std::string ReadWholeFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno));
-  try {
-    return {std::istreambuf_iterator<char>(file), {}};
-  } catch (const std::ios_base::failure& failure) {  // of a folder, or a disk that cannot be read
-    throw Error("{}: cannot be read: {}", path.string(), failure.code().message());
+  constexpr std::uint64_t kAlwaysFits = 64 << 20;
+  const auto fail = [&] { throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno)); };
+  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  struct stat status {};
+  if (file.number < 0 || fstat(file.number, &status) != 0) fail();
+  if (!S_ISREG(status.st_mode)) RequireRegularFile(path);
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  if (size > kAlwaysFits && size > AvailableMemory())
+    throw Error("{}: has {:.1f} GB, more than the memory that is left; move it away, or close other programs",
+                path.string(), 1e-9 * static_cast<double>(size));
+  std::string bytes(size, '\0');
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t read = ::read(file.number, bytes.data() + done, bytes.size() - done);
+    if (read < 0 && errno == EINTR) continue;
+    if (read < 0) fail();
+    if (read == 0) break;  // The file has become shorter.
+    done += static_cast<std::size_t>(read);
   }
+  bytes.resize(done);
+  return bytes;
 }
 
 }  // namespace ulf

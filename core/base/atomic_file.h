@@ -83,12 +83,19 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder);
 // Throws DiskFullError where `reason`, an errno, says that there is no room, else Error.
 [[noreturn]] void ThrowDiskError(int reason, const std::string& what_failed);
 
+// Throws Error unless `path` leads to a regular file: opening a pipe would wait for ever, and reading a device would never
+// end.
+void RequireRegularFile(const std::filesystem::path& path);
+
+// The bytes of a regular file. Throws Error where it is missing, is none, or is larger than the memory that is left.
 std::string ReadWholeFile(const std::filesystem::path& path);
 
 // The ending of all temporary names. Files with it that a killed process left are safe to remove.
 inline constexpr std::string_view kTemporaryEnding = ".part";
 
-// Whether it is a temporary file that a killed process left: one that is younger than an hour may still be written.
+// Whether it is a temporary file by its name, NAME.PROCESS-NUMBER.part.
+bool IsTemporary(const std::filesystem::directory_entry& entry);
+// Whether it is one that a killed process left: its process no longer runs on this computer, or it is older than an hour.
 bool IsLeftTemporary(const std::filesystem::directory_entry& entry);
 
 }  // namespace ulf

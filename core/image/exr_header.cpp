@@ -10,6 +10,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/image_header.h"
 
@@ -143,6 +144,7 @@ void RefuseExr(const std::string& path, const char* why) {
 }
 
 void RequireExrHeader(const std::string& path) {
+  RequireRegularFile(path);
   std::ifstream file(path, std::ios::binary);
   std::error_code unknown;
   const std::uintmax_t file_bytes = std::filesystem::file_size(path, unknown);

@@ -183,6 +183,8 @@ cv::Mat LinearFloat(const Image& image) {
 cv::Mat Srgb8FromLinear(const cv::Mat& linear) { return EncodedFromLinear(linear); }
 
 bool ImageFileIsWhole(const std::string& path) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) return false;
   const std::streamoff size = file.tellg();
@@ -227,6 +229,7 @@ void WritePictureFile(const std::string& path, const cv::Mat& srgb8) {
 namespace {
 
 void RequireWholeFile(const std::string& path) {
+  if (std::error_code unknown; std::filesystem::exists(path, unknown)) RequireRegularFile(path);
   if (!std::ifstream(path))
     throw Error("{}: the image is missing or cannot be read; restore it (of a light field: ulf repair DIR)",
                 path);

@@ -179,6 +179,7 @@ std::optional<ImageHeader> ReadImageHeader(std::istream& file) {
 
 std::optional<ImageHeader> ReadImageHeader(const std::string& path) {
   if (IsRawFile(path)) return std::nullopt;  // many are TIFF, with a small picture first
+  if (std::error_code unknown; !std::filesystem::is_regular_file(path, unknown)) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   if (!file) return std::nullopt;
   return ReadImageHeader(file);

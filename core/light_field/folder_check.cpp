@@ -296,6 +296,11 @@ bool Derived::WasChanged() const {
 
 FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, bool being_written) {
   FolderCheck check;
+  check.refused_links = RefusedLinks(dir, journal.light_field.views);
+  if (!check.refused_links.empty()) {
+    check.words.push_back(Words(dir, check.refused_links));
+    return check;
+  }
   for (const DamagedLine& line : journal.damaged)
     check.words.push_back(fmt::format("{}, {}", (dir / kJournalFile).string(), line.Words()));
   if (!being_written) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/light_field/followed_links.h"
 #include "core/light_field/journal.h"
 
 namespace ulf {
@@ -51,9 +52,11 @@ struct FolderCheck {
   std::vector<std::string> unnamed;  // numbered photographs and masters that the journal does not name
   std::set<int> missing_masters;     // views whose master is missing
   std::set<int> missing_images;      // views whose photograph and master are missing
-  int highest_number = 0;            // the highest view number in a file name of the folder
-  bool not_closed = false;           // derived files are missing or older
-  std::vector<std::string> words;    // messages; empty: no problem
+  std::vector<OutsideLink>
+      refused_links;               // that lead out of the folder: what lies behind them was not looked at
+  int highest_number = 0;          // the highest view number in a file name of the folder
+  bool not_closed = false;         // derived files are missing or older
+  std::vector<std::string> words;  // messages; empty: no problem
   bool KnowsMoreThanJournal() const {
     return transforms.KnowsMoreThanJournal() || model.KnowsMoreThanJournal();
   }

@@ -13,14 +13,13 @@
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
+#include "core/light_field/leftovers.h"
 #include "core/light_field/points/point_io.h"
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kNewJournal = "journal.jsonl.new";
 
 std::vector<View> ViewsOf(const LightField& light_field, const std::set<int>& ids) {
   std::vector<View> views;
@@ -53,7 +52,7 @@ void WriteLines(const fs::path& old_journal, const JournalContents& contents, co
     to.AddViews(views);
   };
   for (const JournalLine& line : contents.lines) {
-    if (!line.whole) continue;
+    if (!line.whole && !line.stays) continue;
     if (line.view_id > 0) recover_below(line.view_id);
     lines.append(bytes, line.begin, line.end - line.begin + 1);
   }
@@ -76,7 +75,7 @@ void WriteNewJournal(const fs::path& dir, const RepairPlan& plan, Journal& to) {
   if (plan.header) to.Header(*plan.header);
   WriteLines(dir / kJournalFile, old, plan, to);
   if (!plan.poses.empty() || !plan.cameras.empty()) to.UpdatePoses(plan.poses, plan.cameras);
-  for (const int id : plan.taken_out) to.RemoveView(id);
+  to.RemoveViews(plan.taken_out);
   to.NoteRepair(plan.longest_stamp);
   if (plan.settings) WriteSettings(*plan.settings, old.light_field, to);
 }
@@ -109,6 +108,7 @@ RepairPlan Repair(const fs::path& dir) {
   // Every writer locks the journal, or the one that will replace it.
   std::optional<Journal> old_journal;
   if (fs::is_regular_file(dir / kJournalFile)) old_journal.emplace(dir / kJournalFile);
+  RemoveLeftovers(dir, old_journal.has_value());
   std::optional<Journal> new_journal(std::in_place, dir / kNewJournal);
   RepairPlan plan = PlanRepair(dir);
   const std::vector<View> taken_out = ViewsOf(ReadDamagedJournal(dir).light_field, plan.taken_out);

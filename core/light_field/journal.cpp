@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -55,10 +56,30 @@ View* FindView(LightField& light_field, int id) {
   return found != light_field.views.end() && found->id == id ? &*found : nullptr;
 }
 
-// Of a view, or of a photograph that is none, whose other properties are read.
+// A line that is whole and is left out all the same: it names a path that leaves the folder, or is of a newer version.
+// A repair keeps such lines.
+class LineStaysError : public Error {
+ public:
+  using Error::Error;
+};
+
+// Calls `read`, which checks paths.
+template <typename Read>
+void ReadPaths(const Read& read) {
+  try {
+    read();
+  } catch (const Error& error) {
+    throw LineStaysError(std::string(error.what()));
+  }
+}
+
+// Reads the paths of a view, or of a photograph that is none, whose other properties are read.
 void ReadFiles(const JsonPlace& event, const LightField& light_field, View& view) {
-  view.image_path = PathInside(light_field.root, event.Text("image"), event.where);
-  RequirePathsInside(light_field.root, event.where, view);
+  view.image_path = event.Text("image");
+  ReadPaths([&] {
+    view.image_path = PathBelow(view.image_path, event.where);
+    RequirePathsBelow(event.where, view);
+  });
   view.camera = event.Integer("camera", 0);
   if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
     throw Error("{}: camera {} is not among the header's", event.where, view.camera);
@@ -126,7 +147,7 @@ void ApplyExposure(const JsonPlace& event, LightField& light_field) {
   View& view = ViewOf(event, light_field);
   View with_exposure;
   with_exposure.exposures.push_back(ExposureFromJson(event));
-  RequirePathsInside(light_field.root, event.where, with_exposure);
+  ReadPaths([&] { RequirePathsBelow(event.where, with_exposure); });
   view.exposures.push_back(with_exposure.exposures.front());
 }
 
@@ -134,7 +155,7 @@ void ApplyMerged(const JsonPlace& event, LightField& light_field) {
   View& view = ViewOf(event, light_field);
   View with_merged;
   with_merged.merged = MergedFromJson(event);
-  RequirePathsInside(light_field.root, event.where, with_merged);
+  ReadPaths([&] { RequirePathsBelow(event.where, with_merged); });
   view.merged = with_merged.merged;
 }
 
@@ -143,9 +164,34 @@ void ApplyMasks(const JsonPlace& event, LightField& light_field) {
   std::vector<std::pair<View*, std::string>> paths;
   const JsonPlace given{event.Raw("masks"), event.where + ", masks"};
   for (const auto& [id, path] : given.object.items())
-    if (View* view = FindView(light_field, std::atoi(id.c_str())))
-      paths.emplace_back(view, PathInside(light_field.root, given.Text(id.c_str()), given.where));
+    if (View* view = FindView(light_field, std::atoi(id.c_str()))) {
+      const std::string path = given.Text(id.c_str());
+      ReadPaths([&] { paths.emplace_back(view, PathBelow(path, given.where)); });
+    }
   for (auto& [view, path] : paths) view->mask_path = std::move(path);
+}
+
+// Removes one view, or several together.
+void ApplyRemoval(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  std::set<int> ids;
+  if (event.Has("ids")) {
+    for (const double id : event.Numbers("ids", event.Raw("ids").size())) {
+      if (id != std::floor(id) || !(id >= 1 && id <= kMostViewId))
+        throw Error("{}: 'ids' holds {}, which is no view's number", event.where, id);
+      ids.insert(static_cast<int>(id));
+    }
+  } else {
+    ids.insert(event.Integer("id"));
+  }
+  for (const int id : ids) {
+    contents.removed.insert(id);
+    if (const View* view = FindView(light_field, id)) {
+      contents.removed_files.merge(FilesOf(*view));
+      light_field.taken_back.insert(id);
+    }
+  }
+  std::erase_if(light_field.views, [&](const View& view) { return ids.contains(view.id); });
 }
 
 void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
@@ -170,11 +216,7 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   } else if (kind == "masks") {
     ApplyMasks(event, light_field);
   } else if (kind == "remove") {
-    const int id = event.Integer("id");
-    contents.removed.insert(id);
-    if (const View* view = FindView(light_field, id)) contents.removed_files.merge(FilesOf(*view));
-    if (std::erase_if(light_field.views, [id](const View& view) { return view.id == id; }) > 0)
-      light_field.taken_back.insert(id);
+    ApplyRemoval(event, contents);
   } else if (kind == "exposure") {
     ApplyExposure(event, light_field);
   } else if (kind == "merged") {
@@ -188,7 +230,7 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     if (event.Has("measured"))
       light_field.measured = MeasuredFromJson({event.Raw("measured"), event.where + ", measured"});
   } else if (kind != "gap" && kind != "repaired") {
-    throw Error("{}: unknown event '{}'; use a newer ulf", event.where, kind);
+    throw LineStaysError("{}: unknown event '{}'; use a newer ulf", event.where, kind);
   }
 }
 
@@ -291,6 +333,17 @@ std::string DamagedLine::Words() const {
 
 namespace {
 
+// Notes the view of a line that stays: its number is taken, and the view is in doubt.
+void NoteStayingView(const json& object, JournalContents& contents) {
+  ++contents.staying_lines;
+  if (object.value("event", "") != "view") return;
+  const int id = object["id"].get<int>();  // ReadViewJson() has read it
+  if (id < 1 || id > kMostViewId) return;
+  contents.lines.back().view_id = id;
+  contents.damaged.back().views.insert(id);
+  contents.next_view_id = std::max(contents.next_view_id, id + 1);
+}
+
 // Applies the line or notes that it is damaged.
 void ApplyLine(std::string_view line, const std::optional<json>& object, JournalContents& contents) {
   const int number = static_cast<int>(contents.lines.size());
@@ -301,6 +354,10 @@ void ApplyLine(std::string_view line, const std::optional<json>& object, Journal
     ApplyEvent({*object, fmt::format("line {}", number)}, contents);
     read.whole = true;
     if (contents.light_field.views.size() > views_before) read.view_id = (*object)["id"].get<int>();
+  } catch (const LineStaysError& error) {
+    read.stays = true;
+    NoteDamaged(number, error.what(), line, contents);
+    NoteStayingView(*object, contents);
   } catch (const Error& error) {
     NoteDamaged(number, error.what(), line, contents);
   }

@@ -15,7 +15,7 @@
 //   turntable    {board}
 //   masks        {masks {id: path}}
 //   gap          {from_s, to_s, reason}
-//   remove       {id}
+//   remove       {id}, or of several together {ids []}
 //   unposed      {image, master, camera, times, exposure, gain, problem}
 //   close        {capture_s, reasons, measured}
 //   repaired     {}
@@ -24,7 +24,8 @@
 // (DiskFullError, Error). A damaged end (an incomplete last line, or lines after which no line is complete)
 // was being written when the process died: readers ignore it, and the next writer cuts it off. A damaged line
 // before the end is reported and left out, but stays in the file; later lines are valid, because views do not
-// depend on each other.
+// depend on each other. So is a line that is whole and names a path outside the folder or an event of a newer
+// version; a repair keeps such lines, too. Links on the way to a photograph are followed_links.h's concern.
 #pragma once
 
 #include <cstdint>
@@ -72,7 +73,8 @@ struct DamagedLine {
 struct JournalLine {
   std::size_t begin = 0, end = 0;  // without its line end
   bool whole = false;
-  int view_id = 0;  // of a complete line of a view, else 0
+  bool stays = false;  // whole but left out; a repair keeps it
+  int view_id = 0;     // of a view's line that is whole or stays, else 0
 };
 
 // The content of a journal.
@@ -83,6 +85,7 @@ struct JournalContents {
   std::set<int> removed;                // ids of removed views
   std::set<std::string> removed_files;  // their photographs and masters
   std::vector<DamagedLine> damaged;     // of very many places the last entry stands for all further ones
+  std::size_t staying_lines = 0;        // among the damaged ones
   std::vector<JournalLine> lines;       // up to whole_bytes
 };
 
@@ -91,7 +94,8 @@ JournalContents ReadJournal(const std::filesystem::path& file);
 // For a journal whose header is damaged or missing: takes the header's values from `header`.
 JournalContents ReadJournal(const std::filesystem::path& file, const LightField& header);
 
-// Opens and locks the file for writing. A second writer, in this process or another, gets an Error.
+// Opens and locks the file for writing. A second writer, in this process or another, gets an Error. A file that other
+// names share (cp -al or cp -as of a light field) is copied before it is changed, so that the other light field stays as it is.
 class Journal {
  public:
   explicit Journal(const std::filesystem::path& file);
@@ -117,7 +121,8 @@ class Journal {
   // The masks' paths by view id; others stay as they are.
   void SetMasks(const std::map<int, std::string>& mask_path_by_view);
   void NoteGap(double from_s, double to_s, const std::string& reason);
-  void RemoveView(int view_id);
+  // Removes all of them or, when the process is killed, none.
+  void RemoveViews(const std::set<int>& view_ids);
   void NoteUnposed(const UnposedPhotograph& photograph);
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
              const std::optional<MeasuredErrors>& measured);
@@ -128,6 +133,8 @@ class Journal {
   void NoteRepair(std::uint64_t bytes);
 
  private:
+  void Open();
+  void BecomeTheOnlyName();
   std::filesystem::path file_;
   int descriptor_ = -1;
 };

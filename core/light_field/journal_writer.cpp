@@ -1,10 +1,13 @@
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -16,20 +19,72 @@
 
 namespace ulf {
 
+namespace {
+
+bool IsSameFile(int descriptor, const std::filesystem::path& path) {
+  struct stat of_descriptor {
+  }, of_path{};
+  return fstat(descriptor, &of_descriptor) == 0 && stat(path.c_str(), &of_path) == 0 &&
+         of_descriptor.st_ino == of_path.st_ino && of_descriptor.st_dev == of_path.st_dev;
+}
+
+}  // namespace
+
 Journal::Journal(const std::filesystem::path& file) : file_(file) {
-  descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  // Another writer may put a copy in the file's place before the lock is ours.
+  do {
+    if (descriptor_ >= 0) close(descriptor_);
+    Open();
+  } while (!IsSameFile(descriptor_, file_));
+}
+
+void Journal::Open() {
+  descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0644);
   if (descriptor_ < 0)
-    throw Error("{}: cannot be opened for writing: {}; check permissions", file.string(),
+    throw Error("{}: cannot be opened for writing: {}; check permissions", file_.string(),
                 std::strerror(errno));
   if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     close(descriptor_);
     descriptor_ = -1;
     throw Error("{}: another process is recording into this light field; stop it or choose another folder",
-                file.parent_path().string());
+                file_.parent_path().string());
   }
 }
 
+void Journal::BecomeTheOnlyName() {
+  struct stat status {
+  }, of_name{};
+  const bool is_link = lstat(file_.c_str(), &of_name) == 0 && S_ISLNK(of_name.st_mode);
+  if (!is_link && (fstat(descriptor_, &status) != 0 || status.st_nlink <= 1)) return;
+  const std::filesystem::path copy = file_.string() + fmt::format(".{}-0{}", getpid(), kTemporaryEnding);
+  const std::string bytes = ReadWholeFile(file_);
+  const int shared =
+      std::exchange(descriptor_, open(copy.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
+  const auto refuse = [&] {
+    const int reason = errno;
+    if (descriptor_ >= 0) close(descriptor_);
+    unlink(copy.c_str());
+    descriptor_ = shared;
+    ThrowDiskError(reason, fmt::format("{}: shares its bytes with another light field and cannot be copied",
+                                       file_.string()));
+  };
+  // The copy is locked before it bears the name: no other writer comes between.
+  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) != 0) refuse();
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t written = write(descriptor_, bytes.data() + done, bytes.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) refuse();
+    done += static_cast<std::size_t>(written);
+  }
+  if (fsync(descriptor_) != 0 || rename(copy.c_str(), file_.c_str()) != 0) refuse();
+  SyncFolder(FolderOf(file_));
+  close(shared);
+}
+
 void Journal::CutAt(std::size_t whole_bytes) {
+  struct stat status {};
+  if (fstat(descriptor_, &status) == 0 && static_cast<std::size_t>(status.st_size) == whole_bytes) return;
+  BecomeTheOnlyName();
   if (ftruncate(descriptor_, static_cast<off_t>(whole_bytes)) != 0)
     throw Error("{}: cannot be repaired: {}", file_.string(), std::strerror(errno));
 }
@@ -39,6 +94,7 @@ Journal::~Journal() {
 }
 
 void Journal::Append(const std::string& lines) {
+  BecomeTheOnlyName();
   const std::string text = lines + "\n";
   const off_t before = lseek(descriptor_, 0, SEEK_END);
   // Removes a partial line: the next one would be appended to it.
@@ -160,8 +216,14 @@ void Journal::NoteGap(double from_s, double to_s, const std::string& reason) {
   Append(JsonText(nlohmann::json{{"event", "gap"}, {"from_s", from_s}, {"to_s", to_s}, {"reason", reason}}));
 }
 
-void Journal::RemoveView(int view_id) {
-  Append(JsonText(nlohmann::json{{"event", "remove"}, {"id", view_id}}));
+void Journal::RemoveViews(const std::set<int>& view_ids) {
+  if (view_ids.empty()) return;
+  nlohmann::json event{{"event", "remove"}};
+  if (view_ids.size() == 1)
+    event["id"] = *view_ids.begin();
+  else
+    event["ids"] = view_ids;
+  Append(JsonText(event));
 }
 
 void Journal::NoteUnposed(const UnposedPhotograph& photograph) {

@@ -7,10 +7,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <regex>
 #include <set>
 
 #include "core/base/atomic_file.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 #include "core/base/shell_word.h"
@@ -20,6 +20,7 @@
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
+#include "core/light_field/leftovers.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/view_exposures.h"
 #include "core/light_field/view_files.h"
@@ -39,7 +40,9 @@ bool IsBeingWritten(const fs::path& journal) {
   return locked;
 }
 
+// Refuses a folder whose photographs are elsewhere.
 void RequireImages(const LightField& light_field, const FolderCheck& check) {
+  if (!check.refused_links.empty()) throw Error("{}", Words(light_field.root, check.refused_links));
   if (check.missing_images.empty()) return;
   const int id = *check.missing_images.begin();
   const auto view = std::ranges::find_if(light_field.views, [id](const View& each) { return each.id == id; });
@@ -48,21 +51,6 @@ void RequireImages(const LightField& light_field, const FolderCheck& check) {
       light_field.root.string(), view->image_path, id,
       check.missing_images.size() > 1 ? fmt::format(" (and {} more)", check.missing_images.size() - 1) : "",
       ShellWord(light_field.root.string()));
-}
-
-// NAME.PID-NUMBER.part, as FileBatch calls them.
-bool IsOurTemporary(const fs::directory_entry& entry) {
-  static const std::regex kName(R"(.+\.[0-9]+-[0-9]+\.part)");
-  return entry.is_regular_file() && std::regex_match(entry.path().filename().string(), kName);
-}
-
-void RemoveLeftovers(const fs::path& dir) {
-  for (const char* folder :
-       {".", "images", "masters", "masks", "unposed", "sparse/0", kExposuresFolder, kMergedFolder}) {
-    if (!fs::is_directory(dir / folder)) continue;
-    for (const auto& entry : fs::directory_iterator(dir / folder))
-      if (IsOurTemporary(entry)) fs::remove(entry.path());
-  }
 }
 
 // Files of views that a killed writer had removed from the journal but not yet moved.
@@ -82,7 +70,7 @@ void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journ
   const std::string end = bytes.substr(std::min(contents.whole_bytes, bytes.size()));
   if (end.find('\n') != std::string::npos) {
     MakeFolder(dir / "kept");
-    const fs::path copy = dir / "kept" / fmt::format("journal-end.{}.part", getpid());
+    const fs::path copy = dir / "kept" / fmt::format("journal-end.{}-0{}", getpid(), kTemporaryEnding);
     WriteFileAtomically(copy, end);
     const fs::path kept = MoveWithoutReplacing(copy, dir / "kept" / "journal-end.jsonl");
     spdlog::warn("{}: its last lines are damaged and cut off; they are kept as {}",
@@ -109,8 +97,25 @@ void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
               ShellWord(dir.string()));
 }
 
+// Refuses a journal that has lost more views than it tells: what would be recorded into it is another light field.
+void RequireMostViews(const fs::path& dir, const JournalContents& contents) {
+  std::set<int> lost;
+  for (const DamagedLine& line : contents.damaged) lost.insert(line.views.begin(), line.views.end());
+  if (lost.size() <= contents.light_field.views.size()) return;
+  throw Error(
+      "{}: {} of its {} cannot be read ({}); nothing was written; 'ulf repair {}' shows what can be put back",
+      (dir / kJournalFile).string(), lost.size(),
+      Counted(lost.size() + contents.light_field.views.size(), "view"), contents.damaged.front().reason,
+      ShellWord(dir.string()));
+}
+
 void RequireMatchingPictures(const LightField& light_field) {
   const PictureCheck check = CheckPictures(light_field);
+  if (check.damaged.size() > 1 && 2 * check.damaged.size() > light_field.views.size())
+    throw Error(
+        "{}: the photographs of {}, more than half of all, cannot be read; nothing was written; copy them "
+        "again from their source, then go on",
+        light_field.root.string(), ViewNumbers(check.damaged));
   if (!check.damaged.empty())
     spdlog::warn("{}: the photographs of {} cannot be read; 'ulf repair {}' shows the remedy",
                  light_field.root.string(), ViewNumbers(check.damaged), ShellWord(light_field.root.string()));
@@ -267,12 +272,13 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   auto state = std::make_unique<State>(dir);
   JournalContents contents = ReadJournal(dir / kJournalFile);
   const FolderCheck check = CheckFolder(dir, contents, false);
-  RequireWholeJournal(dir, check);
   RequireImages(contents.light_field, check);
+  RequireWholeJournal(dir, check);
+  RequireMostViews(dir, contents);
   RequireMatchingPictures(contents.light_field);
   WarnOnce(check.words);
   CutEnd(dir, contents, state->journal);
-  RemoveLeftovers(dir);
+  RemoveLeftovers(dir, true);
   ReadPoints(contents.light_field);
   const std::vector<std::string> point_doubts = contents.light_field.doubts;
   WarnOnce(point_doubts);

@@ -21,6 +21,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -130,8 +131,9 @@ class LightFieldWriter {
   void SetPoints(std::vector<ScenePoint> points);
   // Records a time in which no view could be recorded (tracking lost, device lost), for reviews.
   void NoteGap(double from_s, double to_s, const std::string& reason);
-  // The photograph and its master (NNNNNN.master.*) move to unposed/, nothing is deleted.
-  void RemoveView(int view_id);
+  // Takes all of these views out of the journal together. Their photographs and masters (NNNNNN.master.*) then move to
+  // unposed/, nothing is deleted; what a kill or a full disk leaves unmoved, another call or the next writer moves.
+  void RemoveViews(const std::set<int>& view_ids);
   // Keeps a photograph that has no pose, and its master, in unposed/. The journal notes what the frame says of itself, and
   // `problem`: why it can never become a view; empty: it may.
   void KeepUnposed(const Frame& frame, const std::string& problem = "");

@@ -238,43 +238,53 @@ void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& re
   state_->journal.NoteGap(from_s, to_s, reason);
 }
 
-// Does nothing the second time: the caller repeats only the moving of files.
-void LightFieldWriter::State::TakeOutOfJournal(int view_id) {
-  if (to_unposed.contains(view_id)) return;
-  const auto view = std::ranges::find_if(
-      light_field.views, [view_id](const View& candidate) { return candidate.id == view_id; });
-  if (view == light_field.views.end())
-    throw Error("{}: there is no view {} to remove", light_field.root.string(), view_id);
-  bool has_picture = true;
+// Returns the paths of the view's files that are there, or can be made.
+std::set<std::string> LightFieldWriter::State::FilesToKeep(const View& view) const {
+  std::set<std::string> files = FilesOf(view);
   try {
-    if (PictureFollowsFromMaster(*view))
-      WritePictureFromMaster(light_field.root, *view, SizeOf(light_field.CameraOf(*view)));
+    if (PictureFollowsFromMaster(view))
+      WritePictureFromMaster(light_field.root, view, SizeOf(light_field.CameraOf(view)));
   } catch (const DiskFullError&) {
     throw;  // the caller tries again when there is room
   } catch (const Error& error) {
-    spdlog::warn("{}; only the master of view {} is kept in unposed/", error.what(), view_id);
-    has_picture = false;
+    spdlog::warn("{}; only the master of view {} is kept in unposed/", error.what(), view.id);
+    files.erase(view.image_path);
+  }
+  return files;
+}
+
+// Leaves out views whose files are still to be moved: the caller repeats the moving alone.
+void LightFieldWriter::State::TakeOutOfJournal(const std::set<int>& view_ids) {
+  std::map<int, std::set<std::string>> files;
+  std::set<int> ids;
+  for (const int id : view_ids) {
+    if (to_unposed.contains(id)) continue;
+    const auto view = std::ranges::find(light_field.views, id, &View::id);
+    if (view == light_field.views.end())
+      throw Error("{}: there is no view {} to remove", light_field.root.string(), id);
+    files[id] = FilesToKeep(*view);
+    ids.insert(id);
   }
   const fs::path unposed = light_field.root / "unposed";
   MakeFolder(unposed);
-  journal.RemoveView(view_id);  // before the file moves: the journal never names a file that is gone
-  std::map<std::string, fs::path>& files = to_unposed[view_id];
-  for (const std::string& file : FilesOf(*view))
-    if (has_picture || file != view->image_path) files[file] = unposed / UnposedName(file);
-  light_field.views.erase(view);
-  light_field.taken_back.insert(view_id);
+  journal.RemoveViews(ids);  // before a file moves: the journal never names a file that is gone
+  for (const auto& [id, paths] : files)
+    for (const std::string& file : paths) to_unposed[id][file] = unposed / UnposedName(file);
+  std::erase_if(light_field.views, [&](const View& view) { return ids.contains(view.id); });
+  light_field.taken_back.insert(ids.begin(), ids.end());
 }
 
-void LightFieldWriter::RemoveView(int view_id) {
-  state_->TakeOutOfJournal(view_id);
-  const LightField& light_field = state_->light_field;
-  std::map<std::string, fs::path>& files = state_->to_unposed.at(view_id);
-  while (!files.empty()) {
-    const auto& [from, to] = *files.begin();
-    MoveWithoutReplacing(light_field.root / from, to);
-    files.erase(files.begin());
+void LightFieldWriter::RemoveViews(const std::set<int>& view_ids) {
+  state_->TakeOutOfJournal(view_ids);
+  for (const int id : view_ids) {
+    std::map<std::string, fs::path>& files = state_->to_unposed[id];
+    while (!files.empty()) {
+      const auto& [from, to] = *files.begin();
+      MoveWithoutReplacing(state_->light_field.root / from, to);
+      files.erase(files.begin());
+    }
+    state_->to_unposed.erase(id);
   }
-  state_->to_unposed.erase(view_id);
 }
 
 void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& problem) {

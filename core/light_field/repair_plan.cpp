@@ -332,6 +332,9 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   plan.header = found.header;
   plan.views_before = journal.light_field.views.size();
   for (const DamagedLine& line : journal.damaged) plan.damaged_lines += static_cast<std::size_t>(line.lines);
+  plan.damaged_lines -= journal.staying_lines;
+  plan.views_after = plan.views_before;
+  if (!check.refused_links.empty()) return plan;  // what lies behind them is neither missing nor damaged
   plan.longest_stamp = std::max(check.transforms.made_from_bytes, check.model.made_from_bytes);
   RecoverFromTransforms(dir, journal.light_field, check, plan);
   RecoverFromModel(dir, journal.light_field, check, plan);
@@ -342,7 +345,7 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
     plan.missing_pictures |= PictureFollowsFromMaster(view) && !fs::exists(dir / view.image_path) &&
                              fs::is_regular_file(dir / view.master_path);
   plan.new_journal = plan.header || !plan.recovered.empty() || !plan.poses.empty() || !plan.cameras.empty() ||
-                     !plan.taken_out.empty() || plan.settings || !journal.damaged.empty();
+                     !plan.taken_out.empty() || plan.settings || plan.damaged_lines > 0;
   plan.new_derived = plan.new_journal || check.not_closed || !check.transforms.IsOurs() ||
                      !check.model.IsOurs() || check.model.is_cut;
   if (!plan.new_journal) CompareDerived(dir, journal.light_field, check, plan);

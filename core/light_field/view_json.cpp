@@ -41,9 +41,17 @@ Rigid3 PoseFromJson(const JsonPlace& place, const char* key) {
   return {rotation, {n[4], n[5], n[6]}};
 }
 
-void RequirePathsInside(const std::filesystem::path& root, const std::string& where, View& view) {
+std::string PathBelow(const std::string& relative, const std::string& where) {
+  const std::filesystem::path path = std::filesystem::path(relative).lexically_normal();
+  if (relative.empty() || path.is_absolute() || *path.begin() == "..")
+    throw Error("{}: the path '{:.200}' leaves the folder; a light field only holds what lies inside it",
+                where, relative);
+  return path.generic_string();
+}
+
+void RequirePathsBelow(const std::string& where, View& view) {
   const auto require = [&](std::string& path) {
-    if (!path.empty()) path = PathInside(root, path, where);
+    if (!path.empty()) path = PathBelow(path, where);
   };
   require(view.master_path);
   require(view.mask_path);

@@ -21,8 +21,11 @@ inline constexpr int kMostViewId = 999'999'999;  // nine digits in a file's name
 void ReadViewJson(const JsonPlace& place, View& view);
 void ReadPhotographJson(const JsonPlace& place, View& view);
 
-// Checks the paths that ReadViewJson() and ReadPhotographJson() read: none may lead out of the light field.
-void RequirePathsInside(const std::filesystem::path& root, const std::string& where, View& view);
+// The path with '/' between folders, as it is written, without following links (followed_links.h does). Throws Error where it
+// is absolute or leaves the folder by "..".
+std::string PathBelow(const std::string& relative, const std::string& where);
+// Replaces the paths that ReadViewJson() and ReadPhotographJson() read by those of PathBelow(). Throws as it does.
+void RequirePathsBelow(const std::string& where, View& view);
 
 // [qw qx qy qz tx ty tz]
 nlohmann::json PoseToJson(const Rigid3& pose);

@@ -16,7 +16,8 @@ namespace ulf {
 
 struct LightFieldWriter::State {
   explicit State(const std::filesystem::path& dir) : journal(dir / kJournalFile) { light_field.root = dir; }
-  void TakeOutOfJournal(int view_id);
+  void TakeOutOfJournal(const std::set<int>& view_ids);
+  std::set<std::string> FilesToKeep(const View& view) const;
   void RequireReserved(int view_id, int last_id) const;
 
   Journal journal;

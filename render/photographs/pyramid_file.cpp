@@ -108,7 +108,7 @@ void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, cons
 
 std::optional<StoredLevel> ReadPyramidFile(const std::filesystem::path& path, std::uint64_t key,
                                            const Photograph& photograph, int level) {
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.number() < 0) return std::nullopt;
   const int levels = photograph.LevelCount();
   std::string begin(HeadBytes(levels), '\0');

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <deque>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -28,6 +30,7 @@ namespace ulf::render {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 constexpr char kIndex[] = "maps.json";
 constexpr char kFormat[] = "ulf depth maps 1";
@@ -81,13 +84,12 @@ std::shared_ptr<const LazyDepthMap> MapFrom(const MapFile& file, const Rigid3& c
 // Remains of former maps; other programs may keep files of their own in a folder of this name.
 void RemoveFormerMaps(const fs::path& folder, const std::set<std::string>& kept) {
   static const std::string kMap = "[0-9]{6,}-[0-9a-f]{8}\\.png";
-  static const std::regex kOurs(kMap), kOurTemporaries("(" + kMap + "|maps\\.json)\\.[0-9]+-[0-9]+\\.part");
+  static const std::regex kOurs(kMap);
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
     const std::string name = entry.path().filename().string();
     if (kept.contains(name)) continue;
-    if (std::regex_match(name, kOurs) || (std::regex_match(name, kOurTemporaries) && IsLeftTemporary(entry)))
-      fs::remove(entry.path(), ignored);
+    if (std::regex_match(name, kOurs)) fs::remove(entry.path(), ignored);
   }
 }
 
@@ -96,26 +98,126 @@ std::string MeshChecksum(const fs::path& light_field_folder) {
   return fs::exists(mesh) ? ChecksumForIndex(ReadWholeFile(mesh)) : std::string();
 }
 
-// The files that an index names, itself the last.
-std::vector<std::string> FilesOf(const fs::path& folder) {
-  std::vector<std::string> names;
-  const nlohmann::json json = JsonOrDiscarded(ReadWholeFile(folder / kIndex));
-  if (json.is_object() && json.contains("maps") && json["maps"].is_array())
-    for (const nlohmann::json& entry : json["maps"]) {
-      if (!entry.is_object() || !entry.contains("file") || !entry["file"].is_string()) continue;
-      const fs::path name = entry["file"].get<std::string>();
-      if (name.filename() == name && fs::is_regular_file(folder / name)) names.push_back(name.string());
-    }
-  names.emplace_back(kIndex);
+json IndexIn(const fs::path& folder) {
+  return fs::exists(folder / kIndex) ? JsonOrDiscarded(ReadWholeFile(folder / kIndex)) : json();
+}
+
+bool IsIndex(const json& index) {
+  return index.is_object() && index.value("format", json()) == kFormat && index.contains("maps") &&
+         index["maps"].is_array();
+}
+
+bool IsBeingReplaced(const json& index) {
+  return IsIndex(index) && index.contains("next") && index["next"].is_object() &&
+         index["next"].contains("maps") && index["next"]["maps"].is_array();
+}
+
+// Returns the mesh and the maps of the index, or those that replace them where the mesh of this checksum is theirs.
+json SetOf(const json& index, const std::string& mesh) {
+  const bool is_next = IsBeingReplaced(index) && index["next"].value("mesh", json()) == mesh;
+  const json& set = is_next ? index["next"] : index;
+  return {{"mesh", set.value("mesh", json())}, {"maps", set["maps"]}};
+}
+
+// Returns the names of the maps' files, as far as they are names.
+std::set<std::string> NamesIn(const json& maps) {
+  std::set<std::string> names;
+  for (const json& entry : maps) {
+    if (!entry.is_object() || !entry.contains("file") || !entry["file"].is_string()) continue;
+    const fs::path name = entry["file"].get<std::string>();
+    if (name.filename() == name) names.insert(name.string());
+  }
   return names;
 }
 
-fs::path MakeFreeFolder(const fs::path& folder) {
-  MakeFolder(FolderOf(folder));
-  fs::path name = folder;
-  for (int number = 2; !fs::create_directory(name); ++number)
-    name = fmt::format("{}-{}", folder.string(), number);
-  return name;
+void WriteIndex(const fs::path& folder, json set) {
+  set["format"] = kFormat;
+  WriteFileAtomically(folder / kIndex, JsonText(set, 1) + "\n");
+}
+
+// A name in kept/ that nothing bears, relative to the light field's folder.
+std::string FreeNameInKept(const fs::path& root, const fs::path& wanted) {
+  fs::path name = fs::path("kept") / wanted;
+  for (int number = 2; fs::exists(fs::symlink_status(root / name)); ++number)
+    name = fs::path("kept") /
+           fmt::format("{}-{}{}", wanted.stem().string(), number, wanted.extension().string());
+  return name.generic_string();
+}
+
+// Returns the path that the index names for what goes to kept/; empty: none, or one that leads elsewhere.
+fs::path KeptPath(const json& next, const char* key) {
+  if (!next.contains(key) || !next[key].is_string()) return {};
+  const fs::path path = next[key].get<std::string>();
+  return path.parent_path() == "kept" && path == path.lexically_normal() ? path : fs::path();
+}
+
+void LinkOrCopy(const fs::path& from, const fs::path& to) {
+  if (link(from.c_str(), to.c_str()) == 0 || errno == EEXIST) return;
+  WriteFileAtomically(to, ReadWholeFile(from));
+}
+
+bool IsSameFile(const fs::path& a, const fs::path& b) {
+  std::error_code unknown;
+  return fs::equivalent(a, b, unknown) && !unknown;
+}
+
+// Moves the maps of `set` to `kept`, with an index of their own; those of `staying` are there in both folders.
+void MoveMapsToKept(const fs::path& folder, const fs::path& kept, const json& set,
+                    const std::set<std::string>& staying) {
+  MakeFolder(kept);
+  for (const std::string& name : NamesIn(set["maps"])) {
+    if (!fs::is_regular_file(folder / name)) continue;
+    if (staying.contains(name))
+      LinkOrCopy(folder / name, kept / name);
+    else
+      MoveWithoutReplacing(folder / name, kept / name);
+  }
+  WriteIndex(kept, set);
+}
+
+// Writes the maps' files, and returns their entries in the index.
+json WriteMapFiles(const fs::path& folder, const LightField& light_field,
+                   const std::map<int, ViewDepthMap>& maps, std::deque<FileBatch>& batches) {
+  json entries = json::array();
+  // One wait for the disk serves a batch of files, whose number is bounded because they are open until then.
+  constexpr std::size_t kFilesAtOnce = 64;
+  for (const auto& [id, map] : maps) {
+    const auto view = std::ranges::find(light_field.views, id, &View::id);
+    if (view == light_field.views.end()) throw Error("{}: there is no view {}", folder.string(), id);
+    const std::string png = PngBytes(map.inverse_depth), checksum = ChecksumForIndex(png);
+    // The name says which bytes: a map that is there is never overwritten by another one.
+    const std::string name = fmt::format("{:06}-{}.png", id, checksum.substr(0, 8));
+    if (entries.size() % kFilesAtOnce == 0) {
+      if (!batches.empty()) batches.back().Commit();
+      batches.emplace_back();
+    }
+    batches.back().Write(folder / name, ContentOf(png));
+    entries.push_back({{"view", id},
+                       {"file", name},
+                       {"checksum", checksum},
+                       {"made_under", DigestOf(light_field, *view)},
+                       {"camera", CameraToJson(map.camera)},
+                       {"unit", map.unit},
+                       {"step", map.step}});
+  }
+  if (!batches.empty()) batches.back().Commit();
+  return entries;
+}
+
+// Replaces the mesh, and keeps what `kept` names of it. Throws Error: then the mesh is as it was.
+void ReplaceMesh(const fs::path& root, const std::string& mesh_ply, const fs::path& kept) {
+  const fs::path mesh = root / kMeshProxyFile;
+  try {
+    if (!kept.empty()) {
+      MakeFolder(root / "kept");
+      LinkOrCopy(mesh, root / kept);
+    }
+    WriteFileAtomically(mesh, mesh_ply);
+  } catch (...) {
+    std::error_code stays;
+    if (!kept.empty()) fs::remove(root / kept, stays);
+    throw;
+  }
 }
 
 }  // namespace
@@ -140,81 +242,107 @@ std::size_t TakeOutMovedMaps(const LightField& light_field, const std::map<int, 
   return moved;
 }
 
-std::optional<fs::path> MoveDepthMapsToKept(const fs::path& light_field_folder) {
-  if (!HasDepthMaps(light_field_folder)) return std::nullopt;
+void FinishGeometryFiles(const fs::path& light_field_folder) {
   const fs::path folder = light_field_folder / kDepthMapsFolder;
-  const std::vector<std::string> names = FilesOf(folder);
-  const fs::path kept = MakeFreeFolder(light_field_folder / "kept" / kDepthMapsFolder);
-  for (const std::string& name : names) MoveWithoutReplacing(folder / name, kept / name);
-  SyncFolder(kept);
-  std::error_code stays;  // with files of other programs
-  fs::remove(folder, stays);
-  return kept;
+  const json index = IndexIn(folder);
+  if (!IsBeingReplaced(index)) {
+    // Maps that a killed writer did not come to list.
+    if (index.is_null() || IsIndex(index))
+      RemoveFormerMaps(folder, index.is_null() ? std::set<std::string>() : NamesIn(index["maps"]));
+    return;
+  }
+  const std::string mesh = MeshChecksum(light_field_folder);
+  const json set = SetOf(index, mesh);
+  const std::set<std::string> names = NamesIn(set["maps"]);
+  const bool is_replaced = set["mesh"] == index["next"].value("mesh", json());
+  const fs::path kept_maps = KeptPath(index["next"], "kept_maps"),
+                 kept_mesh = KeptPath(index["next"], "kept_mesh");
+  if (is_replaced && !kept_maps.empty())
+    MoveMapsToKept(folder, light_field_folder / kept_maps, {{"mesh", index["mesh"]}, {"maps", index["maps"]}},
+                   names);
+  std::error_code stays;
+  if (!is_replaced && !kept_mesh.empty() &&
+      IsSameFile(light_field_folder / kept_mesh, light_field_folder / kMeshProxyFile))
+    fs::remove(light_field_folder / kept_mesh, stays);
+  if (names.empty())
+    fs::remove(folder / kIndex);
+  else
+    WriteIndex(folder, set);
+  RemoveFormerMaps(folder, names);
+  fs::remove(folder, stays);  // It stays with maps, or with files of other programs.
 }
 
-void WriteDepthMaps(const fs::path& light_field_folder, const LightField& light_field,
-                    const std::map<int, ViewDepthMap>& maps) {
-  const fs::path folder = light_field_folder / kDepthMapsFolder;
+KeptGeometry WriteGeometryFiles(const LightField& light_field, const std::string& mesh_ply,
+                                const std::map<int, ViewDepthMap>& maps, FormerGeometry former) {
+  const fs::path& root = light_field.root;
+  const fs::path folder = root / kDepthMapsFolder;
+  FinishGeometryFiles(root);
+  const json index = IndexIn(folder);
+  const bool keeps = former == FormerGeometry::kKept, had_index = IsIndex(index);
+  const fs::path kept_mesh =
+      keeps && fs::exists(root / kMeshProxyFile) ? FreeNameInKept(root, kMeshProxyFile) : "";
+  const fs::path kept_maps =
+      keeps && had_index && !index["maps"].empty() ? FreeNameInKept(root, kDepthMapsFolder) : "";
+  KeptGeometry kept;
+  if (!kept_mesh.empty()) kept.mesh = root / kept_mesh;
+  if (!kept_maps.empty()) kept.maps = root / kept_maps;
+  if (maps.empty() && !fs::exists(folder / kIndex)) {
+    ReplaceMesh(root, mesh_ply, kept_mesh);
+    return kept;
+  }
   const bool is_new = !fs::exists(folder);
   MakeFolder(folder);
-  nlohmann::json entries = nlohmann::json::array();
-  std::set<std::string> kept{kIndex};
-  // One wait for the disk serves a batch of files, whose number is bounded because they are open until then.
-  constexpr std::size_t kFilesAtOnce = 64;
   std::deque<FileBatch> batches;
+  json both{{"mesh", MeshChecksum(root)}, {"maps", json::array()}};
+  if (had_index) both = SetOf(index, MeshChecksum(root));
+  const json before = both;
   try {
-    for (const auto& [id, map] : maps) {
-      const auto view = std::ranges::find(light_field.views, id, &View::id);
-      if (view == light_field.views.end()) throw Error("{}: there is no view {}", folder.string(), id);
-      const std::string png = PngBytes(map.inverse_depth), checksum = ChecksumForIndex(png);
-      // The name says which bytes: a map that is there is never overwritten by another one.
-      const std::string name = fmt::format("{:06}-{}.png", id, checksum.substr(0, 8));
-      if (entries.size() % kFilesAtOnce == 0) {
-        if (!batches.empty()) batches.back().Commit();
-        batches.emplace_back();
-      }
-      batches.back().Write(folder / name, ContentOf(png));
-      kept.insert(name);
-      entries.push_back({{"view", id},
-                         {"file", name},
-                         {"checksum", checksum},
-                         {"made_under", DigestOf(light_field, *view)},
-                         {"camera", CameraToJson(map.camera)},
-                         {"unit", map.unit},
-                         {"step", map.step}});
-    }
-    if (!batches.empty()) batches.back().Commit();
-    WriteFileAtomically(folder / kIndex, JsonText(nlohmann::json{{"format", kFormat},
-                                                                 {"mesh", MeshChecksum(light_field_folder)},
-                                                                 {"maps", entries}},
-                                                  1) +
-                                             "\n");
+    both["next"] = {{"mesh", ChecksumForIndex(mesh_ply)},
+                    {"maps", WriteMapFiles(folder, light_field, maps, batches)}};
+    if (!kept_mesh.empty()) both["next"]["kept_mesh"] = kept_mesh.generic_string();
+    if (!kept_maps.empty()) both["next"]["kept_maps"] = kept_maps.generic_string();
+    WriteIndex(folder, both);
+    ReplaceMesh(root, mesh_ply, kept_mesh);
   } catch (...) {
-    // The new index is not there: WriteFileAtomically throws nothing after its rename.
     for (FileBatch& batch : batches) batch.TakeBack();
     std::error_code stays;  // with files of other programs
+    try {
+      if (had_index) WriteIndex(folder, before);
+    } catch (const Error&) {
+      // The index lists both meshes; the former one counts.
+    }
+    if (!had_index) fs::remove(folder / kIndex, stays);
     if (is_new) fs::remove(folder, stays);
     throw;
   }
-  RemoveFormerMaps(folder, kept);
+  try {
+    FinishGeometryFiles(root);
+  } catch (const Error& error) {
+    spdlog::warn("{}; mesh and depth maps are complete, and the next 'ulf proxy' tidies up", error.what());
+  }
+  return kept;
 }
 
 bool HasDepthMaps(const fs::path& light_field_folder) {
-  return fs::exists(light_field_folder / kDepthMapsFolder / kIndex);
+  const fs::path folder = light_field_folder / kDepthMapsFolder;
+  if (!fs::exists(folder / kIndex)) return false;
+  const json index = IndexIn(folder);
+  return !IsBeingReplaced(index) || !SetOf(index, MeshChecksum(light_field_folder))["maps"].empty();
 }
 
 DepthMapReading ReadDepthMaps(const fs::path& light_field_folder, const LightField& light_field,
                               std::shared_ptr<const TriangleMesh> mesh) {
   const fs::path folder = light_field_folder / kDepthMapsFolder, index = folder / kIndex;
-  const nlohmann::json json = JsonOrDiscarded(ReadWholeFile(index));
-  if (!json.is_object() || json.value("format", nlohmann::json()) != kFormat || !json.contains("maps") ||
-      !json["maps"].is_array())
+  const json content = JsonOrDiscarded(ReadWholeFile(index));
+  if (!IsIndex(content))
     throw Error("{}: this is no index of depth maps, or it was cut short", index.string());
-  if (json.value("mesh", nlohmann::json()) != MeshChecksum(light_field_folder))
+  const std::string mesh_checksum = MeshChecksum(light_field_folder);
+  const json set = SetOf(content, mesh_checksum);
+  if (set["mesh"] != mesh_checksum)
     throw Error("{}: these depth maps were made beside another mesh than {}", folder.string(),
                 kMeshProxyFile);
   DepthMapReading reading;
-  for (const nlohmann::json& entry : json["maps"]) {
+  for (const json& entry : set["maps"]) {
     const JsonPlace place{entry, index.string()};
     const int id = place.Integer("view");
     const auto view = std::ranges::find(light_field.views, id, &View::id);

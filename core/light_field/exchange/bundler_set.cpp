@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "core/base/at.h"
+#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/image/image_header.h"
@@ -31,6 +32,7 @@ class BundleWords {
   explicit BundleWords(const fs::path& file) : name_(file.string()) {
     std::error_code unknown;
     if (fs::is_directory(file, unknown)) throw Error("{}: is a folder; give the bundle file in it", name_);
+    RequireRegularFile(file);
     stream_.open(file, std::ios::binary);
     if (!stream_) throw Error("{}: cannot be read: {}", name_, std::strerror(errno));
     for (int c = Take(); c != '\n' && c != kEnd; c = Take())
@@ -175,6 +177,7 @@ fs::path FindBundleList(const fs::path& bundle_out) {
 
 BundleList ReadBundleList(const fs::path& bundle_out) {
   BundleList list{FindBundleList(bundle_out), {}};
+  RequireRegularFile(list.file);
   std::ifstream stream(list.file);
   if (!stream) throw Error("{}: cannot be read: {}", list.file.string(), std::strerror(errno));
   for (std::string row; std::getline(stream, row);)

@@ -15,6 +15,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/light_field/view_json.h"
 
@@ -40,6 +41,7 @@ void AppendPoints(const std::vector<ColmapReconstruction::Point2d>& points, std:
 }
 
 std::ifstream OpenRows(const std::filesystem::path& path) {
+  RequireRegularFile(path);
   std::ifstream file(path);
   if (!file) throw Error("{}: cannot be read: {}", path.string(), std::strerror(errno));
   return file;

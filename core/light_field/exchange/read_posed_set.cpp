@@ -42,6 +42,7 @@ constexpr std::array<std::pair<SetFormat, const char*>, 9> kSetFormats{
 
 std::string BeginningOf(const fs::path& file) {
   constexpr std::size_t kEnough = 4096;
+  if (std::error_code unknown; !fs::is_regular_file(file, unknown)) return {};
   std::string text(kEnough, '\0');
   std::ifstream stream(file, std::ios::binary);
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));

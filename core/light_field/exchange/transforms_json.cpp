@@ -24,6 +24,7 @@
 #include "core/light_field/exchange/transforms_camera.h"
 #include "core/light_field/newer_format.h"
 #include "core/light_field/points/point_io.h"
+#include "core/light_field/view_exposures.h"
 #include "core/light_field/view_json.h"
 
 namespace ulf {
@@ -121,6 +122,7 @@ class Document {
 
  private:
   json Parse(const std::function<void(json&&, std::size_t)>& use) const {
+    RequireRegularFile(file_);
     std::ifstream stream(file_, std::ios::binary);
     if (!stream) throw Error("{}: cannot be read: {}", file_.string(), std::strerror(errno));
     std::size_t count = 0;
@@ -216,7 +218,10 @@ void ReadOurView(const FrameFiles& files, const JsonPlace& ours, View& view) {
     view.exposures.clear();
     view.merged.reset();
   } else {
-    RequirePathsInside(files.root, ours.where, view);
+    RequirePathsBelow(ours.where, view);
+    if (!files.are_read) return;
+    for (const std::string& path : FilesOf(view)) PathInside(files.root, path, ours.where);
+    if (!view.mask_path.empty()) PathInside(files.root, view.mask_path, ours.where);
   }
 }
 

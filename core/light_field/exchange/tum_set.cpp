@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 
+#include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
@@ -35,6 +36,7 @@ struct ListedPhotograph {
 
 // In order of time.
 std::vector<ListedPhotograph> ReadTumList(const fs::path& file) {
+  RequireRegularFile(file);
   std::ifstream stream(file);
   if (!stream) throw Error("{}: cannot be read: {}", file.string(), std::strerror(errno));
   std::vector<ListedPhotograph> photographs;

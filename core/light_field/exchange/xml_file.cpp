@@ -10,6 +10,7 @@
 #include <pugixml.hpp>
 #include <string_view>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/light_field/points/ply_reader.h"
 
@@ -52,6 +53,7 @@ std::string BeginningOfWord(const std::string& text) {
 std::string BytesOfXml(const fs::path& file) {
   std::error_code unknown;
   if (fs::is_directory(file, unknown)) throw Error("{}: is a folder; give an XML file", file.string());
+  RequireRegularFile(file);
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream) throw Error("{}: cannot be read: {}", file.string(), std::strerror(errno));
   const std::streamoff size = stream.tellg();

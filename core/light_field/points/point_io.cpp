@@ -24,6 +24,15 @@ StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
   }
 }
 
+// Whether another program, or a person, wrote the file. One that is only older, because a kill came between the two files,
+// says nothing: the next writer makes it again.
+bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(ply, unknown)) return false;
+  const std::string bytes = ReadWholeFile(ply);
+  return !HoldsSamePoints(bytes, PointPlyBytes(points)) && !IsOwnPointPly(bytes);
+}
+
 }  // namespace
 
 bool ReadPointPositions(const fs::path& ply, LightField& light_field) {
@@ -52,7 +61,7 @@ void ReadPoints(LightField& light_field) {
     ReadPointPositions(ply, light_field);
     return;
   }
-  if (fs::is_regular_file(ply, unknown) && ReadWholeFile(ply) != PointPlyBytes(stored.points))
+  if (IsOfAnother(ply, stored.points))
     light_field.doubts.push_back(fmt::format(
         "{}: holds other points than points.ulf, which is used; to use this file, remove points.ulf",
         ply.string()));

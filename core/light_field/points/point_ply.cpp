@@ -8,16 +8,30 @@
 #include <string_view>
 
 #include "core/base/atomic_file.h"
+#include "core/geometry/digest.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {
 namespace {
 
-std::string Header(std::size_t count) {
+// Tells a file that ulf wrote from one that somebody changed.
+std::string OwnComment(std::string_view body) {
+  return fmt::format("written by ulf, checksum of the vertices {}", ChecksumText(FastChecksumOf(body)));
+}
+
+constexpr std::string_view kEndOfHeader = "end_header\n";
+
+std::string Header(std::size_t count, std::string_view body) {
   return fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
-      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
-      count);
+      "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\nproperty float x\n"
+      "property float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar "
+      "blue\n{}",
+      OwnComment(body), count, kEndOfHeader);
+}
+
+std::string_view BodyOf(std::string_view ply) {
+  const std::size_t end = ply.find(kEndOfHeader);
+  return end == std::string_view::npos ? std::string_view() : ply.substr(end + kEndOfHeader.size());
 }
 
 // Colours may be bytes, 16 bits or fractions of 1.
@@ -46,13 +60,20 @@ void Take(const ply::Property& property, ply::Body& body, ScenePoint& point) {
 }  // namespace
 
 std::string PointPlyBytes(const std::vector<ScenePoint>& points) {
-  std::string bytes = Header(points.size());
+  std::string body;
   for (const ScenePoint& point : points) {
     const Eigen::Vector3f position = point.position_in_world.cast<float>();
-    bytes.append(reinterpret_cast<const char*>(position.data()), 3 * sizeof(float));
-    bytes.append(reinterpret_cast<const char*>(point.rgb.data()), 3);
+    body.append(reinterpret_cast<const char*>(position.data()), 3 * sizeof(float));
+    body.append(reinterpret_cast<const char*>(point.rgb.data()), 3);
   }
-  return bytes;
+  return Header(points.size(), body) + body;
+}
+
+bool HoldsSamePoints(std::string_view ply, std::string_view other) { return BodyOf(ply) == BodyOf(other); }
+
+bool IsOwnPointPly(std::string_view ply) {
+  const std::string_view header = ply.substr(0, ply.size() - BodyOf(ply).size());
+  return header.find("comment " + OwnComment(BodyOf(ply)) + "\n") != std::string_view::npos;
 }
 
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file) {

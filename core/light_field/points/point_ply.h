@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/light_field/light_field.h"
@@ -10,6 +11,10 @@
 namespace ulf {
 
 std::string PointPlyBytes(const std::vector<ScenePoint>& points);
+// Whether the vertices of two files that were written so are the same, whatever their headers say.
+bool HoldsSamePoints(std::string_view ply, std::string_view other);
+// Whether ulf wrote the file and nobody changed it since, by the checksum in its header.
+bool IsOwnPointPly(std::string_view ply);
 // The vertices of any PLY, with their colours if any, without those that are not finite. Throws Error for a
 // file that is no PLY or is truncated.
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file);

@@ -270,7 +270,6 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
     if (view != views_.views().end()) {
       const Rigid3 cam_from_world = view->cam_from_world;
       views_.Remove(id);
-      spool_.RemoveView(id);
       if (geometry_) geometry_->RemoveView(id);
       if (meter_) meter_->RemoveView(id, cam_from_world);
       small_.erase(id);
@@ -285,6 +284,7 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
     return 0;
   }
   std::ranges::sort(taken);
+  spool_.RemoveViews({taken.begin(), taken.end()});
   const double reopened = Repaint();
   say_(fmt::format("taken back, kept in unposed/: {}{}", ViewsInWords(taken),
                    map_ ? "; this " + ReopenedInWords(reopened) : ""));

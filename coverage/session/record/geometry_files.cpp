@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "core/base/counted.h"
-#include "core/light_field/derived_files.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
@@ -35,74 +35,57 @@ std::string Replaced(const std::optional<render::GeometryState>& before, const f
 }
 
 // The views of which the mesh was made, as they were then: without those that could not be read or for which there was no
-// time, and of those whose maps were taken out of `maps_then`, because they were recorded with another pose, the pose of the map.
-LightField MadeOf(LightField light_field, const FinishedGeometry& finished, const std::set<int>& maps_then) {
+// time, and of those whose maps were taken out of `maps_then` to make `maps`, because they were recorded with another pose, the pose of the map.
+LightField MadeOf(LightField light_field, const FinishedGeometry& finished, const std::set<int>& maps_then,
+                  const std::map<int, render::ViewDepthMap>& maps) {
   std::erase_if(light_field.views, [&](const View& view) {
     return finished.views_left_out.contains(view.id) || finished.unreadable_views.contains(view.id) ||
            (finished.missing_maps > 0 && !finished.map_poses.contains(view.id));
   });
   for (View& view : light_field.views)
-    if (maps_then.contains(view.id) && !finished.maps_for_rendering.contains(view.id))
+    if (maps_then.contains(view.id) && !maps.contains(view.id))
       if (const auto then = finished.map_poses.find(view.id); then != finished.map_poses.end())
         view.cam_from_world = then->second;
   return light_field;
-}
-
-// Returns the folder in which the maps are that were there.
-std::optional<fs::path> WriteMaps(const LightField& light_field, std::size_t moved,
-                                  FinishedGeometry& finished, const Say& say) {
-  const std::string command = render::ProxyCommand(light_field.root);
-  auto maps = std::exchange(finished.maps_for_rendering, {});
-  std::optional<fs::path> kept;
-  try {
-    // They are of the mesh that was there, as fine as it may be.
-    kept = render::MoveDepthMapsToKept(light_field.root);
-    if (moved > 0)
-      say(fmt::format(
-          "geometry: {} made under other poses than the recorded ones and left out; '{}' makes them",
-          moved == 1 ? "one depth map was" : fmt::format("{} depth maps were", moved), command));
-    if (!maps.empty()) render::WriteDepthMaps(light_field.root, light_field, maps);
-    finished.written_maps = static_cast<int>(maps.size());
-  } catch (const std::exception& error) {
-    say(fmt::format("{}; the light field and its mesh are complete, without depth maps, which '{}' makes",
-                    error.what(), command));
-  }
-  return kept;
 }
 
 }  // namespace
 
 void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& say) {
   const std::string command = render::ProxyCommand(root);
-  const fs::path file = root / render::kMeshProxyFile;
-  std::optional<fs::path> kept;
-  std::optional<render::GeometryState> before;
-  LightField light_field;
-  std::size_t moved = 0;
   try {
     // As whoever renders reads it: mesh and maps are bound to these poses.
-    light_field = ReadLightField(root);
-    before = render::GeometryStateOf(light_field);
+    const LightField light_field = ReadLightField(root);
+    const std::optional<render::GeometryState> before = render::GeometryStateOf(light_field);
     std::set<int> maps_then;
     for (const auto& [id, map] : finished.maps_for_rendering) maps_then.insert(id);
-    moved = render::TakeOutMovedMaps(light_field, finished.map_poses, finished.maps_for_rendering);
-    kept = MoveToKept(root, render::kMeshProxyFile, render::kMeshProxyFile);
-    render::WriteMeshPly(file, *finished.mesh->mesh,
-                         render::OriginComments("ulf capture", MadeOf(light_field, finished, maps_then)));
+    const std::size_t moved =
+        render::TakeOutMovedMaps(light_field, finished.map_poses, finished.maps_for_rendering);
+    const auto maps = std::exchange(finished.maps_for_rendering, {});
+    const render::KeptGeometry kept = render::WriteGeometryFiles(
+        light_field,
+        render::MeshPlyBytes(
+            *finished.mesh->mesh,
+            render::OriginComments("ulf capture", MadeOf(light_field, finished, maps_then, maps))),
+        maps, render::FormerGeometry::kKept);
+    finished.written_maps = static_cast<int>(maps.size());
+    if (moved > 0)
+      say(fmt::format(
+          "geometry: {} made under other poses than the recorded ones and left out; '{}' makes them",
+          moved == 1 ? "one depth map was" : fmt::format("{} depth maps were", moved), command));
+    if (kept.mesh)
+      say(Replaced(before, *kept.mesh, kept.maps, finished, command));
+    else if (kept.maps)
+      say(fmt::format("geometry: depth maps without a mesh were there; they are kept as {}",
+                      kept.maps->string()));
   } catch (const std::exception& error) {
-    std::error_code still_kept;
-    if (kept) fs::rename(*kept, file, still_kept);
-    say(fmt::format("{}; the light field is complete without a mesh, '{}' makes it", error.what(), command));
+    say(
+        fmt::format("{}; the light field is complete, with the geometry that it had before; '{}' makes a new "
+                    "one",
+                    error.what(), command));
     finished.mesh = nullptr;
     finished.maps_for_rendering.clear();
-    return;
   }
-  const std::optional<fs::path> kept_maps = WriteMaps(light_field, moved, finished, say);
-  if (kept)
-    say(Replaced(before, *kept, kept_maps, finished, command));
-  else if (kept_maps)
-    say(fmt::format("geometry: depth maps without a mesh were there; they are kept as {}",
-                    kept_maps->string()));
 }
 
 }  // namespace ulf::coverage

@@ -358,21 +358,21 @@ void ViewSpool::AddExposure(int view_id, const Frame& frame, const Rigid3& expos
          false);
 }
 
-void ViewSpool::RemoveView(int id) {
-  Submit({[this, id](LightFieldWriter&) { Remove(id); }, nullptr, {}}, false);
+void ViewSpool::RemoveViews(std::set<int> ids) {
+  Submit({[this, ids = std::move(ids)](LightFieldWriter&) { Remove(ids); }, nullptr, {}}, false);
 }
 
-// Waits while a thread makes the photograph from its master, because that thread writes the view's files.
-void ViewSpool::Remove(int id) {
+// Waits while a thread makes one of the photographs from its master, because that thread writes the view's files.
+void ViewSpool::Remove(const std::set<int>& ids) {
   {
     MutexLock lock(mutex_);
     changed_.wait(lock, [&]() ULF_REQUIRES(mutex_) {
-      return std::ranges::find(pictures_being_made_, id) == pictures_being_made_.end();
+      return std::ranges::none_of(pictures_being_made_, [&](int id) { return ids.contains(id); });
     });
-    std::erase_if(pictures_, [id](const View& view) { return view.id == id; });
+    std::erase_if(pictures_, [&](const View& view) { return ids.contains(view.id); });
   }
-  writer_.RemoveView(id);
-  --views_on_disk_;
+  writer_.RemoveViews(ids);
+  views_on_disk_ -= ids.size();
 }
 
 bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {

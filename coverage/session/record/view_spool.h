@@ -26,6 +26,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <thread>
@@ -64,9 +65,9 @@ class ViewSpool {
   void ExpectSeenPoints(std::size_t points) {
     most_seen_points_ = std::max<std::uint64_t>(most_seen_points_, points);
   }
-  // Takes an added view out of the light field, whether it is on disk or waiting. It is written first, so that
-  // its photograph is not lost, and then moves to unposed/.
-  void RemoveView(int id);
+  // Takes added views out of the light field together, whether they are on disk or waiting. They are written first,
+  // so that their photographs are not lost, and then move to unposed/.
+  void RemoveViews(std::set<int> ids);
   // Journals those of the poses (by view id) that differ from what is on disk. Returns false when the queue is
   // full: try again later.
   bool TryUpdatePoses(std::map<int, Rigid3> cam_from_world);
@@ -124,7 +125,7 @@ class ViewSpool {
   void WriteViews(std::span<const Task> tasks);
   Outcome Try(const std::function<void()>& write, std::string& problem);
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world, const std::map<int, CameraModel>& cameras);
-  void Remove(int id);
+  void Remove(const std::set<int>& ids);
   bool Rescue(const Task& task);
   void RemoveFirst(bool written) ULF_REQUIRES(mutex_);
   void StopThreads();

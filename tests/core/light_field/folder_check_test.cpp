@@ -597,7 +597,7 @@ TEST_F(Folder, WhatWasTakenOutGoesOverNothingInUnposed) {
   Sample(3);
   fs::create_directories(dir() / "unposed");
   std::ofstream(dir() / "unposed/000002.png") << "an older one";
-  LightFieldWriter::Resume(dir()).RemoveView(2);
+  LightFieldWriter::Resume(dir()).RemoveViews({2});
   EXPECT_EQ(ReadWholeFile(dir() / "unposed/000002.png"), "an older one");
   EXPECT_TRUE(fs::exists(dir() / "unposed/000002-2.png"));
   EXPECT_THAT(ReadSaying({}).doubts, IsEmpty());
@@ -619,7 +619,7 @@ TEST_F(Folder, WhatWasTakenOutTakesNoOtherViewsPhotographAlong) {
     fs::remove_all(dir());
     fs::rename(imported, dir());
   }
-  LightFieldWriter::Resume(dir()).RemoveView(1);
+  LightFieldWriter::Resume(dir()).RemoveViews({1});
   LightFieldWriter::Resume(dir()).Close(1);
   EXPECT_TRUE(fs::exists(dir() / "unposed/000000.png"));
   EXPECT_TRUE(fs::exists(dir() / "images/000001.png")) << "view 2's";

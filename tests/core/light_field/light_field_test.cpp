@@ -184,7 +184,7 @@ TEST(LightFieldOnDisk, PosesSubjectAndRemovalsAreRemembered) {
   LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
   const Rigid3 moved = LookAt({9, 9, 9}, {0, 0, 0}, {0, -1, 0});
   writer.UpdatePoses({{2, moved}});
-  writer.RemoveView(4);
+  writer.RemoveViews({4});
   writer.NoteGap(1, 2, "lost");
   writer.SetSubject({{1, 1, 1}, 2});
   const View added = writer.AddView(NoiseFrame(9), ViewNumber(9));
@@ -202,7 +202,7 @@ TEST(LightFieldOnDisk, PosesSubjectAndRemovalsAreRemembered) {
 TEST(LightFieldOnDisk, AKillBetweenARemovalAndItsMoveIsMadeGood) {
   ScratchFolder scratch;
   WriteSample(scratch / "lf", 4);
-  LightFieldWriter::Resume(scratch / "lf").RemoveView(2);
+  LightFieldWriter::Resume(scratch / "lf").RemoveViews({2});
   fs::rename(scratch / "lf/unposed/000002.png", scratch / "lf/images/000002.png");
   LightFieldWriter::Resume(scratch / "lf");
   EXPECT_TRUE(fs::exists(scratch / "lf/unposed/000002.png"));
@@ -234,7 +234,7 @@ TEST(LightFieldOnDisk, AFolderWithoutAViewIsBegunAnew) {
   {
     LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());
     EXPECT_EQ(writer.AddView(NoiseFrame(7), ViewNumber(0)).id, 1);
-    writer.RemoveView(1);
+    writer.RemoveViews({1});
     writer.Close(1);
   }
   EXPECT_EQ(ReadLightField(scratch / "lf").taken_back.size(), 1u);
@@ -370,7 +370,7 @@ TEST(LightFieldOnDisk, APhotographThatAKillPreventedIsMadeFromItsMaster) {
     LightFieldWriter resumed = LightFieldWriter::Resume(scratch / "killed");
     EXPECT_TRUE(same_as_whole(resumed.Contents().views[2])) << "who goes on with it makes it, too";
     fs::remove(scratch / "killed/images/000004.png");
-    resumed.RemoveView(4);
+    resumed.RemoveViews({4});
     EXPECT_TRUE(fs::exists(scratch / "killed/unposed/000004.png"));
   }
 }

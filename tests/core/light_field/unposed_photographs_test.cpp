@@ -96,7 +96,7 @@ TEST(Unposed, PicturesThatAPersonPutThereCountAndWhatWasTakenBackDoesNot) {
   const fs::path dir = scratch / "lf";
   LightFieldWriter writer = LightFieldWriter::Create(dir, Header());
   for (int i = 0; i < 3; ++i) writer.AddView(NoiseFrame(i), ViewNumber(i));
-  writer.RemoveView(2);
+  writer.RemoveViews({2});
   writer.KeepUnposed(DeepFrame(4));
   fs::copy_file(dir / "unposed/000002.png", dir / "unposed/DSC_0815.PNG");
   fs::copy_file(dir / "unposed/000002.png", dir / "unposed/20241123_101500.png");  // as telephones name them

@@ -89,7 +89,7 @@ TEST(ViewExposures, GoToUnposedWithTheirView) {
   const ScratchFolder scratch;
   {
     LightFieldWriter writer = TwoViews(scratch / "lf");
-    writer.RemoveView(1);
+    writer.RemoveViews({1});
     // That was still on its way.
     writer.AddExposure(1, LightOf(0.2, 0.064), Moved(0.03), false);
     writer.Close(1);

@@ -222,7 +222,7 @@ TEST(RecordedPictures, AViewTakenBackWhileItIsWantedIsNoProblem) {
   const auto state = recording.Resumed();
   RecordedPictures pictures;
   ExpectShows(Nearest(pictures, *state, recording.PoseOf(1)), 1);
-  recording.writer().RemoveView(20);  // neither the state nor who reads knows yet
+  recording.writer().RemoveViews({20});  // neither the state nor who reads knows yet
   ExpectShows(Nearest(pictures, *state, recording.PoseOf(20)), 19);
   EXPECT_FALSE(pictures.TakeProblem());
 }

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <fstream>
@@ -11,11 +13,15 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/light_field/leftovers.h"
 #include "core/light_field/light_field_io.h"
+#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/fault_row.h"
 #include "tests/support/floors.h"
+#include "tests/support/slow_disk.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
@@ -37,14 +43,26 @@ class DepthMapFiles : public testing::Test {
       maps_.emplace(view.id, DepthMapOfMesh(*mesh_, light_field_.CameraOf(view).WithoutDistortion(),
                                             view.cam_from_world, 0.01));
   }
+  KeptGeometry Write(const std::map<int, ViewDepthMap>& maps,
+                     FormerGeometry former = FormerGeometry::kReplaced) const {
+    return WriteGeometryFiles(light_field_, MeshPlyBytes(*mesh_), maps, former);
+  }
   DepthMapReading Read() const { return ReadDepthMaps(dir_, light_field_, mesh_); }
   cv::Mat FirstMap() const {
     const DepthMapReading reading = Read();
     return reading.maps.at(1)->Get().inverse_depth.clone();
   }
-  std::size_t FilesInFolder() const {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(dir_ / kDepthMapsFolder), fs::directory_iterator()));
+  std::size_t FilesInFolder() const { return FilesIn(dir_ / kDepthMapsFolder); }
+  static std::size_t FilesIn(const fs::path& folder) {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+  }
+  std::map<int, ViewDepthMap> HalvedMaps() const {
+    std::map<int, ViewDepthMap> others = maps_;
+    for (auto& [id, map] : others) {
+      const cv::Mat halved = map.inverse_depth / 2;
+      map.inverse_depth = halved;
+    }
+    return others;
   }
   fs::path SomePng() const {
     for (const auto& entry : fs::directory_iterator(dir_ / kDepthMapsFolder))
@@ -62,7 +80,7 @@ class DepthMapFiles : public testing::Test {
 
 TEST_F(DepthMapFiles, ComeBackAsTheyWere) {
   EXPECT_FALSE(HasDepthMaps(dir_));
-  WriteDepthMaps(dir_, light_field_, maps_);
+  Write(maps_);
   ASSERT_TRUE(HasDepthMaps(dir_));
   const DepthMapReading reading = Read();
   EXPECT_EQ(reading.stale, 0u);
@@ -77,7 +95,7 @@ TEST_F(DepthMapFiles, ComeBackAsTheyWere) {
 }
 
 TEST_F(DepthMapFiles, OfAViewWithAnotherPoseAreNotUsed) {
-  WriteDepthMaps(dir_, light_field_, maps_);
+  Write(maps_);
   light_field_.views[2].cam_from_world.translation.x() += 1e-3;
   light_field_.views.pop_back();
   const DepthMapReading reading = Read();
@@ -108,58 +126,82 @@ TEST_F(DepthMapFiles, OfAViewThatWasRecordedElsewhereAreTakenOut) {
   for (const int id : {shifted, turned, gone, nowhere}) EXPECT_FALSE(maps.contains(id)) << id;
 }
 
-TEST_F(DepthMapFiles, AreKeptWithoutFilesOfOtherPrograms) {
-  EXPECT_FALSE(MoveDepthMapsToKept(dir_));
+TEST_F(DepthMapFiles, AreKeptWithTheirMesh) {
   const fs::path depth = dir_ / kDepthMapsFolder;
-  for (const char* name : {"depth", "depth-2"}) {
-    WriteDepthMaps(dir_, light_field_, maps_);
-    const std::size_t files = FilesInFolder();
-    EXPECT_EQ(MoveDepthMapsToKept(dir_), dir_ / "kept" / name);
-    EXPECT_FALSE(fs::exists(depth));
-    fs::rename(dir_ / "kept" / name, depth);
-    EXPECT_EQ(FilesInFolder(), files);
-    EXPECT_EQ(Read().maps.at(1)->Get().inverse_depth.size(), maps_.at(1).inverse_depth.size());
-    fs::rename(depth, dir_ / "kept" / name);
-  }
-  WriteDepthMaps(dir_, light_field_, maps_);
+  Write(maps_);
+  const std::size_t files = FilesInFolder();
   WriteFileAtomically(depth / "000001.png", "a depth camera's");
-  ASSERT_TRUE(MoveDepthMapsToKept(dir_));
-  EXPECT_EQ(FilesInFolder(), 1u);
+  const std::string mesh = ReadWholeFile(dir_ / kMeshProxyFile);
+  for (const char* number : {"", "-2"}) {
+    const KeptGeometry kept = Write(HalvedMaps(), FormerGeometry::kKept);
+    EXPECT_EQ(kept.mesh, dir_ / fmt::format("kept/proxy{}.ply", number));
+    EXPECT_EQ(kept.maps, dir_ / fmt::format("kept/depth{}", number));
+    EXPECT_EQ(ReadWholeFile(*kept.mesh), mesh);
+    EXPECT_EQ(FilesIn(*kept.maps), files);
+  }
   EXPECT_EQ(ReadWholeFile(depth / "000001.png"), "a depth camera's");
+  // What was kept can be put back.
+  fs::remove_all(depth);
+  fs::rename(dir_ / "kept/depth", depth);
+  fs::rename(dir_ / "kept/proxy.ply", dir_ / kMeshProxyFile);
+  EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
 }
 
-TEST_F(DepthMapFiles, NewOnesReplaceOldOnesAndAKillBetweenLeavesTheOld) {
-  WriteDepthMaps(dir_, light_field_, maps_);
-  const std::string old_index = ReadWholeFile(dir_ / kDepthMapsFolder / "maps.json");
-  std::map<std::string, std::string> old_files;
-  for (const auto& entry : fs::directory_iterator(dir_ / kDepthMapsFolder))
-    old_files[entry.path().filename().string()] = ReadWholeFile(entry.path());
-  std::map<int, ViewDepthMap> others = maps_;
-  for (auto& [id, map] : others) {
-    const cv::Mat halved = map.inverse_depth / 2;
-    map.inverse_depth = halved;
+TEST_F(DepthMapFiles, AMeshWithoutMapsTakesThemAway) {
+  Write(maps_);
+  Write({});
+  EXPECT_FALSE(HasDepthMaps(dir_));
+  EXPECT_FALSE(fs::exists(dir_ / kDepthMapsFolder));
+  EXPECT_EQ(GeometryStateOf(light_field_)->problem, "");
+}
+
+// SIGKILL before each call that changes the disk: the geometry is the one of before or the new one, with all of its maps, and
+// the next writer leaves nothing else.
+TEST_F(DepthMapFiles, AKillLeavesOneGeometryOrTheOther) {
+  const TriangleMesh other{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  const std::string ply = MeshPlyBytes(other);
+  Write(maps_);
+  const fs::path start = scratch_ / "start";
+  fs::rename(dir_, start);
+  for (const FormerGeometry former : {FormerGeometry::kReplaced, FormerGeometry::kKept}) {
+    int old_ones = 0, new_ones = 0, killed = 0;
+    for (int call = 1;; ++call) {
+      fs::remove_all(dir_);
+      fs::copy(start, dir_, fs::copy_options::recursive);
+      const pid_t child = fork();
+      if (child == 0) {
+        DieBeforeDiskCall(call);
+        WriteGeometryFiles(light_field_, ply, HalvedMaps(), former);
+        _exit(0);
+      }
+      int status = 0;
+      waitpid(child, &status, 0);
+      const bool is_new = ReadWholeFile(dir_ / kMeshProxyFile) == ply;
+      const DepthMapReading reading = Read();
+      EXPECT_EQ(reading.maps.size(), maps_.size()) << "call " << call;
+      const cv::Mat first = reading.maps.at(1)->Get().inverse_depth;
+      EXPECT_EQ(cv::norm(first, (is_new ? HalvedMaps() : maps_).at(1).inverse_depth, cv::NORM_INF), 0)
+          << "call " << call;
+      EXPECT_EQ(GeometryStateOf(light_field_)->problem, "") << "call " << call;
+      (is_new ? new_ones : old_ones) += 1;
+      if (WIFEXITED(status)) break;
+      ++killed;
+      RemoveLeftovers(dir_, false);
+      FinishGeometryFiles(dir_);
+      EXPECT_EQ(FilesInFolder(), maps_.size() + 1) << "call " << call;
+      const bool keeps = former == FormerGeometry::kKept && is_new;
+      EXPECT_EQ(fs::exists(dir_ / "kept/proxy.ply"), keeps) << "call " << call;
+      EXPECT_EQ(fs::exists(dir_ / "kept/depth/maps.json"), keeps) << "call " << call;
+      if (keeps) {
+        EXPECT_EQ(FilesIn(dir_ / "kept/depth"), maps_.size() + 1) << "call " << call;
+      }
+    }
+    EXPECT_GT(old_ones, 3);
+    EXPECT_GT(new_ones, 3);
+    PrintFaultRow(fmt::format("SIGKILL before each call that changes the disk: mesh and depth maps {}",
+                              former == FormerGeometry::kKept ? "that keep the former ones" : "replaced"),
+                  killed, "0 times a mesh without its maps", std::nullopt);
   }
-  WriteDepthMaps(dir_, light_field_, others);
-  EXPECT_EQ(FilesInFolder(), others.size() + 1);
-  EXPECT_EQ(cv::norm(FirstMap(), others.at(1).inverse_depth, cv::NORM_INF), 0);
-  // Killed before the index: the old index and files stand, with some of the new files beside them.
-  for (const auto& [name, bytes] : old_files) WriteFileAtomically(dir_ / kDepthMapsFolder / name, bytes);
-  WriteFileAtomically(dir_ / kDepthMapsFolder / "maps.json", old_index);
-  EXPECT_GT(FilesInFolder(), others.size() + 1) << "old and new names differ";
-  EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
-  // Temporary files, too, one of them young enough to be another program's that is still writing.
-  const auto temporary = [&](const char* name, std::chrono::hours age) {
-    WriteFileAtomically(dir_ / kDepthMapsFolder / name, "half");
-    fs::last_write_time(dir_ / kDepthMapsFolder / name, fs::file_time_type::clock::now() - age);
-  };
-  temporary("000001-0123abcd.png.77-3.part", std::chrono::hours(2));
-  temporary("maps.json.77-4.part", std::chrono::hours(2));
-  temporary("000002-0123abcd.png.78-3.part", std::chrono::hours(0));
-  temporary("scan.png.77-3.part", std::chrono::hours(2));
-  WriteDepthMaps(dir_, light_field_, maps_);
-  EXPECT_EQ(FilesInFolder(), maps_.size() + 3) << "the young one, and the one of another program";
-  EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "000002-0123abcd.png.78-3.part"));
-  EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "scan.png.77-3.part"));
 }
 
 class DepthMapFilesOnASmallDisk : public DepthMapFiles {
@@ -183,17 +225,17 @@ TEST_F(DepthMapFilesOnASmallDisk, WhenFullTheOldOnesStandAndNothingNewIsLeft) {
     fs::remove(scratch_ / "room");
   };
   fill();
-  EXPECT_THROW(WriteDepthMaps(dir_, light_field_, others), DiskFullError);
+  EXPECT_THROW(Write(others), DiskFullError);
   EXPECT_FALSE(fs::exists(dir_ / kDepthMapsFolder));
   fs::remove(scratch_ / "filled");
 
-  WriteDepthMaps(dir_, light_field_, maps_);
+  Write(maps_);
   fill();
-  EXPECT_THROW(WriteDepthMaps(dir_, light_field_, others), DiskFullError);
+  EXPECT_THROW(Write(others), DiskFullError);
   EXPECT_EQ(FilesInFolder(), maps_.size() + 1);
   EXPECT_EQ(cv::norm(FirstMap(), maps_.at(1).inverse_depth, cv::NORM_INF), 0);
   fs::remove(scratch_ / "filled");
-  WriteDepthMaps(dir_, light_field_, others);
+  Write(others);
   EXPECT_EQ(FilesInFolder(), others.size() + 1);
   EXPECT_EQ(cv::norm(FirstMap(), others.at(1).inverse_depth, cv::NORM_INF), 0);
 }
@@ -201,14 +243,14 @@ TEST_F(DepthMapFilesOnASmallDisk, WhenFullTheOldOnesStandAndNothingNewIsLeft) {
 TEST_F(DepthMapFiles, FilesOfOtherProgramsStay) {
   fs::create_directories(dir_ / kDepthMapsFolder / "raw");
   WriteFileAtomically(dir_ / kDepthMapsFolder / "000001.png", "a depth camera's");
-  WriteDepthMaps(dir_, light_field_, maps_);
-  WriteDepthMaps(dir_, light_field_, maps_);
+  Write(maps_);
+  Write(maps_);
   EXPECT_EQ(ReadWholeFile(dir_ / kDepthMapsFolder / "000001.png"), "a depth camera's");
   EXPECT_TRUE(fs::exists(dir_ / kDepthMapsFolder / "raw"));
 }
 
 TEST_F(DepthMapFiles, TheMeshStandsInForAMapThatIsDamaged) {
-  WriteDepthMaps(dir_, light_field_, maps_);
+  Write(maps_);
   const std::string whole = ReadWholeFile(SomePng());
   WriteFileAtomically(SomePng(), whole.substr(0, whole.size() / 2));
   testing::internal::CaptureStdout();
@@ -221,7 +263,7 @@ TEST_F(DepthMapFiles, TheMeshStandsInForAMapThatIsDamaged) {
 }
 
 TEST_F(DepthMapFiles, AnIndexThatIsNoneIsRefusedAndTheMeshServes) {
-  WriteDepthMaps(dir_, light_field_, maps_);
+  Write(maps_);
   EXPECT_THAT(OwnProxies(dir_), testing::Contains("soft"));
   const fs::path index = dir_ / kDepthMapsFolder / "maps.json";
   const std::string whole = ReadWholeFile(index);

@@ -151,7 +151,7 @@ TEST(Points, KnowThatAViewWasTakenBack) {
   const int gone = written.views[2].id;
   {
     LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
-    writer.RemoveView(gone);
+    writer.RemoveViews({gone});
   }
   for (const bool closed : {false, true}) {
     const LightField read = ReadLightField(scratch / "lf");

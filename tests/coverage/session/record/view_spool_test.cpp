@@ -143,9 +143,9 @@ TEST(ViewSpool, AViewThatIsTakenBackMovesWhole) {
   for (int i = 0; i < 6; ++i) EXPECT_EQ(spool.AddView(FrameNumber(i, true, kLarge), {}), i + 1);
   while (spool.ViewsWaiting() > 0) std::this_thread::sleep_for(1ms);
   EXPECT_GT(spool.PicturesWaiting(), 0u) << "photographs came as fast as masters: the test shows nothing";
-  for (const int id : {1, 2, 6}) spool.RemoveView(id);
+  spool.RemoveViews({1, 2, 6});
   EXPECT_EQ(spool.AddView(FrameNumber(6, true, kLarge), {}), 7) << "no id is given twice";
-  spool.RemoveView(7);  // still waiting
+  spool.RemoveViews({7});  // still waiting
   const LightFieldWriter done = spool.Finish();
   EXPECT_FALSE(spool.Failure());
   ASSERT_EQ(done.Contents().views.size(), 3u);
@@ -172,7 +172,7 @@ TEST(ViewSpool, AViewThatIsTakenBackOnAFullDiskMovesWhenThereIsRoom) {
       while (spool.ViewsWaiting() > 0 || spool.PicturesWaiting() > 0) std::this_thread::sleep_for(1ms);
       refused = false;
       moves_until_full = 1;
-      spool.RemoveView(2);
+      spool.RemoveViews({2});
       // The writer says so a moment after the disk did.
       while (!refused || !spool.Pause()) std::this_thread::sleep_for(1ms);
       moves_until_full = -1;

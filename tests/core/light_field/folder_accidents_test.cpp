@@ -1,0 +1,315 @@
+// Tests: core/light_field/followed_links, core/light_field/leftovers, core/light_field/journal_writer, core/base/atomic_file.
+//
+// Ordinary accidents of a light field's folder: photographs moved to another disk, a copy by hard links, a pipe in the place
+// of a file, lines that this version does not read, a kill between two files that belong together.
+#include "core/light_field/followed_links.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <climits>
+#include <fstream>
+
+#include "core/base/error.h"
+#include "core/light_field/folder_repair.h"
+#include "core/light_field/journal.h"
+#include "core/light_field/leftovers.h"
+#include "core/light_field/points/point_ply.h"
+#include "tests/core/light_field/light_field_samples.h"
+#include "tests/support/fault_row.h"
+#include "tests/support/slow_disk.h"
+#include "tests/support/small_disk.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using test::PrintFaultRow;
+using test::ScratchFolder;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::ThrowsMessage;
+
+std::size_t LinesOf(const fs::path& file) {
+  const std::string bytes = ReadWholeFile(file);
+  return static_cast<std::size_t>(std::ranges::count(bytes, '\n'));
+}
+
+class FolderAccident : public testing::Test {
+ protected:
+  ~FolderAccident() override { FollowLinksFromNowOn(false); }
+  fs::path dir() const { return scratch_ / "lf"; }
+  fs::path journal() const { return dir() / kJournalFile; }
+
+  // As people do when a disk is full.
+  void MoveImagesTo(const fs::path& elsewhere) {
+    fs::create_directories(elsewhere.parent_path());
+    fs::copy(dir() / "images", elsewhere, fs::copy_options::recursive);
+    fs::remove_all(dir() / "images");
+    fs::create_directory_symlink(elsewhere, dir() / "images");
+  }
+
+  ScratchFolder scratch_;
+};
+
+// ---- links ----
+
+TEST_F(FolderAccident, LinkedPhotographsLoseNoLine) {
+  WriteSample(dir(), 30);
+  const std::string before = ReadWholeFile(journal());
+  MoveImagesTo(scratch_ / "large disk/images");
+  const auto says_how =
+      ThrowsMessage<Error>(AllOf(HasSubstr("'images' leads to"), HasSubstr("--follow-links once")));
+  EXPECT_THAT([&] { ReadLightField(dir()); }, says_how);
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, says_how);
+  EXPECT_THAT(PlanRepair(dir()).found, testing::Contains(HasSubstr("--follow-links once")));
+  EXPECT_FALSE(PlanRepair(dir()).any());
+  EXPECT_EQ(Repair(dir()).views_after, 30u);
+  EXPECT_EQ(ReadWholeFile(journal()), before);
+  EXPECT_FALSE(fs::exists(dir() / kLinksFile)) << "nobody has said yes";
+}
+
+TEST_F(FolderAccident, FollowedLinksAreKeptForThisFolder) {
+  const LightField whole = WriteSample(dir(), 4);
+  MoveImagesTo(scratch_ / "large disk/images");
+  FollowLinksFromNowOn();
+  ExpectSame(whole, ReadLightField(dir()));
+  FollowLinksFromNowOn(false);
+  ExpectSame(whole, ReadLightField(dir()));
+  LightFieldWriter::Resume(dir()).AddView(NoiseFrame(9), ViewNumber(4));
+  EXPECT_TRUE(fs::exists(scratch_ / "large disk/images/000005.png"));
+  EXPECT_EQ(ReadLightField(dir()).views.size(), 5u);
+  EXPECT_FALSE(PlanRepair(dir()).any() && PlanRepair(dir()).views_after < 5);
+  // What was said of this folder counts for no copy of it, whoever made the copy.
+  fs::copy(dir(), scratch_ / "copy", fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  EXPECT_THAT([&] { ReadLightField(scratch_ / "copy"); }, ThrowsMessage<Error>(HasSubstr("--follow-links")));
+  // Another place behind the same name asks again.
+  fs::remove(dir() / "images");
+  fs::create_directories(scratch_ / "other");
+  fs::create_directory_symlink(scratch_ / "other", dir() / "images");
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("--follow-links")));
+}
+
+TEST_F(FolderAccident, AnotherUsersFolderIsNotFollowed) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root gives files away";
+  WriteSample(dir(), 3);
+  MoveImagesTo(scratch_ / "theirs");
+  ASSERT_EQ(chown((scratch_ / "theirs").c_str(), 4321, 4321), 0);
+  FollowLinksFromNowOn();
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("belongs to another user")));
+  fs::remove(dir() / "images");
+  fs::create_directory_symlink(scratch_ / "unplugged", dir() / "images");
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("which is not there")));
+}
+
+TEST_F(FolderAccident, EveryEntryThatLeadsOutIsRefused) {
+  WriteSample(dir(), 3);
+  for (const char* name : {"points.ulf", "points.ply", "transforms.json", "journal.jsonl"}) {
+    fs::rename(dir() / name, scratch_ / name);
+    fs::create_symlink(scratch_ / name, dir() / name);
+    EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr(name)));
+    EXPECT_THROW(LightFieldWriter::Resume(dir()), Error) << name;
+    fs::remove(dir() / name);
+    fs::rename(scratch_ / name, dir() / name);
+  }
+  fs::rename(dir() / "images/000002.png", scratch_ / "000002.png");
+  fs::create_symlink(scratch_ / "000002.png", dir() / "images/000002.png");
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("images/000002.png")));
+  fs::remove(dir() / "images/000002.png");
+  fs::rename(scratch_ / "000002.png", dir() / "images/2.png");
+  fs::create_symlink("2.png", dir() / "images/000002.png");
+  EXPECT_EQ(ReadLightField(dir()).views.size(), 3u) << "a link inside the folder";
+}
+
+TEST_F(FolderAccident, TakenBackAcrossDisksIsKept) {
+  WriteSample(dir(), 3);
+  fs::create_directory(scratch_ / "disk");
+  if (const auto why_not = test::MountSmallDisk(scratch_ / "disk", 4 << 20)) GTEST_SKIP() << *why_not;
+  MoveImagesTo(scratch_ / "disk/images");
+  FollowLinksFromNowOn();
+  const std::string photograph = ReadWholeFile(dir() / "images/000002.png");
+  LightFieldWriter::Resume(dir()).RemoveViews({2});
+  EXPECT_EQ(ReadWholeFile(dir() / "unposed/000002.png"), photograph);
+  EXPECT_FALSE(fs::exists(dir() / "images/000002.png"));
+}
+
+// ---- lines ----
+
+TEST_F(FolderAccident, RepairKeepsLinesOfANewerVersion) {
+  WriteSample(dir(), 3);
+  std::ofstream(journal(), std::ios::app) << R"({"event":"hologram","phase":[1,2,3]})"
+                                          << "\n";
+  EXPECT_THAT(ReadLightField(dir()).doubts, testing::Contains(HasSubstr("use a newer ulf")));
+  Repair(dir());
+  EXPECT_THAT(ReadWholeFile(journal()), HasSubstr("hologram"));
+  fs::remove(dir() / "images/000002.png");
+  EXPECT_EQ(Repair(dir()).views_after, 2u);
+  EXPECT_THAT(ReadWholeFile(journal()), HasSubstr("hologram")) << "a repair that writes the journal again";
+}
+
+TEST_F(FolderAccident, NoWriterGoesOnWithoutMostViews) {
+  WriteSample(dir(), 30);
+  fs::remove(dir() / "transforms.json");
+  fs::remove_all(dir() / "sparse");
+  std::string bytes = ReadWholeFile(journal());
+  for (std::size_t at = 0; (at = bytes.find("\"images/", at)) != std::string::npos; at += 12)
+    bytes.replace(at, 8, "\"../images/");
+  WriteFileAtomically(journal(), bytes);
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("30 of its 30 views"), HasSubstr("nothing was written"))));
+  EXPECT_EQ(ReadWholeFile(journal()), bytes);
+  Repair(dir());
+  EXPECT_THAT(ReadWholeFile(journal()), HasSubstr("../images/000030.png")) << "lines that are whole";
+}
+
+TEST_F(FolderAccident, NoWriterGoesOnWithoutMostPhotographs) {
+  WriteSample(dir(), 5);
+  for (const char* name : {"000001", "000002", "000003"})
+    fs::resize_file(dir() / "images" / (std::string(name) + ".png"), 40);
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); },
+              ThrowsMessage<Error>(HasSubstr("more than half of all")));
+}
+
+// ---- copies ----
+
+TEST_F(FolderAccident, ACopyByHardLinksIsACopy) {
+  WriteSample(dir(), 3);
+  const std::string command = "cp -al '" + dir().string() + "' '" + (scratch_ / "copy").string() + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string before = ReadWholeFile(journal());
+  ASSERT_TRUE(fs::equivalent(journal(), scratch_ / "copy" / kJournalFile));
+  {
+    LightFieldWriter copy = LightFieldWriter::Resume(scratch_ / "copy");
+    copy.AddView(NoiseFrame(7), ViewNumber(3));
+    EXPECT_EQ(ReadWholeFile(journal()), before);
+    LightFieldWriter original = LightFieldWriter::Resume(dir());
+    original.AddView(NoiseFrame(8), ViewNumber(4));
+    EXPECT_THROW(LightFieldWriter::Resume(scratch_ / "copy"), Error) << "its own lock";
+  }
+  EXPECT_EQ(ReadLightField(dir()).views.size(), 4u);
+  EXPECT_EQ(ReadLightField(scratch_ / "copy").views.size(), 4u);
+  EXPECT_NE(ReadWholeFile(dir() / "images/000004.png"), ReadWholeFile(scratch_ / "copy/images/000004.png"));
+  EXPECT_THAT(ReadLightField(dir()).doubts, IsEmpty());
+}
+
+TEST_F(FolderAccident, ACopyBySymbolicLinksIsACopy) {
+  WriteSample(dir(), 3);
+  const std::string command = "cp -as '" + dir().string() + "' '" + (scratch_ / "copy").string() + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string before = ReadWholeFile(journal());
+  EXPECT_THROW(LightFieldWriter::Resume(scratch_ / "copy"), Error);
+  FollowLinksFromNowOn();
+  LightFieldWriter::Resume(scratch_ / "copy").AddView(NoiseFrame(7), ViewNumber(3));
+  EXPECT_EQ(ReadWholeFile(journal()), before);
+  EXPECT_EQ(ReadLightField(scratch_ / "copy").views.size(), 4u);
+  EXPECT_EQ(ReadLightField(dir()).views.size(), 3u);
+}
+
+// ---- names that are no files ----
+
+TEST_F(FolderAccident, APipeInAFilesPlaceIsNamed) {
+  WriteSample(dir(), 3);
+  const auto put_pipe = [&](const char* name) {
+    fs::remove_all(dir() / name);
+    ASSERT_EQ(mkfifo((dir() / name).c_str(), 0644), 0);
+  };
+  put_pipe("points.ulf");
+  put_pipe("points.ply");
+  EXPECT_THROW(ReadWholeFile(dir() / "points.ulf"), Error);
+  EXPECT_EQ(ReadLightField(dir()).views.size(), 3u);
+  put_pipe("transforms.json");
+  EXPECT_EQ(ReadLightField(dir()).views.size(), 3u);
+  put_pipe("images/000002.png");
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("000002.png")));
+  EXPECT_THAT([&] { ReadImageFile((dir() / "images/000002.png").string()); },
+              ThrowsMessage<Error>(HasSubstr("is a pipe and no regular file")));
+  put_pipe("journal.jsonl");
+  EXPECT_THROW(ReadLightField(dir()), Error);
+}
+
+TEST_F(FolderAccident, ADeviceOrAHugeFileIsNotReadToItsEnd) {
+  EXPECT_THAT([] { ReadWholeFile("/dev/zero"); },
+              ThrowsMessage<Error>(HasSubstr("is a device and no regular file")));
+  std::ofstream(scratch_ / "sparse file") << "x";
+  fs::resize_file(scratch_ / "sparse file", std::uintmax_t{1} << 42);
+  EXPECT_THAT([&] { ReadWholeFile(scratch_ / "sparse file"); },
+              ThrowsMessage<Error>(HasSubstr("more than the memory that is left")));
+}
+
+// ---- what belongs together ----
+
+TEST_F(FolderAccident, ViewsAreTakenBackTogetherOrNotAtAll) {
+  WriteSample(scratch_ / "start", 8);
+  const std::size_t lines = LinesOf(scratch_ / "start" / kJournalFile);
+  int before = 0, after = 0;
+  for (int call = 1;; ++call) {
+    fs::remove_all(dir());
+    fs::copy(scratch_ / "start", dir(), fs::copy_options::recursive);
+    const pid_t child = fork();
+    if (child == 0) {
+      LightFieldWriter writer = LightFieldWriter::Resume(dir());
+      test::DieBeforeDiskCall(call);
+      writer.RemoveViews({2, 3, 5, 7});
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    const std::size_t views = ReadLightField(dir()).views.size();
+    EXPECT_TRUE(views == 8 || views == 4) << views << " views after a kill before call " << call;
+    (views == 8 ? before : after) += 1;
+    { LightFieldWriter::Resume(dir()); }
+    EXPECT_EQ(fs::exists(dir() / "unposed/000007.png"), views == 4);
+    if (WIFEXITED(status)) break;
+  }
+  EXPECT_GE(before, 1);
+  EXPECT_GE(after, 4);
+  EXPECT_EQ(LinesOf(journal()), lines + 1) << "one line for all of them";
+  PrintFaultRow("SIGKILL before each call that changes the disk: four views taken back together",
+                before + after, "0 times some of them without the others", std::nullopt);
+}
+
+TEST_F(FolderAccident, OlderPointsOfOurOwnSayNothing) {
+  WriteSample(dir(), 3);
+  const std::string older = ReadWholeFile(dir() / "points.ply");
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    writer.SetPoints({{{5, 6, 7}, {1, 2, 3}}, {{1, 1, 1}, {4, 5, 6}}, {{2, 2, 2}, {7, 8, 9}}});
+    writer.Close(1);
+  }
+  WriteFileAtomically(dir() / "points.ply", older);  // A kill came between the two files.
+  const LightField read = ReadLightField(dir());
+  EXPECT_THAT(read.doubts, IsEmpty());
+  EXPECT_EQ(read.points.size(), 3u);
+  { LightFieldWriter::Resume(dir()); }
+  EXPECT_EQ(ReadPointPly(dir() / "points.ply").size(), 3u);
+  EXPECT_FALSE(fs::exists(dir() / "kept/points-2.ply")) << "the older file was taken for another program's";
+}
+
+TEST_F(FolderAccident, TheNextWriterLeavesNoLitter) {
+  WriteSample(dir(), 3);
+  const std::string gone = fmt::format(".{}-4.part", 999'999'999);
+  for (const char* place : {"", "images/", "masters/", "masks/", "unposed/", "exposures/", "merged/", "kept/",
+                            "depth/", "cache/", "cache/pyramids/", "sparse/0/"}) {
+    fs::create_directories(dir() / place);
+    std::ofstream(dir() / (std::string(place) + "000009.png" + gone)) << "half";
+  }
+  std::ofstream(dir() / kNewJournal) << "half";
+  const fs::path renderers = dir() / fmt::format("cache/pyramids/000001.pyramid.{}-1.part", getppid());
+  std::ofstream(renderers) << "half";
+  std::ofstream(dir() / "images/notes.part") << "somebody else's";
+  { LightFieldWriter::Resume(dir()); }
+  std::vector<std::string> left;
+  for (const auto& entry : fs::recursive_directory_iterator(dir()))
+    if (entry.path().string().ends_with(".part") || entry.path().filename() == kNewJournal)
+      left.push_back(entry.path().lexically_relative(dir()).string());
+  EXPECT_THAT(
+      left, testing::UnorderedElementsAre(renderers.lexically_relative(dir()).string(), "images/notes.part"));
+}
+
+}  // namespace
+}  // namespace ulf
