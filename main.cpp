@@ -1,9 +1,12 @@
+#include <spdlog/details/os.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 #include <string>
@@ -12,12 +15,21 @@
 #include "commands/about/version_text.h"
 #include "commands/about/wrong_usage.h"
 #include "commands/commands.h"
+#include "commands/standard_streams.h"
 #include "core/base/error.h"
 
-int main(int argc, char** argv) {
-  std::signal(SIGPIPE,
-              SIG_IGN);  // writing to a camera that is gone must return an error, not end the process
-  spdlog::set_default_logger(spdlog::stderr_color_mt("ulf"));
+namespace {
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// Before the constructors of the libraries, which may open files.
+[[gnu::used,
+  gnu::section(".preinit_array")]] void (*const fill_descriptors)() = ulf::commands::FillStandardDescriptors;
+#endif
+
+int Run(int argc, char** argv) {
+  const bool has_colors = isatty(STDERR_FILENO) && spdlog::details::os::is_color_terminal();
+  spdlog::set_default_logger(
+      spdlog::stderr_color_mt("ulf", has_colors ? spdlog::color_mode::always : spdlog::color_mode::never));
   spdlog::set_pattern("%^%l%$: %v");
 
   // Our own errors report what fails.
@@ -63,4 +75,22 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "ulf: %s\n", error.what());
     return ulf::commands::kFailed;
   }
+}
+
+// The exit status of a command whose report has been written, or could not be.
+int ExitStatus(int of_command) {
+  const int problem = ulf::commands::FlushStandardOutput();
+  if (problem == 0) return of_command;
+  std::fprintf(stderr, "ulf: standard output: the report could not be written: %s; %ssend it elsewhere\n",
+               std::strerror(problem),
+               of_command == ulf::commands::kOk ? "all else that was asked is done; " : "");
+  return of_command == ulf::commands::kOk ? ulf::commands::kFailed : of_command;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ulf::commands::GuardStandardStreams();
+  std::signal(SIGXFSZ, SIG_IGN);  // A file beyond what `ulimit -f` allows is an error.
+  return ExitStatus(Run(argc, argv));
 }

@@ -13,6 +13,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::commands {
 namespace {
@@ -74,8 +75,7 @@ int RunSimulate(const SimulateArgs& args) {
   // Blocks the signals before any thread starts, so that only the wait below receives them.
   sigset_t ends;
   sigemptyset(&ends);
-  sigaddset(&ends, SIGINT);
-  sigaddset(&ends, SIGTERM);
+  for (const int signal : StopSignals()) sigaddset(&ends, signal);
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
 
   std::vector<std::unique_ptr<acquisition::SimulatedGigeCamera>> servers;
@@ -94,6 +94,7 @@ int RunSimulate(const SimulateArgs& args) {
     const timespec moment{0, 50'000'000};
     if (sigtimedwait(&ends, nullptr, &moment) > 0) break;
   }
+  int exit_code = kOk;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const acquisition::GigeServerStatistics statistics = servers[i]->Statistics();
     fmt::print(
@@ -102,8 +103,12 @@ int RunSimulate(const SimulateArgs& args) {
         statistics.late, elapsed_s(), statistics.render_ms_mean, statistics.hand_s,
         statistics.refused == 0 ? "" : fmt::format("; {} refused", Counted(statistics.refused, "request")),
         servers[i]->relay() ? Describe(servers[i]->relay()->Statistics()) : "");
+    if (statistics.unwritten_poses == 0) continue;
+    fmt::print(stderr, "ulf: {}: {} could not be written; check the disk's room\n", args.poses[i],
+               Counted(statistics.unwritten_poses, "pose"));
+    exit_code = kFailed;
   }
-  return kOk;
+  return exit_code;
 }
 
 }  // namespace
@@ -150,7 +155,8 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
       "Example: ulf simulate studio --calibration-out sim.json --poses truth.txt &\n"
       "         ulf capture aravis:ULF-ULF-SIM-1 --calibration sim.json -o studio --until-covered 60x40\n"
       "         ulf simulate --interface 127.0.0.1,127.0.0.2 --fault lost=0.005 --fault disconnect=20:3\n"
-      "Runs until SIGINT or SIGTERM. Prints a line for each camera when it can be opened and one with "
+      "Runs until SIGINT, SIGTERM or SIGHUP. Prints a line for each camera when it can be opened and one "
+      "with "
       "figures at its end. Seconds of faults count from the first frame taken.");
   sub->callback([&chosen, args] { chosen = [args] { return RunSimulate(*args); }; });
 }

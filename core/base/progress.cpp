@@ -18,7 +18,7 @@ constexpr int kBarWidth = 24;                                    // characters
 }  // namespace
 
 Progress::Progress(std::string what, bool quiet)
-    : what_(std::move(what)), quiet_(quiet), terminal_(isatty(fileno(stderr)) != 0) {}
+    : what_(std::move(what)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() {
   if (!quiet_ && terminal_ && last_shown_s_ >= 0) std::fputc('\n', stderr);

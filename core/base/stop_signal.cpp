@@ -3,26 +3,33 @@
 #include <signal.h>
 
 #include <atomic>
+#include <map>
 
 namespace ulf {
 namespace {
 
 std::atomic<bool> stop_asked{false};
-struct sigaction before_int, before_term;
+std::map<int, struct sigaction> actions_before;  // what each of the signals did before
 
 }  // namespace
+
+std::vector<int> StopSignals() {
+  struct sigaction hangup {};
+  sigaction(SIGHUP, nullptr, &hangup);
+  if (hangup.sa_handler == SIG_IGN) return {SIGINT, SIGTERM};
+  return {SIGINT, SIGTERM, SIGHUP};
+}
 
 StopOnSignal::StopOnSignal() {
   stop_asked = false;
   struct sigaction action {};
   action.sa_handler = [](int) { stop_asked = true; };
-  sigaction(SIGINT, &action, &before_int);
-  sigaction(SIGTERM, &action, &before_term);
+  for (const int signal : StopSignals()) sigaction(signal, &action, &actions_before[signal]);
 }
 
 StopOnSignal::~StopOnSignal() {
-  sigaction(SIGINT, &before_int, nullptr);
-  sigaction(SIGTERM, &before_term, nullptr);
+  for (const auto& [signal, action] : actions_before) sigaction(signal, &action, nullptr);
+  actions_before.clear();
 }
 
 bool StopOnSignal::Asked() { return stop_asked; }

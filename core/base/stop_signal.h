@@ -1,7 +1,13 @@
-// SIGINT and SIGTERM as a request to end in good order, for commands that run until they are stopped.
+// Signals as a request to end in good order, for commands that run until they are stopped: SIGINT, SIGTERM, and the
+// SIGHUP of a terminal that closes or of a connection that breaks.
 #pragma once
 
+#include <vector>
+
 namespace ulf {
+
+// These signals; without SIGHUP where it was ignored from the start (nohup).
+std::vector<int> StopSignals();
 
 // While an object of this class exists, these signals only make Asked() true. At most one may exist.
 class StopOnSignal {

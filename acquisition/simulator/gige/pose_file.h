@@ -18,10 +18,12 @@ class PoseFile {
   PoseFile(const PoseFile&) = delete;
   PoseFile& operator=(const PoseFile&) = delete;
 
-  // `device_ns`: the frame's time at its client; `hand_s`: of the hand's motion. On disk when this returns.
-  void Write(std::uint64_t frame_id, std::uint64_t device_ns, const Frame& frame, double hand_s);
+  // `device_ns`: the frame's time at its client; `hand_s`: of the hand's motion. In the file when this
+  // returns true; false where the disk is full, and the next one is tried again.
+  bool Write(std::uint64_t frame_id, std::uint64_t device_ns, const Frame& frame, double hand_s);
 
  private:
+  bool Put(const std::string& text);
   std::FILE* file_ = nullptr;
 };
 

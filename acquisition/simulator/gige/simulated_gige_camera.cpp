@@ -375,7 +375,11 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
   if (const auto format = SensorFormatByCode(wanted.format)) PackImage(pixels, part, PixelsOf(*format), out);
   DescribeFrame(buffer, wanted, number, ready.hand_s);
   arv_fake_camera_write_register(registers, kLineStatusAt, lines);
-  poses->Write(arv_buffer_get_frame_id(buffer), device_ns, ready.frame, ready.hand_s);
+  if (!poses->Write(arv_buffer_get_frame_id(buffer), device_ns, ready.frame, ready.hand_s)) {
+    lock.lock();
+    ++statistics.unwritten_poses;
+    lock.unlock();
+  }
   if (!transport->Sends()) return;
   GvspFrame sent{.id = static_cast<std::uint16_t>(arv_buffer_get_frame_id(buffer)),
                  .timestamp_ns = device_ns,

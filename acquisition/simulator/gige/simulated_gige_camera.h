@@ -52,8 +52,9 @@ struct GigeServerStatistics {
   std::uint64_t served = 0;  // frames sent
   std::uint64_t late = 0;    // of those, frames sent late because rendering fell behind
   double render_ms_mean = 0;
-  double hand_s = 0;          // time of the hand's motion
-  std::uint64_t refused = 0;  // requests that the filter refused
+  double hand_s = 0;                  // time of the hand's motion
+  std::uint64_t refused = 0;          // requests that the filter refused
+  std::uint64_t unwritten_poses = 0;  // of the frames that were sent
 };
 
 class SimulatedGigeCamera {

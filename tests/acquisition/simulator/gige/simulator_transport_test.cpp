@@ -12,6 +12,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/link/link_facts.h"
+#include "acquisition/simulator/gige/pose_file.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -245,6 +246,13 @@ TEST_F(SimulatedTransport, WhatChunkDataTellStandsInTheViews) {
   EXPECT_NEAR(view.device_time_s, view.host_time_s, 1);
   EXPECT_DOUBLE_EQ(view.exposure_s, 0.003);
   EXPECT_NEAR(view.gain, std::pow(10, 0.3), 1e-9);
+}
+
+TEST(PoseFile, AFullDiskIsToldForEachPose) {
+  PoseFile file("/dev/full", "studio");
+  Frame frame;
+  frame.known_cam_from_world = Rigid3{};
+  for (std::uint64_t i = 0; i < 2000; ++i) ASSERT_FALSE(file.Write(i, i, frame, 0)) << i;
 }
 
 }  // namespace
