@@ -234,6 +234,7 @@ class ReconnectingDevice : public Device {
   void GiveUp(const std::string& problem);
   bool TakeFoundDriver(milliseconds timeout);
   std::optional<Frame> Deliver(Frame frame);
+  double SecondsWithoutFrames(const Frame& next) const;
   std::string AlignClock(const Frame& frame);
 
   const Reconnection how_;
@@ -291,6 +292,7 @@ void ReconnectingDevice::Start() {
   awaiting_first_ = false;
   kind_.reset();
   last_device_time_s_.reset();
+  last_host_time_s_.reset();
   state_ = DeviceState::kStreaming;
 }
 
@@ -403,14 +405,21 @@ bool ReconnectingDevice::TakeFoundDriver(milliseconds timeout) {
   return false;
 }
 
+// From the last usable frame to `next` by this computer's clock; before the first one since the fault was noticed, which
+// is later than the camera went: drivers wait for an answer before they call it lost.
+double ReconnectingDevice::SecondsWithoutFrames(const Frame& next) const {
+  if (!last_host_time_s_) return SecondsSince(fault_began_);
+  const double gap_s = SecondsSince(last_frame_at_);
+  const double host_gap_s = next.host_time_s - *last_host_time_s_;
+  const bool is_plausible =
+      *last_host_time_s_ > 0 && host_gap_s > 0 && host_gap_s < gap_s + kLongestWaitSeconds;
+  return is_plausible ? host_gap_s : gap_s;
+}
+
 // Shifts times where the camera's clock has restarted. Returns text for the event.
 std::string ReconnectingDevice::AlignClock(const Frame& frame) {
   if (!last_device_time_s_) return "";
-  double gap_s = SecondsSince(last_frame_at_);
-  const double host_gap_s = frame.host_time_s - *last_host_time_s_;
-  if (*last_host_time_s_ > 0 && host_gap_s > 0 && host_gap_s < gap_s + kLongestWaitSeconds)
-    gap_s = host_gap_s;
-  const double expected_s = *last_device_time_s_ + std::max(gap_s, kShortestGapSeconds);
+  const double expected_s = *last_device_time_s_ + std::max(SecondsWithoutFrames(frame), kShortestGapSeconds);
   const double time_s = frame.device_time_s + TimeShiftSeconds();
   const bool same_clock =
       time_s > *last_device_time_s_ && (!live_ || std::abs(time_s - expected_s) < how_.same_clock_s);
@@ -445,8 +454,9 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
     problem_known_ = false;
     refused_.clear();
     state_ = DeviceState::kStreaming;
-    Report(DeviceEventKind::kRestored, fmt::format("{}: streams again, {:.1f} s after it was lost{}",
-                                                   LastInfo().uri, SecondsSince(fault_began_), clock));
+    Report(DeviceEventKind::kRestored,
+           fmt::format("{}: streams again, {:.1f} s after {}{}", LastInfo().uri, SecondsWithoutFrames(frame),
+                       last_host_time_s_ ? "its last frame" : "it was lost", clock));
   }
   const double time_shift_s = TimeShiftSeconds();
   frame.device_time_s += time_shift_s;

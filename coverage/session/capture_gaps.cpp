@@ -24,7 +24,7 @@ void CaptureGaps::Tracking(bool tracked, double now_s) {
 }
 
 void CaptureGaps::DeviceFaulted(double since_s, const std::string& reason) {
-  if (!device_) device_ = Open{since_s, "device: " + reason};
+  if (!device_) device_ = Open{since_s, "device: " + reason, last_frame_at_};
 }
 
 // A camera may stop for seconds and continue by itself: its driver reports no fault, but it is a gap.
@@ -34,6 +34,7 @@ void CaptureGaps::FrameCame(double device_time_s, bool device_is_live, double fr
     DeviceFaulted(*last_frame_s_, "no frames");
   Close(device_, device_time_s);
   last_frame_s_ = device_time_s;
+  last_frame_at_ = std::chrono::steady_clock::now();
 }
 
 void CaptureGaps::Disk(const std::optional<SpoolPause>& pause, double now_s) {

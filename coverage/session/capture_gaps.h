@@ -53,6 +53,7 @@ class CaptureGaps {
   std::function<void(const std::string&)> say_;
   std::optional<Open> tracking_, device_, disk_, by_request_;
   std::optional<double> last_frame_s_;
+  std::chrono::steady_clock::time_point last_frame_at_ = std::chrono::steady_clock::now();
   bool tracked_before_ = false;
   std::uint64_t pauses_ = 0;
   double paused_s_ = 0;

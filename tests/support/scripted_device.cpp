@@ -75,12 +75,18 @@ class ScriptedDriver : public Device {
     while (!stop_) {
       std::this_thread::sleep_for(milliseconds(20));
       Frame frame;
+      std::optional<milliseconds> noticed_after;
       {
         const std::lock_guard lock(camera_->mutex_);
-        if (!camera_->Answers()) {
-          lost_ = true;
-          return;
-        }
+        if (!camera_->Answers()) noticed_after = camera_->noticing_;
+      }
+      if (noticed_after) {
+        std::this_thread::sleep_for(*noticed_after);
+        lost_ = true;
+        return;
+      }
+      {
+        const std::lock_guard lock(camera_->mutex_);
         frame.image.pixels = cv::Mat(size_, CV_8UC1, cv::Scalar(90));
         frame.id = camera_->next_id_++;
         frame.device_time_s =
@@ -128,6 +134,11 @@ void ScriptedCamera::SetSerial(const std::string& serial) {
 void ScriptedCamera::SetSize(cv::Size size) {
   const std::lock_guard lock(mutex_);
   size_ = size;
+}
+
+void ScriptedCamera::SetNoticingTakes(milliseconds time) {
+  const std::lock_guard lock(mutex_);
+  noticing_ = time;
 }
 
 void ScriptedCamera::SetOpeningTakes(milliseconds time) {

@@ -23,6 +23,8 @@ class ScriptedCamera : public std::enable_shared_from_this<ScriptedCamera> {
   void SetSerial(const std::string& serial);
   void SetMakerAndModel(const std::string& maker, const std::string& model);
   void SetSize(cv::Size size);
+  // Drivers find out so long after the camera has gone.
+  void SetNoticingTakes(std::chrono::milliseconds time);
   // Opening waits so long whether the camera is there or not, as a network's time-outs do.
   void SetOpeningTakes(std::chrono::milliseconds time);
   // Closing a driver of a camera that is gone waits so long.
@@ -44,7 +46,7 @@ class ScriptedCamera : public std::enable_shared_from_this<ScriptedCamera> {
   Clock::time_point clock_zero_ = Clock::now();
   std::string maker_ = "test", model_ = "scripted", serial_ = "S1";
   cv::Size size_{64, 48};
-  std::chrono::milliseconds opening_{0}, closing_{0};
+  std::chrono::milliseconds opening_{0}, closing_{0}, noticing_{0};
   std::uint64_t next_id_ = 1;
   int openings_ = 0, open_ = 0;
 };

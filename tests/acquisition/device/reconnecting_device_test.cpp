@@ -151,6 +151,21 @@ TEST(ReconnectingDevice, TimesGoOnWhateverTheCamerasClockDoes) {
   }
 }
 
+TEST(ReconnectingDevice, TellsTheTimeSinceTheLastFrame) {
+  const auto camera = ScriptedCamera::Make();
+  camera->SetNoticingTakes(1500ms);  // a driver waits for answers before it calls a camera lost
+  const auto device = Open(camera);
+  device->Start();
+  const double last_s = Watch(*device, After(0.2)).back().host_time_s;
+  camera->Unplug();
+  Watch(*device, In(*device, DeviceState::kReconnecting));
+  camera->PlugIn();
+  const double first_s = Watch(*device, In(*device, DeviceState::kStreaming)).front().host_time_s;
+  EXPECT_GT(first_s - last_s, 1.5);
+  EXPECT_THAT(device->TakeEvents().back().text,
+              HasSubstr(fmt::format("streams again, {:.1f} s after its last frame", first_s - last_s)));
+}
+
 TEST(ReconnectingDevice, AnotherCameraInItsPlaceIsRefusedOnceAndTheRightOneTaken) {
   const auto camera = ScriptedCamera::Make();
   const auto device = Open(camera);
