@@ -21,7 +21,7 @@ double Wrap(double angle) { return std::remainder(angle, 2 * M_PI); }
 Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s) {
   Guidance guidance;
   if (!map || subject_ != map->subject()) {
-    *this = {};
+    *this = Guide(enough_);
     if (!map) return guidance;
     subject_ = map->subject();
   }
@@ -40,8 +40,12 @@ Guidance Guide::After(const CoverageMap* map, const std::optional<CriterionView>
   open_.Follow(*map);
   guidance.distance = map->reference_distance();
   guidance.disc_radius = open_.disc_radius();
-  EstimateRest(*map, time_s, guidance);
-  if (!offset || !(offset->norm() > 0)) {
+  const bool stands_somewhere = offset && offset->norm() > 0;
+  pace_.At(time_s, open_.CoveredSr(), map->views().size(),
+           stands_somewhere ? std::optional<Vector3d>(offset->normalized()) : std::nullopt,
+           guidance.disc_radius);
+  EstimateRest(*map, guidance);
+  if (!stands_somewhere) {
     seen_.clear();
     if (last_) guidance.toward = DirectionOf(*last_);
     return guidance;
@@ -270,21 +274,17 @@ std::vector<Vector3d> Guide::LeftOpen(const Place& hand) const {
   return left_open;
 }
 
-void Guide::EstimateRest(const CoverageMap& map, double time_s, Guidance& guidance) {
-  painted_.push_back({time_s, open_.CoveredSr(), map.views().size()});
-  while (painted_.size() > 2 && painted_.front().time_s < time_s - options_.rate_over_s) painted_.pop_front();
+void Guide::EstimateRest(const CoverageMap& map, Guidance& guidance) const {
   if (!map.options().cap) return;
   // What one view has painted so far, mixed with the usual value while there are few views.
   const double usual =
       map.options().cap->SolidAngle() / ViewsEstimate::Of(*map.options().cap, open_.disc_radius()).usual;
   const double sr_per_view = (open_.CoveredSr() + options_.estimated_views * usual) /
                              (static_cast<double>(map.views().size()) + options_.estimated_views);
-  guidance.views_left = open_.OpenSr() / sr_per_view;
-  const Painted& before = painted_.front();
-  const double seconds = time_s - before.time_s, sr = open_.CoveredSr() - before.sr;
-  // Less than one view's area says nothing about how fast the hand fills the cap.
-  if (seconds > options_.rate_least_s && sr > sr_per_view)
-    guidance.seconds_left = open_.OpenSr() * seconds / sr;
+  const double all_sr = open_.OpenSr() + open_.CoveredSr();
+  const double open_sr = std::max(0.0, open_.OpenSr() - (1 - enough_) * all_sr);
+  guidance.views_left = open_sr / sr_per_view;
+  guidance.seconds_left = pace_.SecondsFor(open_sr, sr_per_view);
 }
 
 }  // namespace ulf::coverage

@@ -18,6 +18,7 @@
 #include <optional>
 #include <vector>
 
+#include "coverage/bound/capture_pace.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/open_directions.h"
 
@@ -36,7 +37,7 @@ struct Guidance {
   std::optional<RowOffset> row;
   // Directions that the present movement, if it goes on, leaves uncovered beside its path.
   std::vector<Eigen::Vector3d> left_open;
-  // Expected; none without a cap or before any speed is known.
+  // Expected until enough of the cap is covered; none without a cap. The time: none where no pace is known (capture_pace.h).
   std::optional<double> views_left, seconds_left;
 };
 
@@ -80,10 +81,11 @@ class Guide {
     double patience_there_s = 1.5;     // a place that stays open with the hand there is skipped after,
     double patience_on_the_way_s = 8;  // one that the hand does not set out for after,
     double skip_s = 20;                // for so long
-    double rate_over_s = 20;           // over which the time that is left is reckoned,
-    double rate_least_s = 2;           // not from less
     double estimated_views = 20;       // of a view's usual worth, that weigh against what was measured
   };
+  // `enough`: the share of the cap at which the capture ends.
+  explicit Guide(double enough) : enough_(enough) {}
+  Guide() = default;
   // Call after every frame, with the present map (null: no subject yet), the present camera (none: no pose)
   // and the device's time. Deterministic.
   Guidance After(const CoverageMap* map, const std::optional<CriterionView>& camera, double time_s);
@@ -95,10 +97,6 @@ class Guide {
   struct Seen {
     double time_s = 0;
     Eigen::Vector3d direction;
-  };
-  struct Painted {
-    double time_s = 0, sr = 0;
-    std::size_t views = 0;
   };
   struct Skipped {
     Eigen::Vector3d direction;
@@ -119,8 +117,9 @@ class Guide {
   bool IsSkipped(const Place& place) const;
   std::optional<Guidance::RowOffset> Offset(const CoverageMap& map, const Place& hand, const Place& to) const;
   std::vector<Eigen::Vector3d> LeftOpen(const Place& hand) const;
-  void EstimateRest(const CoverageMap& map, double time_s, Guidance& guidance);
+  void EstimateRest(const CoverageMap& map, Guidance& guidance) const;
 
+  double enough_ = 1;
   Options options_;
   std::optional<Subject> subject_;
   OpenDirections open_;
@@ -134,7 +133,7 @@ class Guide {
   Place progress_at_;  // where the hand last made progress: painted cells, or moved by a disc radius
   double progress_s_ = 0, progress_sr_ = 0;
   std::vector<Skipped> skipped_;
-  std::deque<Painted> painted_;
+  CapturePace pace_;
 };
 
 }  // namespace ulf::coverage

@@ -104,7 +104,7 @@ class RunningCapture {
   std::optional<StoppedBecause> ended_;
   LatestFrame latest_;
   std::optional<Eigen::Quaterniond> last_turn_;  // cam_from_world of the last frame with a pose
-  Guide guide_;
+  Guide guide_{options_.until_share};
   LightAndFocusCheck light_and_focus_;
   PictureFinding picture_;
   MistakeWatch mistakes_;

@@ -279,6 +279,7 @@ struct Obedient {
   int jumps = 0;
   double way = 0;
   std::optional<Vector3d> before = {};
+  Guidance said = {};
 
   // False when nothing more is asked for.
   bool Step(double speed = 12 * kDegree) {
@@ -286,7 +287,7 @@ struct Obedient {
     view = view.AimedAt(kSubject.center_in_world, kSubject.center_in_world + dot, kUp);
     if (!map.Covers(view)) map.Add(view);
     time_s += kPeriodS;
-    const Guidance said = guide.After(&map, view, time_s);
+    said = guide.After(&map, view, time_s);
     if (!said.toward) return false;
     if (before && Between(*before, *said.toward) > 4 * said.disc_radius) ++jumps;
     before = said.toward;
@@ -344,16 +345,24 @@ TEST(Guide, SaysTheSameTwice) {
   }
 }
 
-TEST(Guide, ASliverThatWasPaintedTellsNoTime) {
-  CoverageMap map = MapOf({ViewAt(0, 0)});
-  Guide guide;
-  guide.After(&map, ViewAt(0, 0), 0);
-  map.Add(ViewAt(0.15 * kRadius, 0));
-  const Guidance sliver = guide.After(&map, ViewAt(0.15 * kRadius, 0), 10);
-  EXPECT_TRUE(sliver.views_left);
-  EXPECT_FALSE(sliver.seconds_left);
-  map.Add(ViewAt(3 * kRadius, 0));
-  EXPECT_TRUE(guide.After(&map, ViewAt(3 * kRadius, 0), 12).seconds_left);
+// Whoever follows it: the expected end moves by at most a quarter of the whole time, and a rest adds no more than itself.
+TEST(Guide, TheExpectedEndIsSteady) {
+  for (const double rest_s : {0.0, 60.0}) {
+    Obedient person{.map = MapOf({}), .guide = Guide(0.98)};
+    std::vector<double> ends_s;
+    const auto look = [&](const Guidance& said) {
+      if (said.seconds_left) ends_s.push_back(person.time_s + *said.seconds_left);
+    };
+    while (person.map.CoveredShare() < 0.5 && person.Step()) look(person.said);
+    const CriterionView here = person.map.views().back();
+    for (double rested_s = 0; rested_s < rest_s; rested_s += kPeriodS)
+      look(person.guide.After(&person.map, here, person.time_s += kPeriodS));
+    while (person.map.CoveredShare() < 0.98 && person.Step()) look(person.said);
+    ASSERT_GT(ends_s.size(), 300u);
+    const auto [first, last] = std::ranges::minmax(ends_s);
+    EXPECT_LT(last - first, 0.25 * (person.time_s - rest_s) + rest_s) << rest_s;
+    EXPECT_NEAR(ends_s.back(), person.time_s, 1);
+  }
 }
 
 TEST(Guide, ExpectsTheTimeThatItThenTakes) {
