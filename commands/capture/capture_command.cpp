@@ -162,7 +162,8 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
 void WarnIfTheLampChanged(const LightField& light_field) {
   if (std::ranges::any_of(light_field.views, [](const View& view) { return IsRawFile(view.master_path); }))
     return;
-  const LightCheck check = CheckLight(light_field, {.most_views = 60});
+  Progress progress("light");
+  const LightCheck check = CheckLightOf(light_field, progress);
   if (const std::string advice = LampAdvice(check); !advice.empty()) spdlog::warn("{}", advice);
 }
 

@@ -40,13 +40,6 @@ PoseReport CheckPoses(const LightField& light_field, bool silent) {
   return report;
 }
 
-LightCheck CheckLightOf(const LightField& light_field, bool silent) {
-  Progress progress("light", silent);
-  LightCheckOptions options;
-  options.progress = [&](double share) { progress.Show(share, "photographs"); };
-  return CheckLight(light_field, options);
-}
-
 // A capture writes them when it ends: one that was killed, or still runs, has none or older ones.
 std::string MissingForOthersText(const LightField& light_field) {
   namespace fs = std::filesystem;
@@ -70,7 +63,10 @@ int RunInfo(const InfoArgs& args) {
   std::optional<PoseReport> poses;
   if (args.check_poses) poses = CheckPoses(light_field, args.json);
   std::optional<LightCheck> light;
-  if (args.check_light) light = CheckLightOf(light_field, args.json);
+  if (args.check_light) {
+    Progress progress("light", args.json);
+    light = CheckLightOf(light_field, progress);
+  }
   if (args.json) {
     nlohmann::json json = ToJson(report);
     json["geometry"] = GeometryJson(geometry);

@@ -132,6 +132,17 @@ std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
                      holes.size(), area, largest, holes.size() > kShown ? "; ..." : "");
 }
 
+std::string LensesText(const LightFieldReport& report) {
+  if (report.lenses.empty()) return {};
+  const LightFieldReport::Lens& first = report.lenses.front();
+  std::string text = fmt::format("camera         {} x {} px, focal length {:.1f} px", first.camera.width,
+                                 first.camera.height, first.camera.MeanFocalPx());
+  if (!report.calibration_source.empty()) text += fmt::format(" (from: {})", report.calibration_source);
+  if (report.lenses.size() > 1)
+    text += fmt::format(", and {}", Counted(report.lenses.size() - 1, "other camera"));
+  return text + "\n";
+}
+
 // Views of sessions that were not closed: closing writes the counts of frames.
 std::size_t UncountedViews(const LightField& light_field) {
   if (light_field.device_uri.empty() || light_field.device_uri.starts_with("import:")) return 0;
@@ -160,6 +171,9 @@ std::string ReasonsText(const LightFieldReport& report) {
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
   LightFieldReport report;
   report.views = light_field.views.size();
+  for (const CameraModel& camera : light_field.cameras) report.lenses.push_back({camera, 0});
+  for (const View& view : light_field.views) ++report.lenses[At(view.camera)].views;
+  report.calibration_source = light_field.calibration_source;
   report.taken_back = CountTakenBack(light_field);
   report.capture_s = light_field.capture_s;
   report.units = light_field.units;
@@ -312,6 +326,13 @@ nlohmann::json ToJson(const MeasuredErrors& measured) {
 nlohmann::json ToJson(const LightFieldReport& report) {
   nlohmann::json json;
   json["views"] = report.views;
+  json["lenses"] = nlohmann::json::array();
+  for (const LightFieldReport::Lens& lens : report.lenses)
+    json["lenses"].push_back({{"width", lens.camera.width},
+                              {"height", lens.camera.height},
+                              {"focal_px", lens.camera.MeanFocalPx()},
+                              {"views", lens.views}});
+  json["calibration_source"] = report.calibration_source;
   json["taken_back"] = report.taken_back;
   json["capture_s"] = report.capture_s;
   json["angular_range_deg"] = nullptr;
@@ -345,6 +366,8 @@ nlohmann::json ToJson(const LightFieldReport& report) {
     json["distance"] = {{"nearest", report.distances->nearest},
                         {"median", report.distances->median},
                         {"farthest", report.distances->farthest}};
+  json["threshold_px"] = report.threshold_px;
+  json["units"] = report.units;
   json["duplicates"] = report.duplicates;
   json["reasons"] = report.reasons;
   json["uncounted_views"] = report.uncounted_views;
@@ -369,6 +392,7 @@ std::string ToText(const LightFieldReport& report) {
   text += report.capture_s > 0
               ? fmt::format("capture time   {:.0f} s by the camera's clock\n", report.capture_s)
               : "capture time   unknown\n";
+  text += LensesText(report);
   if (report.brackets) text += BracketsText(*report.brackets);
   if (report.views > 0 && !report.subject)
     return text +
@@ -407,17 +431,24 @@ std::string ToText(const LightFieldReport& report) {
 }
 
 std::string LampAdvice(const LightCheck& check) {
-  if (check.drifts.empty()) return "";
+  if (check.drifts.empty() && check.wavers.empty()) return "";
   std::string words;
   for (const LampDrift& drift : check.drifts)
     words +=
         fmt::format("{}{} (+- {:.1f})", words.empty() ? "" : "; ", drift.Words(), 100 * drift.standard_error);
+  for (const LampWaver& waver : check.wavers) words += (words.empty() ? "" : "; ") + waver.Words();
   return words +
          ": the lamp or the daylight changed, or the camera's automatics did, and pictures between these "
          "views change "
          "with them; let lamps warm up for a quarter of an hour, shut daylight out, lock exposure and white "
          "balance "
          "(ulf features), or even the views out with --light fit";
+}
+
+LightCheck CheckLightOf(const LightField& light_field, Progress& progress) {
+  LightCheckOptions options;
+  options.progress = [&](double share) { progress.Show(share, "photographs"); };
+  return CheckLight(light_field, options);
 }
 
 std::string ToText(const LightCheck& check) {
@@ -430,9 +461,12 @@ std::string ToText(const LightCheck& check) {
     text += fmt::format(", {:.1f} % of view {}", 100 * check.most_clipped_share, check.most_clipped_view);
   text += "\nlight          ";
   if (!check.not_compared.empty()) return text + "not compared: " + check.not_compared + "\n";
-  if (check.drifts.empty())
-    return text + fmt::format("the same from the first to the last of {} that were compared\n",
-                              Counted(check.compared, "view"));
+  if (check.drifts.empty() && check.wavers.empty())
+    return text +
+           fmt::format(
+               "the same from the first to the last of {} that were compared, beyond the exposures that {}\n",
+               Counted(check.compared, "view"),
+               check.exposure_is_told ? "the camera told" : "were found where views overlap");
   return text + LampAdvice(check) + "\n";
 }
 
@@ -441,8 +475,12 @@ nlohmann::json ToJson(const LightCheck& check) {
                       {"pixels", check.pixels},
                       {"clipped", check.clipped_px},
                       {"compared", check.compared},
+                      {"exposure_is_told", check.exposure_is_told},
                       {"not_compared", check.not_compared},
-                      {"drifts", nlohmann::json::array()}};
+                      {"drifts", nlohmann::json::array()},
+                      {"wavers", nlohmann::json::array()}};
+  for (const LampWaver& waver : check.wavers)
+    json["wavers"].push_back({{"words", waver.Words()}, {"log_spread", waver.spread}});
   if (check.most_clipped_view != 0)
     json["most_clipped"] = {{"view", check.most_clipped_view}, {"share", check.most_clipped_share}};
   for (const LampDrift& drift : check.drifts)

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/progress.h"
 #include "core/light_field/light_check.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
@@ -20,6 +21,12 @@ namespace ulf::commands {
 
 struct LightFieldReport {
   std::size_t views = 0;
+  struct Lens {
+    CameraModel camera;
+    std::size_t views = 0;  // that it took
+  };
+  std::vector<Lens> lenses;
+  std::string calibration_source;  // where their intrinsics are from; empty: not told
   double capture_s = 0;
   // The largest horizontal and vertical angle between viewpoints as seen from the subject, degrees: azimuth
   // and elevation about the first view's direction while all views are within 90 degrees of it, round the
@@ -76,7 +83,9 @@ struct PoseReport {
 std::string ToText(const PoseReport& report, const LightField& light_field);
 nlohmann::json ToJson(const PoseReport& report, const LightField& light_field);
 
-// What was found of clipped pixels and of the lamp (ulf info --check-light).
+// The one verdict on the light: at the end of a capture and of ulf info --check-light.
+LightCheck CheckLightOf(const LightField& light_field, Progress& progress);
+// What was found of clipped pixels and of the lamp.
 std::string ToText(const LightCheck& check);
 nlohmann::json ToJson(const LightCheck& check);
 // What a lamp that changed means and what to do; empty where none did.

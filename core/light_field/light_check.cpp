@@ -18,6 +18,8 @@
 namespace ulf {
 namespace {
 
+constexpr int kMostViews = 100;  // their number sets the time. Guessed.
+
 using LogLight = std::array<double, 3>;  // B G R, per exposure
 
 struct LitView {
@@ -45,6 +47,7 @@ std::vector<LitView> ReadViews(const LightField& light_field, const LightCheckOp
                                LightCheck& check) {
   const auto& views = light_field.views;
   const bool has_times = std::ranges::any_of(views, [](const View& view) { return view.exposure_s > 0; });
+  check.exposure_is_told = has_times;
   const bool has_apertures =
       std::ranges::any_of(views, [](const View& view) { return view.f_number.has_value(); });
   std::map<int, std::vector<std::pair<std::size_t, Eigen::Vector2d>>> seen;  // by view
@@ -52,7 +55,7 @@ std::vector<LitView> ReadViews(const LightField& light_field, const LightCheckOp
     for (const ViewObservation& observation : light_field.points[p].track)
       seen[observation.view_id].emplace_back(p, observation.in_img);
   std::vector<LitView> lit;
-  const std::vector<std::size_t> chosen = EvenlyChosen(views.size(), options.most_views);
+  const std::vector<std::size_t> chosen = EvenlyChosen(views.size(), kMostViews);
   for (std::size_t n = 0; n < chosen.size(); ++n) {
     if (options.progress) options.progress(static_cast<double>(n) / static_cast<double>(chosen.size()));
     const View& view = views[chosen[n]];
@@ -224,6 +227,13 @@ std::string LampDrift::Words() const {
                      from_first, from_last);
 }
 
+std::string LampWaver::Words() const {
+  const char* what = kind == LampDrift::Kind::kBrightness ? "brightness"
+                     : kind == LampDrift::Kind::kBlueness ? "blue against red"
+                                                          : "green against blue and red";
+  return fmt::format("{} goes up and down by {:.0f} %", what, 100 * std::expm1(spread));
+}
+
 LightCheck CheckLight(const LightField& light_field, const LightCheckOptions& options) {
   LightCheck check;
   const std::vector<LitView> views = ReadViews(light_field, options, check);
@@ -241,8 +251,12 @@ LightCheck CheckLight(const LightField& light_field, const LightCheckOptions& op
   const auto look_at = [&](LampDrift::Kind kind, const Eigen::VectorXd& values) {
     const Cut cut = BestCut({values.begin(), values.end()}, options.least_part);
     if (std::abs(cut.difference) < options.least_difference ||
-        std::abs(cut.difference) < options.standard_errors * cut.standard_error)
+        std::abs(cut.difference) < options.standard_errors * cut.standard_error) {
+      const std::vector<double> all(values.begin(), values.end());
+      const double spread = Quantile(all, 0.9) - Quantile(all, 0.1);
+      if (spread > options.least_spread) check.wavers.push_back({kind, spread});
       return;
+    }
     check.drifts.push_back({kind, cut.difference, cut.standard_error, views[compared.front()].id,
                             views[compared[cut.at - 1]].id, views[compared[cut.at]].id,
                             views[compared.back()].id});

@@ -76,6 +76,20 @@ TEST(LightCheck, TakesReportedExposuresIntoAccount) {
   EXPECT_EQ(AllWords(CheckLight(light_field)), "");
 }
 
+// "The same from the first to the last" would be false.
+TEST(LightCheck, SaysWhatGoesUpAndDown) {
+  test::ScratchFolder scratch;
+  LightField light_field = test::WriteSimulatedSession(scratch / "lf", Uri("studio", 3));
+  EXPECT_THAT(CheckLight(light_field).wavers, testing::IsEmpty());
+  for (View& view : light_field.views) view.exposure_s *= std::exp2(0.25 * std::sin(2 * M_PI * view.id / 10));
+  const LightCheck check = CheckLight(light_field);
+  EXPECT_EQ(AllWords(check), "") << "no part differs for good";
+  ASSERT_EQ(check.wavers.size(), 1u);
+  EXPECT_EQ(check.wavers[0].kind, LampDrift::Kind::kBrightness);
+  EXPECT_NEAR(check.wavers[0].spread, 2 * 0.25 * M_LN2, 0.05);
+  EXPECT_EQ(check.wavers[0].Words().find("brightness goes up and down by "), 0u);
+}
+
 TEST(LightCheck, SaysWhereItCannotCompare) {
   test::ScratchFolder scratch;
   LightField light_field = test::WriteSimulatedSession(scratch / "lf", Uri("studio", 1),
