@@ -303,7 +303,7 @@ std::vector<render::TableRow> OperatorDisplay::ReviewRows(
     rows.push_back({{}, "preview", "nearest pictures, on a plane"});
     if (recorded_.missing() > 0) rows.push_back({{}, "reading", Counted(recorded_.missing(), "picture")});
   } else {
-    rows.push_back({{}, "rendered", state.mesh ? "over the mesh so far" : "over a plane: no mesh yet"});
+    rows.push_back({{}, "rendered", MeshInWords(state)});
     if (rendered_.is_loading()) rows.push_back({{}, "reading", "newer photographs"});
     if (rendered_.hatches_doubt()) rows.push_back({{}, "stripes", "no view is near: a gap"});
   }

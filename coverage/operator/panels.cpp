@@ -190,8 +190,7 @@ void Panels::ErrorLegend(const CaptureState& state) const {
   painter_.Box(area, render::ink::kPanel, 6);
   const double x = area.x + pad, inner = area.width - 2 * pad;
   double y = area.y + pad;
-  painter_.Text({x, y}, state.errors ? "measured at frames" : "errors: no mesh yet", render::TextSize::kSmall,
-                render::ink::kText);
+  painter_.Text({x, y}, ErrorsInWords(state), render::TextSize::kSmall, render::ink::kText);
   y += line;
   painter_.Gradient({x, y, 0.5 * inner, Px(16)}, palette_.error_large, palette_.error_at_goal);
   painter_.Gradient({x + 0.5 * inner, y, 0.5 * inner, Px(16)}, palette_.error_at_goal, palette_.error_small);

@@ -62,4 +62,15 @@ std::string WayInWords(const CaptureState& state) {
   return Joined({Part(in_cam.x(), "°", "right", "left"), Part(in_cam.y(), "°", "down", "up"), farther});
 }
 
+std::string MeshInWords(const CaptureState& state) {
+  if (state.mesh) return "over the mesh so far";
+  return state.mesh_may_come ? "over a plane: no mesh yet" : "over a plane: no mesh is made";
+}
+
+std::string ErrorsInWords(const CaptureState& state) {
+  if (state.errors) return "measured at frames";
+  if (!state.errors_may_come) return "errors: not measured";
+  return state.mesh ? "errors: none measured yet" : "errors: no mesh yet";
+}
+
 }  // namespace ulf::coverage

@@ -78,7 +78,10 @@ struct CaptureState {
   // The error that was measured at frames, by direction; null: nothing is measured.
   std::shared_ptr<const ErrorMap> errors;
   CoverGoal cover;
-  std::shared_ptr<const LiveMesh> mesh;  // of geometry (record/live_geometry.h); null: none yet
+  std::shared_ptr<const LiveMesh>
+      mesh;  // of geometry (record/live_geometry.h); null: none yet, or none at all
+  // False: none will come while capturing, because no geometry is made or it has failed.
+  bool mesh_may_come = true, errors_may_come = true;
   Guidance guidance;
   // For the subject as it was placed: disc, distances, views; none before.
   std::optional<CapturePrediction> prediction;
@@ -106,6 +109,11 @@ struct CaptureState {
 // axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above. Empty when there is no
 // target, or less than a degree to go.
 std::string WayInWords(const CaptureState& state);
+
+// What the review is drawn over.
+std::string MeshInWords(const CaptureState& state);
+// Where errors are from, or why there are none.
+std::string ErrorsInWords(const CaptureState& state);
 
 // Hands the newest state from the session's thread to the display's. Older states are dropped: what must not
 // be missed is in every later state, too.

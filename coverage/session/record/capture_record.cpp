@@ -475,6 +475,8 @@ void CaptureRecord::Describe(CaptureState& state) const {
   state.errors = errors_ && !errors_->empty() ? errors_ : nullptr;
   state.cover = options_.cover;
   state.mesh = mesh();
+  state.mesh_may_come = geometry_ && !geometry_->HasFailed();
+  state.errors_may_come = meter_ && (state.mesh || state.mesh_may_come);
 }
 
 }  // namespace ulf::coverage

@@ -111,6 +111,7 @@ class LiveGeometry {
   // The lens has changed: forgets all views with their maps and the mesh, which are added again by the caller.
   void StartAgain();
   const LiveGeometryState& State();                // the newest that could be had
+  bool HasFailed() const { return failed_; }       // there will be no mesh, or no other one
   bool IsCorrected() const { return corrected_; }  // a view was removed, moved or shown by another lens
   // Why there will be no geometry, or none of some views, once each; none: nothing new. For the caller to say: the
   // failure was in another thread.

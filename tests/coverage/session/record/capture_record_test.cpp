@@ -1,4 +1,4 @@
-// Tests: coverage/session/record/capture_record.
+// Tests: coverage/session/record/capture_record, coverage/session/capture_state.
 #include "coverage/session/record/capture_record.h"
 
 #include <gmock/gmock.h>
@@ -6,6 +6,7 @@
 #include <fstream>
 #include <thread>
 
+#include "coverage/session/capture_state.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/slow_disk.h"
 #include "tests/support/test_paths.h"
@@ -81,6 +82,23 @@ TEST(CaptureRecord, AMeshThatDoesNotKnowNewViewsIsNamed) {
   EXPECT_EQ(record.Close(1, {}, {}).recorded, 1u);
   EXPECT_THAT(said, ElementsAre("proxy.ply was made without 1 view of this session; 'ulf proxy " +
                                 (scratch / "lf").string() + "' makes it anew"));
+}
+
+TEST(CaptureRecord, TellsWhetherAMeshMayStillCome) {
+  const ScratchFolder scratch;
+  for (const bool makes_geometry : {false, true}) {
+    CaptureRecord::Options options;
+    if (makes_geometry) options.geometry.emplace();
+    const CaptureLens lens(kCamera);
+    CaptureRecord record(NewWriter(scratch / (makes_geometry ? "with" : "without")), lens, options,
+                         [](const std::string&) {});
+    CaptureState state;
+    record.Describe(state);
+    EXPECT_EQ(MeshInWords(state),
+              makes_geometry ? "over a plane: no mesh yet" : "over a plane: no mesh is made");
+    EXPECT_EQ(ErrorsInWords(state), makes_geometry ? "errors: no mesh yet" : "errors: not measured");
+    record.Close(0, {}, {});
+  }
 }
 
 }  // namespace
