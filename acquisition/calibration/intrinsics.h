@@ -48,7 +48,11 @@ double GuessFocalPx(const Frame& frame);
 inline constexpr const char* kFocalLengthGiven = "focal length given";
 // For a guessed one.
 inline constexpr const char* kFocalLengthGuessed = "focal length guessed";
-// Whether a source says that somebody has measured the lens: neither of the two.
+// For a lens that the tracker found in place of the given one.
+inline constexpr const char* kLensFoundInCapture = "the images of the capture";
+// For one that refining found.
+inline constexpr const char* kLensFoundByRefining = "the images, refined together";
+// Whether a source says that the lens was measured: it was neither given nor guessed.
 bool IsCalibration(std::string_view source);
 
 struct ResolvedCalibration {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/camera/device_report.h"
+#include "commands/tracking/lens_report.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
@@ -130,7 +131,8 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked,
   if (summary.geometry && (summary.geometry->mesh || summary.recorded > 0))
     text += GeometryLines(*summary.geometry, dir);
   if (summary.refined_lens)
-    text += fmt::format("lens           {}, found from the images\n", summary.refined_lens->Text());
+    text += fmt::format("lens           {}, found from the images\n               {}\n",
+                        summary.refined_lens->Text(), kLensSigmaWords);
   if (summary.calibration && summary.calibration->Wrong())
     text += fmt::format("calibration    {}\n", summary.calibration->Advice());
   for (const coverage::NoticedMistake& noticed : summary.mistakes) {

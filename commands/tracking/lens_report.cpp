@@ -33,18 +33,41 @@ double LargestShiftPx(const CameraModel& a, const CameraModel& b) {
   return largest;
 }
 
+const CameraModel& Nearest(std::span<const CameraModel> cameras, const CameraModel& lens) {
+  return *std::ranges::min_element(cameras, {},
+                                   [&](const CameraModel& camera) { return LargestShiftPx(camera, lens); });
+}
+
+constexpr double kSmallPx = 0.5;  // less than what makes a picture worse. Guessed.
+
 }  // namespace
 
 std::string LensFitText(const tracking::LensEstimate& fit, std::span<const CameraModel> cameras,
                         bool is_taken_over) {
   if (is_taken_over) return "new intrinsics: " + Described(fit);
-  double shift_px = INFINITY;
-  for (const CameraModel& camera : cameras) shift_px = std::min(shift_px, LargestShiftPx(camera, fit.lens));
-  constexpr double kSmallPx = 0.5;  // less than what makes a picture worse. Guessed.
+  const double shift_px = LargestShiftPx(Nearest(cameras, fit.lens), fit.lens);
   if (shift_px < kSmallPx)
     return fmt::format("the intrinsics are right within {:.1f} px; the images alone would say: {}", shift_px,
                        Described(fit));
   return "the images support other intrinsics (--intrinsics takes them over): " + Described(fit);
+}
+
+std::string LensApartText(const tracking::LensEstimate& fit, std::span<const CameraModel> cameras,
+                          const std::string& source, bool is_taken_over) {
+  constexpr double kSigmas = 3;
+  const CameraModel& before = Nearest(cameras, fit.lens);
+  const double was_px = before.MeanFocalPx(), apart_px = fit.lens.MeanFocalPx() - was_px;
+  if (!fit.free.focal || std::abs(apart_px) <= kSigmas * fit.focal_sigma_px ||
+      LargestShiftPx(before, fit.lens) < kSmallPx)
+    return {};
+  return fmt::format(
+      "this focal length is {:.1f} px ({:.1f} %) {} than the {:.1f} px of before{}, farther than the "
+      "deviations account "
+      "for: {}",
+      std::abs(apart_px), 100 * std::abs(apart_px) / was_px, apart_px > 0 ? "longer" : "shorter", was_px,
+      source.empty() ? "" : " (from: " + source + ")",
+      is_taken_over ? "the new one is kept, because all views together fit it better"
+                    : "the one of before is kept, because --intrinsics was not given");
 }
 
 }  // namespace ulf::commands

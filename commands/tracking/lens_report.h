@@ -14,4 +14,15 @@ namespace ulf::commands {
 std::string LensFitText(const tracking::LensEstimate& fit, std::span<const CameraModel> cameras,
                         bool is_taken_over);
 
+// Where the fitted focal length is farther from that of before than its deviation accounts for: by how much, where the one
+// of before was from (`source`; empty: not told), which of the two is kept, and why. Else empty.
+std::string LensApartText(const tracking::LensEstimate& fit, std::span<const CameraModel> cameras,
+                          const std::string& source, bool is_taken_over);
+
+// What the deviations of lenses that images gave leave out.
+inline constexpr const char* kLensSigmaWords =
+    "± counts the noise of points alone: what a rolling shutter, blur and the lens model add is not in it; "
+    "ulf calibrate "
+    "with a printed board knows better";
+
 }  // namespace ulf::commands

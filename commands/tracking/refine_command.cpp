@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/calibration/intrinsics.h"
 #include "commands/commands.h"
 #include "commands/explain.h"
 #include "commands/light_field/coverage_change.h"
@@ -84,6 +85,14 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
+// Where lenses are from that refining found.
+std::string RefinedSource(const tracking::RefineResult& result) {
+  const bool is_alone = result.lens_fits.size() == 1 && result.lens_fits.front().free.focal;
+  return is_alone ? fmt::format("{} (± {:.2f} px)", acquisition::kLensFoundByRefining,
+                                result.lens_fits.front().focal_sigma_px)
+                  : acquisition::kLensFoundByRefining;
+}
+
 // Records the poses in one step, so that a kill leaves the old or the new ones; then the photographs that were found.
 void Write(const LightField& before, const Unposed& unposed, const tracking::RefineResult& result,
            LightFieldWriter& writer) {
@@ -108,7 +117,7 @@ void Write(const LightField& before, const Unposed& unposed, const tracking::Ref
     if (!(result.lenses[l] == before.cameras[l])) lenses[static_cast<int>(l)] = result.lenses[l];
   std::map<std::string, std::uint64_t> reasons = before.reasons;
   if (!reasons.empty()) reasons["recorded"] += found.size();
-  writer.UpdatePoses(poses, lenses);
+  writer.UpdatePoses(poses, lenses, RefinedSource(result));
   try {
     writer.AddUnposed(std::move(found));
     writer.SetPoints(tracking::WithViewIds(result.points, before));
@@ -253,8 +262,11 @@ nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineRe
                                {"view", before.views[At(result.least_sure)].id}};
   }
   json["lenses"] = nlohmann::ordered_json::array();
-  for (const tracking::LensEstimate& fit : result.lens_fits)
+  for (const tracking::LensEstimate& fit : result.lens_fits) {
     json["lenses"].push_back(FitJson(fit, args.options.intrinsics));
+    json["lenses"].back()["apart"] =
+        LensApartText(fit, before.cameras, before.calibration_source, args.options.intrinsics);
+  }
   json["calibration"] = nlohmann::ordered_json::array();
   for (const tracking::CalibrationCheck& check : result.checks)
     json["calibration"].push_back(ToJson(std::optional(check)));
@@ -339,8 +351,13 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
   if (result.groups > 1)
     fmt::print("the views fall into {} groups that share no points: their relative poses are as before\n",
                result.groups);
-  for (const tracking::LensEstimate& fit : result.lens_fits)
+  for (const tracking::LensEstimate& fit : result.lens_fits) {
     fmt::print("{}\n", LensFitText(fit, before.cameras, args.options.intrinsics));
+    const std::string apart =
+        LensApartText(fit, before.cameras, before.calibration_source, args.options.intrinsics);
+    if (!apart.empty()) fmt::print("{}\n", apart);
+  }
+  if (!result.lens_fits.empty()) fmt::print("{}\n", kLensSigmaWords);
   if (args.options.intrinsics && result.lens_fits.empty())
     fmt::print("the intrinsics stay: the images support no others\n");
   for (const tracking::CalibrationCheck& check : result.checks)

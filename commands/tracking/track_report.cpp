@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "commands/tracking/lens_report.h"
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
@@ -181,7 +182,8 @@ std::string MapLine(const tracking::TrackerStatistics& map) {
                         Counted(map.keyframes_left_out, "keyframe"));
   text += "\n";
   if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
-  if (map.refined_lens) text += fmt::format("lens: {}, found from the images\n", map.refined_lens->Text());
+  if (map.refined_lens)
+    text += fmt::format("lens: {}, found from the images\n  {}\n", map.refined_lens->Text(), kLensSigmaWords);
   if (map.calibration && map.calibration->Wrong()) text += map.calibration->Advice() + "\n";
   return text;
 }

@@ -74,7 +74,8 @@ void WriteNewJournal(const fs::path& dir, const RepairPlan& plan, Journal& to) {
   to.CutAt(0);
   if (plan.header) to.Header(*plan.header);
   WriteLines(dir / kJournalFile, old, plan, to);
-  if (!plan.poses.empty() || !plan.cameras.empty()) to.UpdatePoses(plan.poses, plan.cameras);
+  if (!plan.poses.empty() || !plan.cameras.empty())
+    to.UpdatePoses(plan.poses, plan.cameras, plan.calibration_source);
   to.RemoveViews(plan.taken_out);
   to.NoteRepair(plan.longest_stamp);
   if (plan.settings) WriteSettings(*plan.settings, old.light_field, to);

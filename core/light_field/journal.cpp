@@ -130,11 +130,14 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
         throw Error("{}: camera {} is not among the header's", event.where, index);
       cameras[at] = CameraFromJson({camera, event.where});
     }
+  // Lines of older writers do not say where a corrected lens is from.
+  const std::string source = event.Text("calibration_source", light_field.calibration_source);
   for (const auto& [view, pose] : poses) {
     view->cam_from_world = pose;
     for (DamagedLine& line : contents.damaged) line.poses.erase(view->id);
   }
   for (const auto& [index, camera] : cameras) light_field.cameras[index] = camera;
+  light_field.calibration_source = source;
 }
 
 View& ViewOf(const JsonPlace& event, LightField& light_field) {

@@ -5,7 +5,7 @@
 //                 calibration_source, units, threshold_px, coverage_width_px}
 //   view         {id, image, master, mask, camera, cam_from_world [qw qx qy qz tx ty tz], times, exposure,
 //                 gain, quality, bound, twist}
-//   pose_update  {poses {id: [7]}, cameras {index: as in the header}}
+//   pose_update  {poses {id: [7]}, cameras {index: as in the header}, calibration_source}
 //   exposure     {view, image, master, times, exposure, gain, exposure_from_view [7], pose}
 //   merged       {view, image, exposures, ghosts}
 //   subject      {center, radius}
@@ -108,9 +108,10 @@ class Journal {
 
   void Header(const LightField& light_field);
   void AddViews(std::span<const View> views);  // a line each
-  // Poses by view id, and changed cameras by index.
+  // Poses by view id, and changed cameras by index with where their intrinsics are from (empty: from where they were).
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
-                   const std::map<int, CameraModel>& cameras = {});
+                   const std::map<int, CameraModel>& cameras = {},
+                   const std::string& calibration_source = {});
   void AddExposure(int view_id, const ViewExposure& exposure);
   void NoteMerged(int view_id, const MergedExposures& merged);
   void SetSubject(const Subject& subject);

@@ -159,11 +159,12 @@ void Journal::AddViews(std::span<const View> views) {
 }
 
 void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
-                          const std::map<int, CameraModel>& cameras) {
+                          const std::map<int, CameraModel>& cameras, const std::string& calibration_source) {
   nlohmann::json poses = nlohmann::json::object();
   for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
   nlohmann::json event{{"event", "pose_update"}, {"poses", poses}};
   for (const auto& [index, camera] : cameras) event["cameras"][std::to_string(index)] = CameraToJson(camera);
+  if (!cameras.empty() && !calibration_source.empty()) event["calibration_source"] = calibration_source;
   Append(JsonText(event));
 }
 

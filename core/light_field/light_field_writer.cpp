@@ -150,9 +150,12 @@ void LightFieldWriter::SetMerged(int view_id, const std::string& exr, int exposu
 }
 
 void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
-                                   const std::map<int, CameraModel>& cameras) {
+                                   const std::map<int, CameraModel>& cameras,
+                                   const std::string& calibration_source) {
   if (cam_from_world_by_view.empty() && cameras.empty()) return;
-  state_->journal.UpdatePoses(cam_from_world_by_view, cameras);
+  state_->journal.UpdatePoses(cam_from_world_by_view, cameras, calibration_source);
+  if (!cameras.empty() && !calibration_source.empty())
+    state_->light_field.calibration_source = calibration_source;
   for (const auto& [index, camera] : cameras)
     state_->light_field.cameras[static_cast<std::size_t>(index)] = camera;
   for (View& view : state_->light_field.views)

@@ -161,6 +161,7 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
     if (const CameraModel& camera = other.cameras[static_cast<std::size_t>(theirs)];
         !(camera == journal.cameras[static_cast<std::size_t>(ours)]))
       plan.cameras[ours] = camera;
+  if (!plan.cameras.empty()) plan.calibration_source = other.calibration_source;
   if (check.transforms.lineage == Lineage::kJournalShort) plan.settings = other;
 }
 

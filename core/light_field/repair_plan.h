@@ -28,6 +28,7 @@ struct RepairPlan {
   std::map<int, View> recovered;       // views for the journal, by id
   std::map<int, Rigid3> poses;         // of views in the journal
   std::map<int, CameraModel> cameras;  // of the journal, by index
+  std::string calibration_source;      // where these cameras' intrinsics are from; empty: not told
   std::set<int> taken_out;             // views whose photograph is missing
   std::set<int> pictures_of_others;    // views whose photograph differs from its master
   std::optional<LightField> settings;  // lost subject, up, goal, capture time

@@ -1,6 +1,10 @@
 #include "coverage/session/capture_lens.h"
 
+#include <fmt/format.h>
+
 #include <utility>
+
+#include "acquisition/calibration/intrinsics.h"
 
 namespace ulf::coverage {
 
@@ -20,6 +24,12 @@ std::optional<CameraModel> CaptureLens::AfterFinish(const tracking::PoseSource& 
   found_ = found;
   if (found->camera == live_) return std::nullopt;
   return std::exchange(live_, found->camera);
+}
+
+std::string CaptureLens::FoundSource() const {
+  const std::string from = acquisition::kLensFoundInCapture;
+  return found_ && found_->focal_sigma_px > 0 ? fmt::format("{} (± {:.1f} px)", from, found_->focal_sigma_px)
+                                              : from;
 }
 
 }  // namespace ulf::coverage

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/geometry/camera_model.h"
 #include "tracking/sources/pose_source.h"
@@ -27,6 +28,8 @@ class CaptureLens {
 
   // That took the given one's place; none: the given one is in use.
   const std::optional<tracking::RefinedLens>& found() const { return found_; }
+  // Where the lens that was found is from, for the record.
+  std::string FoundSource() const;
   // What the images say against the lens in use, as they said it first; none: nothing (any more).
   const std::optional<tracking::CalibrationCheck>& contradicted() const { return contradicted_; }
 

@@ -339,7 +339,7 @@ void CaptureRecord::GoOverToLens(const CameraModel& before, const tracking::Pose
       poses, LargestShiftPx(before, lens_.recorded(), side) / (0.5 * std::hypot(before.width, before.height)),
       subject ? &*subject : nullptr);
   const std::map<int, Rigid3> now = views_.PosesNow(poses);
-  if (!last) spool_.UpdateLens(lens_.recorded(), now);
+  if (!last) spool_.UpdateLens(lens_.recorded(), lens_.FoundSource(), now);
   views_.MoveTo(now);
   if (subject) MoveSubject(*subject);
   if (LargestShiftPx(geometry_lens_, lens_.recorded(), kSmallSide) > options_.same_pictures_px) {
@@ -443,7 +443,7 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
   std::map<int, CameraModel> final_lens;
   if (lens_.found() && writer.Contents().cameras.at(0) != lens_.recorded()) final_lens[0] = lens_.recorded();
   try {
-    writer.UpdatePoses(final_poses, final_lens);
+    writer.UpdatePoses(final_poses, final_lens, lens_.FoundSource());
     // One that was given stands in the journal since the session began.
     if (rolling_shutter && rolling_shutter->sigma_s)
       writer.SetReadout({rolling_shutter->readout_s, rolling_shutter->sigma_s});

@@ -376,14 +376,16 @@ void ViewSpool::Remove(const std::set<int>& ids) {
 }
 
 bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {
-  return Submit(
-      {[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses, {}); }, nullptr, {}},
-      true);
+  return Submit({[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses, {}, {}); },
+                 nullptr,
+                 {}},
+                true);
 }
 
-void ViewSpool::UpdateLens(const CameraModel& camera, std::map<int, Rigid3> cam_from_world) {
-  Submit({[this, camera, poses = std::move(cam_from_world)](LightFieldWriter&) {
-            UpdatePoses(poses, {{0, camera}});
+void ViewSpool::UpdateLens(const CameraModel& camera, const std::string& source,
+                           std::map<int, Rigid3> cam_from_world) {
+  Submit({[this, camera, source, poses = std::move(cam_from_world)](LightFieldWriter&) {
+            UpdatePoses(poses, {{0, camera}}, source);
           },
           nullptr,
           {}},
@@ -391,13 +393,14 @@ void ViewSpool::UpdateLens(const CameraModel& camera, std::map<int, Rigid3> cam_
 }
 
 void ViewSpool::UpdatePoses(const std::map<int, Rigid3>& cam_from_world,
-                            const std::map<int, CameraModel>& cameras) {
+                            const std::map<int, CameraModel>& cameras,
+                            const std::string& calibration_source) {
   std::map<int, Rigid3> changed;
   for (const View& on_disk : writer_.Contents().views)
     if (const auto now = cam_from_world.find(on_disk.id);
         now != cam_from_world.end() && Differ(now->second, on_disk.cam_from_world))
       changed.insert(*now);
-  writer_.UpdatePoses(changed, cameras);
+  writer_.UpdatePoses(changed, cameras, calibration_source);
 }
 
 void ViewSpool::SetSubject(const Subject& subject) {

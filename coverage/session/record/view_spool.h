@@ -71,9 +71,9 @@ class ViewSpool {
   // Journals those of the poses (by view id) that differ from what is on disk. Returns false when the queue is
   // full: try again later.
   bool TryUpdatePoses(std::map<int, Rigid3> cam_from_world);
-  // The same with the lens under which these are the poses: one line for both, before any view that is added later. Waits
-  // in the queue where that is full.
-  void UpdateLens(const CameraModel& camera, std::map<int, Rigid3> cam_from_world);
+  // The same with the lens under which these are the poses, and where it is from: one line for all, before any view that is
+  // added later. Waits in the queue where that is full.
+  void UpdateLens(const CameraModel& camera, const std::string& source, std::map<int, Rigid3> cam_from_world);
   void SetSubject(const Subject& subject);
   void NoteGap(double from_s, double to_s, const std::string& reason);
 
@@ -124,7 +124,8 @@ class ViewSpool {
   Outcome Write(std::span<const Task> tasks);
   void WriteViews(std::span<const Task> tasks);
   Outcome Try(const std::function<void()>& write, std::string& problem);
-  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world, const std::map<int, CameraModel>& cameras);
+  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world, const std::map<int, CameraModel>& cameras,
+                   const std::string& calibration_source);
   void Remove(const std::set<int>& ids);
   bool Rescue(const Task& task);
   void RemoveFirst(bool written) ULF_REQUIRES(mutex_);

@@ -27,6 +27,24 @@ TEST(LensFitText, OnlyWhatPicturesShowIsAReasonToTakeOver) {
   EXPECT_THAT(LensFitText(Fit(near), std::vector{given}, true), StartsWith("new intrinsics: "));
 }
 
+// Two lenses must not contradict each other silently.
+TEST(LensApartText, NamesBothAndWhichIsKept) {
+  const CameraModel given = CameraModel::Pinhole(640, 480, 511.5);
+  tracking::LensEstimate fit{.free = {.focal = true},
+                             .lens = CameraModel::Pinhole(640, 480, 516.6),
+                             .gain = 1200,
+                             .focal_sigma_px = 0.25};
+  const std::string source = "the images of the capture (± 1.6 px)";
+  EXPECT_THAT(
+      LensApartText(fit, std::vector{given}, source, true),
+      testing::AllOf(HasSubstr("5.1 px (1.0 %) longer than the 511.5 px of before (from: " + source + ")"),
+                     HasSubstr("the new one is kept, because")));
+  EXPECT_THAT(LensApartText(fit, std::vector{given}, "", false),
+              HasSubstr("the one of before is kept, because"));
+  fit.focal_sigma_px = 2;
+  EXPECT_EQ(LensApartText(fit, std::vector{given}, source, true), "") << "within the deviations";
+}
+
 // The lens that is nearest counts: a light field may have several, of several sizes.
 TEST(LensFitText, IsComparedWithTheLensThatItIsOf) {
   CameraModel distorted = CameraModel::Pinhole(640, 480, 560);

@@ -494,7 +494,9 @@ TEST(RefineCommand, IntrinsicsChangeOnlyWhenAskedFor) {
   EXPECT_FALSE(candidates[0]["chosen"]);
   EXPECT_EQ(std::count_if(candidates.begin(), candidates.end(), [](const auto& c) { return c["chosen"]; }),
             1);
-  EXPECT_NEAR(ReadLightField(room.dir).cameras[0].fx, 520, 4);
+  const LightField refined = ReadLightField(room.dir);
+  EXPECT_NEAR(refined.cameras[0].fx, 520, 4);
+  EXPECT_THAT(refined.calibration_source, HasSubstr("refined together"));
 }
 
 TEST(RefineCommand, AKillAtAnyMomentLeavesOldOrNewPoses) {
