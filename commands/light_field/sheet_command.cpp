@@ -36,9 +36,8 @@ struct SheetArgs {
 std::shared_ptr<const render::RenderScene> SceneOf(const LightField& light_field,
                                                    const std::optional<Subject>& subject) {
   const auto scene = render::LoadScene(light_field, {.subject = subject});
-  const std::vector<std::string> own = render::OwnProxies(light_field.root);
-  if (own.empty()) return scene;
-  return render::WithProxy(*scene, render::ProxyFromName(own.back(), scene->subject, light_field.root));
+  const std::string best = render::DefaultProxies(light_field.root).front();
+  return render::WithProxy(*scene, render::OwnProxy(best, scene->subject, light_field.root));
 }
 
 // The view nearest to the middle of all directions: its neighbours surround it, so leaving it out is fair.
@@ -72,7 +71,8 @@ SheetPanel RenderingBesideTruth(const render::RenderScene& scene) {
   const int left_out = MiddleView(scene);
   const render::SceneView& view = scene.views[static_cast<std::size_t>(left_out)];
   const CameraModel camera = view.camera.WithoutDistortion();
-  const auto renderer = render::MakeRenderer(render::Without(scene, {left_out}), {});
+  const auto renderer =
+      render::MakeRenderer(render::Without(scene, {left_out}), {.field = render::DefaultField(scene)});
   const cv::Mat rendered = Srgb8FromLinear(renderer->Render(camera, view.cam_from_world).linear);
   const render::UndistortedPhotograph photograph = render::Undistort(view);
   const render::Quality quality = render::CompareImages(rendered, photograph.srgb8, photograph.valid);
@@ -87,8 +87,7 @@ SheetPanel RenderingBesideTruth(const render::RenderScene& scene) {
 
 // From half the distance, where a picture is made of many views (thesis, figure 5-1).
 SheetPanel BlendingField(const std::shared_ptr<const render::RenderScene>& scene) {
-  render::RenderOptions options;
-  options.show_field = true;
+  const render::RenderOptions options{.field = render::DefaultField(*scene), .show_field = true};
   const auto renderer = render::MakeRenderer(scene, options);
   const Rigid3 moved_in = render::DollyPath(*scene, 2).cam_from_world.back();
   const CameraModel camera = scene->views.front().camera.WithoutDistortion();

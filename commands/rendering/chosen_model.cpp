@@ -23,7 +23,7 @@ ChosenModel ChooseModel(const SceneArgs& args, const std::shared_ptr<const rende
     };
   const auto proxies = render::ProxiesToTry(*plain, proxy, details, args.dir, renderer);
   ChosenModel chosen{plain, {}, {}};
-  const auto light = LightOf(args, *plain, proxies.back());
+  const auto light = LightOf(args, *plain, MeshForLight(args, *plain, proxies));
   if (light) chosen.scene = render::WithLight(*plain, *light);
   chosen.choice = render::ChooseByName(*chosen.scene, field, details, proxies, renderer, options);
   chosen.explained = chosen.choice.explained;

@@ -16,6 +16,7 @@
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/plot/gnuplot.h"
+#include "render/proxy/proxy_choice.h"
 #include "render/quality/evaluate.h"
 #include "render/quality/quality_chart.h"
 
@@ -141,23 +142,27 @@ int RunEvaluate(const EvaluateArgs& args) {
         "--leave-out-every {} makes a mesh without them)",
         args.dir, args.every);
   Progress progress("evaluating");
-  const auto mesh =
-      std::ranges::find_if(options.proxies, [](const auto& proxy) { return proxy->Occluder() != nullptr; });
+  const auto mesh = MeshForLight(args, *scene, options.proxies);
   auto evened = scene;
-  if (mesh == options.proxies.end()) {
+  if (!mesh) {
     LightOf(args, *scene, nullptr);  // refuses --light fit
   } else if (scene->views.size() > 2) {
     for (std::size_t i = 0; i < scene->views.size(); i += static_cast<std::size_t>(args.every))
       options.left_out.push_back(static_cast<int>(i));
-    if (const auto light = LightOf(args, *render::Without(*scene, options.left_out), *mesh))
+    if (const auto light = LightOf(args, *render::Without(*scene, options.left_out), mesh))
       evened = render::WithLight(*scene, *light);
   } else if (args.light == "fit") {
     throw UsageError("--light fit: with one view left out, nothing is left to compare its light with");
   }
   const render::EvaluateSummary summary = render::Evaluate(*evened, options, &progress);
   if (!args.plot.empty()) DrawChartFile(args.plot, render::QualityChart(summary, NameOfFolder(args.dir)));
+  const render::FieldOptions usual = render::DefaultField(*scene, FieldDetails(args.field_details));
+  const std::string usual_proxy = render::DefaultProxies(args.dir).front();
   if (!args.json) {
     PrintTable(summary);
+    fmt::print(
+        "\nWhere nothing is compared (ulf view, the review of a capture, a page) {} over {} is drawn.\n",
+        render::FieldText(usual), usual_proxy);
     return kOk;
   }
   nlohmann::json report{{"views", summary.views},
@@ -166,6 +171,7 @@ int RunEvaluate(const EvaluateArgs& args) {
                         {"height_px", summary.height},
                         {"renderer", summary.renderer},
                         {"viewpoints", summary.viewpoints},
+                        {"default", {{"field", render::FieldName(usual.kind)}, {"proxy", usual_proxy}}},
                         {"results", nlohmann::json::array()}};
   for (const render::FieldScore& result : summary.results) report["results"].push_back(JsonOf(result));
   fmt::print("{}\n", JsonText(report, 1));

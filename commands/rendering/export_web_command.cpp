@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -66,12 +67,12 @@ std::shared_ptr<const render::Proxy> ProxyFor(const WebArgs& args, const Subject
           args.proxy, ShellWord(args.dir));
     return proxy;
   }
-  if (std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile))
-    return render::ProxyFromName("mesh", subject, args.dir);
-  spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
-  const std::vector<std::string> own = render::OwnProxies(args.dir);
-  const bool has_planes = std::ranges::count(own, render::kPlanesProxy) > 0;
-  return render::ProxyFromName(has_planes ? render::kPlanesProxy : "plane", subject, args.dir);
+  std::vector<std::string> names = render::DefaultProxies(args.dir);
+  std::ranges::replace(names, "soft", "mesh");  // a page draws the mesh without the views' depth maps
+  std::erase(names, "points");
+  if (names.front() != "mesh")
+    spdlog::info("a mesh usually gives better pictures; make it with: ulf proxy {}", ShellWord(args.dir));
+  return render::ProxyFromName(names.front(), subject, args.dir);
 }
 
 // Where the page begins, as the page will draw it.
@@ -82,7 +83,8 @@ cv::Mat Poster(const WebArgs& args, const std::shared_ptr<const render::RenderSc
       std::min(1.0, 1.0 * kLongestPx / std::max(start.photograph.width, start.photograph.height));
   const cv::Size size(std::max(1, static_cast<int>(std::lround(share * start.photograph.width))),
                       std::max(1, static_cast<int>(std::lround(share * start.photograph.height))));
-  const auto renderer = render::MakeRenderer(scene, {.renderer = RendererFromName(args.renderer)});
+  const auto renderer = render::MakeRenderer(
+      scene, {.field = render::DefaultField(*scene), .renderer = RendererFromName(args.renderer)});
   const render::Rendering picture = renderer->Render(start.For(size), start.CamFromWorld());
   cv::Mat poster = Srgb8FromLinear(picture.linear);
   if (picture.empty_px > 0) cv::merge(std::vector<cv::Mat>{poster, picture.drawn}, poster);
@@ -99,7 +101,7 @@ int RunExportWeb(const WebArgs& args) {
   RequireExportable(light_field, args.output, {});
   const auto plain = render::LoadScene(light_field, OptionsOf(args));
   const auto proxy = ProxyFor(args, plain->subject);
-  const auto light = LightOf(args, *plain, proxy);
+  const auto light = LightOf(args, *plain, MeshForLight(args, *plain, {proxy}));
   const auto scene = render::WithProxy(light ? *render::WithLight(*plain, *light) : *plain, proxy);
   Progress progress("export", args.json);
   options.progress = [&](double share, const std::string& what) { progress.Show(share, what); };
@@ -108,13 +110,18 @@ int RunExportWeb(const WebArgs& args) {
   const StopOnSignal signals;  // from here on a stop removes what was written
   const render::WebPageSummary summary = render::ExportWebPage(*scene, args.output, options);
   if (args.json) {
-    const nlohmann::ordered_json json{
-        {"output", args.output},          {"views", summary.views},
-        {"width", summary.width},         {"height", summary.height},
-        {"quality", summary.quality},     {"proxy", proxy->Name()},
-        {"triangles", summary.triangles}, {"triangles_before", summary.triangles_before},
-        {"bytes", summary.bytes},         {"bytes_before_the_page_draws", summary.first_bytes},
-        {"files", summary.files}};
+    const nlohmann::ordered_json json{{"output", args.output},
+                                      {"views", summary.views},
+                                      {"width", summary.width},
+                                      {"height", summary.height},
+                                      {"quality", summary.quality},
+                                      {"proxy", proxy->Name()},
+                                      {"field", render::FieldName(render::DefaultField(*scene).kind)},
+                                      {"triangles", summary.triangles},
+                                      {"triangles_before", summary.triangles_before},
+                                      {"bytes", summary.bytes},
+                                      {"bytes_before_the_page_draws", summary.first_bytes},
+                                      {"files", summary.files}};
     fmt::print("{}\n", JsonText(json, 2));
     return kOk;
   }

@@ -309,14 +309,27 @@ std::shared_ptr<const render::RenderScene> SceneOf(const RenderArgs& args,
   return scene;
 }
 
-// The options for the proxy and the field that were chosen.
+// The options that choose this proxy and this field without a comparison.
 std::string OptionsFor(const RenderArgs& args, const render::Choice& choice) {
   const render::FieldOptions& field = choice.field;
-  const bool has_level =
-      field.kind == render::FieldKind::kSubdivision && field.level != render::FieldOptions{}.level;
-  return fmt::format(
-      "--proxy {} --field {}{}", args.proxy == render::kAuto ? choice.proxy->Name() : args.proxy,
-      render::FieldName(field.kind), has_level ? " --level " + render::LevelName(field.level) : "");
+  const render::FieldOptions usual, details = FieldDetails(args.field_details);
+  const bool was_sought = args.proxy == render::kAuto || args.proxy == render::kFittedPlane;
+  std::string text =
+      fmt::format("--proxy {} --field {}", was_sought ? choice.proxy->Name() : ShellWord(args.proxy),
+                  render::FieldName(field.kind));
+  if (field.kind == render::FieldKind::kSubdivision) {
+    if (field.level != usual.level) text += " --level " + render::LevelName(field.level);
+    if (field.rules != usual.rules) text += " --subdivision " + args.field_details.rules;
+  }
+  if (field.kind == render::FieldKind::kSoft && field.soft_width != usual.soft_width)
+    text += fmt::format(" --soft-width {}", field.soft_width);
+  if (details.lumigraph_k != usual.lumigraph_k)
+    text += fmt::format(" --lumigraph-views {}", details.lumigraph_k);
+  if (details.lumigraph_resolution != usual.lumigraph_resolution)
+    text += fmt::format(" --lumigraph-resolution {}", details.lumigraph_resolution);
+  if (details.lumigraph_triangles != usual.lumigraph_triangles)
+    text += fmt::format(" --lumigraph-triangles {}", details.lumigraph_triangles);
+  return text;
 }
 
 struct ChosenRenderer {

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "render/gl/gl_context.h"
+#include "render/proxy/planes_proxy.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
 
@@ -77,14 +78,37 @@ std::shared_ptr<const render::RenderScene> LoadMasks(const SceneArgs& args,
   return render::LoadScene(ReadLightField(args.dir), options);
 }
 
+namespace {
+
+bool StaysAsRecorded(const SceneArgs& args, const render::RenderScene& scene) {
+  return args.light == "as-recorded" || (args.light == "auto" && scene.knows_exposures);
+}
+
+}  // namespace
+
+std::shared_ptr<const render::Proxy> MeshForLight(
+    const SceneArgs& args, const render::RenderScene& scene,
+    const std::vector<std::shared_ptr<const render::Proxy>>& in_use) {
+  if (StaysAsRecorded(args, scene)) return nullptr;
+  for (const auto& proxy : in_use)
+    if (proxy->Occluder() && proxy->Name() != render::kPlanesProxy) return proxy;
+  if (!std::filesystem::exists(std::filesystem::path(args.dir) / render::kMeshProxyFile)) return nullptr;
+  try {
+    return render::ProxyFromName("mesh", scene.subject, args.dir);
+  } catch (const Error& error) {
+    spdlog::warn("light stays as it was recorded: {}", error.what());
+    return nullptr;
+  }
+}
+
 std::optional<render::LightFit> LightOf(const SceneArgs& args, const render::RenderScene& scene,
                                         const std::shared_ptr<const render::Proxy>& mesh) {
-  if (args.light == "as-recorded" || (args.light == "auto" && scene.knows_exposures)) return std::nullopt;
+  if (StaysAsRecorded(args, scene)) return std::nullopt;
   if (!mesh || !mesh->Occluder()) {
     if (args.light == "fit")
       throw UsageError(
-          "--light fit: only a mesh says where several views see the same; make one with ulf proxy, and give "
-          "--proxy mesh");
+          "--light fit: only a mesh says where several views see the same; make one with ulf "
+          "proxy");
     return std::nullopt;
   }
   render::LightFit fit = render::FitLight(*render::WithProxy(scene, mesh));

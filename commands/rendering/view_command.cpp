@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <future>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -52,11 +53,18 @@ struct ViewArgs : SceneArgs {
   bool json = false;
 };
 
-// Without --frame-ms nothing is compared: that takes longer than looking at each.
+// With the kind that was asked for, if one was.
 render::FieldOptions FieldOf(const ViewArgs& args) {
   render::FieldOptions field = FieldDetails(args.field_details);
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
   return field;
+}
+
+// Without --frame-ms nothing is compared: that takes longer than looking at each.
+render::FieldOptions StartingField(const ViewArgs& args, const render::RenderScene& scene) {
+  const render::FieldOptions field = FieldOf(args);
+  // Lumigraph weights have no rings to widen.
+  return args.field != render::kAuto || args.aperture.Asked() ? field : render::DefaultField(scene, field);
 }
 
 // The proxies of the key P, beginning with the one of the command line, or with the light field's own mesh or
@@ -64,9 +72,7 @@ render::FieldOptions FieldOf(const ViewArgs& args) {
 std::vector<render::OfferedProxy> ProxiesOf(const ViewArgs& args, const Subject& subject) {
   std::vector<std::string> names;
   if (args.proxy != render::kAuto) names.push_back(args.proxy);
-  const std::vector<std::string> own = render::OwnProxies(args.dir);
-  names.insert(names.end(), own.rbegin(), own.rend());
-  names.push_back("plane");
+  std::ranges::copy(render::DefaultProxies(args.dir), std::back_inserter(names));
   std::vector<render::OfferedProxy> proxies;
   for (const std::string& name : names) {
     const auto same = [&](const render::OfferedProxy& proxy) { return proxy.name == name; };
@@ -255,7 +261,7 @@ FirstPicture Show(const ViewArgs& args, SteadyClock::time_point start, render::S
 
 int RunView(const ViewArgs& args) {
   const auto start = SteadyClock::now();
-  const render::FieldOptions field = FieldOf(args);
+  FieldOf(args);  // throws before anything is loaded
   CheckApertureOptions(args.aperture, args.dir);
   render::KeysFromNames(args.keys);  // throws for a wrong name before anything is opened
   const std::filesystem::path screenshot(args.screenshot);
@@ -270,9 +276,9 @@ int RunView(const ViewArgs& args) {
     spdlog::info("{}", scene->mesh.Description());
     const auto proxies = ProxiesOf(args, scene->subject);
     if (args.light == "fit" && args.frame_ms == 0)
-      if (const auto light = LightOf(args, *scene, proxies.front().make()))
+      if (const auto light = LightOf(args, *scene, MeshForLight(args, *scene, {proxies.front().make()})))
         scene = render::WithLight(*scene, *light);
-    render::ViewerOptions options{.field = field,
+    render::ViewerOptions options{.field = StartingField(args, *scene),
                                   .proxies = proxies,
                                   .masks = LoadMasks(args, *scene),
                                   .out = args.out,
@@ -312,10 +318,10 @@ void AddViewCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* sub = app.add_subcommand("view", "Opens a light field in a window to move about in");
   AddSceneOptions(*sub, *args);
   sub->remove_option(sub->get_option("--renderer"));
-  Knows(sub->add_option(
-            "--field", args->field,
-            "Blending field at the start: auto (subdivision; with --frame-ms the best that is quick enough), "
-            "subdivision, linear, lumigraph, lumigraph-per-pixel, nearest, soft"),
+  Knows(sub->add_option("--field", args->field,
+                        "Blending field at the start: auto (subdivision, or lumigraph of fewer than ten "
+                        "views; with --frame-ms the best that is quick enough), "
+                        "subdivision, linear, lumigraph, lumigraph-per-pixel, nearest, soft"),
         kKnownFields);
   AddFieldDetails(*sub, args->field_details);
   Knows(sub->add_option(

@@ -210,11 +210,12 @@ void RenderedReview::TakeLoaded() {
     return std::ranges::none_of(loaded.scene->views,
                                 [&](const render::SceneView& there) { return there.id == view.first; });
   });
-  next_ = Drawable{
-      std::move(of),
-      std::make_unique<render::GlRenderer>(
-          loaded.scene, render::RenderOptions{.gpu_memory_mb = options_.gpu_memory_mb, .complete = false},
-          render::GlContextKind::kCurrent)};
+  next_ = Drawable{std::move(of), std::make_unique<render::GlRenderer>(
+                                      loaded.scene,
+                                      render::RenderOptions{.field = render::DefaultField(*loaded.scene),
+                                                            .gpu_memory_mb = options_.gpu_memory_mb,
+                                                            .complete = false},
+                                      render::GlContextKind::kCurrent)};
 }
 
 bool RenderedReview::Shows(int view_id) const {

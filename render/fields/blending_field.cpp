@@ -67,6 +67,13 @@ FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mes
   return serves;
 }
 
+FieldOptions DefaultField(const RenderScene& scene, const FieldOptions& details) {
+  FieldOptions field = details;
+  const bool few = static_cast<int>(scene.views.size()) < kFewestViewsCompared;
+  field.kind = few ? FieldKind::kLumigraph : FieldKind::kSubdivision;
+  return FieldThatServes(field, scene.mesh);
+}
+
 void FieldSample::Add(int view, double weight) {
   if (weight <= 0) return;
   for (ViewWeight& entry : weights)

@@ -67,6 +67,13 @@ std::string FieldText(const FieldOptions& field);
 // the threshold of the others: four on a surface, three on a line (measured: docs/rendering.md, temple_ring).
 FieldOptions FieldThatServes(const FieldOptions& asked, const ViewpointMesh& mesh);
 
+// With fewer views none are left out and compared. Guessed.
+inline constexpr int kFewestViewsCompared = 10;
+// The field, with these details, that every command, the viewer, the review of a capture and a page draw where nothing is
+// compared: lumigraph weights of few views, because they smooth the least, else subdivision; of both what the viewpoints
+// allow.
+FieldOptions DefaultField(const RenderScene& scene, const FieldOptions& details = {});
+
 struct ViewWeight {
   int view = 0;  // index into RenderScene::views
   double weight = 0;

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -81,6 +82,13 @@ std::vector<std::string> OwnProxies(const std::filesystem::path& light_field) {
   if (read.points.size() >= PointsProxy::kFewest) names.push_back("points");
   if (std::filesystem::exists(light_field / kMeshProxyFile))
     names.push_back(HasDepthMaps(light_field) ? "soft" : "mesh");
+  return names;
+}
+
+std::vector<std::string> DefaultProxies(const std::filesystem::path& light_field) {
+  std::vector<std::string> names = OwnProxies(light_field);
+  std::ranges::reverse(names);
+  names.push_back("plane");
   return names;
 }
 

@@ -33,6 +33,10 @@ std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subject& subject,
                                            const std::filesystem::path& light_field);
 
+// The names of OwnProxies() and of the plane, the most geometry first: where nothing is compared, the first that can be
+// drawn is taken.
+std::vector<std::string> DefaultProxies(const std::filesystem::path& light_field);
+
 // ProxyFromName() of one of OwnProxies(); where the depth maps cannot be used, the mesh alone, with a warning.
 std::shared_ptr<const Proxy> OwnProxy(const std::string& name, const Subject& subject,
                                       const std::filesystem::path& light_field);

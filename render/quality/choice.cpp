@@ -174,13 +174,6 @@ ModelChoice Untried(const std::string& question, const std::string& model, const
   return {question, "nothing was compared", {{model, why, true}}};
 }
 
-// The field for few views, or for views on a line.
-std::optional<FieldOptions> LumigraphAmong(const std::vector<FieldOptions>& fields) {
-  const auto found = std::ranges::find_if(
-      fields, [](const FieldOptions& field) { return field.kind == FieldKind::kLumigraph; });
-  return found == fields.end() ? std::nullopt : std::optional(*found);
-}
-
 bool SoftAlone(const std::vector<FieldOptions>& fields) {
   return std::ranges::all_of(fields,
                              [](const FieldOptions& field) { return field.kind == FieldKind::kSoft; });
@@ -260,7 +253,8 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   }
   const bool open = fields.size() > 1 || proxies.size() > 1;
   if (few && open) {
-    if (const auto lumigraph = LumigraphAmong(fields)) choice.field = FieldThatServes(*lumigraph, scene.mesh);
+    const FieldOptions usual = DefaultField(scene, fields.front());
+    if (std::ranges::find(fields, usual.kind, &FieldOptions::kind) != fields.end()) choice.field = usual;
     choice.proxy = proxies.back();
     add_reason(fmt::format("{} with the {} proxy: {}, too few to leave some out and compare",
                            FieldText(choice.field), choice.proxy->Name(),
@@ -348,17 +342,21 @@ std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptio
         Evaluate(small, {.every = every, .fields = {field}, .proxies = planes, .renderer = renderer});
     for (std::size_t i = 0; i < shares.size(); ++i) tried[shares[i]] = summary.results[i].all.psnr_db;
   };
+  // As the plane's name tells it: who gives the name gets the same plane.
+  const auto named = [](double share) { return std::stod(fmt::format("{:.4g}", share)); };
   std::vector<double> shares;
   const double ratio = std::pow(options.farthest / options.nearest, 1.0 / (options.first_tries - 1));
-  for (int i = 0; i < options.first_tries; ++i) shares.push_back(options.nearest * std::pow(ratio, i));
+  for (int i = 0; i < options.first_tries; ++i) shares.push_back(named(options.nearest * std::pow(ratio, i)));
   try_at(shares);
   // Between the best and its neighbour on either side in turn, halving.
   for (int i = 0; i < options.more_tries; ++i) {
     const auto at = best();
     const bool is_first = at == tried.begin(), is_last = std::next(at) == tried.end();
     std::vector<double> between;
-    if (!is_first && (i % 2 == 0 || is_last)) between.push_back(std::sqrt(at->first * std::prev(at)->first));
-    if (!is_last && (i % 2 == 1 || is_first)) between.push_back(std::sqrt(at->first * std::next(at)->first));
+    if (!is_first && (i % 2 == 0 || is_last))
+      between.push_back(named(std::sqrt(at->first * std::prev(at)->first)));
+    if (!is_last && (i % 2 == 1 || is_first))
+      between.push_back(named(std::sqrt(at->first * std::next(at)->first)));
     try_at(between);
   }
   return std::make_shared<PlaneProxy>(scene.subject, best()->first);

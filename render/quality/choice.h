@@ -60,8 +60,7 @@ struct ChoiceOptions {
   // The narrow soft field, which is quicker, is taken where it is at most this much worse than the wide one. Guessed.
   double narrow_within_db = 0.05;
   std::optional<InMotion> in_motion = {};  // none: for files
-  // With fewer views nothing is left out and compared. Guessed.
-  int fewest_views = 10;
+  int fewest_views = kFewestViewsCompared;
   int views_left_out = 8;  // about, evenly through the light field. Guessed.
   int size_px = 320;       // longer side of the pictures, at most. Guessed.
   // Where there are depth maps, everything is compared by the middle of the pictures at (nearly) their own size: what good
@@ -88,9 +87,8 @@ std::vector<ScoredChoice> QuickEnough(const std::vector<ScoredChoice>& candidate
 
 // `fields` and `proxies`: in order of preference, the simplest proxy first. First every proxy is tried with
 // the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever proxy was chosen), because geometry matters more than weights. With
-// too few views to leave some out, the choice is lumigraph weights, if they are among the fields, because
-// they smooth the least, and the last proxy, which has the most geometry. Lumigraph weights are also used
-// where the viewpoints span no surface.
+// too few views to leave some out, the choice is the DefaultField(), if it is among the fields, and the last
+// proxy, which has the most geometry. Lumigraph weights are also used where the viewpoints span no surface.
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                         const ChoiceOptions& options = {});

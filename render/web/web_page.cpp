@@ -102,9 +102,10 @@ Arrays FieldArrays(const RenderScene& scene, const std::vector<WebPicture>& pict
     }
   }
   arrays.Add("cameras", cameras);
-  if (scene.mesh.span != Span::kSurface) return arrays;
+  const FieldOptions drawn = DefaultField(scene);
+  if (!UsesMesh(drawn.kind)) return arrays;  // the page computes lumigraph weights
 
-  const FieldMesh field = MakeFieldMesh(scene.mesh, FieldOptions{}.level);
+  const FieldMesh field = MakeFieldMesh(scene.mesh, drawn.level);
   std::vector<Vector3d> positions;
   for (const Vector3d& position : field.positions) positions.push_back(position - center);
   arrays.Add("positions", Floats(positions));
@@ -289,7 +290,7 @@ Json SceneHeader(const RenderScene& scene, const WebPageOptions& options, const 
     width = std::max(width, picture.camera.width);
     height = std::max(height, picture.camera.height);
   }
-  const FieldOptions field = FieldThatServes({}, scene.mesh);
+  const FieldOptions field = DefaultField(scene);
   const Vector3d& center = scene.subject.center_in_world;
   return {{"kind", "scene"},
           {"title", options.title},

@@ -340,6 +340,36 @@ TEST_F(RenderCommand, FieldsAreComparedInEvenLight) {
   EXPECT_GT(psnr_db("fit"), psnr_db("as-recorded") + 3);
 }
 
+// What is said to skip the comparison makes the picture whose figure was told.
+TEST_F(RenderCommand, TheTipMakesTheSamePicture) {
+  WriteMeshPly(dir_ / "proxy.ply", *test::PlaneAndSquare());
+  for (const View& view : ReadLightField(dir_).views) {
+    if (view.id % 2 == 0) continue;  // uneven light, which is evened over the mesh
+    const std::string file = (dir_ / view.image_path).string();
+    cv::imwrite(file, 0.8 * cv::imread(file));
+  }
+  int number = 0;
+  for (const std::string asked : {"--field soft --soft-width 0.8", "--field subdivision --level 2",
+                                  "--proxy plane", "--proxy plane:fitted --field lumigraph", ""}) {
+    const std::string by_evidence = Out(fmt::format("evidence{}.png", number)),
+                      by_name = Out(fmt::format("name{}.png", number++));
+    const auto chosen = RunUlf("render " + dir_.string() + " " + asked + " -o " + by_evidence);
+    ASSERT_EQ(chosen.exit_code, 0) << chosen.errors;
+    constexpr char kTip[] = "to skip this comparison the next time: ";
+    const std::size_t at = chosen.errors.find(kTip);
+    if (at == std::string::npos) {
+      EXPECT_THAT(asked, HasSubstr("plane:fitted"))
+          << "nothing else was without a comparison: " << chosen.errors;
+      continue;
+    }
+    const std::size_t begin = at + sizeof kTip - 1;
+    const std::string tip = chosen.errors.substr(begin, chosen.errors.find('\n', begin) - begin);
+    const auto again = RunUlf("render " + dir_.string() + " " + tip + " -o " + by_name);
+    ASSERT_EQ(again.exit_code, 0) << again.errors;
+    EXPECT_EQ(ReadWholeFile(by_name), ReadWholeFile(by_evidence)) << asked << " -> " << tip;
+  }
+}
+
 TEST_F(RenderCommand, ProxiesAreNamedOrSaidToBeMissing) {
   const std::string dir = dir_.string();
   const auto unknown = RunUlf("render " + dir + " --proxy sphere -o " + Out("x.png"));

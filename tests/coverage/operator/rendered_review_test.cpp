@@ -28,12 +28,13 @@ const RenderedReview::Options kWhole{.fps = 0.01};  // no picture is drawn small
 // A staged capture whose views are on disk.
 class Staged {
  public:
-  Staged() : capture_({.width = kWidth, .height = kHeight, .rendered = true}) {
+  explicit Staged(const std::vector<double>& azimuths_deg = {-10, -5, 0, 5, 10})
+      : capture_({.width = kWidth, .height = kHeight, .rendered = true}) {
     // Not on a grid, where rounding decides which way its squares are cut into triangles.
     std::mt19937 random(1);
     std::uniform_real_distribution<double> off(-1, 1);
     for (const double elevation : {-5, 0, 5})
-      for (const double azimuth : {-10, -5, 0, 5, 10})
+      for (const double azimuth : azimuths_deg)
         capture_.Record(capture_.CameraAt(azimuth + off(random), elevation + off(random)));
     CaptureHeader header;
     header.camera = capture_.camera();
@@ -97,7 +98,7 @@ cv::Mat Rendered(const Staged& staged, const CameraModel& camera, const Rigid3& 
   const auto scene = LoadScene(ReadLightField(staged.dir()), {});
   std::shared_ptr<const Proxy> proxy = scene->proxy;
   if (staged.mesh()) proxy = std::make_shared<MeshProxy>(scene->subject, staged.mesh()->mesh);
-  GlRenderer renderer(WithProxy(*scene, proxy), {});
+  GlRenderer renderer(WithProxy(*scene, proxy), {.field = DefaultField(*scene)});
   return Srgb8FromLinear(renderer.Render(camera, cam_from_world).linear);
 }
 
@@ -117,6 +118,26 @@ TEST(RenderedReview, IsThePictureOfTheRenderer) {
     EXPECT_GT(cv::PSNR(drawn, expected), 45) << has_mesh;
     EXPECT_FALSE(review.TakeProblem());
   }
+}
+
+// Of so few `ulf render` takes lumigraph weights.
+TEST(RenderedReview, NineViewsAreDrawnAsTheRendererDoes) {
+  OffscreenSurface surface({640, 480});
+  surface.Bind();
+  const Staged staged({-8, 0, 8});
+  const auto scene = LoadScene(ReadLightField(staged.dir()), {});
+  ASSERT_EQ(scene->mesh.span, Span::kSurface);
+  EXPECT_EQ(DefaultField(*scene).kind, FieldKind::kLumigraph);
+  RenderedReview review(kWhole);
+  review.SetHatchesDoubt(false);
+  const CameraModel camera = staged.camera().WithoutDistortion();
+  const auto state = staged.State(4, 3);
+  const cv::Mat drawn = DrawnBy(review, *state, camera);
+  EXPECT_GT(cv::PSNR(drawn, Rendered(staged, camera, *state->cam_from_world)), 45);
+  const Rigid3 here = *state->cam_from_world;
+  GlRenderer by_subdivision(scene, {});
+  const cv::Mat other = Srgb8FromLinear(by_subdivision.Render(camera, here).linear);
+  EXPECT_LT(cv::PSNR(drawn, other), 45) << "else this test tells nothing";
 }
 
 TEST(RenderedReview, ADistortedCameraSeesItDistorted) {
