@@ -1,4 +1,4 @@
-// Tests: commands/capture/capture_report, commands/light_field/light_field_report, commands/light_field/info_command,
+// Tests: commands/commands, commands/capture/capture_report, commands/light_field/light_field_report, commands/light_field/info_command,
 // commands/light_field/geometry_report, commands/tracking/refine_command, commands/rendering/evaluate_command,
 // commands/rendering/render_command, commands/rendering/view_command, commands/rendering/export_web_command,
 // core/light_field/exchange/transforms_json, core/light_field/exchange/colmap_text.
