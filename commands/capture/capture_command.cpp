@@ -159,12 +159,13 @@ std::string ProgressLine(const coverage::CaptureState& now, double until_share) 
 }
 
 // Of the views that were recorded, also in earlier sessions. Reading raw files takes too long for the end of a capture.
-void WarnIfTheLampChanged(const LightField& light_field) {
+void WarnIfTheLampChanged(LightField& light_field) {
   if (std::ranges::any_of(light_field.views, [](const View& view) { return IsRawFile(view.master_path); }))
     return;
   Progress progress("light");
   const LightCheck check = CheckLightOf(light_field, progress);
   if (const std::string advice = LampAdvice(check); !advice.empty()) spdlog::warn("{}", advice);
+  if (check.not_compared.empty()) KeepLight(check, light_field);
 }
 
 // The exposures are on disk: what cannot be merged now can be later.
@@ -322,7 +323,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
                Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
   ReportUnwrittenFrames(summary);
   const bool masked = MaskTurntable(args);
-  const LightField light_field = ReadLightField(args.dir);
+  LightField light_field = ReadLightField(args.dir);
   if (summary.stopped_because != coverage::StoppedBecause::kDisk && !light_field.views.empty())
     coverage::SaveMapCache(light_field, summary.refined_lens ? summary.refined_lens->camera : prepared.camera,
                            *prepared.poses);

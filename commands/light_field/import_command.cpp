@@ -1,7 +1,5 @@
 // ulf import: posed photographs by another program become a light field.
 
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -10,12 +8,10 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "commands/background_option.h"
 #include "commands/commands.h"
+#include "commands/light_field/light_field_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/progress.h"
 #include "core/light_field/exchange/import_light_field.h"
-#include "tracking/refine/light_field_input.h"
-#include "tracking/refine/pose_check.h"
 
 namespace ulf::commands {
 namespace {
@@ -40,15 +36,12 @@ fs::path ImagesFolder(const std::string& given, const fs::path& source) {
   return fs::is_directory(of_set) ? of_set : fs::path(given);
 }
 
-void Check(const LightField& light_field) {
-  tracking::PoseCheckOptions options;
-  Progress progress("check");
-  options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
-  const tracking::PoseCheck check = tracking::CheckPoses(tracking::RefineInputOf(light_field), options);
+void CheckPoses(LightField& light_field) {
+  const tracking::PoseCheck check = CheckedPoses(light_field, false).check;
+  WarnOnce(light_field.root, light_field.findings);
+  if (check.fits_poorly) return;
   std::vector<std::string> names;
   for (const View& view : light_field.views) names.push_back(view.image_path);
-  for (const std::string& line : tracking::InWords(check, names)) spdlog::warn("{}", line);
-  if (check.fits_poorly) return;
   if (check.agree > 0) {
     const std::string fit =
         fmt::format("the photographs fit the poses of {} to {:.1f} px",
@@ -67,8 +60,8 @@ int RunImport(const ImportArgs& args) {
   options.format = SetFormatFromName(args.format);
   options.images = ImagesFolder(args.images, args.source);
   if (!args.calibration.empty()) options.camera = acquisition::ReadCalibration(args.calibration);
-  const Imported imported = Import(args.source, args.dir, options);
-  const LightField& light_field = imported.light_field;
+  Imported imported = Import(args.source, args.dir, options);
+  LightField& light_field = imported.light_field;
   const Subject& subject = *light_field.subject;
   const auto masked = static_cast<std::size_t>(
       std::ranges::count_if(light_field.views, [](const View& view) { return !view.mask_path.empty(); }));
@@ -79,7 +72,7 @@ int RunImport(const ImportArgs& args) {
              subject.center_in_world.y(), subject.center_in_world.z(), subject.radius,
              light_field.units == "metres" ? "metres" : light_field.units + " units",
              imported.subject_told_by.empty() ? "" : ", by " + imported.subject_told_by);
-  if (args.check) Check(light_field);
+  if (args.check) CheckPoses(light_field);
   return kOk;
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,7 +15,6 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
-#include "tracking/refine/light_field_input.h"
 
 namespace ulf::commands {
 namespace {
@@ -29,16 +27,6 @@ struct InfoArgs {
   bool check_poses = false, check_light = false;
   bool json = false;
 };
-
-PoseReport CheckPoses(const LightField& light_field, bool silent) {
-  const auto start = std::chrono::steady_clock::now();
-  Progress progress("check", silent);
-  tracking::PoseCheckOptions options;
-  options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
-  PoseReport report{tracking::CheckPoses(tracking::RefineInputOf(light_field), options), 0};
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return report;
-}
 
 // A capture writes them when it ends: one that was killed, or still runs, has none or older ones.
 std::string MissingForOthersText(const LightField& light_field) {
@@ -57,19 +45,21 @@ int RunInfo(const InfoArgs& args) {
   ReportOptions options{.threshold_px = args.threshold_px};
   if (!args.cap.empty()) options.cap = coverage::Cap::ParseDegrees(args.cap);
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
-  const LightField light_field = ReadLightField(args.dir);
+  LightField light_field = ReadLightField(args.dir);
   const LightFieldReport report = Describe(light_field, options);
   const std::optional<render::GeometryState> geometry = render::GeometryStateOf(light_field);
   std::optional<PoseReport> poses;
-  if (args.check_poses) poses = CheckPoses(light_field, args.json);
+  if (args.check_poses) poses = CheckedPoses(light_field, args.json);
   std::optional<LightCheck> light;
   if (args.check_light) {
     Progress progress("light", args.json);
     light = CheckLightOf(light_field, progress);
+    if (light->not_compared.empty()) KeepLight(*light, light_field);
   }
   if (args.json) {
     nlohmann::json json = ToJson(report);
     json["geometry"] = GeometryJson(geometry);
+    json["doubts"] = DoubtsJson(light_field);
     if (poses) json["poses"] = ToJson(*poses, light_field);
     if (light) json["light"] = ToJson(*light);
     fmt::print("{}\n", JsonText(json));

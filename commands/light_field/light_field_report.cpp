@@ -1,7 +1,10 @@
 #include "commands/light_field/light_field_report.h"
 
+#include <spdlog/spdlog.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -9,14 +12,17 @@
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
+#include "core/light_field/kept_findings.h"
 #include "core/light_field/unposed_photographs.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/error_meter.h"
 #include "coverage/measured/threshold_by_errors.h"
 #include "render/viewpoints/viewpoint_mesh.h"
+#include "tracking/refine/light_field_input.h"
 
 namespace ulf::commands {
 namespace {
@@ -224,6 +230,26 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   return report;
 }
 
+PoseReport CheckedPoses(LightField& light_field, bool silent) {
+  const auto start = std::chrono::steady_clock::now();
+  PoseReport report;
+  {
+    Progress progress("check", silent);
+    tracking::PoseCheckOptions options;
+    options.progress = [&](double share, const std::string& stage) { progress.Show(share, stage); };
+    report.check = tracking::CheckPoses(tracking::RefineInputOf(light_field), options);
+  }
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::vector<Finding> found = FindingsOf(report.check, light_field.views);
+  const std::string why = Keep(light_field.root, Check::kPoses, found);
+  if (!found.empty()) report.not_kept = why;
+  if (found.empty())
+    for (const Finding& each : light_field.findings)
+      if (each.check == Name(Check::kPoses)) report.lapsed = each.Words();
+  Replace(Check::kPoses, found, light_field.findings);
+  return report;
+}
+
 std::string ToText(const PoseReport& report, const LightField& light_field) {
   const tracking::PoseCheck& check = report.check;
   const auto name = [&](int view) { return light_field.views[At(view)].image_path; };
@@ -233,6 +259,9 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
           : fmt::format(
                 "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n",
                 check.agree, check.error_px, check.contradicted.size(), check.untold.size(), report.seconds);
+  if (!report.lapsed.empty()) text += fmt::format("               no longer: {}\n", report.lapsed);
+  if (!report.not_kept.empty())
+    text += fmt::format("               other commands will not repeat it: {}\n", report.not_kept);
   if (!check.convention.empty()) return text;
   for (const tracking::ContradictedView& view : check.contradicted) {
     std::string by;
@@ -288,6 +317,27 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
     json["not_judged"].push_back(std::move(one));
   }
   return json;
+}
+
+void KeepLight(const LightCheck& check, LightField& light_field) {
+  std::vector<Finding> found;
+  if (std::string advice = LampAdvice(check); !advice.empty())
+    found.push_back({Name(Check::kLight), std::move(advice), {}});
+  if (const std::string why = Keep(light_field.root, Check::kLight, found); !why.empty() && !found.empty())
+    spdlog::debug("{}: what the light did is not kept: {}", light_field.root.string(), why);
+  Replace(Check::kLight, found, light_field.findings);
+}
+
+nlohmann::json DoubtsJson(const LightField& light_field) {
+  nlohmann::json doubts = nlohmann::json::array();
+  for (const std::string& words : light_field.doubts)
+    doubts.push_back({{"kind", Name(Check::kFiles)}, {"views", nlohmann::json::array()}, {"words", words}});
+  for (const Finding& each : light_field.findings) {
+    nlohmann::json views = nlohmann::json::array();
+    for (const auto& [id, image] : each.views) views.push_back({{"view", id}, {"image", image}});
+    doubts.push_back({{"kind", each.check}, {"views", std::move(views)}, {"words", each.Words()}});
+  }
+  return doubts;
 }
 
 std::string ToText(const MeasuredErrors& measured) {

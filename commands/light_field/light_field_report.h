@@ -78,8 +78,14 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
 // Which views' poses the pictures contradict (ulf info --check-poses).
 struct PoseReport {
   tracking::PoseCheck check;
-  double seconds = 0;  // that it took
+  double seconds = 0;    // that it took
+  std::string lapsed{};  // what an earlier check found and this one does not; empty: nothing
+  std::string
+      not_kept{};  // why what is wrong is not kept with the light field; empty: it is, or nothing is wrong
 };
+// Compares the photographs with the poses, keeps with the light field what it finds, and puts it in place of what
+// `light_field` knows of its poses.
+PoseReport CheckedPoses(LightField& light_field, bool silent);
 std::string ToText(const PoseReport& report, const LightField& light_field);
 nlohmann::json ToJson(const PoseReport& report, const LightField& light_field);
 
@@ -88,8 +94,13 @@ LightCheck CheckLightOf(const LightField& light_field, Progress& progress);
 // What was found of clipped pixels and of the lamp.
 std::string ToText(const LightCheck& check);
 nlohmann::json ToJson(const LightCheck& check);
+// Keeps it with the light field, and puts it in place of what `light_field` knows of its light. Says where it cannot.
+void KeepLight(const LightCheck& check, LightField& light_field);
 // What a lamp that changed means and what to do; empty where none did.
 std::string LampAdvice(const LightCheck& check);
+
+// All that is known to be wrong: of the files, and by the checks.
+nlohmann::json DoubtsJson(const LightField& light_field);
 
 std::string ToText(const MeasuredErrors& measured);
 nlohmann::json ToJson(const MeasuredErrors& measured);

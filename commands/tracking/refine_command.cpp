@@ -23,6 +23,7 @@
 #include "commands/explain.h"
 #include "commands/light_field/coverage_change.h"
 #include "commands/light_field/geometry_report.h"
+#include "commands/light_field/light_field_report.h"
 #include "commands/number_checks.h"
 #include "commands/tracking/lens_report.h"
 #include "commands/tracking/readout_option.h"
@@ -421,6 +422,14 @@ int RunRefine(const RefineArgs& args) {
     coverage = CoverageChangeOf(recorded, writer.Contents());
     geometry = render::GeometryStateOf(writer.Contents());
   }
+  // Poses that an earlier check found wrong are judged anew.
+  std::optional<LightField> after;
+  std::optional<PoseReport> poses;
+  if (std::ranges::any_of(recorded.findings,
+                          [](const Finding& each) { return each.check == Name(Check::kPoses); })) {
+    after = ReadLightField(dir);
+    poses = CheckedPoses(*after, args.json);
+  }
   const Cost cost{std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
                   PeakMemoryMib()};
   std::optional<tracking::LightFieldErrors> errors;
@@ -438,6 +447,7 @@ int RunRefine(const RefineArgs& args) {
     if (coverage) json["covered"] = ToJson(*coverage);
     json["outdated"] = Outdated(geometry_before, geometry);
     if (errors) json["truth"] = ToJson(*errors);
+    if (poses) json["poses"] = ToJson(*poses, *after);
     fmt::print("{}\n", JsonText(json, 2));
   } else {
     PrintText(dir, before, result, unposed, args, cost);
@@ -452,6 +462,7 @@ int RunRefine(const RefineArgs& args) {
     fmt::print("{}", OutdatedText(geometry_before, geometry, "the poses before", recorded));
     if (args.explain) fmt::print("{}", ExplainedText(Explained(result)));
     if (errors) fmt::print("{}", ToText(*errors));
+    if (poses) fmt::print("{}", ToText(*poses, *after));
   }
   std::fflush(stdout);
   if (!not_compared.empty()) throw Error("{}; the poses are refined and recorded", not_compared);

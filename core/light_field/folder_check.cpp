@@ -40,7 +40,7 @@ Lineage LineageOf(const std::optional<JournalStamp>& made_from, const fs::path& 
   if (!made_from) return Lineage::kUnknown;
   if (made_from->bytes > journal.whole_bytes) return Lineage::kJournalShort;
   if (StampOf(file, made_from->bytes) != made_from) return Lineage::kJournalOther;
-  return made_from->bytes == journal.whole_bytes ? Lineage::kCurrent : Lineage::kOlder;
+  return made_from->bytes >= journal.derived_bytes ? Lineage::kCurrent : Lineage::kOlder;
 }
 
 std::set<int> Ids(const std::map<int, View>& views) {

@@ -15,6 +15,7 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
 #include "core/light_field/exchange/frame_files.h"
+#include "core/light_field/kept_findings.h"
 #include "core/light_field/newer_format.h"
 #include "core/light_field/view_exposures.h"
 #include "core/light_field/view_json.h"
@@ -29,9 +30,9 @@ using nlohmann::json;
 constexpr const char* kDamaged = "damaged";
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
-constexpr const char* kEventsWithoutViews[] = {"subject",  "up",     "goal",      "readout",
-                                               "gap",      "remove", "unposed",   "close",
-                                               "exposure", "merged", "turntable", "masks"};
+constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",   "readout",  "gap",
+                                               "remove",    "unposed", "close",  "exposure", "merged",
+                                               "turntable", "masks",   "checked"};
 
 void ApplyHeader(const JsonPlace& event, LightField& light_field) {
   const int version = event.Integer("version");
@@ -197,6 +198,13 @@ void ApplyRemoval(const JsonPlace& event, JournalContents& contents) {
   std::erase_if(light_field.views, [&](const View& view) { return ids.contains(view.id); });
 }
 
+void ApplyChecked(const JsonPlace& event, JournalContents& contents) {
+  std::vector<KeptFinding> kept = KeptFindingsFromJson(event);
+  std::erase_if(contents.kept_findings,
+                [&](const KeptFinding& each) { return each.check == event.Text("check"); });
+  contents.kept_findings.insert(contents.kept_findings.end(), kept.begin(), kept.end());
+}
+
 void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const std::string kind = event.Text("event");
@@ -226,6 +234,8 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
     ApplyMerged(event, light_field);
   } else if (kind == "unposed") {
     ApplyUnposed(event, light_field);
+  } else if (kind == "checked") {
+    ApplyChecked(event, contents);
   } else if (kind == "close") {
     light_field.capture_s = event.Number("capture_s", 0);
     if (event.Has("reasons"))
@@ -383,6 +393,10 @@ void ReadHeader(const std::optional<json>& object, const std::string& where, Jou
   }
 }
 
+bool IsCheckedLine(const std::optional<json>& object) {
+  return object && object->is_object() && object->contains("event") && (*object)["event"] == "checked";
+}
+
 JournalContents Read(const fs::path& file, const LightField* header) {
   JournalContents contents;
   if (header) contents.light_field = *header;
@@ -403,6 +417,7 @@ JournalContents Read(const fs::path& file, const LightField* header) {
       contents.lines.back().whole = true;
     }
     contents.whole_bytes = end + 1;
+    if (!IsCheckedLine(object)) contents.derived_bytes = end + 1;
   }
   if (contents.whole_bytes == 0 && !header)
     throw Error(

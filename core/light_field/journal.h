@@ -18,6 +18,7 @@
 //   remove       {id}, or of several together {ids []}
 //   unposed      {image, master, camera, times, exposure, gain, problem}
 //   close        {capture_s, reasons, measured}
+//   checked      {check, found [{text, whole, views {id: {photograph, pose}}}]}
 //   repaired     {}
 //
 // Every call syncs its lines before it returns; when the disk refuses a write, the whole call is undone
@@ -87,6 +88,9 @@ struct JournalContents {
   std::vector<DamagedLine> damaged;     // of very many places the last entry stands for all further ones
   std::size_t staying_lines = 0;        // among the damaged ones
   std::vector<JournalLine> lines;       // up to whole_bytes
+  // Derived files that were made from so many bytes hold all: what follows says what checks found.
+  std::size_t derived_bytes = 0;
+  std::vector<KeptFinding> kept_findings;  // the last of each check
 };
 
 // Throws Error when the file cannot be read or its first line is no header of a supported version.
@@ -127,6 +131,8 @@ class Journal {
   void NoteUnposed(const UnposedPhotograph& photograph);
   void Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
              const std::optional<MeasuredErrors>& measured);
+  // What a check found, in place of what it found before; nothing: it was looked at again.
+  void NoteChecked(const std::string& check, const std::vector<KeptFinding>& found);
   // Appends lines of another journal unchanged.
   void Append(const std::string& lines);
   // Appends a line about the repair, padded so that the journal has at least `bytes`. Otherwise derived files

@@ -14,6 +14,7 @@
 #include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
 #include "core/light_field/journal.h"
+#include "core/light_field/kept_findings.h"
 #include "core/light_field/view_exposures.h"
 #include "core/light_field/view_json.h"
 
@@ -234,6 +235,10 @@ void Journal::NoteUnposed(const UnposedPhotograph& photograph) {
   event["camera"] = photograph.view.camera;
   if (!photograph.problem.empty()) event["problem"] = photograph.problem;
   Append(JsonText(event));
+}
+
+void Journal::NoteChecked(const std::string& check, const std::vector<KeptFinding>& found) {
+  Append(JsonText(KeptFindingsToJson(check, found)));
 }
 
 void Journal::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,

@@ -18,6 +18,7 @@
 #include "core/image/color_profile.h"
 #include "core/image/flat_field.h"
 #include "core/image/image.h"
+#include "core/light_field/findings.h"
 
 namespace ulf {
 
@@ -193,7 +194,10 @@ struct LightField {
   std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames
   std::optional<MeasuredErrors> measured;        // none: the capture measured none
   std::vector<ScenePoint> points;
+  // Seen farther from where the points are than kMostTrackErrorPx, and therefore left out on reading.
+  std::size_t misplaced_observations = 0;
   std::vector<std::string> doubts;  // in words: where the folder's files disagree, or are damaged
+  std::vector<Finding> findings;    // of the other checks: what does not fit in what the files say
 
   Eigen::Vector3d UpInWorld() const;
   const CameraModel& CameraOf(const View& view) const {

@@ -22,6 +22,7 @@
 #include "core/light_field/journal.h"
 #include "core/light_field/leftovers.h"
 #include "core/light_field/points/point_io.h"
+#include "core/light_field/quick_checks.h"
 #include "core/light_field/view_exposures.h"
 #include "core/light_field/view_files.h"
 #include "core/light_field/view_numbers.h"
@@ -127,9 +128,15 @@ void RequireMatchingPictures(const LightField& light_field) {
       light_field.root.string(), ViewNumbers(check.others), ShellWord(light_field.root.string()));
 }
 
+void AddFindings(const std::vector<KeptFinding>& kept, LightField& light_field) {
+  light_field.findings = KnownFindings(kept, light_field);
+  WarnOnce(light_field.root, light_field.findings);
+}
+
 LightField ReadForeignSet(const fs::path& transforms) {
   LightField light_field = ReadTransformsJson(transforms);
   WarnOnce(light_field.doubts);
+  AddFindings({}, light_field);
   return light_field;
 }
 
@@ -193,6 +200,7 @@ LightField ReadLightField(const fs::path& path) {
   light_field.doubts = check.words;
   ReadPoints(light_field);
   WarnOnce(light_field.doubts);
+  AddFindings(journal.kept_findings, light_field);
   if (check.not_closed && !light_field.views.empty())
     spdlog::debug("{}: transforms.json and sparse/ are older than the journal", path.string());
   return light_field;
@@ -282,6 +290,7 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   ReadPoints(contents.light_field);
   const std::vector<std::string> point_doubts = contents.light_field.doubts;
   WarnOnce(point_doubts);
+  AddFindings(contents.kept_findings, contents.light_field);
   MoveRemoved(dir, contents);
   state->light_field = std::move(contents.light_field);
   LockAsBefore(state->light_field, state->white_balance);

@@ -12,6 +12,7 @@
 #include "core/light_field/folder_check.h"
 #include "core/light_field/newer_format.h"
 #include "core/light_field/points/point_io.h"
+#include "core/light_field/quick_checks.h"
 #include "core/light_field/view_files.h"
 #include "core/light_field/view_numbers.h"
 
@@ -284,18 +285,21 @@ bool SameButForRounding(const std::string& a, const std::string& b) {
 }
 
 // Finds derived files of this journal that were damaged or edited, and points that cannot be read.
-void CompareDerived(const fs::path& dir, const LightField& journal, const FolderCheck& check,
+void CompareDerived(const fs::path& dir, const JournalContents& journal, const FolderCheck& check,
                     RepairPlan& plan) {
-  LightField light_field = journal;
+  LightField light_field = journal.light_field;
   ReadPoints(light_field);
+  WarnOnce(dir, KnownFindings(journal.kept_findings, light_field));
   for (const std::string& doubt : light_field.doubts) plan.found.push_back(doubt);
   plan.damaged_points = !light_field.doubts.empty();
   const bool no_ply = !light_field.points.empty() && !fs::exists(dir / "points.ply");
   if (no_ply) plan.found.push_back(fmt::format("{}: is missing", (dir / "points.ply").string()));
   plan.new_derived |= plan.damaged_points || no_ply;
   if (check.transforms.lineage != Lineage::kCurrent || check.model.lineage != Lineage::kCurrent) return;
-  const auto stamp = StampOf(dir / kJournalFile);
-  const ColmapFiles colmap = ToColmapText(ToColmap(light_field), stamp);
+  const auto stamp = [&](const Derived& derived) {
+    return StampOf(dir / kJournalFile, derived.made_from_bytes);
+  };
+  const ColmapFiles colmap = ToColmapText(ToColmap(light_field), stamp(check.model));
   // Observations and points lose digits in points.ulf: for their files only the number of lines is compared.
   const auto compare = [&](const char* name, bool same) {
     if (same) return;
@@ -312,7 +316,8 @@ void CompareDerived(const fs::path& dir, const LightField& journal, const Folder
   compare("sparse/0/cameras.txt", SameButForRounding(text("sparse/0/cameras.txt"), colmap.cameras));
   compare("sparse/0/images.txt", images.ends_with('\n') && lines(images) == lines(colmap.images));
   compare("sparse/0/points3D.txt", points.ends_with('\n'));
-  compare(kTransformsFile, SameButForRounding(text(kTransformsFile), TransformsJsonText(light_field, stamp)));
+  compare(kTransformsFile, SameButForRounding(text(kTransformsFile),
+                                              TransformsJsonText(light_field, stamp(check.transforms))));
 }
 
 RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
@@ -349,7 +354,7 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
                      !plan.taken_out.empty() || plan.settings || plan.damaged_lines > 0;
   plan.new_derived = plan.new_journal || check.not_closed || !check.transforms.IsOurs() ||
                      !check.model.IsOurs() || check.model.is_cut;
-  if (!plan.new_journal) CompareDerived(dir, journal.light_field, check, plan);
+  if (!plan.new_journal) CompareDerived(dir, journal, check, plan);
   plan.views_after = plan.views_before + plan.recovered.size() - plan.taken_out.size();
   return plan;
 }

@@ -452,19 +452,23 @@ std::string UntoldInWords(const PoseCheck& check, const std::vector<std::string>
                      SomeOf(check.untold, names));
 }
 
-std::vector<std::string> InWords(const PoseCheck& check, const std::vector<std::string>& names) {
-  std::vector<std::string> lines;
-  const std::size_t wrong = check.contradicted.size(), told = wrong + static_cast<std::size_t>(check.agree);
-  const bool most = 2 * wrong > told;
+std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>& views) {
+  std::vector<Finding> findings;
+  const std::size_t wrong = check.contradicted.size(), agree = static_cast<std::size_t>(check.agree);
   if (wrong > 0 && check.convention.empty()) {  // else they are wrong for another reason
-    lines.push_back(fmt::format(
-        "the poses of {} of {} disagree with what the photographs show ({}): {}", wrong,
-        Counted(told, "view"), SomeOf(check.contradicted, names),
-        most ? "are the photographs in another order than the poses, or cropped, or by another lens?"
-             : "are they others than those that were posed?"));
+    Finding& of_views = findings.emplace_back();
+    of_views.check = Name(Check::kPoses);
+    of_views.text = fmt::format(
+        "the poses of {{views}} disagree with what the photographs show, and those of {} agree: {}",
+        Counted(agree, "view"),
+        wrong > agree ? "are the photographs in another order than the poses, or cropped, or by another lens?"
+                      : "are they others than those that were posed?");
+    for (const ContradictedView& each : check.contradicted)
+      of_views.views[views[At(each.view)].id] = views[At(each.view)].image_path;
   }
-  if (std::string whole = FitInWords(check); !whole.empty()) lines.push_back(std::move(whole));
-  return lines;
+  if (std::string whole = FitInWords(check); !whole.empty())
+    findings.push_back({Name(Check::kPoses), std::move(whole), {}});
+  return findings;
 }
 
 }  // namespace ulf::tracking

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "core/light_field/light_field.h"
 #include "tracking/refine/refine.h"
 
 namespace ulf::tracking {
@@ -77,7 +78,7 @@ std::string FitInWords(const PoseCheck& check);
 // Of views that cannot be judged, in words; empty: there are none.
 std::string UntoldInWords(const PoseCheck& check, const std::vector<std::string>& names);
 
-// In words, for whoever imports a set, a line for each thing: empty where nothing is to be said. `names`: of the views.
-std::vector<std::string> InWords(const PoseCheck& check, const std::vector<std::string>& names);
+// What is wrong with poses; empty where nothing is. `views`: those of the input.
+std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>& views);
 
 }  // namespace ulf::tracking

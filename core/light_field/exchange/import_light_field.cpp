@@ -17,6 +17,7 @@
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/light_field_io.h"
+#include "core/light_field/quick_checks.h"
 #include "core/light_field/view_exposures.h"
 
 namespace ulf {
@@ -163,14 +164,6 @@ void TakeOverBackground(const LightField& source, const View& view, const cv::Ma
   WriteInFolder(dir / taken.image_path, PngBytes(Srgb8({.pixels = over, .transfer = Transfer::kSrgb})));
 }
 
-bool IsInAnyPhotograph(const Subject& subject, const LightField& light_field) {
-  return std::ranges::any_of(light_field.views, [&](const View& view) {
-    const Eigen::Vector3d in_cam = view.cam_from_world * subject.center_in_world;
-    const auto img = light_field.CameraOf(view).ImgFromCam(in_cam);
-    return in_cam.z() > 0 && img && light_field.CameraOf(view).Contains(*img);
-  });
-}
-
 }  // namespace
 
 Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
@@ -184,16 +177,14 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
         "pictures with alpha are laid over white, as in the papers (--background COLOUR)");
   }
   Imported imported{source, set.format, {}};
-  if (options.subject) {
-    source.subject = options.subject;
-    if (!IsInAnyPhotograph(*source.subject, source))
-      source.doubts.push_back("no photograph shows the middle of the subject that was given");
-  }
+  if (options.subject) source.subject = options.subject;
   if (!source.subject)
     if (const auto found = FindSubject(set)) {
       source.subject = found->subject;
       imported.subject_told_by = found->told_by;
     }
+  source.findings = QuickFindings(source);
+  WarnOnce(dir, source.findings);
   if (!source.subject)
     throw UsageError("{}: the subject cannot be found: {}", source_path.string(), WhyNoSubject(source));
   for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);

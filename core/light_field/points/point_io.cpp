@@ -67,7 +67,7 @@ void ReadPoints(LightField& light_field) {
         ply.string()));
   light_field.points = std::move(stored.points);
   FitPointsOf(stored.moved, light_field);
-  MeasurePoints(light_field);
+  light_field.misplaced_observations = MeasurePoints(light_field);
 }
 
 void WritePoints(const LightField& light_field) {

@@ -44,21 +44,26 @@ void FitPointsOf(const std::set<int>& view_ids, LightField& light_field) {
   });
 }
 
-void MeasurePoints(LightField& light_field) {
+std::size_t MeasurePoints(LightField& light_field) {
   const ObservationsById observations_by_id(light_field);
+  std::size_t misplaced = 0;
   for (ScenePoint& point : light_field.points) {
     double sum_px = 0;
     std::erase_if(point.track, [&](const ViewObservation& seen) {
       const PosedObservation observation = observations_by_id.Of(seen);
-      const double error_px =
-          observation.camera ? ReprojectionErrorPx(observation, point.position_in_world) : 1e9;
-      if (!(error_px <= kMostTrackErrorPx)) return true;
+      if (!observation.camera) return true;
+      const double error_px = ReprojectionErrorPx(observation, point.position_in_world);
+      if (!(error_px <= kMostTrackErrorPx)) {
+        ++misplaced;
+        return true;
+      }
       sum_px += error_px;
       return false;
     });
     if (point.track.size() < 2) point.track.clear();
     point.error_px = point.track.empty() ? 0 : sum_px / static_cast<double>(point.track.size());
   }
+  return misplaced;
 }
 
 PointStatistics StatisticsOf(const std::vector<ScenePoint>& points) {

@@ -30,10 +30,15 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-std::vector<std::string> NamesOf(const RefineInput& input) {
-  std::vector<std::string> names;
-  for (const RefineInput::View& view : input.views) names.push_back(view.name);
-  return names;
+std::vector<std::string> WordsOf(const PoseCheck& check, const RefineInput& input) {
+  std::vector<View> views(input.views.size());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    views[v].id = static_cast<int>(v) + 1;
+    views[v].image_path = input.views[v].name;
+  }
+  std::vector<std::string> words;
+  for (const Finding& each : FindingsOf(check, views)) words.push_back(each.Words());
+  return words;
 }
 
 TEST(PoseCheck, RightPosesAgreeAlsoWhereTheyAreALittleOff) {
@@ -42,7 +47,7 @@ TEST(PoseCheck, RightPosesAgreeAlsoWhereTheyAreALittleOff) {
     const PoseCheck check = CheckPoses(views->input);
     EXPECT_THAT(check.contradicted, IsEmpty()) << shift;
     EXPECT_GE(check.agree, 11) << shift;
-    EXPECT_THAT(InWords(check, NamesOf(views->input)), IsEmpty());
+    EXPECT_THAT(WordsOf(check, views->input), IsEmpty());
     EXPECT_EQ(check.error_px < 0.5, shift == 0) << check.error_px;
   }
 }
@@ -86,13 +91,13 @@ TEST(PoseCheck, PosesOfOtherPhotographsAreNamed) {
   std::swap(views->images[3], views->images[7]);
   const PoseCheck swapped = CheckPoses(views->input);
   EXPECT_THAT(Contradicted(swapped), ElementsAre(3, 7));
-  EXPECT_THAT(InWords(swapped, NamesOf(views->input)),
-              ElementsAre(AllOf(HasSubstr("2 of 12 views"), HasSubstr("view 3, view 7"))));
+  EXPECT_THAT(WordsOf(swapped, views->input), ElementsAre(AllOf(HasSubstr("views 4 and 8 (view 3, view 7)"),
+                                                                HasSubstr("those of 10 views agree"))));
 
   std::ranges::reverse(views->images);
   const PoseCheck turned = CheckPoses(views->input);
   EXPECT_GE(turned.contradicted.size(), 4u);  // those that are contradicted testify against no others
-  EXPECT_THAT(InWords(turned, NamesOf(views->input)), Contains(HasSubstr("in another order")));
+  EXPECT_THAT(WordsOf(turned, views->input), Contains(HasSubstr("in another order")));
 }
 
 // The photographs with poses in a transforms.json: `rows` makes its matrix of the true pose.
@@ -129,8 +134,7 @@ TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
     WriteSet(scratch.path(), *views, rows);
     const LightField read = ReadPosedSet(scratch.path(), {}, {}).light_field;
     const PoseCheck check = CheckPoses(tracking::RefineInputOf(read));
-    EXPECT_EQ(InWords(check, NamesOf(views->input)).size(), check.fits_poorly ? 1u : 0u)
-        << "of single views nothing";
+    EXPECT_EQ(WordsOf(check, views->input).size(), check.fits_poorly ? 1u : 0u) << "of single views nothing";
     EXPECT_EQ(check.convention.empty(), !check.fits_poorly);
     return check.convention;
   };
@@ -189,7 +193,7 @@ TEST(PoseCheck, AnotherLensFitsPoorlyAsAWhole) {
   EXPECT_TRUE(check.fits_poorly);
   EXPECT_EQ(check.convention, "");
   EXPECT_GT(check.fit_error_px, 1);
-  EXPECT_THAT(InWords(check, NamesOf(views->input)),
+  EXPECT_THAT(WordsOf(check, views->input),
               Contains(AllOf(HasSubstr("by another lens"),
                              HasSubstr(fmt::format("{:.1f} px off in most pairs", check.fit_error_px)))));
 }
@@ -218,7 +222,7 @@ TEST(PoseCheck, WhatCannotBeToldIsNotBlamed) {
 }
 
 // What ulf info lists, of a folder whose journal has one wrong pose.
-TEST(PoseCheck, InfoListsTheViewAndWritesNothing) {
+TEST(PoseCheck, InfoListsTheViewAndKeepsIt) {
   const auto views = MakeViews(7, 0, 0, 8);
   ScratchFolder scratch;
   const std::filesystem::path dir = scratch / "room";
@@ -242,16 +246,18 @@ TEST(PoseCheck, InfoListsTheViewAndWritesNothing) {
       times[entry.path().string()] = entry.last_write_time();
     return times;
   };
-  const auto before = files();
   const CommandResult told = RunUlf("info " + dir.string() + " --check-poses");
+  const auto before = files();
   EXPECT_EQ(told.exit_code, 0) << told.errors;
   EXPECT_THAT(told.output, HasSubstr("6 fit the pictures"));
   EXPECT_THAT(told.output, HasSubstr("contradicted   images/000004.png"));
   EXPECT_THAT(told.output, HasSubstr("ulf refine " + dir.string()));
   const CommandResult as_json = RunUlf("info " + dir.string() + " --check-poses --json");
   EXPECT_THAT(as_json.output, HasSubstr(R"("image":"images/000004.png","moved_share":)"));
-  EXPECT_THAT(RunUlf("info " + dir.string()).output, Not(HasSubstr("contradicted")));
-  EXPECT_EQ(files(), before);
+  const CommandResult plain = RunUlf("info " + dir.string());
+  EXPECT_THAT(plain.output, Not(HasSubstr("contradicted")));
+  EXPECT_THAT(plain.errors, HasSubstr("the poses of view 4 (images/000004.png) disagree"));
+  EXPECT_EQ(files(), before) << "what was found is kept once";
 }
 
 TEST(PoseCheck, RealSetsAgree) {

@@ -1,0 +1,51 @@
+// What checks of a light field find. docs/light_field.md ("Checks") has a row for each check: what it judges, who runs
+// it, who repeats what it found, and what it costs.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace ulf {
+
+enum class Check {
+  kFiles,    // files of the folder that disagree or are damaged: LightField::doubts
+  kPoints,   // points that do not belong to the poses
+  kSubject,  // a subject that no photograph shows
+  kPoses,    // poses that disagree with what the photographs show
+  kLight     // a lamp that changed between earlier and later views
+};
+inline constexpr Check kChecks[] = {Check::kFiles, Check::kPoints, Check::kSubject, Check::kPoses,
+                                    Check::kLight};
+const char* Name(Check check);
+
+// What a check found wrong.
+struct Finding {
+  std::string check;                 // Name() of a Check, or of one that a newer ulf knows
+  std::string text;                  // for people; "{views}" in it stands for the views
+  std::map<int, std::string> views;  // their photographs by id; empty: the light field as a whole
+
+  std::string Words() const;
+};
+
+// Exchanges what the check found before for `found`.
+void Replace(Check check, const std::vector<Finding>& found, std::vector<Finding>& findings);
+
+// Warns of each once in a process, because some commands read a light field several times.
+void WarnOnce(const std::filesystem::path& light_field, const std::vector<Finding>& findings);
+
+// What was found in an earlier run and is kept in the journal, with digests of what it was found in: what has changed
+// since is in doubt no longer.
+struct JudgedView {
+  std::string photograph, pose;  // digests; empty: it does not matter to the check
+  bool operator==(const JudgedView&) const = default;
+};
+struct KeptFinding {
+  std::string check, text;
+  bool whole = false;  // about the light field as a whole, of which `views` are examples
+  std::map<int, JudgedView> views;
+  bool operator==(const KeptFinding&) const = default;
+};
+
+}  // namespace ulf
