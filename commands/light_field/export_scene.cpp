@@ -97,6 +97,12 @@ int RunGltf(const GltfArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   RequireOutside(light_field.root, args.output);
   StagedFolder folder(args.output);
+  // Before photographs: a mesh that is not there is what most often stands in the way.
+  const auto proxy =
+      render::ProxyFromName(args.mesh, render::SubjectOf(light_field, OptionsOf(args).subject), args.dir);
+  if (!proxy->Occluder())
+    throw UsageError("--mesh {}: is no mesh; give 'mesh', which ulf proxy makes, or a PLY or OBJ file",
+                     args.mesh);
   const StopOnSignal signals;
   Progress progress("export", args.json);
   render::GltfModel model;
@@ -107,10 +113,6 @@ int RunGltf(const GltfArgs& args) {
   model.up_in_world = scene->up_in_world;
   constexpr double kNearOfRadius = 0.01;  // no camera stands so near to a surface, whatever the world's unit
   model.near_distance = kNearOfRadius * scene->subject.radius;
-  const auto proxy = render::ProxyFromName(args.mesh, scene->subject, args.dir);
-  if (!proxy->Occluder())
-    throw UsageError("--mesh {}: is no mesh; give 'mesh', which ulf proxy makes, or a PLY or OBJ file",
-                     args.mesh);
   if (const auto light = LightOf(args, *scene, proxy)) scene = render::WithLight(*scene, *light);
   const auto most_triangles = static_cast<std::size_t>(args.triangles);
   const auto mesh = std::make_shared<const render::TriangleMesh>(render::Split(
@@ -210,19 +212,20 @@ int RunQuilt(const QuiltArgs& args) {
   StagedFolder folder(args.output);
   const StopOnSignal signals;
   Progress progress("export", args.json);
-  const auto plain = render::LoadScene(light_field, OptionsOf(args));
-  const render::RendererKind kind = RendererFromName(args.renderer);
   render::FieldOptions field;
   if (args.field != render::kAuto) field.kind = render::FieldFromName(args.field);
-  const ChosenModel chosen = ChooseModel(args, plain, args.proxy, args.field, field, kind);
-  const auto renderer = RendererOf(
-      args, chosen, {.field = chosen.choice.field, .renderer = kind, .gpu_memory_mb = args.gpu_memory_mb});
-  const render::QuiltViews views = render::QuiltViewsOf(renderer->scene(), options);
-  if (!(views.view_cone > 0))
+  const auto plain = render::LoadScene(light_field, OptionsOf(args));
+  // Before fields and geometry are compared, which change no viewpoint.
+  if (!(render::QuiltViewsOf(*plain, options).view_cone > 0))
     throw UsageError(
         "{}: the recorded viewpoints carry no view to the side of their middle; give --cone DEGREES to try "
         "all the same, or record viewpoints beside each other",
         args.dir);
+  const render::RendererKind kind = RendererFromName(args.renderer);
+  const ChosenModel chosen = ChooseModel(args, plain, args.proxy, args.field, field, kind);
+  const auto renderer = RendererOf(
+      args, chosen, {.field = chosen.choice.field, .renderer = kind, .gpu_memory_mb = args.gpu_memory_mb});
+  const render::QuiltViews views = render::QuiltViewsOf(renderer->scene(), options);
   const int tiles = static_cast<int>(views.cameras.size());
   const cv::Mat quilt = render::DrawQuilt(*renderer, views, options.format, [&](int done) {
     StopWhereAsked();

@@ -22,6 +22,9 @@ constexpr double kSaidBlurPx = 2;  // guessed
 
 BracketReport MergeBrackets(const std::filesystem::path& dir) {
   BracketReport report;
+  // Before the writer looks at every photograph.
+  if (std::ranges::all_of(ReadLightField(dir).views, [](const View& view) { return view.exposures.empty(); }))
+    return report;
   LightFieldWriter writer = LightFieldWriter::Resume(dir);
   const LightField light_field = writer.Contents();
   std::vector<View> views;

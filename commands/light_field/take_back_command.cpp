@@ -95,6 +95,7 @@ void TakeBack(LightFieldWriter& writer, const std::set<int>& asked) {
 
 int RunTakeBack(const TakeBackArgs& args) {
   const std::set<int> asked = ViewsOf(args.views);
+  RequireViews(ReadLightField(args.dir), asked);  // before the writer looks at every photograph
   LightFieldWriter writer = LightFieldWriter::Resume(args.dir);
   const LightField before = writer.Contents();
   RequireViews(before, asked);

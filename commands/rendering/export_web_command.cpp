@@ -75,6 +75,25 @@ std::shared_ptr<const render::Proxy> ProxyFor(const WebArgs& args, const Subject
   return render::ProxyFromName(names.front(), subject, args.dir);
 }
 
+// As --budget takes it, rounded up.
+std::string BudgetText(std::size_t bytes) {
+  const bool is_small = bytes < 10'000'000;
+  return fmt::format("{:.0f}{}", std::ceil((is_small ? 1e-3 : 1e-6) * static_cast<double>(bytes)),
+                     is_small ? "kB" : "MB");
+}
+
+// Before anything is read but the journal.
+void RequireBudget(const WebArgs& args, const LightField& light_field, std::size_t budget_bytes) {
+  const render::LeastWebPage least = render::LeastPageOf(light_field, OptionsOf(args), budget_bytes);
+  if (least.bytes <= budget_bytes) return;
+  throw UsageError(
+      "--budget {}: {} take at least {}, with pictures of 64 pixels; {} can hold {}; give more (such as {}), "
+      "or take views out of a copy (cp -r {} COPY; ulf take-back COPY VIEW)",
+      args.budget, Counted(least.views, "view"), BudgetText(least.bytes), args.budget,
+      least.views_held == 0 ? "none" : fmt::format("some {}", least.views_held), BudgetText(2 * least.bytes),
+      ShellWord(args.dir));
+}
+
 // Where the page begins, as the page will draw it.
 cv::Mat Poster(const WebArgs& args, const std::shared_ptr<const render::RenderScene>& scene) {
   const render::ViewerCamera start = render::StartingCamera(*scene);
@@ -92,15 +111,16 @@ cv::Mat Poster(const WebArgs& args, const std::shared_ptr<const render::RenderSc
 }
 
 int RunExportWeb(const WebArgs& args) {
-  const LightField light_field = ReadLightField(args.dir);
   render::WebPageOptions options;
   options.budget_bytes = BytesFromText(args.budget);
+  const LightField light_field = ReadLightField(args.dir);
   options.longest_px = args.longest_px;
   options.title =
       args.title.empty() ? std::filesystem::weakly_canonical(args.dir).filename().string() : args.title;
   RequireExportable(light_field, args.output, {});
+  RequireBudget(args, light_field, options.budget_bytes);
+  const auto proxy = ProxyFor(args, render::SubjectOf(light_field, OptionsOf(args).subject));
   const auto plain = render::LoadScene(light_field, OptionsOf(args));
-  const auto proxy = ProxyFor(args, plain->subject);
   const auto light = LightOf(args, *plain, MeshForLight(args, *plain, {proxy}));
   const auto scene = render::WithProxy(light ? *render::WithLight(*plain, *light) : *plain, proxy);
   Progress progress("export", args.json);

@@ -16,10 +16,12 @@
 #include "commands/rendering/aperture_options.h"
 #include "commands/rendering/chosen_model.h"
 #include "commands/rendering/scene_options.h"
+#include "core/base/atomic_file.h"
 #include "core/base/available_memory.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
+#include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
@@ -367,8 +369,12 @@ int RunRender(const RenderArgs& args) {
   const render::FrameRange range = render::ParseFrames(args.frames);
   render::PictureEncoding encoding = EncodingOf(args);
   CheckApertureOptions(args.aperture, args.dir);
-  const auto plain = SceneOf(args, encoding);
   const bool single = render::IsSinglePicture(args.out);
+  if (render::IsVideo(args.out))
+    RequireWritable(args.out);
+  else
+    RequireFolderCanBeMade(single ? FolderOf(args.out).string() : args.out);
+  const auto plain = SceneOf(args, encoding);
   render::CameraPath path = PathOf(args, *plain, single && args.frames.empty() ? 1 : range.count);
   render::RequireFrames(path, range.count, args.frames);
   const int all = static_cast<int>(path.cam_from_world.size());
@@ -378,16 +384,16 @@ int RunRender(const RenderArgs& args) {
     spdlog::warn("--frames {}: the path ends after {}", args.frames, Counted(all, "picture"));
   const int end = single ? range.first + 1 : std::min(range.end.value_or(all), all);
   encoding.knows_colors = plain->knows_colors;
+  for (int i = range.first; i < end; ++i) {
+    const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
+    render::RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
+  }
   const auto [renderer, explained] = ChosenRendererOf(args, encoding, plain);
   Zoom(args, *renderer, path);
   if (args.aperture.Asked()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
   if (!path.apertures.empty()) {
     RequireRings(renderer->field(), renderer->scene().mesh);
     WarnOfWidth(path.apertures, renderer->scene());
-  }
-  for (int i = range.first; i < end; ++i) {
-    const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
-    render::RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
   }
 
   std::unique_ptr<render::PictureSink> video;

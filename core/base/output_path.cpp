@@ -29,6 +29,16 @@ void RequireWritablePicture(const std::string& path) {
   RequireWritable(path);
 }
 
+void RequireFolderCanBeMade(const std::string& path) {
+  std::error_code ignored;
+  fs::path there = fs::absolute(path).lexically_normal();
+  while (!fs::exists(there, ignored) && there.has_relative_path()) there = there.parent_path();
+  if (!fs::is_directory(there, ignored))
+    throw UsageError("{}: {} is no folder; choose another", path, there.string());
+  if (access(there.c_str(), W_OK) != 0)
+    throw UsageError("{}: the folder {} is not writable; choose another", path, there.string());
+}
+
 void RequireWritableFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);

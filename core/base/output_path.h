@@ -11,6 +11,9 @@ void RequireWritable(const std::string& path);
 // The same; throws also when the ending is not .png, .jpg or .jpeg.
 void RequireWritablePicture(const std::string& path);
 
+// Throws UsageError when the folder could not be made or written into; makes none.
+void RequireFolderCanBeMade(const std::string& path);
+
 // Makes the folder where it does not exist. Throws UsageError when it cannot be made or written into.
 void RequireWritableFolder(const std::string& path);
 

@@ -5,11 +5,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/at.h"
 #include "core/base/counted.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "render/viewpoints/near_directions.h"
 #include "render/viewpoints/planar_delaunay.h"
 #include "render/viewpoints/spherical_delaunay.h"
 #include "render/viewpoints/subject_center.h"
@@ -32,19 +34,25 @@ Vector3d Sum(const std::vector<Vector3d>& vectors) {
   return sum;
 }
 
+// Of chords between unit vectors: far more than rounding makes of them.
+constexpr double kRounding = 1e-7;
+
 // For each direction the angle to its n-th nearest: about the length of an edge of a triangulation there,
 // even where there are duplicates.
-std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions, int neighbour) {
+std::vector<double> LocalSpacing(const std::vector<Vector3d>& directions, const NearDirections& near,
+                                 int neighbour) {
   std::vector<double> spacing(directions.size(), 0.0);
+  const std::size_t rank = std::min(At(neighbour), directions.size() - 1);
+  if (rank == 0) return spacing;
+  std::vector<double> cosines;
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    std::vector<double> cosines;
-    cosines.reserve(directions.size());
-    for (std::size_t j = 0; j < directions.size(); ++j)
+    cosines.clear();
+    near.Within(directions[i], near.ChordOfNearest(directions[i], rank + 1) + kRounding, [&](std::size_t j) {
       if (j != i) cosines.push_back(-directions[i].dot(directions[j]));
-    if (cosines.empty()) continue;
-    const std::size_t rank = std::min(At(neighbour), cosines.size()) - 1;
-    std::nth_element(cosines.begin(), cosines.begin() + static_cast<std::ptrdiff_t>(rank), cosines.end());
-    spacing[i] = std::acos(std::clamp(-cosines[rank], -1.0, 1.0));
+    });
+    const auto nth = cosines.begin() + static_cast<std::ptrdiff_t>(rank - 1);
+    std::nth_element(cosines.begin(), nth, cosines.end());
+    spacing[i] = std::acos(std::clamp(-*nth, -1.0, 1.0));
   }
   return spacing;
 }
@@ -62,19 +70,25 @@ double EvenSpacing(const std::vector<Vector3d>& directions) {
 std::vector<std::vector<std::size_t>> GroupOnce(const std::vector<Vector3d>& directions,
                                                 const ViewpointMeshOptions& options) {
   constexpr double kSameRad = 1e-6;  // CGAL merges directions that are closer
-  const std::vector<double> spacing = LocalSpacing(directions, options.spacing_neighbour);
+  const NearDirections near(directions);
+  const std::vector<double> spacing = LocalSpacing(directions, near, options.spacing_neighbour);
   // Where all cameras stood still the median is only their tremor; the even spacing is then larger.
   const double floor = options.least_spacing_share * std::max(Median(spacing), EvenSpacing(directions));
   std::vector<std::vector<std::size_t>> groups;
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> begun_by(directions.size(), kNone);  // the group that a direction is the first of
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const double merge_rad = std::max(kSameRad, options.duplicate_share * std::max(spacing[i], floor));
-    const auto home = std::ranges::find_if(groups, [&](const std::vector<std::size_t>& group) {
-      return AngleBetween(directions[group.front()], directions[i]) < merge_rad;
+    std::size_t home = kNone;  // the first of those that are near enough; a chord is shorter than its angle
+    near.Within(directions[i], merge_rad + kRounding, [&](std::size_t j) {
+      if (begun_by[j] < home && AngleBetween(directions[j], directions[i]) < merge_rad) home = begun_by[j];
     });
-    if (home == groups.end())
+    if (home == kNone) {
+      begun_by[i] = groups.size();
       groups.push_back({i});
-    else
-      home->push_back(i);
+    } else {
+      groups[home].push_back(i);
+    }
   }
   return groups;
 }
@@ -279,20 +293,19 @@ void Triangulate(ViewpointMesh& mesh, const ViewpointMeshOptions& options) {
 int CountGroups(const ViewpointMesh& mesh) {
   const std::vector<Vector3d> directions = Directions(mesh);
   const double least_cosine = std::cos(mesh.opening_rad);
-  std::vector<bool> reached(directions.size(), false);
+  std::vector<Vector3d> apart = directions;  // from all that were reached
   int groups = 0;
-  for (std::size_t first = 0; first < directions.size(); ++first) {
-    if (reached[first]) continue;
+  while (!apart.empty()) {
     ++groups;
-    reached[first] = true;
-    for (std::vector<std::size_t> next{first}; !next.empty();) {
-      const std::size_t from = next.back();
+    std::vector<Vector3d> next{apart.back()};
+    apart.pop_back();
+    while (!next.empty()) {
+      const Vector3d from = next.back();
       next.pop_back();
-      for (std::size_t to = 0; to < directions.size(); ++to)
-        if (!reached[to] && directions[from].dot(directions[to]) > least_cosine) {
-          reached[to] = true;
-          next.push_back(to);
-        }
+      const auto reached = std::partition(apart.begin(), apart.end(),
+                                          [&](const Vector3d& to) { return from.dot(to) <= least_cosine; });
+      next.insert(next.end(), reached, apart.end());
+      apart.erase(reached, apart.end());
     }
   }
   return groups;

@@ -308,7 +308,45 @@ Json SceneHeader(const RenderScene& scene, const WebPageOptions& options, const 
           {"masks", masks}};
 }
 
+// Of what follows from the number of views alone: their cameras, the blending field, the lists of pictures and files.
+std::size_t BytesOfViews(const RenderScene& scene, std::size_t header_bytes, std::size_t budget_bytes) {
+  const std::vector<WebPicture> none(scene.views.size());
+  return WebFileSize(header_bytes, FieldArrays(scene, none).bytes().size()) +
+         2 * scene.views.size() * kBytesOfPictureEntry +
+         (budget_bytes / kFileBytes + 8) * 2 * kBytesOfFileList + kBytesOfPlaces;
+}
+
+// As LoadScene() has it, without photographs.
+RenderScene OfCameras(const LightField& light_field, const SceneOptions& options) {
+  RenderScene scene;
+  scene.subject = SubjectOf(light_field, options.subject);
+  scene.up_in_world = options.up_in_world.value_or(light_field.UpInWorld());
+  scene.mesh_in_plane = options.mesh_in_plane;
+  for (const View& view : light_field.views) {
+    SceneView& out = scene.views.emplace_back();
+    out.cam_from_world = view.cam_from_world;
+    out.center_in_world = view.CenterInWorld();
+  }
+  scene.MakeMesh();
+  return scene;
+}
+
 }  // namespace
+
+LeastWebPage LeastPageOf(const LightField& light_field, const SceneOptions& options,
+                         std::size_t budget_bytes) {
+  LeastWebPage least{.views = light_field.views.size()};
+  if (light_field.views.empty()) return least;
+  const std::size_t page = PageHtml("", "").size() + std::string_view(page::k_page_js).size();
+  const std::size_t of_views = BytesOfViews(OfCameras(light_field, options), 0, budget_bytes) +
+                               WebFileSize(0, least.views * kLeastWebPicture);
+  least.bytes = page + of_views;
+  if (budget_bytes > page)
+    least.views_held =
+        static_cast<std::size_t>(static_cast<double>(budget_bytes - page) / static_cast<double>(of_views) *
+                                 static_cast<double>(least.views));
+  return least;
+}
 
 WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::path& out,
                              const WebPageOptions& options) {
@@ -329,12 +367,10 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
 
   // What pictures may take is what is left of the budget.
   const std::vector<WebPicture> none(scene.views.size());
-  std::size_t taken = WebFileSize(SceneHeader(scene, options, start, none).dump().size(),
-                                  FieldArrays(scene, none).bytes().size()) +
-                      geometry.first.file.size() + geometry.fine.file.size();
+  std::size_t taken =
+      BytesOfViews(scene, SceneHeader(scene, options, start, none).dump().size(), options.budget_bytes) +
+      geometry.first.file.size() + geometry.fine.file.size();
   for (const NamedFile& file : files) taken += file.text.size();
-  taken += 2 * scene.views.size() * kBytesOfPictureEntry;
-  taken += (options.budget_bytes / kFileBytes + 8) * 2 * kBytesOfFileList + kBytesOfPlaces;
   if (taken >= options.budget_bytes)
     throw UsageError(
         "--budget: {:.3g} MB are too little: page, cameras and geometry alone take {:.3g} MB, and "

@@ -41,6 +41,15 @@ struct WebPageSummary {
   std::size_t files = 0;
 };
 
+// The least that a page of a light field takes, told before any photograph or geometry is read.
+struct LeastWebPage {
+  std::size_t views = 0;
+  std::size_t bytes = 0;       // with the smallest pictures (kLeastWebPicture)
+  std::size_t views_held = 0;  // by a page of `budget_bytes`, about
+};
+LeastWebPage LeastPageOf(const LightField& light_field, const SceneOptions& options,
+                         std::size_t budget_bytes);
+
 // `scene`: over a plane through the subject that faces the camera, or over triangles that do not change from picture to
 // picture. `out` must not exist or be empty. Throws Error, UsageError where the budget does not suffice.
 WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::path& out,

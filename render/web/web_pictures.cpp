@@ -208,6 +208,17 @@ WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& o
   for (int step = 32; step > 0; step /= 2)
     if (quality + step <= kBestQuality && expected(longest_px, quality + step) <= budget) quality += step;
 
+  // Nothing is drawn of a thousand views that are far too many.
+  constexpr double kSampleMayBeOff = 1.25;  // guessed
+  const auto too_little = [&](double bytes) {
+    return UsageError(
+        "--budget: the pictures of {} take at least {:.3g} MB; give more, or export fewer views",
+        Counted(all.size(), "view"), 1e-6 * 4 / 3 * bytes);
+  };
+  if (quality == kLeastQuality)
+    if (const double bytes = expected(longest_px, quality); bytes > kSampleMayBeOff * budget)
+      throw too_little(bytes);
+
   // The sample may be off by some percent: the highest quality that fits is looked for with all views, and as many
   // views as there is room for get the next one.
   WebPictures result;
@@ -219,9 +230,7 @@ WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& o
     if (bytes > options.most_bytes) {
       too_large = std::move(pictures);
       if (!result.views.empty()) break;
-      if (quality <= kLeastQuality)
-        throw UsageError("--budget: {} take at least {:.1f} MB; give more, or export fewer views",
-                         Counted(all.size(), "view"), 1e-6 * 4 / 3 * static_cast<double>(bytes));
+      if (quality <= kLeastQuality) throw too_little(static_cast<double>(bytes));
       --quality;
       continue;
     }

@@ -30,6 +30,10 @@ struct WebPicture {
 // The smaller pictures have this share of the finer ones' width and height.
 inline constexpr int kSmallWebPicture = 4;
 
+// Bytes of a view's two pictures, of 64 pixels and a quarter of it, at the least quality: less than those of any set that
+// was measured take on average (docs/web_page.md).
+inline constexpr std::size_t kLeastWebPicture = 400;
+
 struct WebPictures {
   std::vector<WebPicture> views;  // as the scene's
   int quality = 0;                // WebP's, 1 to 100, of the finer ones

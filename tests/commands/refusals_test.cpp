@@ -90,5 +90,45 @@ TEST(Refusals, AModeThatACalibrationHasNotIsUsage) {
   EXPECT_EQ(RunUlf("calibration camera.json --mode foo").exit_code, 2);
 }
 
+// A light field whose photographs cannot be read: who says another reason has not read one.
+TEST(Refusals, WhatTheJournalTellsIsSaidBeforeThePhotographs) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(96, 72, 100);
+  {
+    LightFieldWriter writer = LightFieldWriter::Create(dir, header);
+    writer.SetSubject({{0, 0, 1}, 0.15});
+    for (int i = 0; i < 9; ++i) {  // in a column: nothing to the side
+      Frame frame;
+      frame.image.pixels = cv::Mat(72, 96, CV_8UC3, cv::Scalar(90, 120, 60));
+      View view;
+      view.cam_from_world = LookAt({0, 0.05 * i, 0}, {0, 0, 1}, {0, -1, 0});
+      writer.AddView(frame, view);
+    }
+    writer.Close(1);
+  }
+  const std::string lf = dir.string(), out = (scratch / "out").string();
+  const auto refused = [](const std::string& arguments, const std::string& says) {
+    const CommandResult result = RunUlf(arguments);
+    EXPECT_NE(result.exit_code, 0) << arguments;
+    EXPECT_THAT(result.errors,
+                AllOf(HasSubstr(says), Not(HasSubstr("--explain says more")), Not(HasSubstr("images/"))))
+        << arguments;
+  };
+  // Fields are not compared before; comparing them is said.
+  refused("export quilt " + lf + " -o " + out, "no view to the side");
+  for (const auto& photograph : fs::directory_iterator(dir / "images"))
+    fs::resize_file(photograph.path(), 70);
+  refused("export gltf " + lf + " -o " + out, "there is no mesh of this light field yet");
+  refused("export web " + lf + " -o " + out + " --proxy plane:0.9", "a page takes plane, planes, mesh");
+  refused("export web " + lf + " -o " + out + " --budget 20kB", "can hold none");
+  refused("render " + lf + " -o /dev/null/pictures", "/dev/null is no folder");
+  refused("render " + lf + " -o /dev/null/picture.png", "/dev/null is no folder");
+  refused("render " + lf + " -o /dev/null/video.mp4", "/dev/null does not exist");
+  refused("take-back " + lf + " 99", "there is no view 99");
+  refused("merge " + lf, "no view has other exposures");
+}
+
 }  // namespace
 }  // namespace ulf::test::refusals

@@ -1,11 +1,12 @@
 // Tests: render/viewpoints/planar_delaunay, render/viewpoints/spherical_delaunay,
-// render/viewpoints/triangle_topology, render/viewpoints/subject_center.
+// render/viewpoints/triangle_topology, render/viewpoints/subject_center, render/viewpoints/near_directions.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <set>
 
+#include "render/viewpoints/near_directions.h"
 #include "render/viewpoints/planar_delaunay.h"
 #include "render/viewpoints/spherical_delaunay.h"
 #include "render/viewpoints/subject_center.h"
@@ -21,6 +22,35 @@ using Eigen::Vector3d;
 using testing::ElementsAre;
 
 std::size_t At(int index) { return static_cast<std::size_t>(index); }
+
+// Spread, in clusters, in a row, and all the same.
+TEST(NearDirections, AreThoseThatComparingAllFinds) {
+  for (const double jitter : {1.0, 0.01, 1e-8, 0.0})
+    for (const int clusters : {1, 3}) {
+      std::vector<Vector3d> directions;
+      const std::vector<Vector3d> middles = test::CapViewpoints(clusters, 1.2, 1),
+                                  off = test::CapViewpoints(80, 1.5, 1);
+      for (std::size_t i = 0; i < off.size(); ++i)
+        directions.push_back((middles[i % middles.size()].normalized() + jitter * off[i]).normalized());
+      const NearDirections near(directions);
+      for (std::size_t i = 0; i < directions.size(); i += 7) {
+        std::vector<double> chords;
+        for (const Vector3d& each : directions) chords.push_back((each - directions[i]).norm());
+        std::vector<double> sorted = chords;
+        std::ranges::sort(sorted);
+        for (const std::size_t rank : {1u, 2u, 7u, 80u})
+          EXPECT_DOUBLE_EQ(near.ChordOfNearest(directions[i], rank), sorted[rank - 1])
+              << jitter << ", " << rank;
+        EXPECT_EQ(near.ChordOfNearest(directions[i], 81), INFINITY);
+        const double chord = sorted[12];
+        std::set<std::size_t> expected, found;
+        for (std::size_t j = 0; j < chords.size(); ++j)
+          if ((directions[j] - directions[i]).squaredNorm() <= chord * chord) expected.insert(j);
+        near.Within(directions[i], chord, [&](std::size_t j) { EXPECT_TRUE(found.insert(j).second); });
+        EXPECT_EQ(found, expected) << jitter << ", " << clusters;
+      }
+    }
+}
 
 TEST(PlanarDelaunay, ASquareWithAMiddleIsFourTriangles) {
   const std::vector<Vector2d> points{{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5, 0.4}};

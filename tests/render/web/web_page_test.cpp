@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -13,9 +14,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/image/image.h"
+#include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
 #include "render/fields/aperture.h"
 #include "render/gl/make_renderer.h"
@@ -26,6 +29,7 @@
 #include "render/web/web_file.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
+#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -36,6 +40,7 @@ using Eigen::Vector3d;
 using nlohmann::json;
 using test::RunUlf;
 using test::ScratchFolder;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -194,6 +199,41 @@ TEST_F(ExportWeb, TitleIsTextOfThePage) {
   EXPECT_THAT(html, Not(HasSubstr("{{")));
 }
 
+// Photographs that cannot be read are not missed, and memory does not suffice for what they would take.
+TEST(ExportWebOfTooManyViews, IsRefusedByTheirNumberAlone) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "field";
+  LightField many;
+  many.root = dir;
+  many.cameras = {CameraModel::Pinhole(320, 240, 280)};
+  many.subject = Subject{{0, 0, 0}, 0.3};
+  fs::create_directories(dir / "images");
+  std::ofstream(dir / "images/1.png") << "no picture";
+  constexpr int kViews = 20000;
+  for (const Eigen::Vector3d& viewpoint : test::CapViewpoints(kViews, 0.8, 2.0)) {
+    View& view = many.views.emplace_back();
+    view.id = static_cast<int>(many.views.size());
+    view.image_path = fmt::format("images/{}.png", view.id);
+    view.cam_from_world = LookAt(viewpoint, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY());
+    if (view.id > 1) fs::create_hard_link(dir / "images/1.png", dir / view.image_path);
+  }
+  WriteLightField(many);
+  fs::remove(dir / kTransformsFile);  // reading it takes as long as the journal
+  fs::remove_all(dir / "sparse");
+  const std::string command =
+      fmt::format("ulimit -v 2000000; exec \"$ULF_BINARY\" export web '{}' -o '{}' 2>'{}'", dir.string(),
+                  (scratch / "site").string(), (scratch / "said").string());
+  const auto start = std::chrono::steady_clock::now();
+  const int status = std::system(command.c_str());
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_LT(seconds, 8 * test::kPatience);
+  EXPECT_THAT(ReadWholeFile(scratch / "said"),
+              AllOf(HasSubstr("--budget 20MB: 20000 views take at least "),
+                    HasSubstr("; 20MB can hold some 1"), HasSubstr("give more (such as ")));
+  EXPECT_FALSE(fs::exists(scratch / "site"));
+}
+
 TEST_F(ExportWeb, RefusesWhatCannotBeAndLeavesNothing) {
   const auto refused = [&](const std::string& options, int code, const std::string& says) {
     const auto result =
@@ -202,7 +242,7 @@ TEST_F(ExportWeb, RefusesWhatCannotBeAndLeavesNothing) {
     EXPECT_THAT(result.errors, HasSubstr(says)) << options;
     EXPECT_FALSE(fs::exists(*scratch_ / "no")) << options;
   };
-  refused("--budget 20kB", 2, "give some times as much");
+  refused("--budget 20kB", 2, "20kB can hold none; give more");
   refused("--budget 90kB", 2, "give more");
   refused("--budget much", 2, "such as 20MB");
   refused("--proxy plane:0.9", 2, "a page takes plane, planes, mesh");
