@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/stop_signal.h"
+#include "core/base/waiting.h"
 
 namespace ulf::commands {
 namespace {
@@ -80,7 +81,10 @@ int RunSimulate(const SimulateArgs& args) {
 
   std::vector<std::unique_ptr<acquisition::SimulatedGigeCamera>> servers;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
+    std::optional<Waiting> waiting(std::in_place, "simulate",
+                                   args.loop > 0 ? "the scene, and the pictures of the loop" : "the scene");
     const auto& server = servers.emplace_back(std::make_unique<acquisition::SimulatedGigeCamera>(cameras[i]));
+    waiting.reset();
     if (!args.calibrations.empty())
       acquisition::WriteCalibration(args.calibrations[i], server->camera().StoredCamera(), cameras[i].serial,
                                     "exact: the simulated camera of scene " + cameras[i].simulation.scene);

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <limits>
 
@@ -40,6 +41,8 @@ void WriteLines(const fs::path& old_journal, const JournalContents& contents, co
   const std::string bytes = contents.lines.empty() ? "" : ReadWholeFile(old_journal);
   std::string lines;
   auto next = plan.recovered.begin();
+  const int known_cameras = static_cast<int>(contents.light_field.cameras.size());
+  bool has_new_cameras = false;
   const auto flush = [&] {
     if (!lines.empty()) to.Append(lines.substr(0, lines.size() - 1));
     lines.clear();
@@ -49,6 +52,12 @@ void WriteLines(const fs::path& old_journal, const JournalContents& contents, co
     for (; next != plan.recovered.end() && next->first < id; ++next) views.push_back(next->second);
     if (views.empty()) return;
     flush();
+    const auto is_under_new = [&](const View& view) { return view.camera >= known_cameras; };
+    if (!has_new_cameras && std::ranges::any_of(views, is_under_new)) {
+      has_new_cameras = true;
+      for (std::size_t i = 0; i < plan.new_cameras.size(); ++i)
+        to.AddCamera(known_cameras + static_cast<int>(i), plan.new_cameras[i]);
+    }
     to.AddViews(views);
   };
   for (const JournalLine& line : contents.lines) {

@@ -30,25 +30,48 @@ using nlohmann::json;
 constexpr const char* kDamaged = "damaged";
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
-constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",   "readout",  "gap",
-                                               "remove",    "unposed", "close",  "exposure", "merged",
-                                               "turntable", "masks",   "checked"};
+constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",  "readout",  "gap",
+                                               "remove",    "unposed", "close", "exposure", "merged",
+                                               "turntable", "masks",   "camera",   "checked"};
 
-void ApplyHeader(const JsonPlace& event, LightField& light_field) {
+// A camera of the header, or of a line of its own.
+void AppendCamera(const json& camera, const std::string& where, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  const int index = static_cast<int>(light_field.cameras.size());
+  const CameraModel model = CameraFromJson({camera, where});
+  std::optional<FlatField> flat_field;
+  std::optional<ColorProfile> color_profile;
+  if (camera.contains("flat_field")) flat_field = FlatFieldFromJson(camera["flat_field"], where);
+  if (camera.contains("color_profile")) color_profile = ColorProfileFromJson(camera["color_profile"], where);
+  light_field.cameras.push_back(model);
+  contents.recorded_cameras.resize(light_field.cameras.size(), model);
+  if (flat_field) light_field.flat_fields[index] = *flat_field;
+  if (color_profile) light_field.color_profiles[index] = *color_profile;
+}
+
+void ApplyHeader(const JsonPlace& event, JournalContents& contents) {
   const int version = event.Integer("version");
   if (version > kJournalVersion)
     throw NewerFormatError("{}: journal version {} is newer than this program's {}; use a newer ulf",
                            event.where, version, kJournalVersion);
-  for (const json& camera : event.Raw("cameras")) {
-    if (camera.contains("flat_field"))
-      light_field.flat_fields[static_cast<int>(light_field.cameras.size())] =
-          FlatFieldFromJson(camera["flat_field"], event.where);
-    if (camera.contains("color_profile"))
-      light_field.color_profiles[static_cast<int>(light_field.cameras.size())] =
-          ColorProfileFromJson(camera["color_profile"], event.where);
-    light_field.cameras.push_back(CameraFromJson({camera, event.where}));
+  for (const json& camera : event.Raw("cameras")) AppendCamera(camera, event.where, contents);
+  ReadCaptureJson(event, contents.light_field);
+}
+
+// Views name cameras by index: where the line of one is damaged, none may take its place.
+void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  const int index = event.Integer("index"), there = static_cast<int>(light_field.cameras.size());
+  const JsonPlace camera{event.Raw("camera"), event.where + ", camera"};
+  if (index > there)
+    throw Error("{}: camera {} cannot be read without camera {}, which is missing", event.where, index,
+                there);
+  if (index < there) {  // the header was made again, and has it
+    if (index >= 0 && light_field.cameras[static_cast<std::size_t>(index)] == CameraFromJson(camera)) return;
+    throw Error("{}: camera {} is recorded twice; the first one is used", event.where, index);
   }
-  ReadCaptureJson(event, light_field);
+  AppendCamera(camera.object, camera.where, contents);
+  light_field.calibration_source = event.Text("calibration_source", "");
 }
 
 View* FindView(LightField& light_field, int id) {
@@ -83,7 +106,7 @@ void ReadFiles(const JsonPlace& event, const LightField& light_field, View& view
   });
   view.camera = event.Integer("camera", 0);
   if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
-    throw Error("{}: camera {} is not among the header's", event.where, view.camera);
+    throw Error("{}: camera {} is not among the cameras before", event.where, view.camera);
 }
 
 // A name is given again once its photograph has become a view: the last line counts.
@@ -128,7 +151,7 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
     for (const auto& [index, camera] : event.Raw("cameras").items()) {
       const auto at = static_cast<std::size_t>(std::atoi(index.c_str()));
       if (at >= light_field.cameras.size())
-        throw Error("{}: camera {} is not among the header's", event.where, index);
+        throw Error("{}: camera {} is not among the cameras before", event.where, index);
       cameras[at] = CameraFromJson({camera, event.where});
     }
   // Lines of older writers do not say where a corrected lens is from.
@@ -209,7 +232,9 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   const std::string kind = event.Text("event");
   if (kind == "header") {
-    ApplyHeader(event, light_field);
+    ApplyHeader(event, contents);
+  } else if (kind == "camera") {
+    ApplyCamera(event, contents);
   } else if (kind == "view") {
     ApplyView(event, contents);
   } else if (kind == "pose_update") {
@@ -384,7 +409,7 @@ void ReadHeader(const std::optional<json>& object, const std::string& where, Jou
   try {
     if (event.Text("event") != "header")
       throw Error("{}: a journal begins with its header; this file is none", where);
-    ApplyHeader(event, contents.light_field);
+    ApplyHeader(event, contents);
   } catch (const NewerFormatError&) {
     throw;
   } catch (const Error& error) {

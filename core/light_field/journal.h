@@ -3,6 +3,7 @@
 //
 //   header       {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
 //                 calibration_source, units, threshold_px, coverage_width_px}
+//   camera       {index, camera as in the header, calibration_source}
 //   view         {id, image, master, mask, camera, cam_from_world [qw qx qy qz tx ty tz], times, exposure,
 //                 gain, quality, bound, twist}
 //   pose_update  {poses {id: [7]}, cameras {index: as in the header}, calibration_source}
@@ -39,6 +40,7 @@
 #include <vector>
 
 #include "core/light_field/light_field.h"
+#include "core/light_field/new_camera.h"
 
 namespace ulf {
 
@@ -81,6 +83,8 @@ struct JournalLine {
 // The content of a journal.
 struct JournalContents {
   LightField light_field;
+  // LightField::cameras, by the same index, as they were noted, before any correction.
+  std::vector<CameraModel> recorded_cameras;
   int next_view_id = 1;                 // above all ids used so far, including those of removed views
   std::size_t whole_bytes = 0;          // up to the end of the last complete line
   std::set<int> removed;                // ids of removed views
@@ -111,6 +115,8 @@ class Journal {
   void CutAt(std::size_t whole_bytes);
 
   void Header(const LightField& light_field);
+  // The camera that later views may name: its index is the number of cameras that there are.
+  void AddCamera(int index, const NewCamera& camera);
   void AddViews(std::span<const View> views);  // a line each
   // Poses by view id, and changed cameras by index with where their intrinsics are from (empty: from where they were).
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,

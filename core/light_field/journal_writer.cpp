@@ -120,6 +120,14 @@ void Journal::NoteRepair(std::uint64_t bytes) {
   Append(line + std::string(now < bytes ? bytes - now : 0, ' '));
 }
 
+static nlohmann::json CameraEntry(const CameraModel& camera, const FlatField* flat_field,
+                                  const ColorProfile* color_profile) {
+  nlohmann::json entry = CameraToJson(camera);
+  if (flat_field) entry["flat_field"] = FlatFieldToJson(*flat_field);
+  if (color_profile) entry["color_profile"] = ColorProfileToJson(*color_profile);
+  return entry;
+}
+
 void Journal::Header(const LightField& light_field) {
   nlohmann::json event = {{"event", "header"},
                           {"version", kJournalVersion},
@@ -133,16 +141,22 @@ void Journal::Header(const LightField& light_field) {
   if (light_field.window) event["sensor"] = WindowToJson(*light_field.window);
   if (light_field.threshold_px) event["threshold_px"] = *light_field.threshold_px;
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
-    nlohmann::json camera = CameraToJson(light_field.cameras[i]);
-    if (const auto flat = light_field.flat_fields.find(static_cast<int>(i));
-        flat != light_field.flat_fields.end())
-      camera["flat_field"] = FlatFieldToJson(flat->second);
-    if (const auto profile = light_field.color_profiles.find(static_cast<int>(i));
-        profile != light_field.color_profiles.end())
-      camera["color_profile"] = ColorProfileToJson(profile->second);
-    event["cameras"].push_back(camera);
+    const auto flat = light_field.flat_fields.find(static_cast<int>(i));
+    const auto profile = light_field.color_profiles.find(static_cast<int>(i));
+    event["cameras"].push_back(
+        CameraEntry(light_field.cameras[i], flat == light_field.flat_fields.end() ? nullptr : &flat->second,
+                    profile == light_field.color_profiles.end() ? nullptr : &profile->second));
   }
   Append(JsonText(event));
+}
+
+void Journal::AddCamera(int index, const NewCamera& camera) {
+  Append(JsonText(
+      nlohmann::json{{"event", "camera"},
+                     {"index", index},
+                     {"camera", CameraEntry(camera.camera, camera.flat_field ? &*camera.flat_field : nullptr,
+                                            camera.color_profile ? &*camera.color_profile : nullptr)},
+                     {"calibration_source", camera.calibration_source}}));
 }
 
 void Journal::AddViews(std::span<const View> views) {

@@ -250,7 +250,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
     state->journal.CutAt(0);
   }
   LightField& light_field = state->light_field;
-  light_field.cameras = {header.camera};
+  light_field.cameras = state->recorded_cameras = {header.camera};
   if (header.flat_field) light_field.flat_fields[0] = *header.flat_field;
   if (header.color_profile) light_field.color_profiles[0] = *header.color_profile;
   light_field.device_uri = header.device_uri;
@@ -293,6 +293,8 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   AddFindings(contents.kept_findings, contents.light_field);
   MoveRemoved(dir, contents);
   state->light_field = std::move(contents.light_field);
+  state->recorded_cameras = std::move(contents.recorded_cameras);
+  state->camera = static_cast<int>(state->light_field.cameras.size()) - 1;
   LockAsBefore(state->light_field, state->white_balance);
   state->light_field.doubts = check.words;
   state->light_field.doubts.insert(state->light_field.doubts.end(), point_doubts.begin(), point_doubts.end());

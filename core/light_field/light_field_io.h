@@ -28,6 +28,7 @@
 
 #include "core/image/frame.h"
 #include "core/light_field/light_field.h"
+#include "core/light_field/new_camera.h"
 #include "core/light_field/view_files.h"
 
 namespace ulf {
@@ -89,14 +90,23 @@ class LightFieldWriter {
   LightFieldWriter& operator=(LightFieldWriter&&) noexcept;
   ~LightFieldWriter();  // releases the lock without closing, as when the process is killed
 
+  // Views and photographs without a pose are recorded under this camera from now on: at first the last one that there is.
+  void UseCamera(int index);
+  int CameraInUse() const;
+  // The lens in use as it was noted, before any correction (`ulf refine`).
+  const CameraModel& CameraAsNoted() const;
+  // Notes another camera, and goes on under it; earlier views keep theirs. Returns its index. Throws Error for one of
+  // another picture size.
+  int AddCamera(const NewCamera& camera);
+
   // Selects the mosaic itself as the master of a mosaic frame, instead of demosaicked 16-bit linear colours.
   void KeepMosaics(bool keep);
 
   // Reserves the id of a view that is to be added: above all that any file of the light field bears, and
   // given to no other view, whether this one is added or not. Safe to call from any thread.
   int ReserveViewId();
-  // Writes the image (and its master when the frame is more than 8-bit sRGB) and the journal line. Sets paths
-  // and id of `view` and returns it. When the disk refuses (DiskFullError, Error) nothing of the view
+  // Writes the image (and its master when the frame is more than 8-bit sRGB) and the journal line. Sets paths,
+  // id and camera of `view` and returns it. When the disk refuses (DiskFullError, Error) nothing of the view
   // remains, and the caller can add it again.
   View AddView(const Frame& frame, View view);
   // Adds several views with one wait for the disk, in this order; all, or none when the disk refuses. Each

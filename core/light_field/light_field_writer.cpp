@@ -45,6 +45,31 @@ fs::path UnposedName(const fs::path& file) {
   return is_master ? fs::path(file.stem().string() + ".master" + file.extension().string()) : file.filename();
 }
 
+void LightFieldWriter::UseCamera(int index) { state_->camera = index; }
+
+int LightFieldWriter::CameraInUse() const { return state_->camera; }
+
+const CameraModel& LightFieldWriter::CameraAsNoted() const {
+  return state_->recorded_cameras.at(static_cast<std::size_t>(state_->camera));
+}
+
+int LightFieldWriter::AddCamera(const NewCamera& camera) {
+  LightField& light_field = state_->light_field;
+  const CameraModel& now = light_field.cameras.at(static_cast<std::size_t>(state_->camera));
+  camera.camera.Validate("the camera for " + light_field.root.string());
+  if (camera.camera.width != now.width || camera.camera.height != now.height)
+    throw Error("{}: its pictures have {}x{} pixels, the other camera's {}x{}; begin a new light field",
+                light_field.root.string(), now.width, now.height, camera.camera.width, camera.camera.height);
+  const int index = static_cast<int>(light_field.cameras.size());
+  state_->journal.AddCamera(index, camera);
+  light_field.cameras.push_back(camera.camera);
+  state_->recorded_cameras.push_back(camera.camera);
+  if (camera.flat_field) light_field.flat_fields[index] = *camera.flat_field;
+  if (camera.color_profile) light_field.color_profiles[index] = *camera.color_profile;
+  light_field.calibration_source = camera.calibration_source;
+  return state_->camera = index;
+}
+
 void LightFieldWriter::KeepMosaics(bool keep) { state_->keep_mosaics = keep; }
 
 ViewFiles LightFieldWriter::Files(const Frame& frame, MakePictures pictures) const {
@@ -70,6 +95,7 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
   int last_id = state_->light_field.views.empty() ? 0 : state_->light_field.views.back().id;
   for (const NewView& add : added) {
     View& view = views.emplace_back(add.view);
+    view.camera = state_->camera;
     if (view.id == 0) view.id = ReserveViewId();
     state_->RequireReserved(view.id, last_id);
     last_id = view.id;
@@ -297,6 +323,7 @@ void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& proble
   UnposedPhotograph photograph{.view = {}, .problem = problem};
   View& view = photograph.view;
   NoteFrame(frame, view);
+  view.camera = state_->camera;
   // Else the raw file is there already.
   const bool has_master = files.master && (!frame.image.empty() || frame.encoded);
   const auto is_taken = [&](const std::string& path) {

@@ -31,6 +31,13 @@ struct Found {
   const char* header_from = kTransformsFile;
 };
 
+// Throws Error.
+std::vector<CameraModel> CamerasOfModel(const fs::path& sparse) {
+  std::vector<CameraModel> cameras;
+  for (const auto& [id, camera] : ReadColmapCameras(sparse / "cameras.txt")) cameras.push_back(camera);
+  return cameras;
+}
+
 // True when ulf wrote the model: then its cameras are the journal's, in the same order.
 bool HeaderFromModel(const fs::path& dir, Found& found) {
   const fs::path sparse = dir / "sparse/0";
@@ -39,8 +46,7 @@ bool HeaderFromModel(const fs::path& dir, Found& found) {
   LightField header;
   header.root = dir;
   try {
-    for (const auto& [id, camera] : ReadColmapCameras(sparse / "cameras.txt"))
-      header.cameras.push_back(camera);
+    header.cameras = CamerasOfModel(sparse);
   } catch (const Error& error) {
     found.problem += fmt::format("; {}", error.what());
     return false;
@@ -141,7 +147,13 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
                            RepairPlan& plan) {
   if (!check.transforms.KnowsMoreThanJournal()) return;
   const LightField& other = *check.from_transforms;
-  const std::map<int, int> cameras = MatchCameras(journal, other);
+  std::map<int, int> cameras = MatchCameras(journal, other);
+  for (const auto& [id, view] : check.transforms.unknown) {
+    if (cameras.contains(view.camera)) continue;
+    cameras[view.camera] = static_cast<int>(journal.cameras.size() + plan.new_cameras.size());
+    plan.new_cameras.push_back(
+        {other.cameras[static_cast<std::size_t>(view.camera)], {}, {}, other.calibration_source});
+  }
   std::map<int, View> without_image;
   for (auto [id, view] : check.transforms.unknown) {
     const auto camera = cameras.find(view.camera);
@@ -158,22 +170,24 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
       check.transforms.lineage == Lineage::kJournalShort || check.transforms.lineage == Lineage::kUnknown;
   if (!is_newer) return;
   for (const auto& [id, view] : check.transforms.other_poses) plan.poses[id] = view.cam_from_world;
-  for (const auto& [theirs, ours] : cameras)
-    if (const CameraModel& camera = other.cameras[static_cast<std::size_t>(theirs)];
+  for (const auto& [theirs, ours] : cameras) {
+    const CameraModel& camera = other.cameras[static_cast<std::size_t>(theirs)];
+    if (ours < static_cast<int>(journal.cameras.size()) &&
         !(camera == journal.cameras[static_cast<std::size_t>(ours)]))
       plan.cameras[ours] = camera;
+  }
   if (!plan.cameras.empty()) plan.calibration_source = other.calibration_source;
   if (check.transforms.lineage == Lineage::kJournalShort) plan.settings = other;
 }
 
 // The model names no masters: a file of the view's name in masters/ is the master if some transfer curve and
 // mosaic make the photograph from it.
-void FindMaster(const fs::path& dir, const LightField& journal, View& view) {
+void FindMaster(const fs::path& dir, const std::vector<CameraModel>& cameras, View& view) {
   const fs::path master = fs::path("masters") / fs::path(view.image_path).stem().concat(".tif");
   if (!fs::is_regular_file(dir / master) || !fs::is_regular_file(dir / view.image_path)) return;
   LightField alone;
   alone.root = dir;
-  alone.cameras = journal.cameras;
+  alone.cameras = cameras;
   View& tried = alone.views.emplace_back(view);
   tried.master_path = master.generic_string();
   for (const Transfer transfer : {Transfer::kLinear, Transfer::kSrgb})
@@ -198,10 +212,25 @@ void RecoverFromModel(const fs::path& dir, const LightField& journal, const Fold
                       RepairPlan& plan) {
   if (!check.model.KnowsMoreThanJournal()) return;
   const bool transforms_tell_poses = check.transforms.KnowsMoreThanJournal();
+  std::vector<CameraModel> cameras = journal.cameras;
+  for (const NewCamera& camera : plan.new_cameras) cameras.push_back(camera.camera);
+  const auto all_are_known = [&] {
+    return std::ranges::all_of(check.model.unknown, [&](const auto& id_and_view) {
+      return id_and_view.second.camera < static_cast<int>(cameras.size());
+    });
+  };
+  if (plan.new_cameras.empty() && !all_are_known()) {
+    // They are the journal's, in the same order.
+    const std::vector<CameraModel> of_model = CamerasOfModel(dir / "sparse/0");
+    for (std::size_t i = cameras.size(); i < of_model.size(); ++i) {
+      cameras.push_back(of_model[i]);
+      plan.new_cameras.push_back({of_model[i], {}, {}, ""});
+    }
+  }
   for (auto [id, view] : check.model.unknown) {
-    const bool camera_known = view.camera >= 0 && view.camera < static_cast<int>(journal.cameras.size());
+    const bool camera_known = view.camera >= 0 && view.camera < static_cast<int>(cameras.size());
     if (plan.recovered.contains(id) || !camera_known || !HasItsImage(dir, view)) continue;
-    FindMaster(dir, journal, view);
+    FindMaster(dir, cameras, view);
     plan.recovered[id] = view;
   }
   // A truncated file has corrections of some views only; poses would be inconsistent.

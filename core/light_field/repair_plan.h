@@ -10,6 +10,7 @@
 
 #include "core/light_field/journal.h"
 #include "core/light_field/light_field.h"
+#include "core/light_field/new_camera.h"
 
 namespace ulf {
 
@@ -26,6 +27,7 @@ struct RepairPlan {
   std::optional<LightField> header;    // when the journal has none,
   std::string header_from;             // and the file that it is from
   std::map<int, View> recovered;       // views for the journal, by id
+  std::vector<NewCamera> new_cameras;  // of some of these views, that the journal has lost: behind its own
   std::map<int, Rigid3> poses;         // of views in the journal
   std::map<int, CameraModel> cameras;  // of the journal, by index
   std::string calibration_source;      // where these cameras' intrinsics are from; empty: not told

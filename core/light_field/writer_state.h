@@ -24,6 +24,8 @@ struct LightFieldWriter::State {
   LightField light_field;
   std::atomic<int> next_view_id = 1;
   int next_unposed = 1;
+  int camera = 0;                             // under which views are recorded
+  std::vector<CameraModel> recorded_cameras;  // JournalContents::recorded_cameras
   // Of views that the journal no longer names, by id: files that are still to be moved, and their targets.
   std::map<int, std::map<std::string, std::filesystem::path>> to_unposed;
   bool keep_mosaics = false;

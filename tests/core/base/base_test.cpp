@@ -2,7 +2,7 @@
 // core/base/model_choice, core/base/parallel_for, core/base/output_path, core/base/progress, core/base/stop_signal,
 // core/base/signal_stack, core/base/silent_solver, core/base/available_memory, core/base/thread_clock,
 // core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex,
-// core/base/json_fields.
+// core/base/json_fields, core/base/waiting.
 #include <gmock/gmock.h>
 #include <malloc.h>
 #include <sys/resource.h>
@@ -41,6 +41,7 @@
 #include "core/base/silent_solver.h"
 #include "core/base/stage_times.h"
 #include "core/base/stop_signal.h"
+#include "core/base/waiting.h"
 #include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
 
@@ -174,6 +175,21 @@ TEST(ProgressText, SaysLinesAtOnceAndSharesOnlyOfLongWork) {
     progress.Say("one picture is damaged");
   }
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "one picture is damaged\n");
+}
+
+// Nobody but a thread can say it while the work runs.
+TEST(WaitingText, SaysWhatLongWorkIsAt) {
+  ::testing::internal::CaptureStderr();
+  { const Waiting waiting("short", "nothing to wait for"); }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  ::testing::internal::CaptureStderr();
+  {
+    Waiting waiting("closing", "the last views");
+    waiting.For("the mesh");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1600));
+  }
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(),
+              ::testing::StartsWith("closing: the mesh, 1 s so far\n"));
 }
 
 TEST(StopOnSignalTest, ASignalAsksAndDoesNotEndTheProcess) {

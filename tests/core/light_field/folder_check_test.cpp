@@ -690,6 +690,34 @@ TEST_F(Folder, OfADamagedLineOnlyTheLineIsLost) {
   EXPECT_GT(named, (end - begin) / 6);
 }
 
+TEST_F(Folder, RepairPutsBackACameraThatTheJournalLost) {
+  for (const bool from_model : {false, true}) {
+    fs::remove_all(dir());
+    Sample(2);
+    CameraModel second = Header().camera;
+    second.fx *= 1.03;
+    {
+      LightFieldWriter writer = LightFieldWriter::Resume(dir());
+      writer.AddCamera({second, {}, {}, "file better.json"});
+      writer.AddView(NoiseFrame(2), ViewNumber(2));
+      writer.Close(1);
+    }
+    Rewrite(dir() / "journal.jsonl", [](std::string& bytes) {
+      const std::size_t line = bytes.find("\"event\":\"camera\"");
+      ASSERT_NE(line, std::string::npos);
+      bytes[line + 2] = '\x01';
+    });
+    if (from_model) fs::remove(dir() / "transforms.json");
+    EXPECT_EQ(Ids(ReadSaying({"holds 1 view that the journal has lost (view 3)"})), (std::vector<int>{1, 2}));
+    Repair(dir());
+    const LightField repaired = ReadSaying({});
+    EXPECT_THAT(repaired.doubts, IsEmpty()) << from_model;
+    ASSERT_EQ(Ids(repaired), (std::vector<int>{1, 2, 3})) << from_model;
+    EXPECT_EQ(repaired.CameraOf(repaired.views[0]), Header().camera);
+    EXPECT_NEAR(repaired.CameraOf(repaired.views[2]).fx, second.fx, 1e-9) << from_model;
+  }
+}
+
 // A region of the disk that reads as line ends: every line of it is damaged, and one message says so.
 TEST_F(Folder, AHundredThousandDamagedLinesBehindEachOtherAreOne) {
   Sample(5);

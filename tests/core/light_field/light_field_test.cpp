@@ -437,6 +437,98 @@ TEST(LightFieldOnDisk, SurvivesSigkillAtAnyMoment) {
 
 // ---- Bad input: one valid document, broken in one place at a time. ----
 
+NewCamera SecondCamera() {
+  NewCamera camera{Header().camera, {}, {}, "file better.json"};
+  camera.camera.fx *= 1.03;
+  camera.camera.fy *= 1.03;
+  return camera;
+}
+
+TEST(LightFieldOnDisk, ASecondCameraIsOfTheViewsBehindIt) {
+  ScratchFolder scratch;
+  WriteSample(scratch / "lf", 2);
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
+    EXPECT_EQ(writer.CameraInUse(), 0);
+    EXPECT_EQ(writer.AddCamera(SecondCamera()), 1);
+    writer.AddView(NoiseFrame(2), ViewNumber(2));
+    writer.KeepUnposed(NoiseFrame(3));
+    writer.Close(2);
+  }
+  const LightField read = ReadLightField(scratch / "lf");
+  EXPECT_THAT(read.doubts, testing::IsEmpty());
+  ASSERT_EQ(read.cameras.size(), 2u);
+  ASSERT_EQ(read.views.size(), 3u);
+  EXPECT_EQ(read.CameraOf(read.views[1]), Header().camera);
+  EXPECT_EQ(read.CameraOf(read.views[2]), SecondCamera().camera);
+  EXPECT_EQ(read.unposed.at(0).view.camera, 1);
+  EXPECT_EQ(read.calibration_source, "file better.json");
+  const auto check = ReadTransformsText(scratch / "lf/transforms.json").light_field;
+  EXPECT_EQ(check.CameraOf(check.views[0]), Header().camera);
+  EXPECT_EQ(check.CameraOf(check.views[2]), SecondCamera().camera);
+  const std::string cameras = ReadWholeFile(scratch / "lf/sparse/0/cameras.txt");
+  EXPECT_THAT(cameras, AllOf(HasSubstr("\n1 OPENCV 64 48 60 "), HasSubstr("\n2 OPENCV 64 48 61.8")));
+  // The next session goes on under it.
+  LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
+  EXPECT_EQ(writer.CameraInUse(), 1);
+  EXPECT_EQ(writer.AddView(NoiseFrame(4), ViewNumber(4)).camera, 1);
+}
+
+// No view names it yet, and none is lost.
+TEST(LightFieldOnDisk, AKillBehindTheLineOfACameraCostsNothing) {
+  ScratchFolder scratch;
+  const LightField before = WriteSample(scratch / "lf", 2);
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
+    writer.AddCamera(SecondCamera());
+  }
+  const LightField killed = ReadLightField(scratch / "lf");
+  EXPECT_THAT(killed.doubts, testing::IsEmpty());
+  EXPECT_EQ(killed.views.size(), before.views.size());
+  LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
+  EXPECT_EQ(writer.CameraInUse(), 1) << "what was said then still holds";
+  writer.AddView(NoiseFrame(2), ViewNumber(2));
+  writer.Close(1);
+  const LightField read = ReadLightField(scratch / "lf");
+  EXPECT_THAT(read.doubts, testing::IsEmpty());
+  EXPECT_EQ(read.CameraOf(read.views.back()), SecondCamera().camera);
+}
+
+TEST(LightFieldOnDisk, ACameraOfAnotherPictureSizeIsRefused) {
+  ScratchFolder scratch;
+  WriteSample(scratch / "lf", 2);
+  const std::string journal = ReadWholeFile(scratch / "lf/journal.jsonl");
+  LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
+  NewCamera camera = SecondCamera();
+  camera.camera = camera.camera.ScaledTo(2 * kWidth, 2 * kHeight);
+  EXPECT_THAT([&] { writer.AddCamera(camera); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("64x48"), HasSubstr("128x96"))));
+  EXPECT_EQ(ReadWholeFile(scratch / "lf/journal.jsonl"), journal);
+}
+
+// A line that says which camera a later one is must not be passed over.
+TEST(LightFieldOnDisk, WithoutItsCameraAViewIsNamedAndLeftOut) {
+  ScratchFolder scratch;
+  WriteSample(scratch / "lf", 2);
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
+    writer.AddCamera(SecondCamera());
+    NewCamera third = SecondCamera();
+    third.camera.fx *= 2;
+    writer.AddCamera(third);
+    writer.AddView(NoiseFrame(2), ViewNumber(2));
+  }
+  std::string journal = ReadWholeFile(scratch / "lf/journal.jsonl");
+  const std::size_t line = journal.find("\"event\":\"camera\"");
+  ASSERT_NE(line, std::string::npos);
+  journal[line + 2] = '\x01';
+  std::ofstream(scratch / "lf/journal.jsonl", std::ios::binary) << journal;
+  const JournalContents read = ReadJournal(scratch / "lf/journal.jsonl");
+  EXPECT_EQ(read.light_field.cameras.size(), 1u) << "the third one does not take the second one's place";
+  EXPECT_EQ(read.light_field.views.size(), 2u);
+  EXPECT_EQ(read.damaged.size(), 3u);
+}
+
 TEST(LightFieldOnDisk, OfSeveralGoalsTheLastCounts) {
   ScratchFolder scratch;
   LightFieldWriter writer = LightFieldWriter::Create(scratch / "lf", Header());

@@ -1,0 +1,37 @@
+// Says on standard error what a person is waiting for while work runs that cannot tell its share, such as the end of a
+// capture: every three seconds a line with the step and the seconds so far, by a thread of its own.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "core/base/mutex.h"
+#include "core/base/progress.h"
+
+namespace ulf {
+
+class Waiting {
+ public:
+  // "closing", "depth maps and the mesh".
+  Waiting(std::string what, std::string step);
+  ~Waiting();
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+  // The next step begins.
+  void For(std::string step);
+
+ private:
+  void Loop();
+
+  const std::string what_;
+  Progress progress_;  // the thread's
+  Mutex mutex_;
+  ConditionVariable changed_;
+  std::string step_ ULF_GUARDED_BY(mutex_);
+  std::chrono::steady_clock::time_point since_ ULF_GUARDED_BY(mutex_) = std::chrono::steady_clock::now();
+  bool over_ ULF_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace ulf
