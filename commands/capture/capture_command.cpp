@@ -8,12 +8,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/frame_recording.h"
 #include "commands/calibration/intrinsics_options.h"
 #include "commands/capture/capture_report.h"
 #include "commands/capture/crash_handler.h"
+#include "commands/capture/resume_options.h"
 #include "commands/commands.h"
 #include "commands/help_text.h"
 #include "commands/light_field/light_field_report.h"
@@ -32,6 +34,7 @@
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
+#include "core/base/waiting.h"
 #include "core/image/image.h"
 #include "core/image/raw_file.h"
 #include "core/light_field/light_check.h"
@@ -232,10 +235,12 @@ bool MaskTurntable(const coverage::CaptureArgs& args) {
   return true;
 }
 
-int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens) {
+int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens,
+                      const std::set<std::string>& given) {
   ShareHeaps();
   coverage::CaptureOptions options = coverage::OptionsFrom(args);
   RequireUsable(lens);
+  RequireResumable(args, given);
   if (!args.marker.empty()) tracking::MarkerSpec::Parse(args.marker);
   if (!args.marker.empty() && args.headless)
     throw UsageError(
@@ -252,6 +257,8 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
   for (const std::string& picture : {args.overlay, args.map, args.error_map})
     if (!picture.empty()) RequireWritablePicture(picture);
   if (!args.keep_frames.empty()) acquisition::RequireNewRecording(args.keep_frames);
+  std::vector<TimedPose> truth;
+  if (!args.truth.empty()) truth = ReadTum(args.truth);
   std::optional<coverage::RequestLines> request_lines;  // refused before anything is written
   coverage::CaptureRequests requests;
   const auto script = std::make_shared<coverage::DisplayScript>(requests);
@@ -273,6 +280,7 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
   coverage::CaptureSummary summary;
   acquisition::FrameRecorderSummary kept;
   std::vector<TimedPose> live;
+  std::optional<Waiting> closing;
   {
     const CrashHandler guard(args.dir);
     Progress progress("capture");
@@ -280,6 +288,10 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
     double shown_share = 0;  // never falls, although corrected poses may reopen the cap
     coverage::CaptureHooks hooks;
     hooks.say = [&](const std::string& line) { progress.Say(line); };
+    hooks.closing = [&](const std::string& step) {
+      if (!closing) closing.emplace("closing", step);
+      closing->For(step);
+    };
     hooks.stop_requested = [] { return StopOnSignal::Asked(); };
     hooks.requests = &requests;
     const auto read_requests = [&] {
@@ -318,11 +330,13 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
     coverage::RunWithDisplay(DoorFor(args, script), {.marker = args.marker}, feed, requests, capture);
     if (recorder) kept = recorder->Finish();
   }
+  closing.reset();
   if (kept.left_out > 0)
     fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
                Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
   ReportUnwrittenFrames(summary);
   const bool masked = MaskTurntable(args);
+  closing.emplace("closing", "the map for the next session, and the report");
   LightField light_field = ReadLightField(args.dir);
   if (summary.stopped_because != coverage::StoppedBecause::kDisk && !light_field.views.empty())
     coverage::SaveMapCache(light_field, summary.refined_lens ? summary.refined_lens->camera : prepared.camera,
@@ -330,7 +344,8 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
   const LightFieldReport report =
       commands::Describe(light_field, {.cap = options.cap, .threshold_px = options.threshold_px});
   std::optional<PoseErrors> errors;
-  if (!args.truth.empty()) errors = CompareWithTruth(args.truth, live, light_field);
+  if (!args.truth.empty()) errors = CompareWithTruth(truth, live, light_field);
+  closing.reset();
   PrintResult(args, summary, report, live.size(), errors, Merged(args, summary));
   WarnIfTheLampChanged(light_field);
   SayIfNothingWasMeasured(args, summary);
@@ -470,11 +485,11 @@ void AddCaptureCommand(CLI::App& app, ChosenCommand& chosen) {
       "Keys of the display (docs/operator.md):" +
       KeyLines(coverage::kKeysAlways) + "\nWhile the subject is placed:" +
       KeyLines(coverage::kKeysInSubject) + "\nIn the review:" + KeyLines(coverage::kKeysInReview));
-  command->callback([args, lens, &chosen] {
-    chosen = [args, lens] {
+  command->callback([args, lens, command, &chosen] {
+    chosen = [args, lens, given = GivenOptions(*command)] {
       args->poses = coverage::PosesFrom(*args);
       args->lens = lens->use;
-      return RunCaptureCommand(*args, *lens);
+      return RunCaptureCommand(*args, *lens, given);
     };
   });
 }

@@ -259,10 +259,9 @@ std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
       summary.subject_was_found ? ", which was placed by itself in the middle of the first pictures" : "");
 }
 
-PoseErrors CompareWithTruth(const std::filesystem::path& truth_file, const std::vector<TimedPose>& live,
+PoseErrors CompareWithTruth(const std::vector<TimedPose>& truth, const std::vector<TimedPose>& live,
                             const LightField& light_field) {
   constexpr double kSameFrame_s = 0.002;  // times are the device's own in both
-  const std::vector<TimedPose> truth = ReadTum(truth_file);
   std::vector<TimedPose> views;
   std::vector<double> distances;
   for (const View& view : light_field.views) {

@@ -34,8 +34,8 @@ struct PoseErrors {
   double subject_distance = 0;  // median of the views, in the truth's unit
 };
 
-// `truth_file` is TUM's format, its times the device's. Throws Error naming file and line.
-PoseErrors CompareWithTruth(const std::filesystem::path& truth_file, const std::vector<TimedPose>& live,
+// The times of `truth` are the device's.
+PoseErrors CompareWithTruth(const std::vector<TimedPose>& truth, const std::vector<TimedPose>& live,
                             const LightField& light_field);
 void AddTo(nlohmann::json& json, const PoseErrors& errors);  // in the truth's unit
 std::string ToText(const PoseErrors& errors);                // shares of the subject's distance

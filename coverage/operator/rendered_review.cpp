@@ -138,7 +138,11 @@ RenderedReview::~RenderedReview() {
 }
 
 RenderedReview::Wanted RenderedReview::WantedBy(const CaptureState& state) {
-  Wanted wanted{.views = {}, .camera = state.recorded_camera, .subject = *state.subject, .mesh = state.mesh};
+  Wanted wanted{.views = {},
+                .camera = state.recorded_camera,
+                .camera_index = state.recorded_camera_index,
+                .subject = *state.subject,
+                .mesh = state.mesh};
   for (std::size_t i = 0; i < state.view_ids.size(); ++i) {
     const CriterionView& view = state.coverage->views()[i];
     wanted.views.insert({state.view_ids[i], {view.cam_from_world, view.center_in_world}});
@@ -155,7 +159,7 @@ RenderedReview::Loaded RenderedReview::Load(const std::filesystem::path& light_f
     });
     if (on_disk.views.empty()) return {};
     // The journal may be behind a correction.
-    on_disk.cameras.at(0) = wanted.camera;
+    on_disk.cameras.at(static_cast<std::size_t>(wanted.camera_index)) = wanted.camera;
     for (View& view : on_disk.views) {
       const ViewPose& pose = wanted.views.at(view.id);
       view.cam_from_world = {Eigen::Quaterniond(pose.cam_from_world),

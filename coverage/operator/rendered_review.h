@@ -92,7 +92,8 @@ class RenderedReview {
   // What a scene is of.
   struct Wanted {
     std::map<int, ViewPose> views;  // by id
-    CameraModel camera;             // of the views of this session, the first of the journal
+    CameraModel camera;             // of the views of this session
+    int camera_index = 0;           // in the journal
     Subject subject;
     std::shared_ptr<const LiveMesh> mesh;
     bool operator==(const Wanted&) const = default;

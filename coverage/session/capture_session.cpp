@@ -379,6 +379,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
 }
 
 void RunningCapture::Close() {
+  SayClosing("the last adjustment of poses and points");
   try {
     poses_.Finish();
   } catch (const std::exception& error) {
@@ -404,7 +405,8 @@ void RunningCapture::Close() {
   const double device_s = meters_.DeviceSeconds();
   const ClosedRecord closed =
       record_.Close(device_s > 0 ? device_s : ended_after_s_, reasons, poses_.Points(),
-                    options_.still_camera ? std::nullopt : known.rolling_shutter);
+                    options_.still_camera ? std::nullopt : known.rolling_shutter,
+                    [this](const std::string& step) { SayClosing(step); });
   summary_.recorded = closed.recorded;
   summary_.unwritten = closed.unwritten;
   summary_.set_aside = closed.set_aside;

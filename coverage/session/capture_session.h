@@ -100,6 +100,8 @@ struct CaptureHooks {
   // field is closed.
   std::function<void(const SharedCaptureState&)> while_waiting;
   std::function<void(const std::string&)> say;  // a line for each event
+  // The capture has ended, and now does this, in words, which may take long.
+  std::function<void(const std::string&)> closing;
 };
 
 // The error that was measured at frames (coverage/measured).

@@ -12,6 +12,7 @@
 #include "core/base/stop_signal.h"
 #include "coverage/session/record/kept_photographs.h"
 #include "coverage/session/record/map_cache.h"
+#include "coverage/session/session_lenses.h"
 
 namespace ulf::coverage {
 namespace fs = std::filesystem;
@@ -201,40 +202,14 @@ std::optional<Subject> SubjectOfReplay(const std::string& uri) {
   return light_field.subject ? light_field.subject : SubjectFromAxes(light_field);
 }
 
-CameraModel CameraOfResumed(const LightField& light_field, const Frame& frame) {
-  const CameraModel& camera = light_field.cameras.at(0);
-  if (camera.width != frame.image.width() || camera.height != frame.image.height())
-    throw Error(
-        "{}: was captured at {}x{}, the device now gives {}x{}; set it back or begin a new light field",
-        light_field.root.string(), camera.width, camera.height, frame.image.width(), frame.image.height());
-  return camera;
-}
-
-// Of the light field's only camera: its flat field, or its colour profile.
-template <typename Value>
-std::optional<Value> OfResumed(const std::map<int, Value>& by_camera) {
-  const auto found = by_camera.find(0);
-  return found == by_camera.end() ? std::nullopt : std::optional(found->second);
-}
-
+// What the light field tells and the command line does not; commands/capture/resume_options.h has compared the two.
 void ResumeOptions(const CaptureArgs& args, const LightField& light_field, CaptureOptions* options) {
-  if (args.no_subject) {
-    if (light_field.subject)
-      throw UsageError("{}: was captured round a subject; leave out --no-subject, or begin a new folder",
-                       args.dir);
-    return;
-  }
+  if (args.no_subject) return;
   if (!light_field.subject && !light_field.views.empty() && args.subject == "auto")
     spdlog::info("{}: has no subject yet, this session looks for one (--no-subject: goes on without)",
                  args.dir);
   if (!args.threshold_px && args.quality.empty() && light_field.threshold_px)
     options->threshold_px = *light_field.threshold_px;
-  if (light_field.threshold_px && options->threshold_px != *light_field.threshold_px)
-    throw UsageError("{}: was begun with a threshold of {} px; leave out --threshold-px and --quality",
-                     args.dir, *light_field.threshold_px);
-  if (args.coverage_width_px && *args.coverage_width_px != light_field.coverage_width_px)
-    throw UsageError("{}: was begun with --coverage-width {}; leave it out", args.dir,
-                     light_field.coverage_width_px);
   options->coverage_width_px = light_field.coverage_width_px;
   if (args.until_covered.empty() && light_field.goal) {
     options->cap = Cap::FromDegrees(light_field.goal->cap_deg);
@@ -313,29 +288,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
           "--poses {}: there are no tracked points to find the subject by; give --subject x,y,z,r",
           args.poses.Text());
   }
-  const bool own_world = args.poses.HaveAWorld() && !args.poses.ComeWithFrames();
-  if (resumed && own_world && resumed->units != "metres")
-    throw UsageError(
-        "{}: its unit is arbitrary, the world of --poses {} is in metres; begin a new light field", args.dir,
-        args.poses.Text());
-  if (resumed && args.poses.ChoosesWorldAnew())
-    throw UsageError(
-        "{}: the first of several markers that is seen defines the world, and that may be another one now; "
-        "go "
-        "on with --poses features, or name the marker of the session before (its end says which): --poses "
-        "{}:NUMBER",
-        args.dir, args.poses.Text());
   options->lens = args.lens;
-  if (resumed && !resumed->views.empty() && args.lens == tracking::LensUse::kRefine) {
-    // The tracker's map hangs on the poses of these views, which belong to their lens.
-    options->lens = tracking::LensUse::kCheck;
-    spdlog::warn(
-        "{}: --intrinsics refine: its {} hold the map under the lens that they were recorded with, so this "
-        "session "
-        "goes on with that lens and checks it; ulf refine {} --intrinsics finds another for all views "
-        "together",
-        args.dir, Counted(resumed->views.size(), "view"), args.dir);
-  }
   if (args.person.empty()) {
     prepared.device = acquisition::OpenDevice(acquisition::WithReplaySpeed(args.uri, args.speed));
   } else {
@@ -349,17 +302,9 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   if (!TakeFirstFrames(*prepared.device, args.uri, StopOnSignal::Asked, prepared.first)) return false;
   const Frame& first = prepared.first.back();
 
-  CaptureHeader header;
   const bool stills = prepared.device->TakesStills();
   acquisition::IntrinsicsArgs intrinsics = args.intrinsics;
   if (args.lens == tracking::LensUse::kRefine) intrinsics.guessed_focal_px = acquisition::GuessFocalPx(first);
-  const auto use = [&header](const acquisition::ResolvedCalibration& calibration) {
-    for (const std::string& warning : calibration.warnings) spdlog::warn("{}", warning);
-    header.calibration_source = calibration.source;
-    header.flat_field = calibration.flat_field;
-    header.color_profile = calibration.color_profile;
-    return calibration.camera;
-  };
   if (stills && args.lens == tracking::LensUse::kRefine)
     throw UsageError(
         "--intrinsics refine: {0} records photographs, and live view does not tell their lens; find the lens "
@@ -369,28 +314,21 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
         prepared.device->Info().uri);
   acquisition::RecordingHeader& recording = prepared.recording =
       acquisition::RecordingHeader::Of(*prepared.device);
-  if (resumed) {
-    RequireSameCamera(args.dir, *resumed, prepared.device->Info());
-    header.flat_field = OfResumed(resumed->flat_fields);
-    header.color_profile = OfResumed(resumed->color_profiles);
-  }
-  if (resumed && !stills)
-    prepared.camera = CameraOfResumed(*resumed, first);
-  else
-    prepared.camera = use(acquisition::ResolveCalibration(*prepared.device, intrinsics, first.image.width(),
-                                                          first.image.height()));
-  options->calibration_source = resumed && !stills ? resumed->calibration_source : header.calibration_source;
+  if (resumed) RequireSameCamera(args.dir, *resumed, prepared.device->Info());
+  const SessionLenses lenses =
+      ChooseLenses(*prepared.device, first, args.intrinsics, intrinsics, prepared.writer.get());
+  prepared.camera = lenses.live.camera;
+  options->calibration_source = lenses.live.calibration_source;
   if (!options->calibration_source.empty())
     options->calibrated = acquisition::IsCalibration(options->calibration_source);
   recording.camera = prepared.camera;
-  recording.flat_field = header.flat_field;
-  recording.color_profile = header.color_profile;
+  recording.flat_field = lenses.live.flat_field;
+  recording.color_profile = lenses.live.color_profile;
   if (stills) {
-    options->still_camera =
-        resumed ? resumed->cameras.at(0) : use(ResolveStillCamera(*prepared.device, args.intrinsics));
-    recording.still_camera = options->still_camera;
-    recording.still_flat_field = resumed ? OfResumed(resumed->flat_fields) : header.flat_field;
-    recording.still_color_profile = resumed ? OfResumed(resumed->color_profiles) : header.color_profile;
+    options->still_camera = lenses.recorded.camera;
+    recording.still_camera = lenses.recorded.camera;
+    recording.still_flat_field = lenses.recorded.flat_field;
+    recording.still_color_profile = lenses.recorded.color_profile;
   }
   const acquisition::DeviceInfo info = prepared.device->Info();
   if (args.no_subject && stills)
@@ -420,7 +358,11 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   if (args.poses.UseFeatures() && resumed && !resumed->views.empty())
     RestoreOrSeedMap(*resumed, prepared.camera, *prepared.poses);
   if (!prepared.writer) {
-    header.camera = options->still_camera.value_or(prepared.camera);
+    CaptureHeader header;
+    header.camera = lenses.recorded.camera;
+    header.flat_field = lenses.recorded.flat_field;
+    header.color_profile = lenses.recorded.color_profile;
+    header.calibration_source = lenses.recorded.calibration_source;
     header.device_uri = info.uri;
     header.device_serial = info.serial;
     header.device_maker = info.maker;
@@ -431,6 +373,7 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
     header.coverage_width_px = options->coverage_width_px;
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Create(args.dir, header));
   }
+  if (lenses.is_new) GoOnUnder(lenses.recorded, *prepared.writer);
   if (options->turntable) {
     prepared.writer->SetTurntable({options->turntable->kind == tracking::MarkerSpec::Kind::kBoard
                                        ? options->turntable->board.Text()

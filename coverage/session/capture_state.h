@@ -49,8 +49,9 @@ struct CaptureState {
   // The live frame, with the camera's distortion.
   Image live;
   CameraModel camera;
-  CameraModel recorded_camera;  // of all views of this session
-  bool takes_stills = false;    // photographs are recorded in place of live frames
+  CameraModel recorded_camera;    // of all views of this session
+  int recorded_camera_index = 0;  // in the light field
+  bool takes_stills = false;      // photographs are recorded in place of live frames
 
   tracking::TrackState tracking = tracking::TrackState::kInitializing;
   std::string tracking_words;  // what to do while there is no pose; empty while there is one

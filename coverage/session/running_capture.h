@@ -71,6 +71,9 @@ class RunningCapture {
 
   void TakeEvents();
   void Say(const std::string& text);
+  void SayClosing(const std::string& step) const {
+    if (hooks_.closing) hooks_.closing(step);
+  }
   std::string DeviceProblem() const;
   SharedCaptureState State();
   void Show(const std::function<void(const SharedCaptureState&)>& look);

@@ -88,6 +88,18 @@ void GrowingGeometry::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
   ++revision_;
 }
 
+// Without its baselines the map follows its view, and is never scaled nor made anew.
+bool GrowingGeometry::TakeMap(int id, const CameraModel& camera, const cv::Mat& depth, double plane_step) {
+  const auto entry = std::ranges::find(entries_, id, &Entry::id);
+  if (entry == entries_.end() || !(entry->view.camera == camera) ||
+      depth.size() != cv::Size(camera.width, camera.height))
+    return false;
+  entry->map = ViewDepth{entry->view, depth, plane_step};
+  entry->baselines.clear();
+  ++revision_;
+  return true;
+}
+
 void GrowingGeometry::MoveMap(Entry& entry) const {
   std::vector<double> scales;
   for (const Baseline& then : entry.baselines)

@@ -65,6 +65,9 @@ class GrowingGeometry {
   void AddView(int id, StereoView view);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
+  // The view gets a map that was made before, under the pose that it has now, in place of one that would be made.
+  // Returns false for a view that is not there, or is compared in another size.
+  bool TakeMap(int id, const CameraModel& camera, const cv::Mat& depth, double plane_step);
 
   // Makes the depth map that is missed most. `all_views_are_here`: no view waits for neighbours. False: none is
   // missing, or there is no subject.

@@ -233,6 +233,52 @@ TEST(CaptureCommand, ResumeGoesOnToTheSameEnd) {
   EXPECT_FALSE(third["covered"].is_null()) << "it was to be covered all the same";
 }
 
+TEST(CaptureCommand, ABetterLensIsASecondCamera) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf", lens = scratch / "cameras.txt";
+  const std::string resume = "capture --no-geometry " + kStudio +
+                             " --poses known --headless --json --resume -o " + dir.string() +
+                             " --calibration " + lens.string();
+  const auto first = JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject +
+                                   " --headless --quality fast " + "--frames 20 --json -o " + dir.string()));
+  const int views = first["views"];
+  ASSERT_GT(views, 1);
+  const std::string journal = ReadWholeFile(dir / "journal.jsonl");
+  const CommandResult missing = RunUlf(resume + " --frames 60");
+  EXPECT_EQ(missing.exit_code, 1) << "a file that is named is read";
+  EXPECT_THAT(missing.errors, HasSubstr(lens.string()));
+  WriteFileAtomically(lens, "1 PINHOLE 320 240 290 290\n");
+  EXPECT_EQ(RunUlf(resume + " --frames 60").exit_code, 1) << "and must be whole";
+  EXPECT_EQ(ReadWholeFile(dir / "journal.jsonl"), journal);
+
+  WriteFileAtomically(lens, "1 PINHOLE 320 240 290 290 160 120\n");
+  const CommandResult second = RunUlf(resume + " --frames 60");
+  EXPECT_THAT(second.errors, ContainsRegex("the views from " + std::to_string(views + 1) +
+                                           " on have a second camera: f 290.0 px instead of 28[0-9.]+ "));
+  EXPECT_GT(JsonOf(second)["recorded"], 0);
+  const LightField light_field = ReadLightField(dir);
+  EXPECT_THAT(light_field.doubts, IsEmpty());
+  ASSERT_EQ(light_field.cameras.size(), 2u);
+  EXPECT_EQ(light_field.cameras[1].fx, 290);
+  for (const View& view : light_field.views) EXPECT_EQ(view.camera, view.id > views ? 1 : 0) << view.id;
+  EXPECT_EQ(RunUlf("repair " + dir.string()).output.find("differs"), std::string::npos);
+
+  const CommandResult again = RunUlf(resume + " --frames 5");
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(again.errors.find("camera: f"), std::string::npos) << again.errors;
+  EXPECT_EQ(ReadLightField(dir).cameras.size(), 2u) << "it is the one in use";
+  const CommandResult focal =
+      RunUlf("capture --no-geometry " + kStudio + " --poses known --headless --resume " +
+             "--frames 5 --focal-px 300 -o " + dir.string());
+  EXPECT_EQ(focal.exit_code, 2);
+  EXPECT_THAT(focal.errors, HasSubstr("--focal-px 300"));
+
+  const std::string colmap = (scratch / "colmap").string();
+  EXPECT_EQ(RunUlf("export colmap " + dir.string() + " -o " + colmap).exit_code, 0);
+  EXPECT_THAT(ReadWholeFile(fs::path(colmap) / "sparse/0/cameras.txt"),
+              HasSubstr("\n2 PINHOLE 320 240 290 "));
+}
+
 TEST(CaptureCommand, WithoutADisplayItSaysWhereToMove) {
   const ScratchFolder scratch;
   const CommandResult captured =

@@ -97,6 +97,7 @@ CaptureRecord::CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, c
       options_(WithUpOf(writer.Contents(), options)),
       say_(std::move(say)),
       first_new_id_(writer.NextViewId()),
+      camera_index_(writer.CameraInUse()),
       earlier_s_(writer.Contents().capture_s),
       earlier_reasons_(writer.Contents().reasons),
       earlier_measured_(writer.Contents().measured.value_or(MeasuredErrors{})),
@@ -121,6 +122,7 @@ void CaptureRecord::AddEarlierViews(const LightField& light_field) {
     geometry_->AddView(view.id, read, earlier->CameraOf(view), view.cam_from_world);
     meter_->AddEarlierView(view.id, read, earlier->CameraOf(view), view.cam_from_world);
   }
+  geometry_->AddMaps([earlier] { return ReadKnownMaps(*earlier); });
 }
 
 void CaptureRecord::SayGeometryProblem() {
@@ -138,8 +140,9 @@ static bool IsOfOtherViews(const std::filesystem::path& root) {
 }
 
 // The mesh that was there may be of another program, or a finer one: without new views it stays where it is, with its
-// depth maps.
-std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesystem::path& root) {
+// depth maps, and with them until the new one is at least as good.
+std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(
+    const std::filesystem::path& root, const std::function<void(const std::string&)>& closing) {
   const bool has_new_views =
       std::ranges::any_of(views_.views(), [this](const auto& view) { return view.id >= first_new_id_; });
   if (!has_new_views && std::filesystem::exists(root / render::kMeshProxyFile)) {
@@ -151,13 +154,24 @@ std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(const std::filesys
              : "no view was added, moved or taken back: the mesh that is there stays");
     return std::nullopt;
   }
+  closing("depth maps and the mesh");
   FinishedGeometry finished = geometry_->Finish();
   Stopwatch writing;
   SayGeometryProblem();
   if (!finished.views_left_out.empty())
     say_(fmt::format("geometry: there was no time to look at {}; '{}' makes a mesh of all",
                      Counted(finished.views_left_out.size(), "view"), render::ProxyCommand(root)));
-  if (finished.mesh) WriteGeometry(root, finished, say_);
+  if (finished.mesh) {
+    if (const std::string why = WhyThatStays(root, finished); !why.empty()) {
+      say_(fmt::format(
+          "views were added: the mesh that is there stays, because it is finer ({}); '{}' makes one "
+          "of all views",
+          why, render::ProxyCommand(root)));
+      return std::nullopt;
+    }
+    closing("depth maps and the mesh to the disk");
+    WriteGeometry(root, finished, say_);
+  }
   finished.seconds += writing.LapSeconds();
   return finished;
 }
@@ -422,8 +436,10 @@ bool CaptureRecord::IsCapCovered(double share, const tracking::PoseSource& poses
 
 ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
                                   std::vector<ScenePoint> points,
-                                  const std::optional<tracking::Readout>& rolling_shutter) {
+                                  const std::optional<tracking::Readout>& rolling_shutter,
+                                  const std::function<void(const std::string&)>& closing) {
   ClosedRecord closed;
+  closing("the last views to the disk");
   LightFieldWriter writer = spool_.Finish();
   closed.unwritten = spool_.Unwritten();
   closed.set_aside = spool_.SetAside();
@@ -441,7 +457,10 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
   std::map<std::string, std::uint64_t> all_reasons = earlier_reasons_;
   for (const auto& [name, count] : reasons) all_reasons[name] += count;
   std::map<int, CameraModel> final_lens;
-  if (lens_.found() && writer.Contents().cameras.at(0) != lens_.recorded()) final_lens[0] = lens_.recorded();
+  if (lens_.found() &&
+      writer.Contents().cameras.at(static_cast<std::size_t>(camera_index_)) != lens_.recorded())
+    final_lens[camera_index_] = lens_.recorded();
+  closing("poses, points and the files for other programs");
   try {
     writer.UpdatePoses(final_poses, final_lens, lens_.FoundSource());
     // One that was given stands in the journal since the session began.
@@ -456,7 +475,7 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
           ToMeasuredErrors(*errors_, Name(options_.cover.by), options_.cover.db, frames_measured_));
     writer.Close(earlier_s_ + capture_s, all_reasons);
     if (geometry_)
-      closed.geometry = FinishGeometry(root);
+      closed.geometry = FinishGeometry(root, closing);
     else if (closed.recorded > 0 && std::filesystem::exists(root / render::kMeshProxyFile))
       say_(fmt::format("{} was made without {} of this session; '{}' makes it anew", render::kMeshProxyFile,
                        Counted(closed.recorded, "view"), render::ProxyCommand(root)));
@@ -468,6 +487,7 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
 
 void CaptureRecord::Describe(CaptureState& state) const {
   state.subject = subject_;
+  state.recorded_camera_index = camera_index_;
   state.coverage = map_;
   state.view_ids = views_.Ids();
   if (options_.map.cap) state.covered = map_ ? map_->CoveredShare() : 0;

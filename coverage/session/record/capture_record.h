@@ -37,7 +37,7 @@ struct ClosedRecord {
   std::uint64_t unwritten = 0;                             // frames that were accepted and are lost
   std::map<std::filesystem::path, std::size_t> set_aside;  // frames that were written elsewhere, by folder
   std::string problem;                                     // why it could not be closed; empty: it is closed
-  // None: it was not asked for, the light field is not closed, or the mesh that was there still fits.
+  // None: it was not asked for, the light field is not closed, or the mesh that was there stays.
   std::optional<FinishedGeometry> geometry;
 };
 
@@ -98,10 +98,11 @@ class CaptureRecord {
   // decided. False while the disk is behind a correction.
   bool IsCapCovered(double share, const tracking::PoseSource& poses);
   // Writes the waiting views, the final poses, `points`, the rolling shutter that was measured, and the time and the
-  // counts of this session added to those of earlier ones.
-  ClosedRecord Close(double capture_s, const std::map<std::string, std::uint64_t>& reasons,
-                     std::vector<ScenePoint> points,
-                     const std::optional<tracking::Readout>& rolling_shutter = {});
+  // counts of this session added to those of earlier ones. `closing`: hears what is done, step by step.
+  ClosedRecord Close(
+      double capture_s, const std::map<std::string, std::uint64_t>& reasons, std::vector<ScenePoint> points,
+      const std::optional<tracking::Readout>& rolling_shutter = {},
+      const std::function<void(const std::string&)>& closing = [](const std::string&) {});
   void Describe(CaptureState& state) const;
 
   // What a frame whose pose is known shows of the error: noted in errors(), and, unless the bound alone decides, in
@@ -128,13 +129,15 @@ class CaptureRecord {
   void ForgetMeasuredAround(const Rigid3& cam_from_world);
   // The map's thresholds by the errors so far.
   void FollowErrorsNow();
-  std::optional<FinishedGeometry> FinishGeometry(const std::filesystem::path& root);
+  std::optional<FinishedGeometry> FinishGeometry(const std::filesystem::path& root,
+                                                 const std::function<void(const std::string&)>& closing);
   std::string ReopenedInWords(double share) const;
 
   const CaptureLens& lens_;
   const Options options_;
   const std::function<void(const std::string&)> say_;
   const int first_new_id_;
+  const int camera_index_;  // of the views of this session
   const double earlier_s_;
   const std::map<std::string, std::uint64_t> earlier_reasons_;
   const MeasuredErrors earlier_measured_;

@@ -102,10 +102,12 @@ bool ExposureWatch::Settled(const Frame& frame, const CameraModel& camera, const
 
 // The logarithm of the ratio of this picture's light to `before`'s, on the plane at `depth` before this camera;
 // none where they share too little of the plane, or the ratios of its parts do not agree.
-std::optional<double> ExposureMatch::LogLightRatio(const Rigid3& now_from_world, const cv::Mat& before,
-                                                   const Rigid3& before_from_world, const CameraModel& camera,
-                                                   double depth) const {
-  const CameraModel small = camera.ScaledTo(light_.cols, light_.rows);
+std::optional<double> ExposureMatch::LogLightRatio(const CameraModel& now_camera,
+                                                   const Rigid3& now_from_world, const cv::Mat& before,
+                                                   const CameraModel& before_camera,
+                                                   const Rigid3& before_from_world, double depth) const {
+  const CameraModel small = now_camera.ScaledTo(light_.cols, light_.rows),
+                    small_before = before_camera.ScaledTo(light_.cols, light_.rows);
   const Rigid3 before_from_now = before_from_world * now_from_world.Inverse();
   std::vector<double> ratios;
   for (int y = 0; y < light_.rows; ++y)
@@ -114,8 +116,8 @@ std::optional<double> ExposureMatch::LogLightRatio(const Rigid3& now_from_world,
       if (!(here > 0)) continue;
       const auto ray = small.RayFromImg({x + 0.5, y + 0.5});
       if (!ray || !(ray->z() > 0)) continue;
-      const auto img = small.ImgFromCam(before_from_now * Eigen::Vector3d(*ray * (depth / ray->z())));
-      if (!img || !small.Contains(*img)) continue;
+      const auto img = small_before.ImgFromCam(before_from_now * Eigen::Vector3d(*ray * (depth / ray->z())));
+      if (!img || !small_before.Contains(*img)) continue;
       const float there = Between(before, *img);
       if (there > 0) ratios.push_back(std::log(here / there));
     }
@@ -161,7 +163,8 @@ double ExposureMatch::GainOf(const Image& image, const CameraModel& camera, cons
       }
     }
     if (kept.light.size() != light_.size()) continue;
-    if (const auto ratio = LogLightRatio(cam_from_world, kept.light, view->cam_from_world, camera, depth)) {
+    if (const auto ratio = LogLightRatio(camera, cam_from_world, kept.light, view->CameraOr(camera),
+                                         view->cam_from_world, depth)) {
       sum += kept.log_gain + *ratio;
       ++shared;
     }

@@ -80,9 +80,9 @@ class ExposureMatch {
     double log_gain = 0;
     cv::Mat light;  // empty: not read yet
   };
-  std::optional<double> LogLightRatio(const Rigid3& now_from_world, const cv::Mat& before,
-                                      const Rigid3& before_from_world, const CameraModel& camera,
-                                      double depth) const;
+  std::optional<double> LogLightRatio(const CameraModel& now_camera, const Rigid3& now_from_world,
+                                      const cv::Mat& before, const CameraModel& before_camera,
+                                      const Rigid3& before_from_world, double depth) const;
 
   Options options_;
   LightField resumed_;

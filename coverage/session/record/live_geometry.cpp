@@ -133,6 +133,15 @@ void LiveGeometry::MoveViews(const std::map<int, Rigid3>& cam_from_world) {
   Do([cam_from_world](World& world) { world.growing.MoveViews(cam_from_world); });
 }
 
+void LiveGeometry::AddMaps(std::function<std::vector<KnownMap>()> read) {
+  Do(Coming{{}, [read = std::move(read)](render::StereoViewMaker&) -> Change {
+              return [maps = read()](World& world) {
+                for (const KnownMap& map : maps)
+                  world.growing.TakeMap(map.view_id, map.camera, map.depth, map.plane_step);
+              };
+            }});
+}
+
 void LiveGeometry::StartAgain() {
   corrected_ = true;
   left_out_views_.clear();

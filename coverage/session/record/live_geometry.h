@@ -57,6 +57,14 @@ struct LiveGeometryState {
   std::shared_ptr<const LiveMesh> mesh;  // the newest; null: none yet
 };
 
+// A depth map of a view, made before.
+struct KnownMap {
+  int view_id = 0;
+  CameraModel camera;     // of the map, without distortion
+  cv::Mat depth;          // CV_32F, along the optical axis; 0: none
+  double plane_step = 0;  // as ViewDepth has it
+};
+
 struct FinishedGeometry {
   std::shared_ptr<const LiveMesh> mesh;  // null: the views agree on no surface, or there is no subject
   int maps = 0, missing_maps = 0;        // missing: there was no time for them
@@ -108,6 +116,9 @@ class LiveGeometry {
                Picture where = Picture::kIsRead);
   void RemoveView(int id);
   void MoveViews(const std::map<int, Rigid3>& cam_from_world);
+  // Maps of views that were added, which an earlier session made under the poses that these have; read in the geometry's
+  // thread.
+  void AddMaps(std::function<std::vector<KnownMap>()> read);
   // The lens has changed: forgets all views with their maps and the mesh, which are added again by the caller.
   void StartAgain();
   const LiveGeometryState& State();                // the newest that could be had

@@ -65,13 +65,14 @@ Decision PosedPhotographs::Judge(const FrameToDecide& input,
                                  const RecordedViews& views, const HeldFrame* about_to_be_recorded,
                                  const DecisionLimits& limits) const {
   if (!IsLocated(input, sample)) return {};
-  const auto shows_same = [&](const Rigid3& before_from_world) {
-    return ShowsSameView(before_from_world, *input.track.cam_from_world, input.camera, sample, spacing_);
+  const auto shows_same = [&](const Rigid3& before_from_world, const CameraModel& camera) {
+    return ShowsSameView(before_from_world, *input.track.cam_from_world, camera, sample, spacing_);
   };
   const bool shown =
-      (about_to_be_recorded && shows_same(*about_to_be_recorded->track.cam_from_world)) ||
-      std::any_of(views.views().begin(), views.views().end(),
-                  [&](const RecordedViews::Entry& view) { return shows_same(view.cam_from_world); });
+      (about_to_be_recorded && shows_same(*about_to_be_recorded->track.cam_from_world, input.camera)) ||
+      std::ranges::any_of(views.views(), [&](const RecordedViews::Entry& view) {
+        return shows_same(view.cam_from_world, view.CameraOr(input.camera));
+      });
   return DecideWithoutSubject(input, shown, limits);
 }
 

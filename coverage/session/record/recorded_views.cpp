@@ -5,7 +5,8 @@
 namespace ulf::coverage {
 
 RecordedViews::RecordedViews(const LightField& recorded_before) {
-  for (const View& view : recorded_before.views) views_.push_back({view.id, {}, view.cam_from_world});
+  for (const View& view : recorded_before.views)
+    views_.push_back({view.id, {}, view.cam_from_world, {}, recorded_before.CameraOf(view)});
 }
 
 bool RecordedViews::Remove(int id) {
@@ -59,11 +60,11 @@ void RecordedViews::MoveTo(const std::map<int, Rigid3>& poses) {
   for (Entry& view : views_) view.cam_from_world = poses.at(view.id);
 }
 
-std::vector<CriterionView> RecordedViews::ForCriterion(const CameraModel& camera,
+std::vector<CriterionView> RecordedViews::ForCriterion(const CameraModel& of_capture,
                                                        int coverage_width_px) const {
   std::vector<CriterionView> views;
   for (const Entry& view : views_)
-    views.push_back(CriterionView::From(camera, view.cam_from_world, coverage_width_px));
+    views.push_back(CriterionView::From(view.CameraOr(of_capture), view.cam_from_world, coverage_width_px));
   return views;
 }
 

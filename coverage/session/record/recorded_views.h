@@ -22,6 +22,8 @@ class RecordedViews {
     std::optional<tracking::Anchored> anchor;  // none: fixed where an earlier session recorded it
     Rigid3 cam_from_world;
     std::shared_ptr<const tracking::Track> track = {};  // of its frame, as it was then; null: none
+    std::optional<CameraModel> camera = {};  // none: the capture's own, which may change (capture_lens.h)
+    const CameraModel& CameraOr(const CameraModel& of_capture) const { return camera ? *camera : of_capture; }
   };
   // Those of earlier sessions.
   explicit RecordedViews(const LightField& recorded_before);
@@ -45,7 +47,8 @@ class RecordedViews {
   // `poses` has every view.
   void MoveTo(const std::map<int, Rigid3>& poses);
 
-  std::vector<CriterionView> ForCriterion(const CameraModel& camera, int coverage_width_px) const;
+  // `of_capture`: the camera of the views of this session.
+  std::vector<CriterionView> ForCriterion(const CameraModel& of_capture, int coverage_width_px) const;
 
  private:
   std::vector<Entry> views_;

@@ -384,8 +384,8 @@ bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {
 
 void ViewSpool::UpdateLens(const CameraModel& camera, const std::string& source,
                            std::map<int, Rigid3> cam_from_world) {
-  Submit({[this, camera, source, poses = std::move(cam_from_world)](LightFieldWriter&) {
-            UpdatePoses(poses, {{0, camera}}, source);
+  Submit({[this, camera, source, poses = std::move(cam_from_world)](const LightFieldWriter& writer) {
+            UpdatePoses(poses, {{writer.CameraInUse(), camera}}, source);
           },
           nullptr,
           {}},

@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 #include <regex>
 #include <string>
 #include <thread>
@@ -266,6 +267,104 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
                 dir.string() + "'"));
 }
 
+// What `dir` has, as if a capture had made it just now.
+coverage::FinishedGeometry AsFinished(const fs::path& dir) {
+  coverage::FinishedGeometry finished;
+  const auto mesh = std::make_shared<coverage::LiveMesh>();
+  mesh->mesh = std::make_shared<TriangleMesh>(ReadMeshFile(dir / "proxy.ply").mesh);
+  finished.mesh = mesh;
+  const DepthMapReading maps = MapsOf(dir);
+  for (const View& view : ReadLightField(dir).views)
+    if (const auto map = maps.maps.find(view.id); map != maps.maps.end()) {
+      finished.maps_for_rendering[view.id] = map->second->Get();
+      finished.map_poses[view.id] = view.cam_from_world;
+    }
+  return finished;
+}
+
+TEST(GeometryCapture, AFinerMeshStaysUntilTheNewOneIsAsGood) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  ASSERT_EQ(Capture(dir, "--frames 45 --deterministic").exit_code, 0);
+  const coverage::FinishedGeometry same = AsFinished(dir);
+  const std::size_t maps = same.maps_for_rendering.size();
+  ASSERT_GE(maps, 3u);
+  EXPECT_EQ(coverage::WhyThatStays(dir, same), "");
+
+  coverage::FinishedGeometry fewer = same;
+  fewer.maps_for_rendering.erase(fewer.maps_for_rendering.begin());
+  EXPECT_THAT(coverage::WhyThatStays(dir, fewer),
+              HasSubstr(std::to_string(maps) + " depth maps of 320 px, and a new one would have " +
+                        std::to_string(maps - 1) + " of 320 px"));
+
+  coverage::FinishedGeometry coarser = same;
+  for (auto& [id, map] : coarser.maps_for_rendering) {
+    map.camera = map.camera.ScaledTo(160, 120);
+    cv::resize(map.inverse_depth, map.inverse_depth, {160, 120}, 0, 0, cv::INTER_NEAREST);
+  }
+  EXPECT_THAT(coverage::WhyThatStays(dir, coarser), HasSubstr("of 160 px"));
+
+  // As many maps, all of one side of the subject.
+  coverage::FinishedGeometry elsewhere = same;
+  const auto& map = same.maps_for_rendering.begin()->second;
+  for (int id = 1001; elsewhere.maps_for_rendering.size() < maps + 3; ++id)
+    elsewhere.maps_for_rendering[id] = map;  // of views that are not there
+  for (const auto& [id, of_view] : same.maps_for_rendering) elsewhere.maps_for_rendering.erase(id);
+  EXPECT_THAT(coverage::WhyThatStays(dir, elsewhere),
+              HasSubstr("none of them near " + std::to_string(maps) + " views that had one"));
+
+  // A mesh without maps is known by its triangles alone.
+  fs::remove_all(dir / "depth");
+  EXPECT_EQ(coverage::WhyThatStays(dir, same), "");
+  auto half = std::make_shared<TriangleMesh>(*same.mesh->mesh);
+  half->triangles.resize(half->triangles.size() / 2);
+  const auto half_mesh = std::make_shared<coverage::LiveMesh>();
+  half_mesh->mesh = half;
+  coverage::FinishedGeometry fewer_triangles = same;
+  fewer_triangles.mesh = half_mesh;
+  EXPECT_THAT(coverage::WhyThatStays(dir, fewer_triangles), HasSubstr("triangles, and a new one would have"));
+  std::ofstream(dir / "proxy.ply") << "nothing that can be read";
+  EXPECT_EQ(coverage::WhyThatStays(dir, fewer_triangles), "");
+}
+
+TEST(GeometryCapture, ResumedCaptureGoesOnFromTheMapsThatAreThere) {
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf";
+  ASSERT_EQ(Capture(dir, "--frames 45 --deterministic").exit_code, 0);
+  const LightField light_field = ReadLightField(dir);
+  const DepthMapReading maps = MapsOf(dir);
+  const std::vector<coverage::KnownMap> known = coverage::ReadKnownMaps(light_field);
+  ASSERT_EQ(known.size(), maps.maps.size());
+  for (const coverage::KnownMap& map : known) {
+    const ViewDepthMap& on_disk = maps.maps.at(map.view_id)->Get();
+    EXPECT_TRUE(map.camera == on_disk.camera);
+    EXPECT_EQ(map.plane_step, on_disk.step);
+    int places = 0;
+    for (int y = 0; y < map.depth.rows; ++y)
+      for (int x = 0; x < map.depth.cols; ++x)
+        if (const float depth = map.depth.at<float>(y, x); depth > 0) {
+          ++places;
+          ASSERT_NEAR(depth * on_disk.InverseDepthAt(x, y), 1, 1e-5);
+        }
+    EXPECT_GT(places, map.depth.rows * map.depth.cols / 3) << map.view_id;
+  }
+  // A larger mesh of another program stays, and the one that was made for the new views does not take its place.
+  fs::remove_all(dir / "depth");
+  TriangleMesh large = ReadMeshFile(dir / "proxy.ply").mesh;
+  const auto triangles = large.triangles;
+  for (int i = 0; i < 20; ++i)
+    large.triangles.insert(large.triangles.end(), triangles.begin(), triangles.end());
+  render::WriteMeshPly(dir / "proxy.ply", large, {});
+  const std::string bytes = BytesOf(dir / "proxy.ply");
+  const CommandResult run = Capture(dir, "--resume --frames 70 --deterministic");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_GT(ReadLightField(dir).views.size(), light_field.views.size());
+  EXPECT_TRUE(BytesOf(dir / "proxy.ply") == bytes);
+  EXPECT_FALSE(fs::exists(dir / "kept/proxy.ply"));
+  EXPECT_THAT(run.errors, HasSubstr("views were added: the mesh that is there stays, because it is finer ("));
+  EXPECT_TRUE(JsonFromText(run.output)["geometry"].is_null());
+}
+
 // Views for which there was no time, and those that were recorded with another pose, are not the mesh's.
 TEST(GeometryCapture, AMeshTellsTheViewsThatItIsOf) {
   const ScratchFolder scratch;
@@ -274,15 +373,7 @@ TEST(GeometryCapture, AMeshTellsTheViewsThatItIsOf) {
   const LightField light_field = ReadLightField(dir);
   const DepthMapReading maps = MapsOf(dir);
   ASSERT_GE(maps.maps.size(), 2u);
-  const auto mesh = std::make_shared<coverage::LiveMesh>();
-  mesh->mesh = std::make_shared<TriangleMesh>(ReadMeshFile(dir / "proxy.ply").mesh);
-  coverage::FinishedGeometry whole;
-  whole.mesh = mesh;
-  for (const View& view : light_field.views)
-    if (const auto map = maps.maps.find(view.id); map != maps.maps.end()) {
-      whole.maps_for_rendering[view.id] = map->second->Get();
-      whole.map_poses[view.id] = view.cam_from_world;
-    }
+  const coverage::FinishedGeometry whole = AsFinished(dir);
   const auto state_of = [&](coverage::FinishedGeometry finished) {
     coverage::WriteGeometry(dir, finished, [](const std::string&) {});
     return *render::GeometryStateOf(ReadLightField(dir));

@@ -407,11 +407,17 @@ TEST(CaptureCommand, WithoutACalibrationTheLensIsFoundAndTheNextSessionGoesOnUnd
   EXPECT_EQ(acquisition::ReadCalibration(lens).fx, focal_px);
   EXPECT_EQ(ReadLightField(dir).cameras.at(0).fx, focal_px);
 
-  const auto second = test::RunUlf(capture + "--resume");
+  const auto refused = test::RunUlf(capture + "--resume");
+  EXPECT_EQ(refused.exit_code, 2) << "a lens is not sought over views that hold the map under theirs";
+  EXPECT_THAT(refused.errors, testing::AllOf(testing::HasSubstr("--intrinsics refine"),
+                                             testing::HasSubstr("ulf refine " + dir + " --intrinsics")));
+  const auto second =
+      test::RunUlf("capture '" + room + "' -o " + dir +
+                   " --headless --deterministic --no-geometry --json --resume --calibration " + lens);
   ASSERT_EQ(second.exit_code, 0) << second.errors;
-  EXPECT_THAT(second.errors, testing::AllOf(testing::HasSubstr("goes on with that lens"),
-                                            testing::HasSubstr("the map of the last session was loaded"),
+  EXPECT_THAT(second.errors, testing::AllOf(testing::HasSubstr("the map of the last session was loaded"),
                                             testing::Not(testing::HasSubstr("guessed"))));
+  EXPECT_EQ(ReadLightField(dir).cameras.size(), 1u) << "the file holds the lens that the light field has";
   EXPECT_TRUE(JsonFromText(second.output)["refined_lens"].is_null());
   EXPECT_EQ(ReadLightField(dir).cameras.at(0).fx, focal_px);
 }

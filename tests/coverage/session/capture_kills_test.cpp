@@ -171,6 +171,16 @@ std::vector<Stage> Stages() {
                       PlanarDevice device(Shots(4, 7));
                       Record(device, kCamera, dir, said);
                     }});
+  stages.push_back({"a capture resumed under another lens", four_views, [](const fs::path& dir, Said& said) {
+                      CameraModel other = kCamera;
+                      other.fx *= 1.01;
+                      LightFieldWriter writer = LightFieldWriter::Resume(dir);
+                      if (writer.Contents().cameras.size() == 1) writer.AddCamera({other, {}, {}, "a file"});
+                      PlanarDevice device(Shots(4, 7));
+                      const auto poses = MakeKnownPoseSource(other, Options().subject);
+                      device.Start();
+                      RunCapture(device, other, *poses, std::move(writer), Options(), Telling(said));
+                    }});
   stages.push_back({"masters of 16 bits", {}, [](const fs::path& dir, Said& said) {
                       DeepDevice device(Shots(0, 4));
                       Record(device, kCamera, dir, said);

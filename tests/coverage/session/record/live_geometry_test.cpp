@@ -145,6 +145,32 @@ TEST(LiveGeometry, WithoutAThreadTheSameViewsGiveTheSameMesh) {
 
 // From the end of one map to the end of another: the thread's processor time, which does not depend on what others
 // take, by the time that passed, which they make longer.
+// Without a subject none can be made.
+TEST(LiveGeometry, GoesOnFromMapsThatWereMadeBefore) {
+  LiveGeometry before(Small(false));
+  before.SetSubject(Studio().scene().subject());
+  AddAll(before);
+  const FinishedGeometry finished = before.Finish();
+  ASSERT_GE(finished.maps, 4);
+  std::vector<KnownMap> known;
+  for (const auto& [id, map] : finished.maps_for_rendering) {
+    cv::Mat inverse;
+    map.inverse_depth.convertTo(inverse, CV_32F, map.unit);
+    known.push_back({id, map.camera, 1 / inverse, map.step});
+  }
+  known.push_back({1000, known.front().camera, known.front().depth, known.front().plane_step});  // of no view
+  LiveGeometry geometry(Small(true));
+  AddAll(geometry);
+  geometry.AddMaps([known] { return known; });
+  EXPECT_TRUE(ComesTrue([&] { return geometry.State().maps == finished.maps; }));
+  geometry.SetSubject(Studio().scene().subject());
+  const FinishedGeometry again = geometry.Finish();
+  EXPECT_GE(again.maps, finished.maps);
+  ASSERT_TRUE(again.mesh);
+  EXPECT_GT(again.mesh->mesh->triangles.size(), finished.mesh->mesh->triangles.size() / 2);
+  EXPECT_EQ(geometry.TakeProblem(), std::nullopt);
+}
+
 TEST(LiveGeometry, TakesNoMoreThanItsShareOfAProcessor) {
   LiveGeometry::Options options = Small(true);
   options.processor_share = 0.1;
