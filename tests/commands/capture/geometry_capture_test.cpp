@@ -282,7 +282,7 @@ coverage::FinishedGeometry AsFinished(const fs::path& dir) {
   return finished;
 }
 
-TEST(GeometryCapture, AFinerMeshStaysUntilTheNewOneIsAsGood) {
+TEST(GeometryCapture, FinerMeshStaysUntilANewOneIsAsGood) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 45 --deterministic").exit_code, 0);
@@ -327,7 +327,7 @@ TEST(GeometryCapture, AFinerMeshStaysUntilTheNewOneIsAsGood) {
   EXPECT_EQ(coverage::WhyThatStays(dir, fewer_triangles), "");
 }
 
-TEST(GeometryCapture, ResumedCaptureGoesOnFromTheMapsThatAreThere) {
+TEST(GeometryCapture, ResumeGoesOnFromTheMapsThatAreThere) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   ASSERT_EQ(Capture(dir, "--frames 45 --deterministic").exit_code, 0);

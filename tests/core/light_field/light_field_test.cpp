@@ -1,5 +1,5 @@
 // Tests: core/light_field/light_field_io, core/light_field/light_field_writer, core/light_field/writer_state,
-// core/light_field/light_field, core/light_field/journal, core/light_field/journal_writer,
+// core/light_field/light_field, core/light_field/new_camera, core/light_field/journal, core/light_field/journal_writer,
 // core/light_field/view_files, core/light_field/view_images, core/light_field/view_json, core/image/frame.
 //
 // The light field on disk: what is written is read back, what is damaged is named, what is killed survives.
@@ -475,7 +475,7 @@ TEST(LightFieldOnDisk, ASecondCameraIsOfTheViewsBehindIt) {
 }
 
 // No view names it yet, and none is lost.
-TEST(LightFieldOnDisk, AKillBehindTheLineOfACameraCostsNothing) {
+TEST(LightFieldOnDisk, AKillBehindACamerasLineCostsNothing) {
   ScratchFolder scratch;
   const LightField before = WriteSample(scratch / "lf", 2);
   {
@@ -494,7 +494,7 @@ TEST(LightFieldOnDisk, AKillBehindTheLineOfACameraCostsNothing) {
   EXPECT_EQ(read.CameraOf(read.views.back()), SecondCamera().camera);
 }
 
-TEST(LightFieldOnDisk, ACameraOfAnotherPictureSizeIsRefused) {
+TEST(LightFieldOnDisk, RefusesACameraOfAnotherSize) {
   ScratchFolder scratch;
   WriteSample(scratch / "lf", 2);
   const std::string journal = ReadWholeFile(scratch / "lf/journal.jsonl");
@@ -507,7 +507,7 @@ TEST(LightFieldOnDisk, ACameraOfAnotherPictureSizeIsRefused) {
 }
 
 // A line that says which camera a later one is must not be passed over.
-TEST(LightFieldOnDisk, WithoutItsCameraAViewIsNamedAndLeftOut) {
+TEST(LightFieldOnDisk, AViewWithoutItsCameraIsLeftOut) {
   ScratchFolder scratch;
   WriteSample(scratch / "lf", 2);
   {

@@ -43,9 +43,9 @@ class CameraOfLens : public Device {
   std::optional<SensorWindow> window_;
 };
 
-class SessionLensesOfAResume : public ::testing::Test {
+class ResumedLens : public ::testing::Test {
  protected:
-  SessionLensesOfAResume() {
+  ResumedLens() {
     first_.image.pixels = cv::Mat(48, 64, CV_8UC3, cv::Scalar(10, 20, 30));
     CaptureHeader header;
     header.camera = LensOf(50);
@@ -75,7 +75,7 @@ class SessionLensesOfAResume : public ::testing::Test {
   Frame first_;
 };
 
-TEST_F(SessionLensesOfAResume, WithoutANameItIsTheOneThatIsThere) {
+TEST_F(ResumedLens, WithoutANameIsTheOneThatIsThere) {
   LightFieldWriter writer = Resume();
   device_.own_ = LensOf(60);
   const SessionLenses lenses = Choose(&writer, {});
@@ -85,14 +85,14 @@ TEST_F(SessionLensesOfAResume, WithoutANameItIsTheOneThatIsThere) {
   EXPECT_FALSE(lenses.is_new);
 }
 
-TEST_F(SessionLensesOfAResume, ANamedOneOfTheSameNumbersAddsNothing) {
+TEST_F(ResumedLens, OfTheSameNumbersAddsNothing) {
   LightFieldWriter writer = Resume();
   const SessionLenses lenses = Choose(&writer, File("same.json"));
   EXPECT_FALSE(lenses.is_new);
   EXPECT_TRUE(lenses.recorded.flat_field) << "of which the file says nothing";
 }
 
-TEST_F(SessionLensesOfAResume, ANamedOneOfOtherNumbersIsASecondCamera) {
+TEST_F(ResumedLens, OfOtherNumbersIsASecondCamera) {
   LightFieldWriter writer = Resume();
   const SessionLenses lenses = Choose(&writer, File("better.json"));
   ASSERT_TRUE(lenses.is_new);
@@ -106,14 +106,14 @@ TEST_F(SessionLensesOfAResume, ANamedOneOfOtherNumbersIsASecondCamera) {
   EXPECT_TRUE(Choose(&writer, {.focal_px = 55}).is_new);
 }
 
-TEST_F(SessionLensesOfAResume, AFileIsReadAlthoughTheLensIsKnown) {
+TEST_F(ResumedLens, ReadsAFileAlthoughItIsKnown) {
   LightFieldWriter writer = Resume();
   EXPECT_THAT([&] { Choose(&writer, File("none.json")); }, ThrowsMessage<Error>(HasSubstr("none.json")));
   WriteFileAtomically(scratch_ / "broken.json", "{\"fx\":");
   EXPECT_THAT([&] { Choose(&writer, File("broken.json")); }, ThrowsMessage<Error>(HasSubstr("broken.json")));
 }
 
-TEST_F(SessionLensesOfAResume, AFocalLengthThatIsNotUsedIsRefused) {
+TEST_F(ResumedLens, RefusesAFocalLengthThatIsNotUsed) {
   LightFieldWriter writer = Resume();
   device_.own_ = LensOf(60);
   EXPECT_THAT([&] { Choose(&writer, {.focal_px = 55}); },
@@ -124,7 +124,7 @@ TEST_F(SessionLensesOfAResume, AFocalLengthThatIsNotUsedIsRefused) {
 }
 
 // `ulf refine --intrinsics` found a better one than the file that the capture was begun with.
-TEST_F(SessionLensesOfAResume, TheFirstFileOfALensThatWasCorrectedIsNoSecondOne) {
+TEST_F(ResumedLens, AFileOfALensCorrectedSinceAddsNothing) {
   {
     LightFieldWriter writer = Resume();
     writer.UpdatePoses({}, {{0, LensOf(50.7)}});
@@ -136,7 +136,7 @@ TEST_F(SessionLensesOfAResume, TheFirstFileOfALensThatWasCorrectedIsNoSecondOne)
   EXPECT_TRUE(Choose(&writer, File("better.json")).is_new);
 }
 
-TEST_F(SessionLensesOfAResume, OfPhotographsTheFilesStillCameraCounts) {
+TEST_F(ResumedLens, OfPhotographsIsTheFilesStillCamera) {
   LightFieldWriter writer = Resume();
   device_.own_ = LensOf(60);
   device_.still_ = LensOf(70);
@@ -152,7 +152,7 @@ TEST_F(SessionLensesOfAResume, OfPhotographsTheFilesStillCameraCounts) {
   EXPECT_TRUE(lenses.is_new);
 }
 
-TEST_F(SessionLensesOfAResume, PicturesOfAnotherSizeOrPlaceAreRefused) {
+TEST_F(ResumedLens, RefusesPicturesOfAnotherSizeOrPlace) {
   LightFieldWriter writer = Resume();
   device_.window_ = window_;
   EXPECT_NO_THROW(Choose(&writer, {}));
