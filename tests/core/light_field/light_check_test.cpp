@@ -37,6 +37,7 @@ TEST(LightCheck, FindsNothingWhereNothingChanged) {
       EXPECT_EQ(check.not_compared, "");
       EXPECT_GT(check.compared, 30u) << scene << ", seed " << seed;
       EXPECT_EQ(AllWords(check), "") << scene << ", seed " << seed;
+      EXPECT_THAT(check.wavers, testing::IsEmpty()) << scene << ", seed " << seed;
     }
 }
 
