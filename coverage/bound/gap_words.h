@@ -1,0 +1,28 @@
+// Where a cap is still open, in words for somebody who sees no map: "one large gap: right half, 7° right and 3° up of the
+// first view".
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "coverage/bound/coverage_map.h"
+
+namespace ulf::coverage {
+
+// A hole of a coverage map, about the first view.
+struct CapGap {
+  double area_deg2 = 0;  // square degrees
+  double azimuth_deg = 0, elevation_deg = 0;
+};
+
+// The largest first; none without a frame.
+std::vector<CapGap> GapsOf(const CoverageMap& map);
+
+// "7° right and 3° up of the first view"; `degree`: "°", or what a font has for it.
+std::string PlaceInWords(const CapGap& gap, const char* degree = "°");
+
+// How many gaps there are, how much of the cap they are, and where the largest is. Empty: there is none.
+std::string InWords(const std::vector<CapGap>& gaps, const Cap& cap, const char* degree = "°");
+
+}  // namespace ulf::coverage
