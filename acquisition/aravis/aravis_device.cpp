@@ -73,6 +73,7 @@ class AravisDevice : public Device {
     return info;
   }
   bool IsLive() const override { return true; }
+  FrameSource Source() const override { return FrameSource::kSettableCamera; }
   HeldAutomatics Held() const override {
     if (some_stay_on_) return {};
     const auto held = [](const std::optional<bool>& asked_on) { return !asked_on.value_or(false); };
@@ -129,10 +130,10 @@ class AravisDevice : public Device {
   void Fire();
   void Lose(const std::string& problem);
 
-  void Say(DeviceEventKind kind, std::string text) {
+  void Say(DeviceEventKind kind, std::string text, double silence_s = 0) {
     spdlog::debug("{}: {}", uri_, text);
     const MutexLock lock(mutex_);
-    events_.push_back({kind, EpochSeconds(), std::move(text)});
+    events_.push_back({kind, EpochSeconds(), std::move(text), silence_s});
   }
   // A camera that is lost in the middle of a bracket is opened again with the exposure before.
   void RememberExposure() {
@@ -343,9 +344,10 @@ void AravisDevice::Capture() {
     if (buffer) {
       Take(buffer);
       arv_stream_push_buffer(session_->Stream(), buffer);
-      if (std::exchange(stalled, false))
-        Say(DeviceEventKind::kRestored,
-            fmt::format("frames come again after {:.1f} s", SecondsSince(last_frame)));
+      if (std::exchange(stalled, false)) {
+        const double silence_s = SecondsSince(last_frame);
+        Say(DeviceEventKind::kNotice, fmt::format("frames come again after {:.1f} s", silence_s), silence_s);
+      }
       last_frame = Clock::now();
       if (ChunksFail()) GiveUpChunks();
     }
@@ -360,7 +362,7 @@ void AravisDevice::Capture() {
     const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
     if (silence_s > watch.StallSeconds() && !std::exchange(stalled, true)) {
-      Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
+      Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s), silence_s);
       if (stream_->RefusedPackets() > 0 && stream_->AllowAnyPort())
         Say(DeviceEventKind::kNotice,
             "the camera sends packets from another port than it reports: from now on ulf checks only their "

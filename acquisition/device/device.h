@@ -26,6 +26,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/sensor_window.h"
 #include "core/image/frame.h"
+#include "core/image/frame_source.h"
 
 namespace ulf {
 struct FlatField;     // core/image/flat_field.h
@@ -70,6 +71,8 @@ struct DeviceEvent {
   DeviceEventKind kind = DeviceEventKind::kNotice;
   double host_time_s = 0;  // since the epoch
   std::string text;        // for people, with the remedy
+  // Of kStalled, and of the kNotice that frames come again: so long no frame had come. Else 0.
+  double silence_s = 0;
 };
 const char* Name(DeviceEventKind kind);
 
@@ -118,6 +121,10 @@ class Device {
   virtual std::shared_ptr<const ColorProfile> KnownColorProfile(FrameKind /*kind*/) const { return nullptr; }
   // True when frames arrive whether or not Next() is called; false for a replay, whose frames wait.
   virtual bool IsLive() const = 0;
+  // What can still be changed about its frames: advice asks it.
+  virtual FrameSource Source() const { return FrameSource::kCamera; }
+  // False once it is known that no live frame will ever come: of a tethered camera without live view.
+  virtual bool HasLiveFrames() const { return true; }
   // The part of the sensor that the image shows. None: unknown; callers then assume the whole sensor.
   virtual std::optional<SensorWindow> Window() const { return std::nullopt; }
   // May change while frames arrive, because automatics may settle first.
@@ -145,6 +152,10 @@ class Device {
   virtual ExposureRequests TakesExposures() const { return ExposureRequests::kNone; }
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
+
+// For whoever waits for live frames. Throws Error where none will ever come, with the way that is left: photographs first,
+// their poses afterwards.
+void RequireLiveFrames(const Device& device);
 
 // Opens a device by the scheme of its URI; an empty URI: the first real camera found. Throws UsageError for
 // an invalid URI, Error for a device that cannot be opened.

@@ -39,6 +39,8 @@ class PacedDevice : public Device {
     return recording_->RequestStill();
   }
   bool IsLive() const override { return true; }
+  FrameSource Source() const override { return recording_->Source(); }
+  bool HasLiveFrames() const override { return recording_->HasLiveFrames(); }
   std::optional<double> ShareDone() const override { return share_done_.load(); }
 
   void Start() override {

@@ -150,6 +150,7 @@ class ReconnectingDevice : public Device {
         window_(driver->Window()),
         live_(driver->IsLive()),
         takes_stills_(driver->TakesStills()),
+        source_(driver->Source()),
         info_(driver->Info()),
         driver_(std::move(driver)) {}
 
@@ -165,10 +166,15 @@ class ReconnectingDevice : public Device {
   }
   std::optional<CameraModel> Camera() const override { return camera_; }
   bool IsLive() const override { return live_; }
+  FrameSource Source() const override { return source_; }
   std::optional<SensorWindow> Window() const override { return window_; }
   HeldAutomatics Held() const override {
     const auto driver = Driver();
     return driver ? driver->Held() : HeldAutomatics();
+  }
+  bool HasLiveFrames() const override {
+    const auto driver = Driver();
+    return !driver || driver->HasLiveFrames();
   }
   DeviceState State() const override { return state_; }
   bool TakesStills() const override { return takes_stills_; }
@@ -241,6 +247,7 @@ class ReconnectingDevice : public Device {
   const std::optional<CameraModel> camera_;
   const std::optional<SensorWindow> window_;
   const bool live_, takes_stills_;
+  const FrameSource source_;
 
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::atomic<bool> problem_known_{false};  // info_ holds the problem; the driver does not know it

@@ -40,6 +40,8 @@ class ReplayDevice : public Device {
   }
   std::optional<SensorWindow> Window() const override { return header_.window; }
   bool IsLive() const override { return false; }
+  FrameSource Source() const override { return source_->Source(); }
+  bool HasLiveFrames() const override { return source_->HasLiveFrames(); }
   bool TakesStills() const override { return header_.takes_stills; }
   // As a camera, it is busy until the requested photograph has come.
   StillRequest RequestStill() override {

@@ -95,6 +95,7 @@ class FolderSource : public ReplaySource {
           options_.uri, kDefaultFps);
   }
 
+  FrameSource Source() const override { return FrameSource::kPhotographs; }
   std::string Describe() const override {
     return fmt::format("{}{}, {}x{}", Counted(files_.size(), "image"),
                        header_ ? " (" + header_->kind + ")" : "", first_.cols, first_.rows);
@@ -152,6 +153,7 @@ class VideoSource : public ReplaySource {
     Rewind();
   }
 
+  FrameSource Source() const override { return FrameSource::kRecording; }
   std::string Describe() const override {
     return fmt::format("video, {}x{} at {:.4g} fps", width_, height_, options_.fps.value_or(frame_rate_));
   }
@@ -245,6 +247,7 @@ class LightFieldSource : public ReplaySource {
         !options_.fps && std::adjacent_find(views.begin(), views.end(), not_later) == views.end();
   }
 
+  FrameSource Source() const override { return FrameSource::kPhotographs; }
   std::string Describe() const override {
     const CameraModel& camera = light_field_.CameraOf(light_field_.views.front());
     return fmt::format("light field of {}, {}x{}", Counted(light_field_.views.size(), "view"), camera.width,
@@ -305,9 +308,14 @@ class RecordedSource : public ReplaySource {
     for (const auto& entry : recording_.entries) requested_ += entry.frame.requested_s.has_value();
   }
 
+  FrameSource Source() const override { return FrameSource::kRecording; }
   std::string Describe() const override {
     return fmt::format("recording of {} from {}", Counted(recording_.entries.size(), "frame"),
                        recording_.header.device.uri);
+  }
+  bool HasLiveFrames() const override {
+    return std::ranges::any_of(recording_.entries,
+                               [](const auto& entry) { return entry.frame.kind == FrameKind::kLive; });
   }
   RecordingHeader Header() const override { return recording_.header; }
   bool HasRequestedPhotographs() const override { return delivered_ < requested_; }

@@ -32,6 +32,8 @@ class ReplaySource {
  public:
   virtual ~ReplaySource() = default;
   virtual std::string Describe() const = 0;
+  virtual FrameSource Source() const = 0;
+  virtual bool HasLiveFrames() const { return true; }
   // The camera and what is known of it; `device.uri` is not used.
   virtual RecordingHeader Header() const {
     RecordingHeader header;

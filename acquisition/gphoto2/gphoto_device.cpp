@@ -79,6 +79,8 @@ class GphotoDevice : public Device {
     return info_;
   }
   bool IsLive() const override { return true; }
+  FrameSource Source() const override { return FrameSource::kSettableCamera; }
+  bool HasLiveFrames() const override { return has_live_view_; }
   bool TakesStills() const override { return true; }
 
   StillRequest RequestStill() override {

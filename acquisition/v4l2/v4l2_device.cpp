@@ -65,6 +65,7 @@ class V4l2Device : public Device {
     return info_;
   }
   bool IsLive() const override { return true; }
+  FrameSource Source() const override { return FrameSource::kSettableCamera; }
   HeldAutomatics Held() const override {
     const MutexLock lock(mutex_);
     return held_;
@@ -143,9 +144,9 @@ class V4l2Device : public Device {
   }
 
  private:
-  void Say(DeviceEventKind kind, const std::string& text) {
+  void Say(DeviceEventKind kind, const std::string& text, double silence_s = 0) {
     const MutexLock lock(mutex_);
-    events_.push_back({kind, EpochSeconds(), text});
+    events_.push_back({kind, EpochSeconds(), text, silence_s});
   }
 
   // Throws UsageError for an invalid name or value of the URI's controls, before anything is written.
@@ -232,7 +233,11 @@ class V4l2Device : public Device {
         settled ? Take(*filled) : CountSettling(*filled);
         if (const int refused = stream_->Requeue(*filled); refused != 0)
           return Lose(V4l2Problem(node_->Path(), refused));
-        if (stalled) Say(DeviceEventKind::kNotice, "frames come again");
+        if (stalled) {
+          const double silence_s = SecondsSince(last_frame);
+          Say(DeviceEventKind::kNotice, fmt::format("frames come again after {:.1f} s", silence_s),
+              silence_s);
+        }
         stalled = false;
         last_frame = Clock::now();
         continue;
@@ -242,7 +247,7 @@ class V4l2Device : public Device {
       if (Pause(kEmptyPause)) return;
       const double silence_s = SecondsSince(last_frame);
       if (silence_s > stall_s && !std::exchange(stalled, true))
-        Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s));
+        Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s), silence_s);
       if (silence_s > lost_s)
         return Lose(
             fmt::format("no frame for {:.1f} s although the camera is connected; unplug it and plug it in "

@@ -108,7 +108,7 @@ TEST_F(AravisFaults, AShortStallIsSaidAndEndsByItself) {
   Take(*device, 20);
   EXPECT_EQ(device->State(), DeviceState::kStreaming);
   EXPECT_THAT(Kinds(device->TakeEvents()),
-              ::testing::ElementsAre(DeviceEventKind::kStalled, DeviceEventKind::kRestored));
+              ::testing::ElementsAre(DeviceEventKind::kStalled, DeviceEventKind::kNotice));
 }
 
 TEST_F(AravisFaults, ABusyCameraNamesItsController) {

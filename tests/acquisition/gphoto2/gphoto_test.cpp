@@ -651,6 +651,7 @@ TEST_F(GphotoTest, ACameraWithoutLiveViewTakesPhotographsOnly) {
   auto device = Open();
   device->Start();
   EXPECT_TRUE(Until(*device, [&] { return Said(*device).find("no live view") != std::string::npos; }));
+  EXPECT_FALSE(device->HasLiveFrames());
   device->RequestStill();
   EXPECT_TRUE(AwaitStill(*device));
 }

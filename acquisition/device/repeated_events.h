@@ -1,0 +1,47 @@
+// A device's events as lines for people: the first of a kind at once, those that repeat it collected into one line with
+// their number and the time of the first: "no frame for 6 s (12 times since 10:03)".
+//
+// Stalls repeat each other whatever their numbers; notices, which may name files, when they are the same to the letter.
+// Losses and returns of the camera (kFaulted, kReconnecting, kRestored) are said each.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "acquisition/device/device.h"
+
+namespace ulf::acquisition {
+
+class RepeatedEvents {
+ public:
+  // Guessed: what comes within the first is collected, twice as long after each line, up to the second; what has not come
+  // for the last is news again.
+  struct Options {
+    double every_s = 30, longest_s = 300, forget_s = 600;
+  };
+  RepeatedEvents() = default;
+  explicit RepeatedEvents(const Options& options) : options_(options) {}
+
+  // The lines to say now. `now_s`: since the epoch, as DeviceEvent::host_time_s.
+  std::vector<std::string> After(const std::vector<DeviceEvent>& events, double now_s);
+  // What is collected and was not said.
+  std::vector<std::string> AtTheEnd();
+
+ private:
+  struct Repeated {
+    std::string pattern;  // the text; of a stall without its numbers
+    std::string text;     // of the last one
+    double first_s = 0, last_s = 0;
+    double silence_s = 0;  // of all, whose frames have come again
+    double open_s = 0;     // of the last one, so far
+    int count = 1, said = 1;
+    double said_s = 0, wait_s = 0;
+  };
+  std::string Line(const Repeated& repeated) const;
+  void Note(const DeviceEvent& event, std::vector<std::string>& lines);
+
+  Options options_;
+  std::vector<Repeated> known_;
+};
+
+}  // namespace ulf::acquisition
