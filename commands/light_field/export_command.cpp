@@ -115,6 +115,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   const bool measures = HasPoints(form) && !args.known_points;
   const double points_share = measures ? 0.8 : 0;  // of the time; guessed
   RequireExportable(light_field, args.output, options);
+  RequireRoomFor(light_field, args.output, options);
   if (measures) triangulated = MakePoints(light_field, progress, points_share);
   if (args.known_points && HasPoints(form) && light_field.points.empty())
     spdlog::warn(

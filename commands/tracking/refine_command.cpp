@@ -422,11 +422,12 @@ int RunRefine(const RefineArgs& args) {
     coverage = CoverageChangeOf(recorded, writer.Contents());
     geometry = render::GeometryStateOf(writer.Contents());
   }
-  // Poses that an earlier check found wrong are judged anew.
+  // Poses that an earlier check found wrong are judged anew, and those that the adjustment contradicts.
   std::optional<LightField> after;
   std::optional<PoseReport> poses;
-  if (std::ranges::any_of(recorded.findings,
-                          [](const Finding& each) { return each.check == Name(Check::kPoses); })) {
+  if (result.contradicted >= 0 || std::ranges::any_of(recorded.findings, [](const Finding& each) {
+        return each.check == Name(Check::kPoses);
+      })) {
     after = ReadLightField(dir);
     poses = CheckedPoses(*after, args.json);
   }

@@ -39,6 +39,15 @@ void RequireFolderCanBeMade(const std::string& path) {
     throw UsageError("{}: the folder {} is not writable; choose another", path, there.string());
 }
 
+void RequireRoom(const fs::path& folder, std::uint64_t bytes) {
+  std::error_code unknown;
+  const fs::space_info space = fs::space(folder, unknown);
+  if (unknown || space.capacity == 0 || space.available >= bytes) return;
+  throw DiskFullError("{}: {:.3g} MB are needed and {:.3g} MB are free; make room, or choose another disk",
+                      folder.string(), 1e-6 * static_cast<double>(bytes),
+                      1e-6 * static_cast<double>(space.available));
+}
+
 void RequireWritableFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);

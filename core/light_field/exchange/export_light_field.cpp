@@ -12,6 +12,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/base/output_path.h"
 #include "core/base/parallel_for.h"
 #include "core/image/exr_file.h"
 #include "core/image/raw_file.h"
@@ -378,9 +379,21 @@ void RequireExportable(const LightField& light_field, const fs::path& out, const
   if (options.form == ExportForm::kRealityScan) RequireRealityScanLenses(light_field);
 }
 
+void RequireRoomFor(const LightField& light_field, const fs::path& out, const ExportOptions& options) {
+  if (IsUndistorted(options) || RulesOf(options.form).masks == FormRules::Masks::kAlpha) return;
+  std::uint64_t bytes = 0;
+  for (const View& view : light_field.views) {
+    std::error_code missing;
+    const std::uint64_t size = fs::file_size(light_field.root / view.image_path, missing);
+    if (!missing && !IsRawFile(view.image_path)) bytes += size;
+  }
+  RequireRoom(StagedFolder(out).path(), bytes);
+}
+
 ExportSummary ExportLightField(const LightField& light_field, const fs::path& out,
                                const ExportOptions& options) {
   RequireExportable(light_field, out, options);
+  RequireRoomFor(light_field, out, options);
   ExportSummary summary;
   StagedFolder folder(out);
   const FormRules rules = RulesOf(options.form);

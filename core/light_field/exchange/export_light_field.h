@@ -58,6 +58,9 @@ void RequireOutside(const std::filesystem::path& light_field, const std::filesys
 // represent the light field.
 void RequireExportable(const LightField& light_field, const std::filesystem::path& out,
                        const ExportOptions& options);
+// Throws DiskFullError where the photographs that are copied as they are do not fit on the disk of `out`.
+void RequireRoomFor(const LightField& light_field, const std::filesystem::path& out,
+                    const ExportOptions& options);
 
 // Throws Error when OUT exists and is not empty, a photograph cannot be read or the disk is full; UsageError
 // when the form cannot represent the light field.

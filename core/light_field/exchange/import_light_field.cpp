@@ -9,6 +9,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/image/over_background.h"
 #include "core/image/raw_file.h"
@@ -164,6 +165,18 @@ void TakeOverBackground(const LightField& source, const View& view, const cv::Ma
   WriteInFolder(dir / taken.image_path, PngBytes(Srgb8({.pixels = over, .transfer = Transfer::kSrgb})));
 }
 
+// That are copied as they are.
+std::uint64_t BytesOf(const LightField& source) {
+  std::uint64_t bytes = 0;
+  for (const View& view : source.views)
+    for (const std::string& file : {view.image_path, view.master_path}) {
+      std::error_code missing;
+      const std::uint64_t size = file.empty() ? 0 : fs::file_size(source.root / file, missing);
+      if (!missing) bytes += size;
+    }
+  return bytes;
+}
+
 }  // namespace
 
 Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
@@ -198,6 +211,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   std::set<std::string> names;
   RawSetDoubts raw_doubts;
   try {
+    if (!background) RequireRoom(folder.path(), BytesOf(source));
     for (std::size_t i = 0; i < source.views.size(); ++i) {
       const View& view = source.views[i];
       View& taken = made.views[i];

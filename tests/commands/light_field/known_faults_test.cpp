@@ -58,11 +58,11 @@ const std::map<std::string, std::string> kArguments{
     {"ulf sheet", "-o {}.png"},
     {"ulf repair", ""},
     {"ulf take-back", "99"},  // there is none: nothing is changed
-    {"ulf refine", "-o {}"},
+    {"ulf refine", "--max-side 320 -o {}"},
     {"ulf review", "replay:/dev/null --markers marker:80:DICT_APRILTAG_36h11:3 -o {}"},
-    {"ulf render", "--proxy plane --field nearest --width 64 --height 48 -o {}.png"},
-    {"ulf evaluate", "--every 4 --proxy plane --field nearest"},
-    {"ulf view", "--proxy plane --width 64 --height 48 --screenshot {}.png"},
+    {"ulf render", "--size-limit 160 --proxy plane --field nearest --width 64 --height 48 -o {}.png"},
+    {"ulf evaluate", "--size-limit 160 --every 4 --proxy plane --fields nearest"},
+    {"ulf view", "--size-limit 160 --proxy plane --width 64 --height 48 --screenshot {}.png"},
     {"ulf mask", ""},
     {"ulf merge", ""},
     {"ulf proxy", "--size 64 --depth-maps 2 -o {}.ply"},
@@ -73,8 +73,8 @@ const std::map<std::string, std::string> kArguments{
     {"ulf export realityscan", "-o {}"},
     {"ulf export metashape", "--known-points -o {}"},
     {"ulf export gltf", "-o {}"},
-    {"ulf export quilt", "--proxy plane --field nearest --tiles 2x1 --size 64x64 -o {}"},
-    {"ulf export web", "--proxy plane --budget 2MB -o {}"},
+    {"ulf export quilt", "--size-limit 160 --proxy plane --field nearest --tiles 2x1 --size 64x64 -o {}"},
+    {"ulf export web", "--size-limit 160 --proxy plane --budget 200kB -o {}"},
 };
 
 class KnownFaults : public testing::Test {
@@ -141,7 +141,7 @@ TEST_F(KnownFaults, OfARightSetNoCommandSaysAny) {
 
 TEST_F(KnownFaults, EveryCommandSaysThem) {
   WriteSet({0, 1, 5, 3, 4, 2, 6, 7}, 0.001);
-  const CommandResult imported = RunUlf("import " + set_.string() + " -o " + Dir());
+  const CommandResult imported = RunUlf("import " + set_.string() + " --subject 0,0,3,0.5 -o " + Dir());
   ASSERT_EQ(imported.exit_code, 0) << imported.errors;
   EXPECT_THAT(imported.errors, AllOf(HasSubstr(kWrongPoses), HasSubstr(kWrongPoints),
                                      HasSubstr("views 3 and 6 (images/3.png, images/6.png)")));

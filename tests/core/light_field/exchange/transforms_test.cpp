@@ -554,7 +554,9 @@ TEST_F(Foreign, AnImportOntoAFullDiskLeavesNothingAndSaysSo) {
       [&] {
         Import(source(), scratch_ / "disk/new/lf", {.subject = Subject{{0, 0, 3}, 0.4}});
       },
-      ThrowsMessage<DiskFullError>(AllOf(HasSubstr("disk/new/lf"), HasSubstr("no file was left behind"))));
+      ThrowsMessage<DiskFullError>(
+          AllOf(HasSubstr("disk/new/lf"), HasSubstr("no file was left behind"), HasSubstr("MB are needed"))))
+      << "known from the photographs' sizes";
   for (const auto& entry : fs::directory_iterator(scratch_ / "disk"))
     EXPECT_EQ(entry.path().filename(), "filler") << "left behind";
 }
