@@ -1,0 +1,242 @@
+// Tests: commands/commands, core/light_field/exchange/staged_folder, core/base/atomic_file, core/base/stop_signal.
+//
+// SIGINT and SIGTERM at random moments of every command that writes: what it writes is as before or new, nothing between,
+// and after its next run nothing temporary is left. Rows of docs/reliability.md.
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <map>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "core/base/atomic_file.h"
+#include "core/base/counted.h"
+#include "core/base/host_time.h"
+#include "core/base/json_text.h"
+#include "core/light_field/light_field_io.h"
+#include "tests/support/child_process.h"
+#include "tests/support/fault_row.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::test::signals {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AnyOf;
+using ::testing::IsEmpty;
+
+constexpr const char* kCamera = "'sim:studio?width=160&height=120&seed=1&speed_deg_s=60&look_away=0'";
+constexpr const char* kKnown = " --headless --no-geometry --poses known --subject 0,0,0.07,0.162";
+
+// Where a command works: `lf` is a light field (a copy of its own each time), `out` what it makes.
+struct Writer {
+  const char* name;
+  std::string arguments;                                      // {lf} and {out} stand for the two
+  enum class Ends { kAtOnce, kInPieces, kInGoodOrder } ends;  // at a signal
+  std::string next = "";                                      // what runs afterwards; empty: the same again
+  std::string before = "";  // what makes {lf}, or changes it first; "cut": its journal
+};
+
+std::string Ulf() {
+  const char* const binary = std::getenv("ULF_BINARY");
+  return binary ? binary : "false";
+}
+
+class Workshop {
+ public:
+  Workshop() {
+    fs::create_directory(home());
+    EXPECT_EQ(
+        RunUlf(fmt::format("capture {} {} --frames 30 -o {}", kCamera, kKnown, whole().string())).exit_code,
+        0);
+    EXPECT_EQ(RunUlf(fmt::format("export nerfstudio {} --known-points -o {}", whole().string(),
+                                 (scratch_ / "set").string()))
+                  .exit_code,
+              0);
+  }
+  void Prepare(const Writer& writer) {
+    if (writer.before.empty()) return;
+    fs::remove_all(scratch_ / "prepared");
+    if (!writer.before.starts_with("capture"))
+      fs::copy(whole(), scratch_ / "prepared", fs::copy_options::recursive);
+    if (writer.before == "cut") {
+      const fs::path journal = scratch_ / "prepared" / "journal.jsonl";
+      return fs::resize_file(journal, fs::file_size(journal) / 2);
+    }
+    const CommandResult made = RunUlf(Filled(writer.before, scratch_ / "prepared"));
+    EXPECT_EQ(made.exit_code, 0) << made.errors;
+  }
+  void Begin(const Writer& writer) {
+    fs::remove_all(home());
+    fs::create_directory(home());
+    if (writer.arguments.find("{lf}") != std::string::npos)
+      fs::copy(writer.before.empty() ? whole() : scratch_ / "prepared", home() / "lf",
+               fs::copy_options::recursive);
+  }
+  std::string Filled(std::string text, const fs::path& light_field = {}) const {
+    const std::map<std::string, fs::path> names{{"{lf}", light_field.empty() ? home() / "lf" : light_field},
+                                                {"{out}", home() / "out"},
+                                                {"{set}", scratch_ / "set"}};
+    for (const auto& [name, path] : names)
+      for (std::size_t at; (at = text.find(name)) != std::string::npos;)
+        text.replace(at, name.size(), path.string());
+    return text;
+  }
+  fs::path whole() const { return scratch_ / "whole"; }
+  fs::path home() const { return scratch_ / "home"; }
+  fs::path errors() const { return scratch_ / "errors"; }
+
+ private:
+  ScratchFolder scratch_;
+};
+
+// What a stranger sees of a folder: what `ulf info` tells of a light field, else the names of all files.
+std::string Seen(const fs::path& path) {
+  if (fs::exists(path / "journal.jsonl")) {
+    const CommandResult info = RunUlf("info --json " + path.string());
+    if (info.exit_code != 0) return "damaged: " + info.errors;
+    return info.output + (info.errors.empty() ? "" : "doubts: " + info.errors);
+  }
+  if (!fs::exists(path)) return "nothing";
+  if (fs::is_regular_file(path)) return "a file";
+  std::string names;
+  std::set<std::string> sorted;
+  for (const auto& entry : fs::recursive_directory_iterator(path))
+    if (entry.is_regular_file()) sorted.insert(fs::relative(entry.path(), path).string());
+  for (const std::string& name : sorted) names += name + "\n";
+  return names.empty() ? "nothing" : names;
+}
+
+std::string Seen(const Workshop& shop) {
+  std::string seen;
+  for (const char* name : {"lf", "out", "out.pdf", "out.mp4", "out.json"}) seen += Seen(shop.home() / name);
+  return seen;
+}
+
+bool IsOpen(const fs::path& path) {
+  return fs::exists(path / "journal.jsonl") &&
+         ReadWholeFile(path / "journal.jsonl").find("\"event\":\"close\"") == std::string::npos;
+}
+
+std::vector<std::string> Litter(const fs::path& path) {
+  std::vector<std::string> found;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) {
+    const std::string name = entry.path().filename().string();
+    if (name.find(kTemporaryEnding) != std::string::npos || name.starts_with("."))
+      found.push_back(fs::relative(entry.path(), path).string());
+  }
+  return found;
+}
+
+struct Counts {
+  std::string names;
+  int tried = 0, between = 0;
+  double longest_s = 0;  // of the next runs
+};
+
+void Try(const Writer& writer, Workshop& shop, std::mt19937& random, Counts& counts) {
+  shop.Prepare(writer);
+  shop.Begin(writer);
+  const std::string before = Seen(shop);
+  const auto begin = std::chrono::steady_clock::now();
+  const CommandResult undisturbed = RunUlf(shop.Filled(
+      writer.arguments + (writer.arguments.find("sim:studio") == std::string::npos ? "" : " --frames 60")));
+  const double whole_s = SecondsSince(begin);
+  EXPECT_EQ(undisturbed.exit_code, 0) << writer.name << ": " << undisturbed.errors;
+  const std::string after = Seen(shop);
+  counts.names += (counts.names.empty() ? "" : ", ") + std::string(writer.name);
+  for (int i = 0; i < TRIES; ++i)
+    for (const int signal : {SIGINT, SIGTERM}) {
+      const std::string at = fmt::format("{}, try {} of signal {}", writer.name, i, signal);
+      shop.Begin(writer);
+      ChildProcess child({"/bin/sh", "-c",
+                          fmt::format("exec {} {} >/dev/null 2>{}", Ulf(), shop.Filled(writer.arguments),
+                                      shop.errors().string())});
+      const double moment_s = std::uniform_real_distribution<double>(0, whole_s)(random);
+      std::this_thread::sleep_for(std::chrono::duration<double>(moment_s));
+      child.Signal(signal);
+      const int status = child.Wait(60);
+      ++counts.tried;
+      EXPECT_THAT(status, AnyOf(0, 1, 128 + signal)) << at << ReadWholeFile(shop.errors());
+      const std::string now = Seen(shop);
+      const bool damaged = now.find("damaged: ") != std::string::npos ||
+                           now.find("doubts: ") != std::string::npos ||
+                           (status == 0 && IsOpen(shop.home() / "out"));
+      const bool is_between = writer.ends == Writer::Ends::kAtOnce ? now != before && now != after : damaged;
+      counts.between += is_between;
+      EXPECT_FALSE(is_between) << at << "\nbefore: " << before << "\nafter: " << after << "\nnow: " << now;
+      const auto again = std::chrono::steady_clock::now();
+      RunUlf(shop.Filled(writer.next.empty() ? writer.arguments : writer.next));
+      counts.longest_s = std::max(counts.longest_s, SecondsSince(again));
+      EXPECT_THAT(Litter(shop.home()), IsEmpty()) << at;
+      const std::string then = Seen(shop);
+      if (writer.next.empty()) {
+        EXPECT_EQ(then, after) << at;
+      }
+    }
+}
+
+std::vector<Writer> Writers() {
+  using Ends = Writer::Ends;
+  const std::string capture = fmt::format("capture {} {} -o ", kCamera, kKnown);
+  const std::string brackets =
+      "capture 'sim:studio?width=160&height=120&fps=10&speed_deg_s=30&look_away=0&exposure_us=2000&noise=0' "
+      "--headless --no-geometry --poses known --subject 0,0,0.07,0.17 --bracket 3x2EV --frames 24 -o {lf}";
+  std::vector<Writer> writers{
+      {"`ulf capture`", capture + "{out}", Ends::kInGoodOrder, capture + "{out} --resume --frames 5"},
+      {"`ulf capture --resume`", capture + "{lf} --resume", Ends::kInGoodOrder,
+       capture + "{lf} --resume --frames 5"},
+      {"`ulf record`", fmt::format("record {} -o {{out}}", kCamera), Ends::kInGoodOrder,
+       "record sim:studio -o {out} --frames 2"},
+      {"`ulf import`", "import {set} -o {out} --no-check", Ends::kAtOnce},
+      {"`ulf take-back`", "take-back {lf} 3", Ends::kAtOnce, "take-back {lf} 5"},
+      {"`ulf repair`", "repair {lf} --write", Ends::kAtOnce, "", "cut"},
+      {"`ulf merge`", "merge {lf}", Ends::kAtOnce, "", brackets},
+      {"`ulf export colmap`", "export colmap {lf} --known-points -o {out}", Ends::kAtOnce},
+      {"`ulf export nerfstudio`", "export nerfstudio {lf} --known-points --undistort -o {out}",
+       Ends::kAtOnce},
+      {"`ulf export instant-ngp`", "export instant-ngp {lf} -o {out}", Ends::kAtOnce},
+      {"`ulf export nerf-synthetic`", "export nerf-synthetic {lf} -o {out}", Ends::kAtOnce},
+      {"`ulf export realityscan`", "export realityscan {lf} -o {out}", Ends::kAtOnce},
+      {"`ulf export metashape`", "export metashape {lf} --known-points -o {out}", Ends::kAtOnce},
+      {"`ulf export gltf`", "export gltf {lf} -o {out}", Ends::kAtOnce, "",
+       "proxy {lf} --size 80 --depth-maps 6"},
+      {"`ulf export quilt`",
+       "export quilt {lf} --tiles 4x2 --size 320x160 --proxy plane --field linear -o {out}", Ends::kAtOnce},
+      {"`ulf export web`", "export web {lf} --proxy plane -o {out}", Ends::kAtOnce},
+      {"`ulf render` of pictures",
+       "render {lf} --frames 4 --width 80 --height 60 --proxy plane --field linear -o {out}",
+       Ends::kInPieces},
+      {"`ulf render` of a video",
+       "render {lf} --frames 4 --width 80 --height 60 --proxy plane --field linear -o {out}.mp4",
+       Ends::kAtOnce},
+      {"`ulf board`", "board -o {out}.pdf", Ends::kAtOnce},
+  };
+  if (TRIES == 1) return writers;
+  writers.push_back({"`ulf calibrate`", "calibrate sim:board -o {out}.json", Ends::kInGoodOrder,
+                     "calibrate sim:board -o {out}.json"});
+  writers.push_back(
+      {"`ulf mask`", "mask {lf}", Ends::kAtOnce, "",
+       "capture 'sim:turntable?cap=60x10&row_deg=12&fps=3' -o {lf} --headless --no-geometry --turntable "
+       "charuco:5x5:54:40:DICT_4X4_50 --quality fast --max-seconds 5"});
+  return writers;
+}
+
+TEST(Signals, LeaveTheFormerStateOrTheNewOne) {
+  Workshop shop;
+  std::mt19937 random(58);
+  std::map<Writer::Ends, Counts> counts;
+  for (const Writer& writer : Writers()) Try(writer, shop, random, counts[writer.ends]);
+  for (const auto& [ends, each] : counts) {
+    EXPECT_EQ(each.between, 0) << each.names;
+    PrintFaultRow("SIGINT and SIGTERM at random moments: " + each.names, each.tried,
+                  fmt::format("{} times something between the former state and the new one", each.between),
+                  each.longest_s);
+  }
+}
+
+}  // namespace
+}  // namespace ulf::test::signals
