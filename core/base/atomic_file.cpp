@@ -24,6 +24,7 @@
 
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
+#include "core/base/mutex.h"
 
 namespace ulf {
 namespace fs = std::filesystem;
@@ -139,6 +140,29 @@ std::optional<pid_t> ProcessOf(const fs::directory_entry& entry) {
   std::error_code unknown;
   if (!entry.is_regular_file(unknown) || !std::regex_match(name, parts, kName)) return std::nullopt;
   return static_cast<pid_t>(std::atol(parts[1].str().c_str()));
+}
+
+bool IsOfDeadProcess(const fs::directory_entry& entry) {
+  const std::optional<pid_t> process = ProcessOf(entry);
+  return process && kill(*process, 0) != 0 && errno == ESRCH;
+}
+
+// Removes what killed processes left of this file. A folder is looked through once: what this process writes itself, it
+// removes itself.
+void RemoveLeftOf(const fs::path& path) {
+  static Mutex mutex;
+  static std::map<fs::path, std::vector<fs::path>> left_in ULF_GUARDED_BY(mutex);
+  const MutexLock lock(mutex);
+  std::error_code unknown;
+  const auto [found, is_new] = left_in.try_emplace(FolderOf(path));
+  std::vector<fs::path>& left = found->second;
+  if (is_new)
+    for (const auto& entry : fs::directory_iterator(FolderOf(path), unknown))
+      if (IsOfDeadProcess(entry)) left.push_back(entry.path());
+  const std::string prefix = path.filename().string() + ".";
+  std::erase_if(left, [&](const fs::path& each) {
+    return each.filename().string().starts_with(prefix) && fs::remove(each, unknown);
+  });
 }
 
 bool LeaveDirect(int descriptor) {
@@ -312,6 +336,7 @@ void WriteFileAtomically(const fs::path& path, std::string_view bytes) {
       ThrowDiskError(errno, fmt::format("{}: writing failed", path.string()));
     return;
   }
+  RemoveLeftOf(path);
   FileBatch batch;
   batch.Write(path, ContentOf(bytes));
   batch.Commit();
@@ -342,9 +367,8 @@ bool IsTemporary(const fs::directory_entry& entry) { return ProcessOf(entry).has
 
 bool IsLeftTemporary(const fs::directory_entry& entry) {
   constexpr std::chrono::hours kLeastAge{1};  // Guessed.
-  const std::optional<pid_t> process = ProcessOf(entry);
-  if (!process) return false;
-  if (kill(*process, 0) != 0 && errno == ESRCH) return true;
+  if (!IsTemporary(entry)) return false;
+  if (IsOfDeadProcess(entry)) return true;
   std::error_code gone;
   return entry.last_write_time(gone) < fs::file_time_type::clock::now() - kLeastAge && !gone;
 }

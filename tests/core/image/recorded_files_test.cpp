@@ -3,6 +3,7 @@
 // Files as they come to the disk: several at once, all or none; pictures that every reader opens.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -254,6 +255,24 @@ TEST(FileBatch, ContentThatCannotBeMadeLeavesNothing) {
   const FileContent broken{1'000'000, [](std::uint64_t, std::span<char>) { throw Error("no memory"); }};
   EXPECT_THROW(batch.Write(scratch / "a", broken), Error);
   EXPECT_EQ(FilesIn(scratch.path()), 0u);
+}
+
+TEST(AtomicFile, TheNextWriterRemovesWhatAKilledOneLeft) {
+  const ScratchFolder scratch;
+  const pid_t dead = fork();
+  if (dead == 0) _exit(0);
+  waitpid(dead, nullptr, 0);
+  const std::string left = fmt::format("report.txt.{}-1.part", dead);
+  const std::vector<std::string> others{
+      fmt::format("report.txt.{}-9.part", getpid()),  // may still be written
+      fmt::format("other.txt.{}-1.part", dead), fmt::format("report.txt.{}-1.part.txt", dead),
+      "report.txt.part"};
+  std::ofstream(scratch / left) << "half";
+  for (const std::string& name : others) std::ofstream(scratch / name) << "half";
+  WriteFileAtomically(scratch / "report.txt", "new");
+  EXPECT_FALSE(fs::exists(scratch / left));
+  for (const std::string& name : others) EXPECT_TRUE(fs::exists(scratch / name)) << name;
+  EXPECT_EQ(ReadWholeFile(scratch / "report.txt"), "new");
 }
 
 }  // namespace
