@@ -297,7 +297,7 @@ TEST_F(GigeSimulator, CommandServesSeveralCamerasWithFaults) {
     Take(uri, 5);
   EXPECT_FALSE(ReadPoses(scratch_ / "a.txt").empty());
   EXPECT_FALSE(ReadPoses(scratch_ / "b.txt").empty());
-  command.Signal(SIGTERM);
+  command.Signal(SIGHUP);
   const std::string figures = command.ReadUntil("RIGHT: served", 5);
   EXPECT_THAT(figures, HasSubstr("LEFT: served"));
   EXPECT_THAT(figures, HasSubstr("asked again in"));
