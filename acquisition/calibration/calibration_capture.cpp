@@ -89,6 +89,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
     }
     auto frame = NextComplete(device);
     if (!frame) {
+      if (!stills) RequireLiveFrames(device);
       if (device.State() == DeviceState::kEnded) {
         collected.ended = "the device has ended";
         break;
@@ -130,8 +131,11 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
           pending.last = Clock::now();
         }
       }
-      options.show({guide->Share(), fmt::format("{}, {}; seen {}; {}", Counted(guide->views().size(), "view"),
-                                                Name(verdict), guide->Map(), guide->NextMove())});
+      const bool is_taken = IsTaken(device.Source());
+      options.show({guide->Share(),
+                    fmt::format("{}, {}{}; seen {}{}", Counted(guide->views().size(), "view"), Name(verdict),
+                                verdict == ViewVerdict::kMoving && !is_taken ? ": hold still" : "",
+                                guide->Map(), is_taken ? "" : "; " + guide->NextMove())});
     }
     if (guide && guide->Enough() && pending.count == 0) break;
   }
@@ -169,6 +173,7 @@ std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCap
       throw Error("{}: a photograph did not arrive within {:g} s; check the camera, and set it to JPEG",
                   device.Info().uri, options.still_timeout_s);
     auto frame = NextComplete(device);
+    if (!frame && !stills) RequireLiveFrames(device);
     options.show({static_cast<double>(frames.size()) / count, Counted(frames.size(), "frame")});
     if (!frame || frame->kind != wanted) continue;
     pending.count = 0;

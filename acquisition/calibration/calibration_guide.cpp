@@ -20,7 +20,7 @@ bool AddsTo(const std::vector<bool>& known, const std::vector<bool>& shown) {
 }  // namespace
 
 const char* Name(ViewVerdict verdict) {
-  constexpr std::array kNames{"taken", "board not seen", "moving: hold still", "blurred", "nothing new"};
+  constexpr std::array kNames{"taken", "board not seen", "moving", "blurred", "nothing new"};
   return kNames[static_cast<std::size_t>(verdict)];
 }
 

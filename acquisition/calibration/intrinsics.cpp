@@ -212,14 +212,19 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
         .warnings = {fmt::format("{}: the camera's intrinsics are not known; a focal length of {:.0f} px is "
                                  "guessed until the images show which it is",
                                  info.uri, *args.guessed_focal_px)}};
+  const bool is_taken = IsTaken(device.Source());
   throw Error(
-      "{}: the camera's intrinsics are not known. Print a target (ulf board) and calibrate: ulf calibrate "
-      "{}; or give --calibration FILE; or give --focal-px F for a lens with little distortion (F = image "
-      "width in pixels x focal length / sensor width); or have the images tell: ulf capture with "
-      "--intrinsics refine, "
-      "or ulf track {} --intrinsics refine --calibration-out FILE{}",
-      info.uri, ShellWord(info.uri), ShellWord(info.uri),
-      stored.empty() ? "" : ". The calibration is then stored as " + stored.string());
+      "{}: the camera's intrinsics are not known. {}ive --calibration FILE; or give --focal-px F for a lens "
+      "with "
+      "little distortion (F = image width in pixels x focal length / sensor width); or have the images tell: "
+      "ulf "
+      "capture with --intrinsics refine, or ulf track {} --intrinsics refine --calibration-out FILE{}",
+      info.uri,
+      is_taken ? "G"
+               : fmt::format("Print a target (ulf board) and calibrate: ulf calibrate {}; or g",
+                             ShellWord(info.uri)),
+      ShellWord(info.uri),
+      is_taken || stored.empty() ? "" : ". The calibration is then stored as " + stored.string());
 }
 
 }  // namespace

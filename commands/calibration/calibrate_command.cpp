@@ -52,6 +52,12 @@ struct Source {
   std::optional<SensorWindow> window;
   std::optional<CameraModel> truth;
   std::string name;
+
+  FrameSource Frames() const { return device ? device->Source() : FrameSource::kPhotographs; }
+  // What is refused cannot be mended in pictures that are taken already: what is advised is for others.
+  std::string TakeOthers() const {
+    return IsTaken(Frames()) ? "these pictures do not do, take others: " : "";
+  }
 };
 
 Source OpenSource(const CalibrateArgs& args) {
@@ -164,7 +170,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
       json["differs_from_truth_px"] = LargestDifferencePx(*source.truth, result.camera);
     fmt::print("{}\n", json.dump(2));
   }
-  if (!result.ok()) throw Error("no calibration: {}", result.refusal);
+  if (!result.ok()) throw Error("no calibration: {}{}", source.TakeOthers(), result.refusal);
   if (args.json) return kOk;
   fmt::print("{}", text);
   if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));
@@ -216,7 +222,9 @@ std::string FlatFieldText(const FlatFieldResult& result) {
   text += fmt::format("residual         {:.2f} %, lighting falls off by {:.1f} % over the card\n",
                       100 * result.residual, 100 * result.gradient);
   if (result.dust > 0)
-    text += fmt::format("warning          {} dark spots: clean the sensor and the lens\n", result.dust);
+    text += fmt::format(
+        "warning          {} dark spots: clean the sensor and the lens, and take the card again\n",
+        result.dust);
   return text;
 }
 
@@ -263,7 +271,7 @@ int RunFlatField(const CalibrateArgs& args) {
       WriteFileAtomically(folder / "flat_field.png", PngBytes(acquisition::DrawFlatField(result)));
   }
   if (args.json) fmt::print("{}\n", FlatFieldJson(result, result.ok() ? output : "").dump(2));
-  if (!result.ok()) throw Error("no flat field: {}", result.refusal);
+  if (!result.ok()) throw Error("no flat field: {}{}", source.TakeOthers(), result.refusal);
   mode.flat_field = result.flat_field;
   file.modes[args.mode] = mode;
   acquisition::WriteCalibrationFile(output, file);
@@ -329,19 +337,21 @@ std::vector<ColorPicture> PicturesOf(const CalibrateArgs& args, Source& source) 
   return pictures.Take();
 }
 
-void WarnOfEncodedColours(const std::vector<ColorPicture>& pictures) {
+void WarnOfEncodedColours(const std::vector<ColorPicture>& pictures, FrameSource source) {
   if (std::ranges::any_of(pictures, [](const ColorPicture& picture) {
         return picture.image.transfer == Transfer::kSrgb && picture.image.pixels.channels() == 3;
       }))
     spdlog::warn(
         "the camera encodes these pictures for displays, with its own white balance, contrast and "
         "saturation: the profile "
-        "holds as long as all of these stay as they are; lock them (ulf features), or take raw pictures");
+        "holds as long as all of these stay as they are{}",
+        IsTaken(source) ? "" : fmt::format("; lock them ({}), or take raw pictures", WhereToSet(source)));
 }
 
 // The profile of these pictures; throws Error where there is none. `kept`: the profile that the camera had.
-ColorProfile ProfileOf(const CalibrateArgs& args, const std::vector<ColorPicture>& pictures,
-                       const std::string& output, const std::optional<ColorProfile>& kept) {
+ColorProfile ProfileOf(const CalibrateArgs& args, const Source& source,
+                       const std::vector<ColorPicture>& pictures, const std::string& output,
+                       const std::optional<ColorProfile>& kept) {
   const auto report = [&](const Json& json, const std::string& text, const char* name) {
     if (!args.report.empty()) {
       WriteFileAtomically(fs::path(args.report) / fmt::format("{}.txt", name), text);
@@ -359,7 +369,7 @@ ColorProfile ProfileOf(const CalibrateArgs& args, const std::vector<ColorPicture
     Json json = GreyCardJson(card);
     json["file"] = card.ok() ? output : "";
     report(json, card.ok() ? GreyCardText(card) : "", "grey_card");
-    if (!card.ok()) throw Error("no white balance: {}", card.refusal);
+    if (!card.ok()) throw Error("no white balance: {}{}", source.TakeOthers(), card.refusal);
     // The matrix is the camera's, whatever the lamp.
     ColorProfile profile = kept.value_or(ColorProfile{});
     profile.white_balance = card.white_balance;
@@ -375,7 +385,7 @@ ColorProfile ProfileOf(const CalibrateArgs& args, const std::vector<ColorPicture
   Json json = ColorFitJson(fit, charts.size(), pictures.size());
   json["file"] = fit.ok() ? output : "";
   report(json, fit.ok() ? ColorFitText(fit, charts.size(), pictures.size()) : "", "colours");
-  if (!fit.ok()) throw Error("no colour profile: {}", fit.refusal);
+  if (!fit.ok()) throw Error("no colour profile: {}{}", source.TakeOthers(), fit.refusal);
   ColorProfile profile = fit.profile;
   profile.source = fmt::format("chart of 24 patches, {} of them used", fit.patches.size());
   return profile;
@@ -402,10 +412,11 @@ int RunColorProfile(const CalibrateArgs& args) {
   if (std::ranges::any_of(pictures, [](const ColorPicture& p) {
         return p.image.pixels.channels() == 1 && p.image.mosaic == Mosaic::kNone;
       }))
-    throw Error(
-        "{}: the pictures are grey; choose a colour pixel format (ulf features, or ?format= in the URI)",
-        source.name);
-  WarnOfEncodedColours(pictures);
+    throw Error("{}: the pictures are grey; {}", source.name,
+                IsTaken(source.Frames())
+                    ? "give pictures in colour"
+                    : "choose a colour pixel format (ulf features, or ?format= in the URI)");
+  WarnOfEncodedColours(pictures, source.Frames());
   if (mode.flat_field) {
     std::vector<Image> images;
     for (const ColorPicture& picture : pictures) images.push_back(picture.image);
@@ -414,8 +425,9 @@ int RunColorProfile(const CalibrateArgs& args) {
       picture.image = mode.flat_field->Corrected(picture.image, picture.black_level);
   }
   const auto& kept = mode.color_profile;
-  ColorProfile profile = ProfileOf(
-      args, pictures, output, kept && kept->raw_white_balance.has_value() == is_raw ? kept : std::nullopt);
+  ColorProfile profile =
+      ProfileOf(args, source, pictures, output,
+                kept && kept->raw_white_balance.has_value() == is_raw ? kept : std::nullopt);
   profile.raw_white_balance = pictures.front().developed_by;
   mode.color_profile = profile;
   file.modes[args.mode] = mode;

@@ -50,8 +50,9 @@ std::string ColorFitText(const ColorFit& fit, std::size_t found, std::size_t loo
   row("with the profile", &PatchDifference::profiled);
   row("on patches left out of the profile", &PatchDifference::held_out);
   if (!fit.clipped.empty())
-    text += fmt::format("warning          patches {} are clipped and took no part: expose less\n",
-                        Numbers(fit.clipped));
+    text +=
+        fmt::format("warning          patches {} are clipped and took no part: the next time expose less\n",
+                    Numbers(fit.clipped));
   if (!fit.uneven.empty())
     text += fmt::format(
         "warning          patches {} are uneven (a reflection, a shadow) or dark and took no part\n",

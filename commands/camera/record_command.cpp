@@ -6,6 +6,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
+#include "acquisition/device/repeated_events.h"
 #include "commands/camera/device_report.h"
 #include "commands/commands.h"
 #include "commands/number_checks.h"
@@ -34,6 +35,7 @@ struct RecordRun {
   acquisition::DeviceStatistics device;
   double seconds = 0;
   bool lost = false;
+  FrameSource source = FrameSource::kCamera;
 };
 
 bool IsComplete(const RecordArgs& args, std::uint64_t frames, double seconds) {
@@ -61,17 +63,18 @@ RecordRun Record(const RecordArgs& args) {
   acquisition::FrameRecorder recorder(args.dir, acquisition::RecordingHeader::Of(*device));
   Progress progress("record");
   RecordRun run;
+  run.source = device->Source();
   bool paused = false;
+  acquisition::RepeatedEvents repeated;
   std::uint64_t frames = 0;
   const auto start = Clock::now();
   while (!acquisition::IsOver(device->State())) {
     run.seconds = SecondsSince(start);
     if (IsComplete(args, frames, run.seconds)) break;
     const auto frame = device->Next(std::chrono::milliseconds(100));
-    for (const acquisition::DeviceEvent& event : device->TakeEvents()) {
-      progress.Say(event.text);
-      recorder.Note(event.text);
-    }
+    const std::vector<acquisition::DeviceEvent> events = device->TakeEvents();
+    for (const std::string& line : repeated.After(events, EpochSeconds())) progress.Say(line);
+    for (const acquisition::DeviceEvent& event : events) recorder.Note(event.text);
     ReportPause(recorder, progress, paused);
     if (frame && IsKept(*frame)) {
       ++frames;
@@ -86,6 +89,7 @@ RecordRun Record(const RecordArgs& args) {
                                          ? ""
                                          : fmt::format("; the device is {}", Name(state))));
   }
+  for (const std::string& line : repeated.AtTheEnd()) progress.Say(line);
   run.lost = device->State() == acquisition::DeviceState::kLost;
   device->Stop();
   // Photographs that arrive after Stop().
@@ -118,10 +122,12 @@ int RunRecord(const RecordArgs& args) {
   if (run.lost) fmt::print(stderr, "ulf: {}: the device was lost; what came before is recorded\n", args.uri);
   if (!run.lost && summary.written == 0)
     fmt::print(stderr, "ulf: nothing was recorded: {}\n",
-               run.device.incomplete > 0 ? "every frame arrived incomplete (packets lost); see the receive "
-                                           "buffer and packet size above, and "
-                                           "docs/devices.md"
-                                         : "no frame arrived; check whether the camera waits for a trigger");
+               IsTaken(run.source) ? "no complete picture is in it"
+               : run.device.incomplete > 0
+                   ? "every frame arrived incomplete (packets lost); see the receive "
+                     "buffer and packet size above, and "
+                     "docs/devices.md"
+                   : "no frame arrived; check whether the camera waits for a trigger");
   return run.lost || summary.written == 0 || summary.left_out > 0 ? kFailed : kOk;
 }
 

@@ -95,13 +95,17 @@ void SayIfNothingWasMeasured(const coverage::CaptureArgs& args, const coverage::
   const bool decides = coverage::CoverGoal::Parse(args.cover).by != coverage::CoverBy::kBound;
   if (summary.measured || !(decides || !args.error_map.empty())) return;
   const bool mesh_came_late = summary.geometry && summary.geometry->mesh;
-  fmt::print(stderr, "no errors were measured: {}{}\n",
-             mesh_came_late
-                 ? "the first mesh was there only after the last frame. Geometry needs time beside the "
-                   "capture: move more slowly, or with fewer programs running (a simulated camera and a "
-                   "replay go faster than real time where they can: replay:...  --speed 0.3)"
-                 : "there was no mesh of the subject to measure over",
-             decides ? "; the bound alone decided what was recorded" : "");
+  fmt::print(
+      stderr, "no errors were measured: {}{}\n",
+      mesh_came_late
+          ? fmt::format("the first mesh was there only after the last frame. Geometry needs time beside "
+                        "the capture: {}",
+                        IsTaken(summary.source)
+                            ? "play the recording more slowly (--speed 0.3), with fewer programs running"
+                            : "move more slowly, or with fewer programs running (a simulated camera goes "
+                              "faster than real time where it can)")
+          : "there was no mesh of the subject to measure over",
+      decides ? "; the bound alone decided what was recorded" : "");
 }
 
 // A guess that nothing replaced may still be wrong.
@@ -167,7 +171,8 @@ void WarnIfTheLampChanged(LightField& light_field) {
     return;
   Progress progress("light");
   const LightCheck check = CheckLightOf(light_field, progress);
-  if (const std::string advice = LampAdvice(check); !advice.empty()) spdlog::warn("{}", advice);
+  if (const std::string advice = LampAdvice(check, SourceOf(light_field)); !advice.empty())
+    spdlog::warn("{}", advice);
   if (check.not_compared.empty()) KeepLight(check, light_field);
 }
 
@@ -350,10 +355,11 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
   WarnIfTheLampChanged(light_field);
   SayIfNothingWasMeasured(args, summary);
   WritePictures(args, light_field, summary);
-  WriteFoundLens(lens, prepared.device->Info(), summary.refined_lens, summary.calibration, "ulf capture");
+  WriteFoundLens(lens, *prepared.device, summary.refined_lens, summary.calibration, "ulf capture");
   SayIfTheLensIsAGuess(options, summary, prepared.camera);
   if (summary.stopped_because == coverage::StoppedBecause::kCovered && report.covered < options.until_share)
-    fmt::print(stderr, "the last pose correction reopened part of the cap; fill it with --resume\n");
+    fmt::print(stderr, "the last correction of poses opened a part of the cap again{}\n",
+               IsTaken(summary.source) ? "" : ", which must be taken again: go on with --resume");
   if (summary.stopped_because == coverage::StoppedBecause::kDisk) return kFailed;
   if (summary.stopped_because == coverage::StoppedBecause::kDeviceLost) {
     fmt::print(stderr,

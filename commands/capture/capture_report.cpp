@@ -26,54 +26,95 @@ const char* InWords(coverage::StoppedBecause why) {
   return kWords[static_cast<std::size_t>(why)];
 }
 
-const char* WayOut(coverage::Reason reason) {
+// What was in the way of views and, where a camera is in the hand, what to do the next time; what options change is said
+// of pictures that are taken already, too.
+std::string WayOut(coverage::Reason reason, FrameSource source) {
   using enum coverage::Reason;
-  switch (reason) {
-    case kTracking:
-      return "the pose was too uncertain, or there were too few frames to place the subject; move slowly "
-             "sideways, with the subject in view";
-    case kCovered:
-      return "every frame showed what recorded views show already";
-    case kBehind:
-      return "the subject lies behind the camera: turn round, or correct --subject (x to the right, y down, "
-             "z forward from where the world begins)";
-    case kOutsideRectangle:
-    case kInsideSphere:
-      return "the subject was not wholly in view; aim at it, step back, or make its sphere smaller "
-             "(--subject-size, or the radius of --subject)";
-    case kBlur:
-      return "every frame was blurred; move slower, or expose shorter";
-    case kExposure:
-      return "the subject was clipped or black; set the exposure (ulf features)";
-    case kUnsettled:
-      return "the exposure never came to rest; switch the camera's automatics off (ulf features), or keep "
-             "the light steady";
-    case kSpeed:
-      return "the camera moved too fast for its exposure time; move slower, or expose shorter";
-    case kSpool:
-      return "the disk did not keep up; write to a faster one";
-    case kDisk:
-      return "the disk was full; free some space, or write to another one";
-    case kPaused:
-      return "recording was paused by request and never resumed (record)";
-    case kZoomed:
-      return "the zoom was moved while capturing, or another lens is mounted; fix the zoom "
-             "(tape), calibrate at that focal length, and begin anew";
-    case kBracket:
-      return "other exposures of views were taken all the time; bracket fewer, or expose shorter";
-    case kStill:
-      return "photographs were asked for and none was recorded; see what the camera said above";
-    case kRecorded:
-      break;
-  }
-  return "";
+  struct Words {
+    std::string finding, in_hand, taken;
+  };
+  const auto words = [&]() -> Words {
+    switch (reason) {
+      case kTracking:
+        return {"the pose was too uncertain, or there were too few frames to place the subject",
+                "move slowly sideways, with the subject in view",
+                "give frames that follow each other more closely, or poses that are known (--poses)"};
+      case kCovered:
+        return {"every frame showed what recorded views show already", "", ""};
+      case kBehind:
+        return {"the subject lies behind the camera",
+                "turn round, or correct --subject (x to the right, y down, z forward from where the world "
+                "begins)",
+                "correct --subject (x to the right, y down, z forward from where the world begins)"};
+      case kOutsideRectangle:
+      case kInsideSphere:
+        return {
+            "the subject was not wholly in view",
+            "aim at it, step back, or make its sphere smaller (--subject-size, or the radius of --subject)",
+            "make its sphere smaller (--subject-size, or the radius of --subject)"};
+      case kBlur:
+        return {"every frame was blurred", "move slower, or expose shorter", ""};
+      case kExposure:
+        return {"the subject was clipped or black", fmt::format("set the exposure ({})", WhereToSet(source)),
+                ""};
+      case kUnsettled:
+        return {"the exposure never came to rest",
+                fmt::format("switch the camera's automatics off ({}), or keep the light steady",
+                            WhereToSet(source)),
+                ""};
+      case kSpeed:
+        return {"the camera moved too fast for its exposure time", "move slower, or expose shorter", ""};
+      case kSpool:
+        return {"the disk did not keep up", "write to a faster one",
+                "write to a faster one, or play it more slowly (--speed 0.5)"};
+      case kDisk:
+        return {"the disk was full", "free some space, or write to another one",
+                "free some space, or write to another one"};
+      case kPaused:
+        return {"recording was paused by request and never resumed (record)", "", ""};
+      case kZoomed:
+        return {"the zoom was moved while capturing, or another lens is mounted",
+                "fix the zoom (tape), calibrate at that focal length, and begin anew",
+                "capture the part before it, with that lens's calibration"};
+      case kBracket:
+        return {"other exposures of views were taken all the time", "bracket fewer, or expose shorter",
+                "bracket fewer"};
+      case kStill:
+        return {"photographs were asked for and none was recorded", "see what the camera said above",
+                "the recording holds none at the places that need one"};
+      case kRecorded:
+        break;
+    }
+    return {};
+  }();
+  const std::string& to_do = IsTaken(source) ? words.taken : words.in_hand;
+  return to_do.empty() ? words.finding : words.finding + "; " + to_do;
 }
 
 // "the reason was 'blurred': every frame was blurred; move slower, or expose shorter", or the mistake behind it.
 std::string ReasonAndWayOut(coverage::Reason reason, const coverage::CaptureSummary& summary) {
   const coverage::NoticedMistake* mistake = Behind(reason, summary.mistakes);
-  if (!mistake) return fmt::format("the reason was '{}': {}", InWords(reason), WayOut(reason));
+  if (!mistake)
+    return fmt::format("the reason was '{}': {}", InWords(reason), WayOut(reason, summary.source));
   return fmt::format("the reason was '{}': {}. {}", Name(mistake->mistake), mistake->finding, mistake->cure);
+}
+
+// What the tracker needs, for who can give it.
+const char* ToBeTracked(FrameSource source) {
+  switch (source) {
+    case FrameSource::kRecording:
+      return "it is found where a camera moves and not only turns, so that near and far things shift against "
+             "each other; give a part of the recording where it does, or poses that are known (--poses)";
+    case FrameSource::kPhotographs:
+      return "pictures are followed from one to the next, and these share too little with their neighbours: "
+             "give "
+             "more of them in between, in order, or pose them elsewhere (COLMAP) and bring them in by ulf "
+             "import";
+    case FrameSource::kSettableCamera:
+    case FrameSource::kCamera:
+      break;
+  }
+  return "move it slowly sideways, so that near and far things shift against each other";
 }
 
 std::string GeometryLines(const coverage::FinishedGeometry& geometry, const std::string& dir) {
@@ -134,7 +175,7 @@ std::string ToText(const coverage::CaptureSummary& summary, std::size_t tracked,
     text += fmt::format("lens           {}, found from the images\n               {}\n",
                         summary.refined_lens->Text(), kLensSigmaWords);
   if (summary.calibration && summary.calibration->Wrong())
-    text += fmt::format("calibration    {}\n", summary.calibration->Advice());
+    text += fmt::format("calibration    {}\n", summary.calibration->Advice(summary.source));
   for (const coverage::NoticedMistake& noticed : summary.mistakes) {
     using enum coverage::Mistake;
     const bool has_a_line =
@@ -202,14 +243,13 @@ void AddTo(nlohmann::json& json, const coverage::CaptureSummary& summary, std::s
 std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t tracked) {
   if (summary.frames == 0) return "nothing was recorded: no complete frame came";
   if (tracked == 0) {
-    std::string text = fmt::format(
-        "nothing was recorded: the camera's position was found in none of {}; move it slowly "
-        "sideways, so that near and far things shift against each other",
-        Counted(summary.frames, "frame"));
+    std::string text = fmt::format("nothing was recorded: the camera's position was found in none of {}; {}",
+                                   Counted(summary.frames, "frame"), ToBeTracked(summary.source));
     const auto commonest = std::max_element(summary.start_obstacles.begin(), summary.start_obstacles.end(),
                                             [](const auto& a, const auto& b) { return a.second < b.second; });
     if (commonest != summary.start_obstacles.end())
-      text += fmt::format(" (in {} of them: {})", commonest->second, tracking::Advice(commonest->first));
+      text += fmt::format(" (in {} of them: {})", commonest->second,
+                          tracking::Advice(commonest->first, summary.source));
     return text;
   }
   const auto commonest = std::max_element(summary.reasons.begin(), summary.reasons.end());

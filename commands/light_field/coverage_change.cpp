@@ -24,7 +24,7 @@ std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const L
   return CoverageChange{cap, covered(before), covered(after)};
 }
 
-std::string ToText(const CoverageChange& change, const std::string& what, const std::string& light_field) {
+std::string ToText(const CoverageChange& change, FrameSource source, const std::string& light_field) {
   // A cell of the map is a hundredth of a per cent at the least: what two decimals do not show is no difference.
   const auto rounded = [](double share, int decimals) {
     return fmt::format("{:.{}f}", 100 * share, decimals);
@@ -33,14 +33,13 @@ std::string ToText(const CoverageChange& change, const std::string& what, const 
   const std::string before = rounded(change.before, decimals), after = rounded(change.after, decimals);
   const std::string of =
       fmt::format("of {:g} x {:g} degrees", change.cap.Degrees().x(), change.cap.Degrees().y());
-  if (before == after)
-    return fmt::format("covered: {} % {}, as before: {} reopened nothing\n", rounded(change.after, 1), of,
-                       what);
+  if (before == after) return fmt::format("covered: {} % {}, as before\n", rounded(change.after, 1), of);
   std::string text = fmt::format("covered: {} % {} before, {} % after", before, of, after);
   if (change.after < change.before)
     text +=
-        fmt::format(": {} reopened {:.{}f} %; 'ulf info {}' lists the holes, ulf capture --resume fills them",
-                    what, 100 * (change.before - change.after), decimals, ShellWord(light_field));
+        fmt::format(": {} % {}; 'ulf info {}' says where", rounded(change.before - change.after, decimals),
+                    IsTaken(source) ? "is open again" : "must be taken again (ulf capture --resume)",
+                    ShellWord(light_field));
   return text + "\n";
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/image/frame_source.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
 
@@ -20,8 +21,8 @@ struct CoverageChange {
 std::optional<CoverageChange> CoverageChangeOf(const LightField& before, const LightField& after);
 
 // "covered: 98.13 % of 40 x 30 degrees before, 98.10 % after: ..."; shares with as many decimals as tell them apart.
-// `what`: what changed, as in "refining".
-std::string ToText(const CoverageChange& change, const std::string& what, const std::string& light_field);
+// `source`: of the views, which only a camera can take again.
+std::string ToText(const CoverageChange& change, FrameSource source, const std::string& light_field);
 
 nlohmann::ordered_json ToJson(const CoverageChange& change);
 

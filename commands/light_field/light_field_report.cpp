@@ -114,30 +114,6 @@ std::string BracketsText(const LightFieldReport::Brackets& brackets) {
                             100 * *brackets.ghosts_most, brackets.ghosts_most_view);
 }
 
-std::vector<LightFieldReport::Hole> HolesOf(const coverage::CoverageMap& map) {
-  std::vector<LightFieldReport::Hole> holes;
-  for (const coverage::CoverageHole& hole : map.Holes()) {
-    const coverage::CapFrame::Angles at = map.frame()->Of(hole.direction);
-    holes.push_back(
-        {hole.solid_angle_sr * Degrees(1) * Degrees(1), Degrees(at.azimuth), Degrees(at.elevation)});
-  }
-  return holes;
-}
-
-std::string HolesText(const std::vector<LightFieldReport::Hole>& holes) {
-  constexpr std::size_t kShown = 3;
-  double area = 0;
-  std::string largest;
-  for (std::size_t i = 0; i < holes.size(); ++i) {
-    area += holes[i].area_deg2;
-    if (i < kShown)
-      largest += fmt::format("{}{:.1f} at {:.0f}, {:.0f}", i == 0 ? "" : "; ", holes[i].area_deg2,
-                             holes[i].azimuth_deg, holes[i].elevation_deg);
-  }
-  return fmt::format("holes          {}, {:.1f} square degrees in all (at azimuth, elevation: {}{})\n",
-                     holes.size(), area, largest, holes.size() > kShown ? "; ..." : "");
-}
-
 std::string LensesText(const LightFieldReport& report) {
   if (report.lenses.empty()) return {};
   const LightFieldReport::Lens& first = report.lenses.front();
@@ -200,8 +176,9 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   if (!report.subject) {
     if (options.cap)
       throw UsageError(
-          "{}: has no subject, and its views look at no common point: no cap can be measured; give --subject "
-          "x,y,z,radius, or leave out --cap",
+          "{}: is a walk without a subject, so there is no cap to measure; for views of a subject give "
+          "--subject "
+          "x,y,z,radius, else leave out --cap",
           light_field.root.string());
     return report;
   }
@@ -225,7 +202,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
       map = coverage::ByErrors(*report.measured, map);
     }
     report.covered = map.CoveredShare();
-    report.holes = HolesOf(map);
+    report.holes = coverage::GapsOf(map);
   }
   return report;
 }
@@ -345,10 +322,12 @@ std::string ToText(const MeasuredErrors& measured) {
   std::string text = fmt::format("measured       {}", Counted(measured.frames, "frame"));
   if (errors.directions == 0) return text + ": in no direction was there texture and geometry enough\n";
   text += fmt::format(
-      ": median {:.1f} dB, in the worst tenth of {} {:.1f}; {:.2f} px off in pictures {} px wide; {:.1f} dB "
-      "around the subject\n",
-      errors.median_db, Counted(errors.directions, "direction"), errors.worst_tenth_db, errors.median_px,
-      coverage::ErrorMeter::Options{}.size_px, errors.median_outside_db);
+      ": picture quality {} (median {:.1f} dB), in the worst tenth of {} {} ({:.1f} dB); {:.2f} px off in "
+      "pictures {} px wide; around the subject {} ({:.1f} dB)\n",
+      coverage::QualityInWords(errors.median_db), errors.median_db, Counted(errors.directions, "direction"),
+      coverage::QualityInWords(errors.worst_tenth_db), errors.worst_tenth_db, errors.median_px,
+      coverage::ErrorMeter::Options{}.size_px, coverage::QualityInWords(errors.median_outside_db),
+      errors.median_outside_db);
   if (errors.failing == 0) return text;
   std::string causes;
   for (const auto& [cause, count] : errors.causes)
@@ -406,7 +385,7 @@ nlohmann::json ToJson(const LightFieldReport& report) {
   json["holes"] = nullptr;
   if (report.covered) {
     json["holes"] = nlohmann::json::array();
-    for (const LightFieldReport::Hole& hole : report.holes)
+    for (const coverage::CapGap& hole : report.holes)
       json["holes"].push_back({{"area_deg2", hole.area_deg2},
                                {"azimuth_deg", hole.azimuth_deg},
                                {"elevation_deg", hole.elevation_deg}});
@@ -446,7 +425,8 @@ std::string ToText(const LightFieldReport& report) {
   if (report.brackets) text += BracketsText(*report.brackets);
   if (report.views > 0 && !report.subject)
     return text +
-           "subject        none: the views look at no common point (--subject x,y,z,radius measures)\n" +
+           "subject        none: a walk without a subject; for videos of a subject give --subject "
+           "x,y,z,radius\n" +
            ReasonsText(report);
   if (report.angular_range_deg)
     text += fmt::format("angular range  {:.0f} x {:.0f} degrees around the subject\n",
@@ -467,7 +447,7 @@ std::string ToText(const LightFieldReport& report) {
                                                           report.measured->goal_db,
                                                           100 * *report.covered_by_bound, report.threshold_px)
                                             : fmt::format("within {:g} px", report.threshold_px));
-  if (!report.holes.empty()) text += HolesText(report.holes);
+  if (!report.holes.empty()) text += fmt::format("gaps           {}\n", InWords(report.holes, *report.cap));
   if (report.measured) text += ToText(*report.measured);
   if (report.distances)
     text += fmt::format("distances      {:.3g} to {:.3g}, median {:.3g} (from {:.0f} to {:.0f} % of it)\n",
@@ -480,7 +460,57 @@ std::string ToText(const LightFieldReport& report) {
   return text + ReasonsText(report);
 }
 
-std::string LampAdvice(const LightCheck& check) {
+std::string TableText(const std::vector<NamedReport>& reports) {
+  std::vector<std::vector<std::string>> rows{
+      {"light field", "views", "capture time, min", "angular range, degrees", "average angle, degrees"}};
+  const bool has_caps =
+      std::ranges::any_of(reports, [](const NamedReport& one) { return one.report.covered.has_value(); });
+  if (has_caps) rows[0].push_back("covered, % of the cap");
+  const auto or_dash = [](const auto& value, auto text) { return value ? text(*value) : std::string("-"); };
+  for (const NamedReport& one : reports) {
+    const LightFieldReport& report = one.report;
+    rows.push_back(
+        {one.name, fmt::format("{}", report.views),
+         report.capture_s > 0 ? fmt::format("{:.1f}", report.capture_s / 60) : "-",
+         or_dash(report.angular_range_deg,
+                 [](const Eigen::Vector2d& deg) { return fmt::format("{:.0f}x{:.0f}", deg.x(), deg.y()); }),
+         or_dash(report.mean_edge_deg, [](double deg) { return fmt::format("{:.2f}", deg); })});
+    if (has_caps)
+      rows.back().push_back(or_dash(report.covered, [&report](double share) {
+        return fmt::format("{:.1f} of {:g}x{:g}", 100 * share, report.cap->Degrees().x(),
+                           report.cap->Degrees().y());
+      }));
+  }
+  std::vector<std::size_t> widths(rows[0].size(), 0);
+  for (const auto& row : rows)
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  std::string text;
+  for (const auto& row : rows) {
+    text += fmt::format("{:<{}}", row[0], widths[0]);
+    for (std::size_t i = 1; i < row.size(); ++i) text += fmt::format("  {:>{}}", row[i], widths[i]);
+    text += "\n";
+  }
+  return text;
+}
+
+nlohmann::json TableJson(const std::vector<NamedReport>& reports) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const NamedReport& one : reports) {
+    nlohmann::json row = ToJson(one.report);
+    row["name"] = one.name;
+    rows.push_back(std::move(row));
+  }
+  return {{"light_fields", std::move(rows)}};
+}
+
+FrameSource SourceOf(const LightField& light_field) {
+  const std::string& uri = light_field.device_uri;
+  if (uri.empty() || uri.starts_with("import:") || uri.starts_with("replay:"))
+    return FrameSource::kPhotographs;
+  return uri.starts_with("sim:") ? FrameSource::kCamera : FrameSource::kSettableCamera;
+}
+
+std::string LampAdvice(const LightCheck& check, FrameSource source) {
   if (check.drifts.empty() && check.wavers.empty()) return "";
   std::string words;
   for (const LampDrift& drift : check.drifts)
@@ -489,10 +519,11 @@ std::string LampAdvice(const LightCheck& check) {
   for (const LampWaver& waver : check.wavers) words += (words.empty() ? "" : "; ") + waver.Words();
   return words +
          ": the lamp or the daylight changed, or the camera's automatics did, and pictures between these "
-         "views change "
-         "with them; let lamps warm up for a quarter of an hour, shut daylight out, lock exposure and white "
-         "balance "
-         "(ulf features), or even the views out with --light fit";
+         "views change with them; even the views out when you render them (--light fit)" +
+         (IsTaken(source) ? ""
+                          : fmt::format(". The next time let lamps warm up for a quarter of an hour, shut "
+                                        "daylight out, and lock exposure and white balance ({})",
+                                        WhereToSet(source)));
 }
 
 LightCheck CheckLightOf(const LightField& light_field, Progress& progress) {
@@ -501,7 +532,7 @@ LightCheck CheckLightOf(const LightField& light_field, Progress& progress) {
   return CheckLight(light_field, options);
 }
 
-std::string ToText(const LightCheck& check) {
+std::string ToText(const LightCheck& check, FrameSource source) {
   std::string text = fmt::format(
       "clipped        {:.2f} % of the pixels of {}",
       check.pixels > 0 ? 100.0 * static_cast<double>(check.clipped_px) / static_cast<double>(check.pixels)
@@ -517,7 +548,7 @@ std::string ToText(const LightCheck& check) {
                "the same from the first to the last of {} that were compared, beyond the exposures that {}\n",
                Counted(check.compared, "view"),
                check.exposure_is_told ? "the camera told" : "were found where views overlap");
-  return text + LampAdvice(check) + "\n";
+  return text + LampAdvice(check, source) + "\n";
 }
 
 nlohmann::json ToJson(const LightCheck& check) {

@@ -12,9 +12,11 @@
 #include <vector>
 
 #include "core/base/progress.h"
+#include "core/image/frame_source.h"
 #include "core/light_field/light_check.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
+#include "coverage/bound/gap_words.h"
 #include "tracking/refine/pose_check.h"
 
 namespace ulf::commands {
@@ -39,12 +41,7 @@ struct LightFieldReport {
   std::optional<double> covered;  // none without a cap; by what the capture measured, too, where that decided
   std::optional<double> covered_by_bound;  // alone; none where nothing else decided
   std::optional<MeasuredErrors> measured;  // none: the capture measured no errors
-  // What of the cap is open, the largest first; empty without a cap.
-  struct Hole {
-    double area_deg2 = 0;                       // square degrees
-    double azimuth_deg = 0, elevation_deg = 0;  // about the first view
-  };
-  std::vector<Hole> holes;
+  std::vector<coverage::CapGap> holes;     // what of the cap is open; empty without a cap
   struct Distances {
     double nearest = 0, median = 0, farthest = 0;  // from the subject's centre, world units
   };
@@ -91,13 +88,15 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field);
 
 // The one verdict on the light: at the end of a capture and of ulf info --check-light.
 LightCheck CheckLightOf(const LightField& light_field, Progress& progress);
-// What was found of clipped pixels and of the lamp.
-std::string ToText(const LightCheck& check);
-nlohmann::json ToJson(const LightCheck& check);
 // Keeps it with the light field, and puts it in place of what `light_field` knows of its light. Says where it cannot.
 void KeepLight(const LightCheck& check, LightField& light_field);
-// What a lamp that changed means and what to do; empty where none did.
-std::string LampAdvice(const LightCheck& check);
+// What was found of clipped pixels and of the lamp (ulf info --check-light).
+std::string ToText(const LightCheck& check, FrameSource source);
+nlohmann::json ToJson(const LightCheck& check);
+// What a lamp that changed means and what to do; empty where none did. `source`: of whoever took the views.
+std::string LampAdvice(const LightCheck& check, FrameSource source);
+// Who took a light field's views: a camera, or nobody who still can change anything (imported, replayed).
+FrameSource SourceOf(const LightField& light_field);
 
 // All that is known to be wrong: of the files, and by the checks.
 nlohmann::json DoubtsJson(const LightField& light_field);
@@ -106,5 +105,14 @@ std::string ToText(const MeasuredErrors& measured);
 nlohmann::json ToJson(const MeasuredErrors& measured);
 nlohmann::json ToJson(const LightFieldReport& report);
 std::string ToText(const LightFieldReport& report);
+
+// Of several light fields, the thesis's Table 6.1: views, capture time, angular range, average angle between neighbours;
+// and the share of the cap where one is measured.
+struct NamedReport {
+  std::string name;
+  LightFieldReport report;
+};
+std::string TableText(const std::vector<NamedReport>& reports);
+nlohmann::json TableJson(const std::vector<NamedReport>& reports);
 
 }  // namespace ulf::commands

@@ -14,6 +14,7 @@
 #include "commands/commands.h"
 #include "commands/light_field/coverage_change.h"
 #include "commands/light_field/geometry_report.h"
+#include "commands/light_field/light_field_report.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
@@ -115,7 +116,7 @@ int RunTakeBack(const TakeBackArgs& args) {
   }
   fmt::print("{}: taken back, kept in unposed/: {}; {} left\n", args.dir, ViewNumbers(asked),
              Counted(after.views.size(), "view"));
-  if (coverage) fmt::print("{}", ToText(*coverage, "that", args.dir));
+  if (coverage) fmt::print("{}", ToText(*coverage, SourceOf(before), args.dir));
   fmt::print("{}", OutdatedText(geometry_before, geometry, "the views before", after));
   return kOk;
 }

@@ -106,11 +106,11 @@ void PrintTable(const render::EvaluateSummary& summary) {
   }
   const int rim_views = summary.results.empty() ? 0 : summary.results.front().rim.views;
   if (rim_views == summary.held_out)
-    fmt::print("\nPSNR in dB, means over all {} left-out views: each of them lies on the rim of the hull.\n",
-               rim_views);
+    fmt::print("\nPSNR in dB, means over {}, all on the rim of the hull.\n",
+               Counted(rim_views, "left-out view"));
   else if (rim_views > 0)
-    fmt::print("\nPSNR in dB, means over the {} left-out views inside the hull; the {} on its rim apart.\n",
-               summary.held_out - rim_views, rim_views);
+    fmt::print("\nPSNR in dB, means over {} inside the hull; the {} on its rim apart.\n",
+               Counted(summary.held_out - rim_views, "left-out view"), rim_views);
 }
 
 int RunEvaluate(const EvaluateArgs& args) {

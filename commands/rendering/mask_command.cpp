@@ -132,9 +132,9 @@ std::string InWords(const render::TurntableMasks& masks) {
                          Counted(stand.views.size(), "view"), Degrees(stand.turned));
     constexpr double kWobbles = 0.5, kUnsteady = 2.5;  // pixels; guessed
     if (stand.shift_px > kUnsteady)
-      words +=
-          fmt::format("; it was moved by up to {:.1f} px meanwhile, masks may be off: let it stand still",
-                      stand.shift_px);
+      words += fmt::format(
+          "; it was moved by up to {:.1f} px meanwhile, masks may be off: the next time let it stand still",
+          stand.shift_px);
     else if (stand.shift_px > kWobbles)
       words += fmt::format("; it wobbled by up to {:.1f} px, which is evened out", stand.shift_px);
     words += "\n";

@@ -8,12 +8,14 @@
 
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
+#include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
 #include "commands/calibration/intrinsics_options.h"
 #include "commands/commands.h"
 #include "commands/number_checks.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
@@ -98,10 +100,13 @@ ReviewRun Review(const ReviewArgs& args, const render::RenderScene& scene, acqui
   run.shown.resize(scene.views.size());
   cv::Mat drawn(args.height, args.width, CV_8UC3, cv::Scalar::all(0));
   Progress progress("review", args.json);
+  acquisition::RepeatedEvents repeated;
   device.Start();
   while (!acquisition::IsOver(device.State()) && !StopOnSignal::Asked()) {
-    for (const acquisition::DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
+    for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
+      spdlog::warn("{}", line);
     const auto frame = device.Next(std::chrono::milliseconds(200));
+    if (!frame) acquisition::RequireLiveFrames(device);
     if (!frame || frame->status != FrameStatus::kComplete || frame->kind != FrameKind::kLive) continue;
     if (!locator)
       locator.emplace(acquisition::ResolveIntrinsics(device, args.intrinsics, frame->image.width(),

@@ -37,24 +37,22 @@ void RequireUsable(const LensUseArgs& args) {
   RequireWritable(args.calibration_output);
 }
 
-void WriteFoundLens(const LensUseArgs& args, const acquisition::DeviceInfo& info,
+void WriteFoundLens(const LensUseArgs& args, const acquisition::Device& device,
                     const std::optional<tracking::RefinedLens>& lens,
                     const std::optional<tracking::CalibrationCheck>& at_end, const std::string& command) {
   const std::string& path = args.calibration_output;
   if (path.empty()) return;
   if (at_end && at_end->no_lens_fits)
-    return spdlog::warn("{}: no calibration is written: {}", path, at_end->Advice());
+    return spdlog::warn("{}: no calibration is written: {}", path, at_end->Advice(device.Source()));
   if (!lens)
     return spdlog::warn(
         "{}: no calibration is written: what the images tell is within what counts as the given lens (1.5 % "
         "of the "
         "focal length, 4 % of distortion in the corners, 2 % of the width for the principal point). 'ulf "
-        "refine DIR "
-        "--intrinsics' on a capture finds smaller differences; so do views from nearer, farther and around, "
-        "for longer",
-        path);
+        "refine DIR --intrinsics' on a capture finds smaller differences{}",
+        path, IsTaken(device.Source()) ? "" : "; so do views from nearer, farther and around, for longer");
   const acquisition::ModeCalibration calibration{.camera = lens->camera};
-  acquisition::UpdateCalibration(path, acquisition::CameraIdentity::Of(info),
+  acquisition::UpdateCalibration(path, acquisition::CameraIdentity::Of(device.Info()),
                                  command + " --intrinsics refine", "live", calibration);
 }
 

@@ -23,7 +23,7 @@ void RequireUsable(const LensUseArgs& args);
 
 // Writes the lens that was found to args.calibration_output, if that is given; says so where none was found, and where
 // images contradict it still (`at_end`). `command`: "ulf track", for the file.
-void WriteFoundLens(const LensUseArgs& args, const acquisition::DeviceInfo& info,
+void WriteFoundLens(const LensUseArgs& args, const acquisition::Device& device,
                     const std::optional<tracking::RefinedLens>& lens,
                     const std::optional<tracking::CalibrationCheck>& at_end, const std::string& command);
 

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -313,6 +314,20 @@ std::vector<ModelChoice> Explained(const tracking::RefineResult& result) {
   return choices;
 }
 
+// Lengths as a person can tell what they are: in millimetres, else as shares of the views' distance from the subject.
+std::function<std::string(double)> LengthsOf(const LightField& light_field) {
+  if (light_field.units == "metres")
+    return [](double metres) { return fmt::format("{:.3f} mm", 1000 * metres); };
+  std::vector<double> distances;
+  if (light_field.subject)
+    for (const View& view : light_field.views)
+      distances.push_back((view.CenterInWorld() - light_field.subject->center_in_world).norm());
+  if (distances.empty()) return [](double length) { return fmt::format("{:.5f} units", length); };
+  return [distance = Median(std::move(distances))](double length) {
+    return fmt::format("{:.3f} % of the distance", 100 * length / distance);
+  };
+}
+
 void PrintText(const std::string& dir, const LightField& before, const tracking::RefineResult& result,
                const Unposed& unposed, const RefineArgs& args, const Cost& cost) {
   const PointStatistics points = StatisticsOf(result.points);
@@ -324,16 +339,15 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
   fmt::print(
       "reprojection error: {:.3f} px before, {:.3f} px after (root mean square; median {:.3f}, {:.3f})\n",
       result.rms_before_px, result.rms_after_px, result.median_before_px, result.median_after_px);
-  const std::string unit = before.units == "metres" ? "m" : "units";
+  const auto length = LengthsOf(before);
   fmt::print(
-      "cameras moved by {:.5f} {} (median; largest {:.5f}, view {}) and turned by {:.3f} degrees "
-      "(largest {:.3f})\n",
-      result.moved_median, unit, result.moved_max, before.views[At(std::max(0, result.moved_most))].id,
-      result.turned_median_deg, result.turned_max_deg);
+      "cameras moved by {} (median; largest {}, view {}) and turned by {:.3f} degrees (largest {:.3f})\n",
+      length(result.moved_median), length(result.moved_max),
+      before.views[At(std::max(0, result.moved_most))].id, result.turned_median_deg, result.turned_max_deg);
   if (result.center_sigma_max) {
     if (std::isfinite(*result.center_sigma_max))
-      fmt::print("they are known to {:.5f} {} (one standard deviation, median; largest {:.5f}, view {})\n",
-                 *result.center_sigma_median, unit, *result.center_sigma_max,
+      fmt::print("they are known to {} (one standard deviation, median; largest {}, view {})\n",
+                 length(*result.center_sigma_median), length(*result.center_sigma_max),
                  before.views[At(result.least_sure)].id);
     else
       fmt::print(
@@ -362,7 +376,8 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
   if (args.options.intrinsics && result.lens_fits.empty())
     fmt::print("the intrinsics stay: the images support no others\n");
   for (const tracking::CalibrationCheck& check : result.checks)
-    if (check.Wrong() && !args.options.intrinsics) fmt::print("{}\n", check.Advice());
+    if (check.Wrong() && !args.options.intrinsics)
+      fmt::print("{}: --intrinsics adjusts the lens together with the poses\n", check.Text());
   fmt::print("{:.1f} s, {:.0f} MiB at most\n", cost.seconds, cost.peak_mib);
 }
 
@@ -459,7 +474,7 @@ int RunRefine(const RefineArgs& args) {
           1000 * readout_s,
           std::ranges::count_if(before.views, [](const View& view) { return view.twist.has_value(); }),
           Counted(before.views.size(), "view"));
-    if (coverage) fmt::print("{}", ToText(*coverage, "refining", dir));
+    if (coverage) fmt::print("{}", ToText(*coverage, SourceOf(before), dir));
     fmt::print("{}", OutdatedText(geometry_before, geometry, "the poses before", recorded));
     if (args.explain) fmt::print("{}", ExplainedText(Explained(result)));
     if (errors) fmt::print("{}", ToText(*errors));

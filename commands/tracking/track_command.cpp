@@ -13,6 +13,7 @@
 
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
+#include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
 #include "commands/commands.h"
 #include "commands/explain.h"
@@ -25,6 +26,7 @@
 #include "commands/tracking/trajectory_plot.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
@@ -92,7 +94,7 @@ void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tra
   };
   const tracking::Track& track = sample.track;
   if (track.focal_ratio && !run.frames.back().track.focal_ratio)
-    spdlog::warn("{}", tracking::ZoomInWords(*track.focal_ratio));
+    spdlog::warn("{}", tracking::ZoomInWords(*track.focal_ratio, run.source));
   if (const int before = run.frames.empty() ? 0 : run.frames.back().track.lens_revision;
       track.lens_revision > before) {
     if (!run.wrong_lens_after_s) run.wrong_lens_after_s = after_s();
@@ -105,7 +107,7 @@ void NoteLens(const TrackedFrame& sample, const tracking::PoseSource& poses, tra
   const auto lens = poses.Statistics().calibration;
   if (!lens) return;
   run.wrong_lens_after_s = after_s();
-  spdlog::warn("{}", lens->Advice());
+  spdlog::warn("{}", lens->Advice(run.source));
 }
 
 // 0 where there is no pose, or the source follows no points.
@@ -124,10 +126,13 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   constexpr std::size_t kOrbEvery = 10;
   Progress progress("track", args.json);
+  acquisition::RepeatedEvents repeated;
   device.Start();
   while (!acquisition::IsOver(device.State()) && !StopOnSignal::Asked()) {
-    for (const acquisition::DeviceEvent& event : device.TakeEvents()) spdlog::warn("{}", event.text);
+    for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
+      spdlog::warn("{}", line);
     const auto frame = device.Next(std::chrono::milliseconds(200));
+    if (!frame) acquisition::RequireLiveFrames(device);
     if (!frame || frame->status != FrameStatus::kComplete || frame->kind != FrameKind::kLive) continue;
     if (!poses) {
       acquisition::IntrinsicsArgs intrinsics{args.calibration, std::nullopt};
@@ -163,15 +168,17 @@ void FollowFrames(const TrackArgs& args, const tracking::PosesSpec& spec, acquis
     run.frames.push_back(std::move(sample));
     const int count = static_cast<int>(run.frames.size());
     progress.Show(args.frames > 0 ? static_cast<double>(count) / args.frames : device.ShareDone().value_or(0),
-                  fmt::format("frame {}, {}", count, InWords(run.frames.back().track)));
+                  fmt::format("frame {}, {}", count, InWords(run.frames.back().track, run.source)));
     if (args.frames > 0 && count >= args.frames) break;
   }
+  for (const std::string& line : repeated.AtTheEnd()) spdlog::warn("{}", line);
 }
 
 Followed Follow(const TrackArgs& args, const tracking::PosesSpec& spec, acquisition::Device& device) {
   Followed followed;
   TrackRun& run = followed.run;
   run.deterministic = args.deterministic;
+  run.source = device.Source();
   std::unique_ptr<tracking::PoseSource> poses;
   try {
     FollowFrames(args, spec, device, poses, followed);
@@ -260,7 +267,7 @@ int RunTrack(const TrackArgs& args) {
     if (args.explain) fmt::print("{}", ExplainedText(Explained(run)));
   }
   std::fflush(stdout);
-  WriteFoundLens(args.lens, device->Info(), run.map.refined_lens, run.map.calibration, "ulf track");
+  WriteFoundLens(args.lens, *device, run.map.refined_lens, run.map.calibration, "ulf track");
   if (!args.plot.empty() && LivePoses(run) == 0)
     spdlog::warn("{}: not drawn, because no frame has a pose", args.plot);
   else if (!args.plot.empty())

@@ -167,7 +167,7 @@ std::string SizeLine(const tracking::TrackedSize& size) {
                      size.original_width, size.original_height, size.width, size.height);
 }
 
-std::string MapLine(const tracking::TrackerStatistics& map) {
+std::string MapLine(const tracking::TrackerStatistics& map, FrameSource source) {
   std::string text =
       fmt::format("map: {}, {}", Counted(map.keyframes, "keyframe"), Counted(map.map_points, "point"));
   if (map.loops > 0) text += fmt::format("; {} closed", Counted(map.loops, "loop"));
@@ -184,7 +184,7 @@ std::string MapLine(const tracking::TrackerStatistics& map) {
   if (map.rolling_shutter) text += map.rolling_shutter->InWords() + "\n";
   if (map.refined_lens)
     text += fmt::format("lens: {}, found from the images\n  {}\n", map.refined_lens->Text(), kLensSigmaWords);
-  if (map.calibration && map.calibration->Wrong()) text += map.calibration->Advice() + "\n";
+  if (map.calibration && map.calibration->Wrong()) text += map.calibration->Advice(source) + "\n";
   return text;
 }
 
@@ -197,7 +197,7 @@ std::string MostFrequentObstacle(const TrackRun& run) {
   if (frames.size() > 1) frames.erase(tracking::StartObstacle::kFirstView);
   const auto most = std::max_element(frames.begin(), frames.end(),
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
-  return fmt::format("{} (in {} of {})", tracking::Advice(most->first), most->second,
+  return fmt::format("{} (in {} of {})", tracking::Advice(most->first, run.source), most->second,
                      Counted(run.frames.size(), "frame"));
 }
 
@@ -413,7 +413,7 @@ std::string ToText(const TrackRun& run, const TrackErrors* errors) {
         100 * Quantile(counts.predicted, 0.5), 100 * Quantile(counts.predicted, 0.95), counts.unsure,
         counts.predicted.size());
   text += SizeLine(run.map.size);
-  if (run.map.keyframes > 0) text += MapLine(run.map);
+  if (run.map.keyframes > 0) text += MapLine(run.map, run.source);
   if (counts.longest_frame >= 0)
     text += fmt::format(
         "per frame: {:.1f} ms (95 %: {:.1f}; longest {:.1f}, frame {}){}, CPU {:.1f} ms (95 %: {:.1f})\n",

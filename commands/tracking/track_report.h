@@ -33,6 +33,7 @@ struct GivenPoses {
 };
 
 struct TrackRun {
+  FrameSource source = FrameSource::kCamera;
   bool deterministic = false;  // mapping ran inside the frames
   std::vector<TrackedFrame> frames;
   std::vector<double> orb_cpu_ms;  // cv::ORB with 1000 features on some of the frames

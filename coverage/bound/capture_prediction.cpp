@@ -38,13 +38,30 @@ std::string InWords(const ViewsEstimate& views) {
                      rounded(views.fewest), rounded(views.most));
 }
 
+TimeEstimate TimeEstimate::Of(const ViewsEstimate& views, double disc_radius) {
+  const double rows_deg = views.usual * Degrees(disc_radius);
+  const double experienced_s = 0.075 * rows_deg + 0.117 * views.usual;
+  const double novice_s = 0.022 * rows_deg + 0.39 * views.usual;
+  const auto [quick_s, slow_s] = std::minmax(experienced_s, novice_s);
+  return {.usual_s = 0.5 * (quick_s + slow_s), .least_s = 0.8 * quick_s, .most_s = 1.33 * slow_s};
+}
+
+std::string InWords(const TimeEstimate& time) {
+  const auto minutes = [](double seconds) {
+    return seconds < 600 ? fmt::format("{:.1f}", seconds / 60) : fmt::format("{:.0f}", seconds / 60);
+  };
+  return fmt::format("about {} min ({} to {} min)", minutes(time.usual_s), minutes(time.least_s),
+                     minutes(time.most_s));
+}
+
 std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
                                          double share) {
   if (!(setup.distance > setup.radius)) return std::nullopt;
   const auto disc_radius = DiscRadius(setup);
   const auto window = DistanceWindow(setup);
   if (!disc_radius || !window) return std::nullopt;
-  CapturePrediction prediction{.disc_radius = *disc_radius, .nearest = {}, .farthest = {}, .views = {}};
+  CapturePrediction prediction{
+      .distance = setup.distance, .disc_radius = *disc_radius, .nearest = {}, .farthest = {}, .views = {}};
   if (window->near) prediction.nearest = *window->near * setup.distance;
   if (window->far) prediction.farthest = *window->far * setup.distance;
   if (cap) prediction.views = ViewsEstimate::Of(*cap, *disc_radius, share);
@@ -52,31 +69,49 @@ std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std:
 }
 
 std::optional<std::string> ThresholdWarning(const CapturePrediction& prediction,
-                                            const std::optional<Cap>& cap) {
+                                            const std::optional<Cap>& cap, FrameSource source) {
   constexpr double kMostViews = 100'000;  // guessed
-  constexpr char kWayOut[] = "ask for a smaller cap, a larger threshold, a smaller subject or more distance";
+  const char* way_out = IsTaken(source)
+                            ? "ask for a smaller cap, a larger threshold or a smaller subject"
+                            : "ask for a smaller cap, a larger threshold, a smaller subject or more distance";
   if (prediction.views && prediction.views->usual > kMostViews)
     return fmt::format("{} for this cap: more than a person can take; {}", InWords(*prediction.views),
-                       kWayOut);
+                       way_out);
   const double finest = CoverageMap::FinestDiscRadius(cap.value_or(Cap::WholeSphere()));
   if (prediction.disc_radius < finest)
     return fmt::format(
         "one view covers {:.2g}°, less than the coverage map of such a cap can show ({:.2g}°): small gaps "
         "will not be seen; {}",
-        Degrees(prediction.disc_radius), Degrees(finest), kWayOut);
+        Degrees(prediction.disc_radius), Degrees(finest), way_out);
   return std::nullopt;
 }
 
-std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric) {
-  const std::string from = metric ? " m from the subject's centre" : " units from the subject's centre";
-  std::string stay = "any distance works";
-  if (prediction.nearest && prediction.farthest)
-    stay = fmt::format("stay {:.2f} to {:.2f}", *prediction.nearest, *prediction.farthest) + from;
-  else if (prediction.nearest)
-    stay = fmt::format("stay at least {:.2f}", *prediction.nearest) + from;
-  else if (prediction.farthest)
-    stay = fmt::format("stay at most {:.2f}", *prediction.farthest) + from;
-  const std::string covers = fmt::format("one covers {:.1f}° around it", Degrees(prediction.disc_radius));
+std::string DistancesInWords(const std::optional<double>& nearest_share,
+                             const std::optional<double>& farthest_share, FrameSource source) {
+  if (!nearest_share && !farthest_share) return "any distance works";
+  const char* verb = IsTaken(source) ? "it serves" : "keep";
+  constexpr char kOf[] = "of the first distance";
+  if (nearest_share && farthest_share)
+    return fmt::format("{} {:.2f} to {:.2f} {}", verb, *nearest_share, *farthest_share, kOf);
+  return nearest_share ? fmt::format("{} at least {:.2f} {}; farther is fine", verb, *nearest_share, kOf)
+                       : fmt::format("{} at most {:.2f} {}; closer is fine", verb, *farthest_share, kOf);
+}
+
+std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric,
+                    FrameSource source) {
+  const auto share = [&](const std::optional<double>& distance) {
+    return distance ? std::optional(*distance / prediction.distance) : std::nullopt;
+  };
+  std::string stay = DistancesInWords(share(prediction.nearest), share(prediction.farthest), source);
+  if (metric && (prediction.nearest || prediction.farthest)) {
+    const std::string range =
+        !prediction.farthest  ? fmt::format("at least {:.2f}", *prediction.nearest)
+        : !prediction.nearest ? fmt::format("at most {:.2f}", *prediction.farthest)
+                              : fmt::format("{:.2f} to {:.2f}", *prediction.nearest, *prediction.farthest);
+    stay = fmt::format("{} {} m from the subject's centre", IsTaken(source) ? "it serves" : "stay", range);
+  }
+  const std::string covers =
+      fmt::format("one view covers {:.1f}° around it", Degrees(prediction.disc_radius));
   return prediction.views ? fmt::format("{} at {:g} px within the cap, more if you go beyond it; {}; {}",
                                         InWords(*prediction.views), threshold_px, covers, stay)
                           : fmt::format("views at {:g} px: {}; {}", threshold_px, covers, stay);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/geometry/camera_model.h"
+#include "core/image/frame_source.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"
 #include "coverage/bound/criterion.h"
@@ -27,7 +28,19 @@ struct ViewsEstimate {
 };
 std::string InWords(const ViewsEstimate& views);  // "about 140 views (120 to 180)"
 
+// How long somebody takes for so many views who goes where guidance points, with a camera of 15 frames a second or more.
+// The rows are as long as the views' number times the disc's radius; an experienced hand takes 0.075 s for each degree of
+// them and 0.117 s for each view, a novice 0.022 and 0.39 s (through the medians of docs/guidance.md, "With and without
+// guidance": 36 to 123 and 39 to 220 s). `usual` is between the two, the spread a fifth below the first and a third above
+// the second, as the seeds scatter there. Not for photographs, of which each camera takes its own time.
+struct TimeEstimate {
+  double usual_s = 0, least_s = 0, most_s = 0;
+  static TimeEstimate Of(const ViewsEstimate& views, double disc_radius);
+};
+std::string InWords(const TimeEstimate& time);  // "about 1.0 min (0.6 to 1.5 min)"
+
 struct CapturePrediction {
+  double distance = 0;     // of the first view from the subject's centre, world units
   double disc_radius = 0;  // what one view covers around it, radians
   // From the subject's centre, world units: what views at `distance` still cover. None: no limit.
   std::optional<double> nearest, farthest;
@@ -37,7 +50,7 @@ struct CapturePrediction {
 // A warning, with what to change, when the cap takes more views than anybody records, or when discs are too
 // small for the coverage map's grid. None: no warning.
 std::optional<std::string> ThresholdWarning(const CapturePrediction& prediction,
-                                            const std::optional<Cap>& cap);
+                                            const std::optional<Cap>& cap, FrameSource source);
 
 // The camera at `distance` from the subject's centre, in pixels of the coverage image.
 CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const Subject& subject,
@@ -48,8 +61,14 @@ CriterionSetup SetupAt(const CameraModel& camera, int coverage_width_px, const S
 std::optional<CapturePrediction> Predict(const CriterionSetup& setup, const std::optional<Cap>& cap,
                                          double share);
 
-// "about 140 views (120 to 180) at 12 px; stay 0.85 to 1.20 m from the subject's centre": a line for the
-// operator.
-std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric);
+// "keep at least 0.68 of the first distance; farther is fine". The shares that views still cover; none: no limit.
+std::string DistancesInWords(const std::optional<double>& nearest_share,
+                             const std::optional<double>& farthest_share, FrameSource source);
+
+// "about 140 views (120 to 180) at 12 px; stay 0.85 to 1.20 m from the subject's centre": a line for the operator, in
+// shares of the first distance where world units are no metres. Nobody is told to stay anywhere where pictures are taken
+// already.
+std::string InWords(const CapturePrediction& prediction, double threshold_px, bool metric,
+                    FrameSource source);
 
 }  // namespace ulf::coverage

@@ -65,6 +65,8 @@ std::vector<const ErrorMap::Part*> ErrorMap::Parts() const {
   return parts;
 }
 
+const char* QualityInWords(double db) { return db >= kGoodDb ? "good" : db >= kFairDb ? "fair" : "poor"; }
+
 ErrorSummary Summarize(const ErrorMap& map, double goal_db) {
   ErrorSummary summary;
   std::vector<double> db, db_outside, px;

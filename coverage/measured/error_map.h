@@ -82,6 +82,12 @@ struct ErrorSummary {
 };
 ErrorSummary Summarize(const ErrorMap& map, double goal_db);
 
+// "good", "fair" or "poor": what viewers call pictures of that peak signal-to-noise ratio, by the usual correspondence with
+// the scale of mean opinion scores of ITU-R BT.500 (Klaue, Rathke, Wolisz: EvalVid, 2003), which says "good" from 31 dB,
+// "fair" from 25 dB; its "excellent" is good, its "bad" is poor.
+inline constexpr double kGoodDb = 31, kFairDb = 25;
+const char* QualityInWords(double db);
+
 // As they are kept with the light field: measurable directions, each with Part::DbNow() and
 // the angle that it belongs to.
 MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, double goal_db,

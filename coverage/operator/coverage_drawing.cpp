@@ -12,6 +12,7 @@
 
 #include "core/base/counted.h"
 #include "core/geometry/angles.h"
+#include "coverage/bound/gap_words.h"
 #include "coverage/operator/overlay.h"
 #include "coverage/operator/palette.h"
 
@@ -68,8 +69,6 @@ cv::Vec3f Paint(const render::Rgba& color) {
 Vector3d DirectionOf(const CoverageMap& map, const Vector3d& position_in_world) {
   return (position_in_world - map.subject().center_in_world).normalized();
 }
-
-double SquareDegrees(const CoverageHole& hole) { return hole.solid_angle_sr * Degrees(1) * Degrees(1); }
 
 void TextUpwards(cv::Mat& image, const std::string& text, const Vector2d& middle, double size,
                  const cv::Scalar& color) {
@@ -165,23 +164,24 @@ void DrawGraticule(cv::Mat& canvas, const Chart& chart) {
   TextUpwards(canvas, "elevation, degrees (up)", {14, chart.area.y + 0.5 * chart.area.height}, 0.45, kInk);
 }
 
-// The numbers of the largest holes, and a line with their sizes and places, as `ulf info` has them.
-std::string NumberHoles(cv::Mat& canvas, const Chart& chart, const CoverageMap& map,
-                        const std::vector<CoverageHole>& holes) {
+constexpr char kDegree[] = " degrees";  // the font has no sign for it
+
+// The numbers of the largest gaps, and a line with their places, as `ulf info` has them.
+std::string NumberGaps(cv::Mat& canvas, const Chart& chart, const std::vector<CapGap>& gaps) {
   constexpr std::size_t kNumbered = 3;
   std::string line;
-  for (std::size_t i = 0; i < std::min(kNumbered, holes.size()); ++i) {
-    const CapFrame::Angles at = map.frame()->Of(holes[i].direction);
+  for (std::size_t i = 0; i < std::min(kNumbered, gaps.size()); ++i) {
+    const double azimuth = Radians(gaps[i].azimuth_deg), elevation = Radians(gaps[i].elevation_deg);
     const std::string number = fmt::format("{}", i + 1);
-    // Beside it, towards the middle of the chart: a small hole is smaller than its number.
-    const Vector2d hole = chart.ImgOf(at.azimuth, at.elevation);
-    const Vector2d img = hole + Vector2d(at.azimuth > 0 ? -14 : 14, at.elevation > 0 ? 14 : -14);
+    // Beside it, towards the middle of the chart: a small gap is smaller than its number.
+    const Vector2d img =
+        chart.ImgOf(azimuth, elevation) + Vector2d(azimuth > 0 ? -14 : 14, elevation > 0 ? 14 : -14);
     Disc(canvas, img, 9, kWhite);
     Text(canvas, number, img + Vector2d(0, 5), 0.45, kInk, 0.5);
-    line += fmt::format("{}{}: {:.1f} at {:.0f}, {:.0f}", i == 0 ? "" : "; ", number, SquareDegrees(holes[i]),
-                        Degrees(at.azimuth), Degrees(at.elevation));
+    line += fmt::format("{}{}: {:.0f}, {:.0f}", i == 0 ? "their azimuth, elevation, degrees: " : "; ", number,
+                        gaps[i].azimuth_deg, gaps[i].elevation_deg);
   }
-  if (holes.size() > kNumbered) line += fmt::format("; {} smaller", holes.size() - kNumbered);
+  if (gaps.size() > kNumbered) line += fmt::format("; {} smaller", gaps.size() - kNumbered);
   return line;
 }
 
@@ -292,8 +292,8 @@ cv::Mat NothingRecorded(int width) {
 cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& picture) {
   if (!map.frame()) return NothingRecorded(picture.width);
   const Chart chart = LayOut(map, picture.width);
-  const std::vector<CoverageHole> holes = map.options().cap ? map.Holes() : std::vector<CoverageHole>{};
-  cv::Mat canvas(static_cast<int>(chart.area.br().y) + kLegendAt + kLine * (holes.empty() ? 1 : 3) + 16,
+  const std::vector<CapGap> gaps = map.options().cap ? GapsOf(map) : std::vector<CapGap>{};
+  cv::Mat canvas(static_cast<int>(chart.area.br().y) + kLegendAt + kLine * (gaps.empty() ? 1 : 3) + 16,
                  picture.width, CV_8UC3, cv::Scalar::all(250));
   std::optional<Vector3d> camera_in_world;
   if (picture.cam_from_world) camera_in_world = picture.cam_from_world->OriginInSource();
@@ -322,15 +322,10 @@ cv::Mat DrawCoverageMap(const CoverageMap& map, const CoverageMapPicture& pictur
               caption;
   Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
   DrawLegend(canvas, chart, camera_in_world.has_value());
-  if (holes.empty()) return canvas;
-  double open_deg2 = 0;
-  for (const CoverageHole& hole : holes) open_deg2 += SquareDegrees(hole);
+  if (gaps.empty()) return canvas;
   const Vector2d below_legend(chart.area.x, chart.area.br().y + kLegendAt + 2 * kLine);
-  Text(canvas,
-       fmt::format("{}, {:.1f} square degrees in all; the largest, at azimuth, elevation:",
-                   Counted(holes.size(), "hole"), open_deg2),
-       below_legend, 0.42, kInk);
-  Text(canvas, NumberHoles(canvas, chart, map, holes), below_legend + Vector2d(0, kLine), 0.42, kInk);
+  Text(canvas, InWords(gaps, *map.options().cap, kDegree), below_legend, 0.42, kInk);
+  Text(canvas, NumberGaps(canvas, chart, gaps), below_legend + Vector2d(0, kLine), 0.42, kInk);
   return canvas;
 }
 
@@ -375,9 +370,12 @@ cv::Mat DrawErrorMap(const CoverageMap& map, const ErrorMap& errors, double goal
   const std::string caption =
       summary.directions == 0
           ? std::string("nothing could be measured")
-          : fmt::format("{:.1f} dB in the middle of {}, {:.1f} in the worst tenth; {} below {:g} dB",
-                        summary.median_db, Counted(summary.directions, "direction"), summary.worst_tenth_db,
-                        summary.failing, goal_db);
+          : fmt::format(
+                "picture quality: {} ({:.1f} dB, median of {}), {} ({:.1f} dB) in the worst tenth; {} below "
+                "{:g} dB",
+                QualityInWords(summary.median_db), summary.median_db,
+                Counted(summary.directions, "direction"), QualityInWords(summary.worst_tenth_db),
+                summary.worst_tenth_db, summary.failing, goal_db);
   Text(canvas, caption, {chart.area.x, 26}, 0.55, kInk);
   double y = chart.area.br().y + kLegendAt, x = chart.area.x;
   constexpr double kStep_db = 3;

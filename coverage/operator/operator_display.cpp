@@ -277,9 +277,13 @@ void OperatorDisplay::DrawSubjectTool(const CaptureState& state, const Panels& p
   if (!state.cam_from_world)
     panels.TrackingHelp(state);
   else if (!draft)
-    panels.Instruction("centre the subject in the picture, then press C", palette().guide);
+    panels.Instruction(IsTaken(state.source) ? "press C while the subject is in the middle of the picture"
+                                             : "centre the subject in the picture, then press C",
+                       palette().guide);
   else if (subject_tool_.shows_aperture() && spread_.pictures().size() < options_.aperture_pictures)
-    panels.Instruction("move the camera a little: the aperture needs pictures", palette().guide);
+    panels.Instruction(IsTaken(state.source) ? "the aperture needs more pictures"
+                                             : "move the camera a little: the aperture needs pictures",
+                       palette().guide);
 }
 
 // By the renderer; until it can, by the nearest pictures over one plane.
@@ -310,7 +314,10 @@ std::vector<render::TableRow> OperatorDisplay::ReviewRows(
   if (virtual_camera && state.errors)
     if (const ErrorMap::Part* here = state.errors->At(virtual_camera->cam_from_world.OriginInSource() -
                                                       state.subject->center_in_world))
-      rows.push_back({{}, "measured", fmt::format("{:.0f} dB here{}", here->DbNow(), CauseHere(*here))});
+      rows.push_back({{},
+                      "measured",
+                      fmt::format("{} here ({:.0f} dB){}", QualityInWords(here->DbNow()), here->DbNow(),
+                                  CauseHere(*here))});
   rows.push_back({{}, "control", kControls[static_cast<int>(review_.control())]});
   rows.push_back({{}, "marked", marked_view_ ? fmt::format("view {}", *marked_view_) : "none"});
   AddKeys(kKeysInReview, rows);

@@ -49,12 +49,19 @@ std::vector<render::StatusItem> StatusLine(const CaptureState& state, std::uint6
                      *state.exposure_locked ? render::ink::kText : render::ink::kCareful});
   for (const NoticedMistake& noticed : state.mistakes)
     if (noticed.IsSeenAt(state.seconds)) items.push_back({Name(noticed.mistake), render::ink::kCareful});
-  if (!state.reopened.empty()) items.push_back({"some reopened", render::ink::kCareful});
+  if (!state.reopened.empty())
+    items.push_back(
+        {fmt::format("{} {}",
+                     state.reopened_share < 0.01 ? "less than 1 %"
+                                                 : fmt::format("{:.0f} %", 100 * state.reopened_share),
+                     IsTaken(state.source) ? "is open again" : "must be taken again"),
+         render::ink::kCareful});
   if (state.errors) {
     const ErrorSummary errors = Summarize(*state.errors, state.cover.db);
     if (errors.directions > 0)
-      items.push_back({fmt::format("{:.0f} dB", errors.median_db),
-                       errors.failing > 0 ? render::ink::kCareful : render::ink::kText});
+      items.push_back(
+          {fmt::format("picture quality: {} ({:.0f} dB)", QualityInWords(errors.median_db), errors.median_db),
+           errors.failing > 0 ? render::ink::kCareful : render::ink::kText});
   }
   if (!state.recording)
     items.push_back({state.waits_to_begin ? "not begun" : "paused", render::ink::kCareful});
@@ -69,7 +76,7 @@ std::vector<LegendMark> LegendMarks(const CaptureState& state, const Palette& pa
   std::vector<LegendMark> marks{{palette.camera, "the camera now"}};
   if (state.guidance.toward) marks.push_back({palette.guide, "where to go next"});
   if (!state.guidance.left_open.empty()) marks.push_back({palette.guide, "dots: you pass these by"});
-  if (!state.reopened.empty()) marks.push_back({palette.reopened, "reopened"});
+  if (!state.reopened.empty()) marks.push_back({palette.reopened, "must be taken again"});
   return marks;
 }
 

@@ -9,19 +9,14 @@
 
 #include "core/base/at.h"
 #include "core/geometry/angles.h"
+#include "coverage/bound/gap_words.h"
 
 namespace ulf::coverage {
 namespace {
 
-std::string LargestHoleInWords(const CoverageMap& map) {
-  const std::vector<CoverageHole> holes = map.Holes();
-  if (holes.empty() || !map.frame()) return "";
-  const CapFrame::Angles at = map.frame()->Of(holes[0].direction);
-  const auto side = [](double radians, const char* positive, const char* negative) {
-    return fmt::format("{:.0f}° {}", Degrees(std::abs(radians)), radians < 0 ? negative : positive);
-  };
-  return fmt::format(", mostly {} and {} of the first view", side(at.azimuth, "right", "left"),
-                     side(at.elevation, "up", "down"));
+std::string LargestGapInWords(const CoverageMap& map) {
+  const std::vector<CapGap> gaps = GapsOf(map);
+  return gaps.empty() ? "" : ", mostly " + PlaceInWords(gaps[0]);
 }
 
 }  // namespace
@@ -90,15 +85,13 @@ std::optional<std::string> CapWatch::After(const CoverageMap& map, const Eigen::
                           degrees.x(), degrees.y(), 100 * share_);
   }
   const double open = 1 - covered;
-  if (turns_)
-    return fmt::format(
-        "no new coverage in a whole turn of the table; {:.{}f} % still open{}: set the camera higher or "
-        "lower. Or finish "
-        "now, or {}",
-        100 * open, open < 0.1 ? 1 : 0, LargestHoleInWords(map), smaller);
+  const char* to_do = IsTaken(source_) ? "; "
+                      : turns_         ? ": set the camera higher or lower. Or finish now, or "
+                                       : ". Finish now, or ";
   return fmt::format(
-      "no new coverage in the last {:.0f}° of movement; {:.{}f} % still open{}. Finish now, or {}",
-      Degrees(moved_), 100 * open, open < 0.1 ? 1 : 0, LargestHoleInWords(map), smaller);
+      "no new coverage in {}; {:.{}f} % still open{}{}{}",
+      turns_ ? "a whole turn of the table" : fmt::format("the last {:.0f}° of movement", Degrees(moved_)),
+      100 * open, open < 0.1 ? 1 : 0, LargestGapInWords(map), to_do, smaller);
 }
 
 }  // namespace ulf::coverage

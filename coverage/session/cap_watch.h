@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/geometry/angles.h"
+#include "core/image/frame_source.h"
 #include "coverage/bound/coverage_map.h"
 
 namespace ulf::coverage {
@@ -25,8 +26,8 @@ class CapWatch {
     double whole_turn = 1.1 * 2 * M_PI;  // of a turntable
   };
   // `share` of the cap ends the capture. `turns`: the subject does, before a camera that stands; then only whole turns
-  // without a gain count.
-  explicit CapWatch(double share, bool turns = false) : share_(share), turns_(turns) {}
+  // without a gain count. `source`: only a camera in the hand is told where to go.
+  CapWatch(double share, bool turns, FrameSource source) : share_(share), turns_(turns), source_(source) {}
   // Call after every frame with a pose. `would_record`: only coverage decided whether the frame became a view
   // (not a pause, a full disk, blur); only then movement without a gain counts. Returns a line for the
   // operator, at most once between two gains.
@@ -36,6 +37,7 @@ class CapWatch {
  private:
   const double share_;
   const bool turns_;
+  const FrameSource source_;
   const Options options_{};
   double most_covered_ = 0;
   std::optional<Eigen::Vector3d> from_;  // where the present step began

@@ -45,14 +45,16 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
                .deterministic = options.deterministic,
                .geometry = GeometryFor(options),
                .cover = options.cover,
-               .lens_may_change = options.lens == tracking::LensUse::kRefine},
+               .lens_may_change = options.lens == tracking::LensUse::kRefine,
+               .source = source_},
               say_),
       outlook_(say_),
       subject_(record_, outlook_, poses_, lens_,
                {.size = options.subject_size,
                 .rectangle_share = options.limits.rectangle_share,
                 .stable_frames = options.stable_frames,
-                .stands_on = options.turntable ? std::optional(options.turntable->Middle()) : std::nullopt},
+                .stands_on = options.turntable ? std::optional(options.turntable->Middle()) : std::nullopt,
+                .source = source_},
                say_),
       gaps_(record_.spool(), say_),
       recorder_(device_, poses_, lens_, record_, std::move(light),
@@ -69,7 +71,7 @@ RunningCapture::RunningCapture(acquisition::Device& device, const CameraModel& c
                         .threshold_px = options.threshold_px,
                         .cap = options.cap,
                         .until_share = options.until_share}) {
-  if (options.turntable) turntable_.emplace(options.turntable->Text());
+  if (options.turntable) turntable_.emplace(options.turntable->Text(), source_);
 }
 
 void RunningCapture::AnnouncePrediction() {
@@ -78,7 +80,7 @@ void RunningCapture::AnnouncePrediction() {
   const double distance = (*latest_.track.cam_from_world * subject.center_in_world).norm();
   outlook_.Expect(
       SetupAt(lens_.recorded(), options_.coverage_width_px, subject, distance, options_.threshold_px),
-      options_.cap, options_.until_share, poses_.IsMetric());
+      options_.cap, options_.until_share, poses_.IsMetric(), source_);
 }
 
 // Before anything else looks at a frame: what knows poses by another lens must not meet poses by this one.
@@ -87,7 +89,7 @@ void RunningCapture::FollowLens(const tracking::Track& track) {
   // What is replaced before the next frame needs no warning.
   if (!lens_.contradicted() || lens_doubted_ || options_.lens == tracking::LensUse::kRefine) return;
   lens_doubted_ = true;
-  Say(lens_.contradicted()->Advice());
+  Say(lens_.contradicted()->Advice(source_));
 }
 
 void RunningCapture::GoOverToLensFrom(const CameraModel& before, bool last) {
@@ -113,7 +115,7 @@ void RunningCapture::GoOverToLensFrom(const CameraModel& before, bool last) {
 void RunningCapture::NoteZoom(const tracking::Track& track) {
   if (track.state != tracking::TrackState::kTracking || track.focal_ratio.has_value() == zoom_moved_) return;
   zoom_moved_ = track.focal_ratio.has_value();
-  Say(zoom_moved_ ? tracking::ZoomInWords(*track.focal_ratio) + "; nothing is recorded meanwhile"
+  Say(zoom_moved_ ? tracking::ZoomInWords(*track.focal_ratio, source_) + "; nothing is recorded meanwhile"
                   : "the zoom is back");
 }
 
@@ -146,7 +148,8 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
     return static_cast<double>(camera.width) * static_cast<double>(camera.height);
   };
   const double view_per_frame = pixels(lens_.recorded()) / pixels(lens_.live());
-  outlook_.Check({.calibrated = options_.calibrated,
+  outlook_.Check({.source = source_,
+                  .calibrated = options_.calibrated,
                   .calibration_source = options_.calibration_source,
                   .lens_is_sought = options_.lens == tracking::LensUse::kRefine,
                   .lens_found = lens_.found(),
@@ -211,9 +214,10 @@ void RunningCapture::Say(const std::string& text) {
 }
 
 void RunningCapture::TakeEvents() {
-  for (const acquisition::DeviceEvent& event : device_.TakeEvents()) {
+  const std::vector<acquisition::DeviceEvent> events = device_.TakeEvents();
+  for (const std::string& line : repeated_.After(events, EpochSeconds())) Say(line);
+  for (const acquisition::DeviceEvent& event : events) {
     ++summary_.events[Name(event.kind)];
-    Say(event.text);
     if (event.kind == acquisition::DeviceEventKind::kFaulted && meters_.last_time_s())
       gaps_.DeviceFaulted(*meters_.last_time_s(), event.text);
   }
@@ -244,6 +248,8 @@ std::string RunningCapture::DeviceProblem() const {
 
 SharedCaptureState RunningCapture::State() {
   auto state = std::make_shared<CaptureState>();
+  state->source = source_;
+  state->metric = poses_.IsMetric();
   state->frames = summary_.frames;
   state->device_time_s = meters_.last_time_s().value_or(0);
   state->frames_per_s = meters_.FramesPerS();
@@ -256,10 +262,11 @@ SharedCaptureState RunningCapture::State() {
   state->recorded_camera = lens_.recorded();
   state->takes_stills = options_.still_camera.has_value();
   state->tracking = track.state;
-  if (track.turn)
+  if (track.turn && !IsTaken(source_))
     state->turned =
         CameraTurn{last_turn_ ? *track.turn * last_turn_->conjugate() : *track.turn, last_turn_.has_value()};
-  if (track.state != tracking::TrackState::kTracking) state->tracking_words = InWords(track, state->turned);
+  if (track.state != tracking::TrackState::kTracking)
+    state->tracking_words = InWords(track, state->turned, source_);
   state->cam_from_world = track.cam_from_world;
   state->start = track.start;
   if (track.cam_from_world) state->points = poses_.VisiblePoints();
@@ -369,7 +376,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
     std::optional<CriterionView> here;
     if (track.cam_from_world && subject_.IsPlaced())
       here = CriterionView::From(lens_.recorded(), *track.cam_from_world, options_.coverage_width_px);
-    latest_.guidance = guide_.After(record_.map().get(), here, now_s);
+    if (!IsTaken(source_)) latest_.guidance = guide_.After(record_.map().get(), here, now_s);
     Show(hooks_.after_frame);
   }
   // Also after frames that were not recorded: corrected poses, a new subject or a resumed capture may cover it.
@@ -379,6 +386,7 @@ std::optional<StoppedBecause> RunningCapture::TakeFrame() {
 }
 
 void RunningCapture::Close() {
+  for (const std::string& line : repeated_.AtTheEnd()) Say(line);
   SayClosing("the last adjustment of poses and points");
   try {
     poses_.Finish();
@@ -453,6 +461,7 @@ CaptureSummary RunningCapture::Run() {
   summary_.brackets = recorder_.brackets();
   summary_.kept_apart = recorder_.kept_apart();
   summary_.stopped_because = *ended_;
+  summary_.source = source_;
   Close();
   if (failure) std::rethrow_exception(failure);
   summary_.device = device_.Statistics();

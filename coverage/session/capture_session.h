@@ -113,6 +113,7 @@ struct MeasuredSummary {
 };
 
 struct CaptureSummary {
+  FrameSource source = FrameSource::kCamera;
   std::uint64_t frames = 0;      // complete frames that were processed; the device counts the others
   std::uint64_t recorded = 0;    // views of this session that are in the light field
   std::uint64_t taken_back = 0;  // views that were removed on request

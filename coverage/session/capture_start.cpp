@@ -146,6 +146,7 @@ bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const 
   while (std::chrono::steady_clock::now() < until && !stop()) {
     auto frame = device.Next(std::chrono::milliseconds(200));
     for (const acquisition::DeviceEvent& event : device.TakeEvents()) fmt::print(stderr, "{}\n", event.text);
+    if (!frame) acquisition::RequireLiveFrames(device);
     if (!frame && acquisition::IsOver(device.State())) break;
     if (!frame) continue;
     const bool live = frame->kind == FrameKind::kLive;
@@ -154,6 +155,7 @@ bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const 
     if (live) return true;
   }
   if (stop()) return false;
+  if (IsTaken(device.Source())) throw Error("{}: not one picture of it is complete; give another one", uri);
   throw Error("{}: the device gave no complete frame; 'ulf devices' shows what is known about it", uri);
 }
 

@@ -11,9 +11,9 @@
 namespace ulf::coverage {
 namespace {
 
-std::string Part(double amount, const char* unit, const char* forward, const char* backward) {
-  if (std::abs(amount) < 1) return {};
-  return fmt::format("{:.0f}{} {}", std::abs(amount), unit, amount > 0 ? forward : backward);
+std::string Part(double degrees, const char* forward, const char* backward) {
+  if (std::abs(degrees) < 1) return {};
+  return fmt::format("{:.0f}° {}", std::abs(degrees), degrees > 0 ? forward : backward);
 }
 
 // How far `there` is from `here` about the axis and along it, degrees: counterclockwise as seen from above, and up.
@@ -40,18 +40,28 @@ const char* Name(StoppedBecause why) {
   return kNames[static_cast<std::size_t>(why)];
 }
 
+std::string LengthToGo(const CaptureState& state, double from_distance, double to_distance) {
+  const double length = std::abs(to_distance - from_distance);
+  if (!state.metric) return fmt::format("{:.0f} %", 100 * length / from_distance);
+  if (length < 0.01) return fmt::format("{:.0f} mm", 1000 * length);
+  return length < 1 ? fmt::format("{:.0f} cm", 100 * length) : fmt::format("{:.1f} m", length);
+}
+
 std::string WayInWords(const CaptureState& state) {
-  if (!state.cam_from_world || !state.subject || !state.guidance.toward) return {};
+  if (IsTaken(state.source) || !state.cam_from_world || !state.subject || !state.guidance.toward) return {};
   const Eigen::Vector3d offset = state.cam_from_world->OriginInSource() - state.subject->center_in_world;
   const double distance = offset.norm();
   if (!(distance > 0)) return {};
   const Eigen::Vector3d here = offset / distance, there = *state.guidance.toward;
   const double wanted = state.guidance.distance;
-  const std::string farther = Part(wanted > 0 ? 100 * (wanted / distance - 1) : 0, " %", "back", "nearer");
+  constexpr double kWorthSaying = 0.01;  // of the distance
+  std::string farther;
+  if (wanted > 0 && std::abs(wanted / distance - 1) >= kWorthSaying)
+    farther = LengthToGo(state, distance, wanted) + (wanted > distance ? " back" : " nearer");
   if (state.table_up_in_world) {
     const Eigen::Vector2d to_go = AboutAxis(*state.table_up_in_world, here, there);
-    const std::string turn = Part(to_go.x(), "°", "clockwise", "counterclockwise"),
-                      rise = Part(to_go.y(), "°", "up", "down");
+    const std::string turn = Part(to_go.x(), "clockwise", "counterclockwise"),
+                      rise = Part(to_go.y(), "up", "down");
     return Joined({turn.empty() ? "" : "turn the table " + turn, rise.empty() ? "" : "the camera " + rise,
                    farther.empty() ? "" : "the camera " + farther});
   }
@@ -59,7 +69,7 @@ std::string WayInWords(const CaptureState& state) {
   if (!(along.norm() > 0)) return {};
   const double degrees = Degrees(std::atan2(along.norm(), here.dot(there)));
   const Eigen::Vector3d in_cam = degrees * (state.cam_from_world->rotation * along.normalized());
-  return Joined({Part(in_cam.x(), "°", "right", "left"), Part(in_cam.y(), "°", "down", "up"), farther});
+  return Joined({Part(in_cam.x(), "right", "left"), Part(in_cam.y(), "down", "up"), farther});
 }
 
 std::string MeshInWords(const CaptureState& state) {

@@ -13,6 +13,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/image/frame.h"
+#include "core/image/frame_source.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/capture_prediction.h"
 #include "coverage/bound/coverage_map.h"
@@ -41,6 +42,8 @@ struct RecordedFrame {
 };
 
 struct CaptureState {
+  FrameSource source = FrameSource::kCamera;
+  bool metric = false;  // world units are metres
   std::uint64_t frames = 0;
   double device_time_s = 0;
   std::optional<double> frames_per_s;
@@ -74,8 +77,10 @@ struct CaptureState {
   std::shared_ptr<const RecordedFrame> newest_view;
   std::filesystem::path light_field;  // its folder, where every other view is or will soon be
   std::optional<double> covered;      // share of the cap; none without one
-  // Directions that were covered until poses were corrected or views were taken back.
+  // Directions that were covered until poses were corrected or views were taken back, and their share of the cap (without
+  // one, of what was covered): must be taken again.
   std::vector<Eigen::Vector3d> reopened;
+  double reopened_share = 0;
   // The error that was measured at frames, by direction; null: nothing is measured.
   std::shared_ptr<const ErrorMap> errors;
   CoverGoal cover;
@@ -106,9 +111,13 @@ struct CaptureState {
   std::optional<StoppedBecause> ended;  // set: the light field is being closed
 };
 
-// The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 % nearer", in the camera's
+// How far to go nearer or back, for somebody with a camera in the hand: "5 cm" where the scale is known, else "5 %" of
+// the distance.
+std::string LengthToGo(const CaptureState& state, double from_distance, double to_distance);
+
+// The way to the next viewpoint, for a person without a display: "8° right, 3° up, 5 cm nearer", in the camera's
 // axes; before a turntable "turn the table 8° clockwise, the camera 3° up", as seen from above. Empty when there is no
-// target, or less than a degree to go.
+// target, or less than a degree to go, and where pictures are taken already.
 std::string WayInWords(const CaptureState& state);
 
 // What the review is drawn over.

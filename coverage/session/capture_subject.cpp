@@ -36,7 +36,8 @@ std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& 
   return depth > 0 ? std::optional(depth) : std::nullopt;
 }
 
-std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {
+std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world,
+                      FrameSource source) {
   if (!(subject.radius > 0) || !std::isfinite(subject.radius) || !subject.center_in_world.allFinite())
     return fmt::format(
         "a subject needs a radius above 0 and a centre of numbers, not radius {:g}; write "
@@ -47,10 +48,11 @@ std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_f
   if (center_in_cam.norm() <= subject.radius)
     return fmt::format(
         "the camera is inside that sphere (its centre is {:.3g} away, its radius {:.3g}); give a "
-        "smaller radius or step back",
-        center_in_cam.norm(), subject.radius);
+        "smaller radius{}",
+        center_in_cam.norm(), subject.radius, IsTaken(source) ? "" : " or step back");
   if (center_in_cam.z() <= 0)
-    return "that subject is behind the camera; turn the camera towards it first, or correct the numbers";
+    return fmt::format("that subject is behind the camera; {}correct the numbers",
+                       IsTaken(source) ? "" : "turn the camera towards it first, or ");
   return {};
 }
 
@@ -172,7 +174,7 @@ std::optional<Subject> CaptureSubject::GoOverFrom(const CameraModel& before) {
 }
 
 void CaptureSubject::Place(const Subject& subject, const std::optional<Rigid3>& cam_from_world) {
-  const std::string problem = ProblemOf(subject, cam_from_world);
+  const std::string problem = ProblemOf(subject, cam_from_world, options_.source);
   found_ &= !problem.empty();
   if (!problem.empty()) return say_("the subject stays as it was: " + problem);
   Move(subject);
@@ -189,9 +191,10 @@ void CaptureSubject::Find(const FindSubject& asked, const std::optional<Rigid3>&
                     share, options_.rectangle_share));
   const auto depth = asked.depth ? asked.depth : DepthNearCenter(poses_.VisiblePoints(), lens_.live());
   if (!depth)
-    return say_(
-        "the subject stays as it was: too few tracked points in the middle of the picture; aim at it, or "
-        "give its depth (subject depth D)");
+    return say_(fmt::format(
+        "the subject stays as it was: too few tracked points in the middle of the picture; {}give "
+        "its depth (subject depth D)",
+        IsTaken(options_.source) ? "" : "aim at it, or "));
   Move(SubjectOnAxis(lens_.live(), *cam_from_world, *depth, share));
 }
 
@@ -214,8 +217,9 @@ void CaptureSubject::Watch(const tracking::Track& track, double time_s) {
   const bool moved = watch_.Moved(time_s, poses_.ExpectedPoints(), record_.map()->subject());
   if (std::exchange(moved_, moved) || !moved) return;
   say_(
-      "the subject seems to have moved: new views do not fit the earlier ones; put it back and take back the "
-      "views since then, or place the subject anew");
+      fmt::format("the subject seems to have moved: new views do not fit the earlier ones; {}take back the "
+                  "views since then, or place the subject anew",
+                  IsTaken(options_.source) ? "" : "put it back and "));
 }
 
 }  // namespace ulf::coverage

@@ -11,6 +11,7 @@
 
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
+#include "core/image/frame_source.h"
 #include "coverage/session/capture_lens.h"
 #include "coverage/session/capture_request.h"
 #include "coverage/session/preflight.h"
@@ -37,7 +38,8 @@ std::optional<double> DepthNearCenter(const std::vector<tracking::VisiblePoint>&
 std::optional<double> DepthOfUpright(const Eigen::Vector3d& foot, const Rigid3& cam_from_board);
 
 // What is wrong with a subject for a camera at this pose, and the way out; empty: nothing.
-std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world);
+std::string ProblemOf(const Subject& subject, const std::optional<Rigid3>& cam_from_world,
+                      FrameSource source);
 
 // Detects that the subject itself was moved: the map points on it are no longer found where the camera's pose,
 // which rests on the other points, predicts them. An object in front of the subject looks the same until the
@@ -95,6 +97,7 @@ class CaptureSubject {
     // Before the first view it is anchored to cameras whose directions are this far apart, radians, so that these tell
     // where it is should the lens change. Guessed.
     double anchors_apart = Radians(2);
+    FrameSource source = FrameSource::kCamera;
   };
   CaptureSubject(CaptureRecord& record, CaptureOutlook& outlook, const tracking::PoseSource& poses,
                  const CaptureLens& lens, const Options& options, std::function<void(const std::string&)> say)

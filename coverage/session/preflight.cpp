@@ -11,15 +11,23 @@
 namespace ulf::coverage {
 namespace {
 
+// What is the matter and, where a camera is in the hand, what to do.
+std::string AndToDo(FrameSource source, const std::string& finding, const std::string& to_do) {
+  return IsTaken(source) ? finding : finding + to_do;
+}
+
 // A warning: pictures that an automatic has changed are matched afterwards, and not every camera can be without.
-PreflightItem Automatic(const char* name, const std::optional<bool>& held) {
-  if (!held) return {name, {}, "the camera does not report it; set it by hand before the capture"};
+PreflightItem Automatic(FrameSource source, const char* name, const std::optional<bool>& held) {
+  if (!held)
+    return {name,
+            {},
+            IsTaken(source) ? "not known of pictures that are taken already"
+                            : "the camera does not report it; set it by hand before the capture"};
   return {.name = name,
           .in_order = held,
-          .words = *held
-                       ? "held"
-                       : "changes by itself between pictures: switch its automatic off (ulf features, or the "
-                         "URI)",
+          .words = *held ? "held"
+                         : AndToDo(source, "changes by itself between pictures",
+                                   fmt::format(": switch its automatic off ({})", WhereToSet(source))),
           .holds_start = false};
 }
 
@@ -34,7 +42,7 @@ std::optional<PreflightItem> Noticed(const PreflightInput& input, Mistake mistak
 }
 
 PreflightItem Exposure(const PreflightInput& input) {
-  PreflightItem item = Automatic("exposure", input.held.exposure);
+  PreflightItem item = Automatic(input.source, "exposure", input.held.exposure);
   if (item.in_order == false) return item;
   return Noticed(input, Mistake::kAutoExposure, "exposure").value_or(std::move(item));
 }
@@ -50,12 +58,13 @@ PreflightItem Light(const PreflightInput& input) {
   // they are recorded.
   const char* consequence = is_of_subject ? "; no view is recorded while it is so" : "";
   const auto too_dark = [&](const char* most_of, double begins, bool holds) -> PreflightItem {
-    return {
-        "light", false,
-        fmt::format("too dark: {} of {} are below {:.0f} % of full scale; add light, open the aperture, or "
-                    "expose longer{}",
-                    most_of, where, 100 * begins, consequence),
-        holds};
+    return {"light", false,
+            AndToDo(input.source,
+                    fmt::format("too dark: {} of {} are below {:.0f} % of full scale", most_of, where,
+                                100 * begins),
+                    "; add light, open the aperture, or expose longer") +
+                consequence,
+            holds};
   };
   if (light.brightest_hundredth < limits.min_brightest)
     return too_dark("99 hundredths", light.brightest_hundredth, true);
@@ -64,8 +73,10 @@ PreflightItem Light(const PreflightInput& input) {
   const bool is_white = light.clipped_share > input.useless_clipped_share;
   if (light.clipped_share > limits.max_clipped_share)
     return {"light", false,
-            fmt::format("too bright: {:.0f} % of {} are clipped; expose less{}", 100 * light.clipped_share,
-                        where, consequence),
+            AndToDo(input.source,
+                    fmt::format("too bright: {:.0f} % of {} are clipped", 100 * light.clipped_share, where),
+                    "; expose less") +
+                consequence,
             is_white};
   return {"light", true, fmt::format("the brightest tenth is above {:.0f} %", 100 * light.brightest_tenth)};
 }
@@ -74,11 +85,11 @@ PreflightItem Focus(const PreflightInput& input) {
   const std::optional<double>& detail = input.picture.fine_detail;
   if (detail && *detail < input.least_fine_detail)
     return {"focus", false,
-            fmt::format(
-                "blurred: fine detail is {:.2f} of the coarser, {:g} are needed; focus on the subject, and "
-                "move slowly",
-                *detail, input.least_fine_detail)};
-  PreflightItem item = Automatic("focus", input.held.focus);
+            AndToDo(input.source,
+                    fmt::format("blurred: fine detail is {:.2f} of the coarser, {:g} are needed", *detail,
+                                input.least_fine_detail),
+                    "; focus on the subject, and move slowly")};
+  PreflightItem item = Automatic(input.source, "focus", input.held.focus);
   if (item.in_order != false)
     if (auto hunts = Noticed(input, Mistake::kFocusHunts, "focus")) return *hunts;
   if (detail && !item.in_order) item.words = "sharp now; " + item.words;
@@ -92,19 +103,25 @@ PreflightItem Calibration(const PreflightInput& input) {
     item.in_order = true;
     item.words = "found from the images: " + input.lens_found->Text();
   } else if (input.lens_is_sought && input.calibrated != true) {
-    item.words = fmt::format(
-        "{}: the lens is found while the camera moves sideways, up and down; what is recorded before follows",
-        input.calibration_source);
+    item.words =
+        fmt::format("{}: the lens is found {}; what is recorded before follows", input.calibration_source,
+                    IsTaken(input.source) ? "as pictures from other places come"
+                                          : "while the camera moves sideways, up and down");
   } else if (input.lens_contradicted && !input.lens_is_sought) {
     item.in_order = false;
-    item.words = fmt::format("contradicted: {}; calibrate, or begin again with --intrinsics refine",
-                             input.lens_contradicted->Text());
+    item.words = fmt::format("contradicted: {}; {}, or begin again with --intrinsics refine",
+                             input.lens_contradicted->Text(),
+                             IsTaken(input.source) ? "give their camera's calibration" : "calibrate");
   } else if (!input.calibrated) {
     item.words = "not known";
   } else {
-    item.words = *input.calibrated ? input.calibration_source
-                                   : "only a focal length, the lens's distortion is not known: calibrate "
-                                     "the camera (ulf board, ulf calibrate)";
+    item.words =
+        *input.calibrated
+            ? input.calibration_source
+            : fmt::format("only a focal length, the lens's distortion is not known: {}",
+                          IsTaken(input.source) ? "give their camera's calibration (--calibration), or "
+                                                  "have it found (--intrinsics refine)"
+                                                : "calibrate the camera (ulf board, ulf calibrate)");
   }
   return item;
 }
@@ -151,7 +168,7 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   std::vector<PreflightItem> items{Calibration(input)};
   items.push_back(Light(input));
   items.push_back(Exposure(input));
-  items.push_back(Automatic("white balance", input.held.white_balance));
+  items.push_back(Automatic(input.source, "white balance", input.held.white_balance));
   items.push_back(Focus(input));
   for (const Mistake mistake : {Mistake::kFlicker, Mistake::kUnsteadyLight})
     if (auto lamps = Noticed(input, mistake, "lamps")) items.push_back(std::move(*lamps));
@@ -159,7 +176,7 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   items.push_back(Disk(input));
   AddLink(input.link, items);
   if (input.prediction)
-    if (const auto doubt = ThresholdWarning(*input.prediction, input.cap))
+    if (const auto doubt = ThresholdWarning(*input.prediction, input.cap, input.source))
       items.push_back({.name = "views", .in_order = false, .words = *doubt, .holds_start = false});
   if (!input.has_pose) {
     items.push_back({"tracking", false, "the camera's pose is not known: see the message about tracking"});
@@ -171,9 +188,10 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
   }
   const bool healthy = *input.pose_error_px <= input.limits.max_pose_error_px;
   items.push_back({"tracking", healthy,
-                   fmt::format("pose error moves the subject by {:.2g} px (limit {:g} px){}",
-                               *input.pose_error_px, input.limits.max_pose_error_px,
-                               healthy ? "" : ": move slowly, sideways, with more texture in view")});
+                   AndToDo(input.source,
+                           fmt::format("pose error moves the subject by {:.2g} px (limit {:g} px)",
+                                       *input.pose_error_px, input.limits.max_pose_error_px),
+                           healthy ? "" : ": move slowly, sideways, with more texture in view")});
   return items;
 }
 
@@ -186,10 +204,10 @@ std::string HoldsInWords(const std::vector<PreflightItem>& items) {
 }
 
 void CaptureOutlook::Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share,
-                            bool metric) {
+                            bool metric, FrameSource source) {
   prediction_ = Predict(setup, cap, until_share);
   until_share_ = until_share;
-  if (prediction_) say_(InWords(*prediction_, setup.threshold_px, metric));
+  if (prediction_) say_(InWords(*prediction_, setup.threshold_px, metric, source));
 }
 
 void CaptureOutlook::Check(PreflightInput input) {

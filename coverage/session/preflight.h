@@ -29,6 +29,7 @@ struct PreflightItem {
 };
 
 struct PreflightInput {
+  FrameSource source = FrameSource::kCamera;
   std::optional<bool> calibrated;  // false: --focal-px and no distortion; none: poses and camera are given
   std::string calibration_source;
   bool lens_is_sought = false;  // --intrinsics refine
@@ -68,7 +69,8 @@ class CaptureOutlook {
   void Reset() { prediction_.reset(); }
   // True until Expect(), which needs the subject and its distance.
   bool IsDue() const { return !prediction_; }
-  void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric);
+  void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric,
+              FrameSource source);
   // While no view is recorded. `input` without its prediction. Reports each failed check the first time;
   // tracking only once a prediction is there: before, it is said why there is no pose. A lens that images contradict is
   // reported by whoever found that.

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/device/repeated_events.h"
 #include "coverage/bound/guidance.h"
 #include "coverage/session/cap_watch.h"
 #include "coverage/session/capture_gaps.h"
@@ -81,6 +82,7 @@ class RunningCapture {
   void Close();
 
   acquisition::Device& device_;
+  const FrameSource source_ = device_.Source();  // all advice asks it
   tracking::PoseSource& poses_;
   const CaptureOptions options_;
   CaptureLens lens_;
@@ -91,11 +93,12 @@ class RunningCapture {
   CaptureRecord record_;
   CaptureOutlook outlook_;
   CaptureSubject subject_;
+  acquisition::RepeatedEvents repeated_;
   CaptureGaps gaps_;
   CaptureMeters meters_;
   CaptureRecorder recorder_;
 
-  CapWatch cap_watch_{options_.until_share, options_.turntable.has_value()};
+  CapWatch cap_watch_{options_.until_share, options_.turntable.has_value(), source_};
   CaptureSummary summary_;
   std::vector<double> ms_track_;
   int map_revision_ = 0;  // of the tracker, as last seen
@@ -110,7 +113,7 @@ class RunningCapture {
   Guide guide_{options_.until_share};
   LightAndFocusCheck light_and_focus_;
   PictureFinding picture_;
-  MistakeWatch mistakes_;
+  MistakeWatch mistakes_{source_};
   std::optional<double> shutter_asked_s_;
   SubjectProposer proposer_;
   std::optional<TurntableWatch> turntable_;

@@ -38,16 +38,17 @@ bool OnlyTurns(tracking::TrackState state, const std::optional<tracking::StartPr
           start->obstacle == tracking::StartObstacle::kTooFewMatches);
 }
 
-std::string InWords(const tracking::Track& track, const std::optional<CameraTurn>& turned) {
+std::string InWords(const tracking::Track& track, const std::optional<CameraTurn>& turned,
+                    FrameSource source) {
   if (OnlyTurns(track.state, track.start, turned))
-    return tracking::Advice(tracking::StartObstacle::kRotationOnly);
-  if (track.state != tracking::TrackState::kLost || !turned || !turned->from_a_pose)
-    return tracking::InWords(track);
+    return tracking::Advice(tracking::StartObstacle::kRotationOnly, source);
+  if (IsTaken(source) || track.state != tracking::TrackState::kLost || !turned || !turned->from_a_pose)
+    return tracking::InWords(track, source);
   const std::string way = TurnBackInWords(*turned);
   return fmt::format("position lost, only turns are followed: {}, or {}",
                      way.empty() ? "this is where it looked last, go back to where it was"
                                  : way + " to where it looked last",
-                     track.start ? "begin anew here: " + tracking::InWords(*track.start)
+                     track.start ? "begin anew here: " + tracking::InWords(*track.start, source)
                                  : "show another part that was seen before");
 }
 

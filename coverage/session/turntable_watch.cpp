@@ -29,10 +29,12 @@ std::string TurntableWatch::IfUnseen(double time_s, bool seen) {
   if (said_unseen_ || time_s - *unseen_since_s_ < options_.unseen_s) return {};
   said_unseen_ = true;
   return fmt::format(
-      "the board {} is not seen, and without it there is no pose: aim at it from higher up, leave more of it "
-      "free "
-      "round the subject, light it evenly, and check that it is the one that was printed",
-      board_);
+      "the board {} is not seen, and without it there is no pose: {}check that it is the one that "
+      "was printed",
+      board_,
+      IsTaken(source_) ? ""
+                       : "aim at it from higher up, leave more of it free round the subject, "
+                         "light it evenly, and ");
 }
 
 std::string TurntableWatch::IfStill(double time_s, const Rigid3& pose) {
@@ -45,10 +47,9 @@ std::string TurntableWatch::IfStill(double time_s, const Rigid3& pose) {
   if (said_still_ || time_s - *still_since_s_ < options_.still_s) return {};
   said_still_ = true;
   return fmt::format(
-      "the subject does not turn: less than {:.0f}° in {:.0f} s; start the turntable, and lay the board on "
-      "it, "
-      "under the subject",
-      Degrees(options_.still_turn), options_.still_s);
+      "the subject does not turn: less than {:.0f}° in {:.0f} s{}", Degrees(options_.still_turn),
+      options_.still_s,
+      IsTaken(source_) ? "" : "; start the turntable, and lay the board on it, under the subject");
 }
 
 std::string TurntableWatch::IfMoved(double time_s, const Rigid3& pose) {
@@ -71,10 +72,10 @@ std::string TurntableWatch::IfMoved(double time_s, const Rigid3& pose) {
   stand_ = {pose};
   moved_since_s_.reset();
   return fmt::format(
-      "the camera has been moved, by {:.1f}° and {:.1f} % of its distance: let it stand now for a whole "
-      "turn, "
-      "because the background is learnt anew from here",
-      Degrees(shift.direction), 100 * shift.place_share);
+      "the camera has been moved, by {:.1f}° and {:.1f} % of its distance: {}the background is "
+      "learnt anew from here",
+      Degrees(shift.direction), 100 * shift.place_share,
+      IsTaken(source_) ? "" : "let it stand now for a whole turn, because ");
 }
 
 }  // namespace ulf::coverage

@@ -12,6 +12,7 @@
 #include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 #include "core/geometry/turn_axis.h"
+#include "core/image/frame_source.h"
 
 namespace ulf::coverage {
 
@@ -25,8 +26,10 @@ class TurntableWatch {
     double moved_s = 0.5;              // so long elsewhere: one wrong pose is no move
     std::size_t most_poses = 240, fewest_poses = 8;
   };
-  explicit TurntableWatch(std::string board) : TurntableWatch(std::move(board), Options()) {}
-  TurntableWatch(std::string board, const Options& options) : board_(std::move(board)), options_(options) {}
+  TurntableWatch(std::string board, FrameSource source)
+      : TurntableWatch(std::move(board), source, Options()) {}
+  TurntableWatch(std::string board, FrameSource source, const Options& options)
+      : board_(std::move(board)), source_(source), options_(options) {}
 
   // After every frame: what is to be said; empty: nothing.
   std::string After(double time_s, const std::optional<Rigid3>& cam_from_board);
@@ -37,6 +40,7 @@ class TurntableWatch {
   std::string IfMoved(double time_s, const Rigid3& pose);
 
   std::string board_;
+  FrameSource source_;
   Options options_;
   std::optional<double> unseen_since_s_, still_since_s_, moved_since_s_;
   bool said_unseen_ = false, said_still_ = false;

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <deque>
 #include <random>
+#include <string_view>
 
 #include "acquisition/simulator/scene/scene.h"
 #include "acquisition/simulator/waves.h"
@@ -105,12 +106,16 @@ struct Perception {
     return seen ? &*picture.sphere : nullptr;
   }
   bool Says(const char* words) const { return line.find(words) != std::string::npos; }
-  // "come 12 % nearer": 0.12; "go 8 % back": -0.08.
-  std::optional<double> NearerSaid() const {
-    int percent = 0;
-    if (std::sscanf(line.c_str(), "come %d", &percent) == 1) return 0.01 * percent;
-    if (std::sscanf(line.c_str(), "go %d", &percent) == 1) return -0.01 * percent;
-    return std::nullopt;
+  // "come 12 % nearer": 0.12; "go 8 cm back", with the subject at 2 m: -0.04.
+  std::optional<double> NearerSaid(double distance_m) const {
+    double amount = 0;
+    char unit[3] = "";
+    const bool come = std::sscanf(line.c_str(), "come %lf %2s", &amount, unit) == 2;
+    if (!come && std::sscanf(line.c_str(), "go %lf %2s", &amount, unit) != 2) return std::nullopt;
+    const std::string_view of = unit;
+    const double metres = of == "mm" ? 0.001 : of == "cm" ? 0.01 : 1;
+    const double share = of == "%" ? 0.01 * amount : metres * amount / distance_m;
+    return come ? share : -share;
   }
 };
 
@@ -292,7 +297,7 @@ Vector3d SimulatedOperator::Person::Goal(const ShownSphere& sphere, double now_s
 // colours about the dot, which have no scale: the person moves until they are green.
 double SimulatedOperator::Person::Nearer(const Perception& seen, const ShownSphere& sphere,
                                          double now_s) const {
-  if (const auto said = seen.NearerSaid(); said && options.follows_guidance) return *said;
+  if (const auto said = seen.NearerSaid(reach); said && options.follows_guidance) return *said;
   constexpr double kFaint = 0.15, kFull = 0.12, kAboutTheDot = 12 * kDegree;
   std::vector<double> colors;
   const CapFrame::Angles dot = sphere.frame.Of(sphere.toward_camera);

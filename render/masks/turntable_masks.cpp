@@ -231,16 +231,15 @@ class Masking {
     if (!axis)
       throw Error(
           "{}: the views do not turn about one axis: either the subject did not turn, or the camera did not "
-          "stand; "
-          "let the camera stand for a whole turn of the table, then take the next height",
+          "stand; the next time let the camera stand for a whole turn of the table, then take the next "
+          "height",
           light_field_.root.string());
     result_.axis = *axis;
     result_.stands = UsableStands(*axis, light_field_, poses_, options_);
     if (result_.stands.empty())
       throw Error(
           "{}: the camera nowhere stood for {} or more, and what stands still is told from what turns by "
-          "them; let "
-          "it stand for a whole turn of the table",
+          "them; the next time let it stand for a whole turn of the table",
           light_field_.root.string(), Counted(options_.fewest_views, "view"));
     stand_of_.assign(poses_.size(), -1);
     for (std::size_t s = 0; s < result_.stands.size(); ++s)

@@ -154,7 +154,7 @@ class Screens {
  private:
   static void WithoutPose(const Track& track, CaptureState& state) {
     state.tracking = track.state;
-    state.tracking_words = InWords(track, state.turned);
+    state.tracking_words = InWords(track, state.turned, FrameSource::kCamera);
     state.cam_from_world.reset();
     state.points.clear();
     state.decision.reason = Reason::kTracking;
@@ -198,7 +198,7 @@ class Screens {
     const double distance = (*state.cam_from_world * capture.subject().center_in_world).norm();
     outlook.Expect(
         SetupAt(capture.camera(), kCoverageWidthPx, capture.subject(), distance, options_.threshold_px),
-        options_.cap, kUntilShare, true);
+        options_.cap, kUntilShare, true, FrameSource::kCamera);
     outlook.Describe(state);
   }
   void Write(const std::string& name, const cv::Mat& picture) const {

@@ -79,6 +79,43 @@ TEST(PlanCommand, AShareOfTheCapTakesFewerViews) {
               0.5 * JsonOf(RunUlf(plan))["views_estimate"].get<double>(), 1e-6);
 }
 
+// 66 views in half a minute to two and a half: what simulated people take stands in docs/guidance.md.
+TEST(PlanCommand, TellsDistancesAndMinutesInWords) {
+  const std::string plan = "plan --distance 1 --radius 0.15 --cap 40x30 --quality fast";
+  const CommandResult given = RunUlf(plan + " --focal-px 560 --width 640");
+  ASSERT_EQ(given.exit_code, 0) << given.errors;
+  EXPECT_THAT(given.output,
+              ContainsRegex("distances        keep at least 0\\.[0-9]+ of the first distance; farther "
+                            "is fine\n"));
+  EXPECT_THAT(given.output,
+              ContainsRegex("time             about 0\\.[0-9] min \\(0\\.[0-9] to [01]\\.[0-9] min"));
+  EXPECT_THAT(given.output, HasSubstr("at 15 frames a second"));
+  const auto json = JsonOf(RunUlf(plan + " --focal-px 560 --width 640 --json"));
+  EXPECT_LT(json["minutes_spread"][0], json["minutes_estimate"]);
+  EXPECT_GT(json["minutes_spread"][1], json["minutes_estimate"]);
+  EXPECT_TRUE(json["camera"].is_null());
+}
+
+TEST(PlanCommand, TakesTheLensFromACameraOrItsCalibration) {
+  const std::string plan = "plan --distance 1 --radius 0.15 --cap 40x30 --quality fast --json ";
+  const auto given = JsonOf(RunUlf(plan + "--focal-px 560 --width 640"));
+  const auto of_camera = JsonOf(RunUlf(plan + "sim:studio"));
+  EXPECT_NEAR(of_camera["camera"]["focal_px"], 560, 1);
+  EXPECT_EQ(of_camera["camera"]["width_px"], 640);
+  EXPECT_NEAR(of_camera["views_estimate"], given["views_estimate"], 1);
+  ScratchFolder scratch;
+  const std::string file = (scratch / "cameras.txt").string();
+  std::ofstream(file) << "1 PINHOLE 1280 960 1120 1120 640 480\n";
+  const auto of_file = JsonOf(RunUlf(plan + "--calibration " + file));
+  EXPECT_EQ(of_file["camera"]["focal_px"], 1120);
+  EXPECT_DOUBLE_EQ(of_file["disc_radius_deg"], given["disc_radius_deg"]);
+  for (const std::string& wrong : {std::string(), "sim:studio --focal-px 560", "--focal-px 560"}) {
+    const CommandResult result = RunUlf(plan + wrong);
+    EXPECT_EQ(result.exit_code, 2) << wrong;
+    EXPECT_THAT(result.errors, HasSubstr("--focal-px")) << wrong;
+  }
+}
+
 TEST(PlanCommand, MoreThanAnybodyTakesIsSaid) {
   const std::string plan = "plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --threshold-px ";
   const CommandResult usual = RunUlf(plan + "7"), fine = RunUlf(plan + "2.0001");
@@ -344,23 +381,21 @@ TEST(CaptureCommand, ResumeFindsTheCameraAmongTheRecordedViews) {
   refined.replace(refined.find("/lf "), 4, "/refined ");
   const CommandResult stale = RunUlf(refined);
   EXPECT_EQ(stale.exit_code, 0) << stale.errors;
-  EXPECT_NE(stale.errors.find("map.ulf: "), std::string::npos) << stale.errors;
-  EXPECT_NE(stale.errors.find("; the map is made anew"), std::string::npos) << stale.errors;
+  EXPECT_THAT(stale.errors,
+              HasSubstr("views, poses or --tracking-side have changed since: the map is made again"));
 
   // The map is a cache: torn or missing, it is made anew.
   std::filesystem::resize_file(saved_map, std::filesystem::file_size(saved_map) / 2);
   const CommandResult torn = RunUlf(capture + " --resume --frames 15");
-  EXPECT_NE(torn.errors.find("map.ulf: it is damaged; the map is made anew"), std::string::npos)
-      << torn.errors;
+  EXPECT_THAT(torn.errors, HasSubstr("the kept map is damaged: the map is made again"));
   const auto third = JsonOf(torn);
   EXPECT_LT(third["reasons"]["tracking"].get<int>() - second["reasons"]["tracking"].get<int>(), 10);
   std::filesystem::remove(saved_map);
   const auto points = [&] { return StatisticsOf(ReadLightField(scratch / "lf").points).points; };
   const std::size_t points_before = points();
   const CommandResult without = RunUlf(capture + " --resume --frames 15");
-  EXPECT_EQ(without.errors.find("; the map is made anew"), std::string::npos) << without.errors;
   EXPECT_LT(JsonOf(without)["reasons"]["tracking"].get<int>() - third["reasons"]["tracking"].get<int>(), 10);
-  EXPECT_THAT(without.errors, HasSubstr("(the last session left none)"));
+  EXPECT_THAT(without.errors, HasSubstr("the last session left no map: the map is made again"));
   EXPECT_TRUE(std::filesystem::exists(saved_map));
   EXPECT_GT(observations("lf"), at_first) << "without the map's memory, too";
   EXPECT_GE(points(), points_before) << "points that no recorded view shows are kept, too";

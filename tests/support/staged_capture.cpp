@@ -125,7 +125,7 @@ std::shared_ptr<CaptureState> StagedCapture::Lost() const {
   state->tracking = TrackState::kLost;
   Track track;
   track.state = TrackState::kLost;
-  state->tracking_words = InWords(track);
+  state->tracking_words = InWords(track, FrameSource::kCamera);
   state->cam_from_world.reset();
   state->points.clear();
   state->decision.reason = Reason::kTracking;

@@ -30,13 +30,17 @@ CalibrationCheck CalibrationCheck::Of(const CameraModel& resized) const {
   return check;
 }
 
-std::string CalibrationCheck::Advice() const {
+std::string CalibrationCheck::Advice(FrameSource source) const {
+  const char* calibrate = IsTaken(source) ? "give their camera's calibration" : "calibrate";
   if (no_lens_fits)
-    return Text() + ": it is far off, mostly too long; begin again with a shorter one, or calibrate";
-  return Text() + (rows_uncompensated
-                       ? "; a rolling shutter can look like that, and the reverse: calibrate, "
-                         "then see which of the two is still reported"
-                       : ": calibrate, give --intrinsics refine, or run ulf refine --intrinsics afterwards");
+    return Text() + ": it is far off, mostly too long; begin again with a shorter one, or " + calibrate;
+  if (rows_uncompensated)
+    return fmt::format(
+        "{}; a rolling shutter can look like that, and the reverse: {}, then see which of the two is still "
+        "reported",
+        Text(), calibrate);
+  return fmt::format("{}: {}, give --intrinsics refine, or run ulf refine --intrinsics afterwards", Text(),
+                     calibrate);
 }
 
 std::string CalibrationCheck::Text() const {

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "core/geometry/camera_model.h"
+#include "core/image/frame_source.h"
 #include "tracking/estimation/lens_evidence.h"
 
 namespace ulf::tracking {
@@ -57,8 +58,8 @@ struct CalibrationCheck {
   // -0.280 (± 0.004) where 0.000 is given"; empty unless wrong. "or more", because a map that was made under the given
   // lens holds the fit back.
   std::string Text() const;
-  // Text() and what the user can do about it.
-  std::string Advice() const;
+  // Text() and what can be done about it.
+  std::string Advice(FrameSource source) const;
 };
 
 // The lens that images ask for in place of the given one.

@@ -141,19 +141,18 @@ std::string MapToBytes(const Map& map, std::uint64_t key) {
 std::string MapFromBytes(std::string_view bytes, std::uint64_t key, const CameraModel& camera, Map& map) {
   constexpr std::size_t kSum = sizeof(std::uint64_t);
   if (bytes.size() < sizeof kMagic + 2 * kSum || std::memcmp(bytes.data(), kMagic, 6) != 0)
-    return "it is not a map";
-  if (bytes[7] != kMagic[7]) return "it is of another version";
+    return "the kept map is no map";
+  if (bytes[7] != kMagic[7]) return "the kept map is of another version of ulf";
   std::uint64_t checksum;
   std::memcpy(&checksum, bytes.data() + bytes.size() - kSum, kSum);
   bytes.remove_suffix(kSum);
-  if (ChecksumOf(bytes) != checksum) return "it is damaged";
+  if (ChecksumOf(bytes) != checksum) return "the kept map is damaged";
   bytes.remove_prefix(sizeof kMagic);
   ByteReader in(bytes);
   map.SetMainPart(map.BeginPart());
-  if (in.Get<std::uint64_t>() != key)
-    return "it belongs to other views or poses, or to another --tracking-side";
+  if (in.Get<std::uint64_t>() != key) return kMapOfOthers;
   constexpr std::size_t kKeyframeBytes = 65, kPointBytes = 48;
-  const std::string inconsistent = "it contradicts itself";
+  const std::string inconsistent = "the kept map contradicts itself";
   const std::size_t keyframes = in.Count(kKeyframeBytes);
   for (std::size_t i = 0; i < keyframes; ++i) {
     auto keyframe = GetKeyframe(in, camera);

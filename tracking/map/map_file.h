@@ -20,6 +20,9 @@
 
 namespace ulf::tracking {
 
+// What RestoreMap() says of a map with another key.
+inline constexpr char kMapOfOthers[] = "views, poses or --tracking-side have changed since";
+
 std::string MapToBytes(const Map& map, std::uint64_t key);
 
 // Fills `map`, which is empty. Returns what is wrong with the bytes, or an empty string; then `map` is

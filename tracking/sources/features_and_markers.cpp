@@ -79,8 +79,8 @@ class FeaturesAndMarkers : public PoseSource {
     return tracker_.WorldIsGiven() ? tracker_.Points() : std::vector<ScenePoint>();
   }
   // The recorded views are in the board's frame already.
-  bool SeedMap(std::span<const SeedView> views) override {
-    if (!tracker_.SeedMap(views)) return false;
+  bool SeedMap(std::span<const SeedView> views, const SeedProgress& progress) override {
+    if (!tracker_.SeedMap(views, progress)) return false;
     tracker_.MoveWorld({});
     return true;
   }

@@ -44,7 +44,7 @@ class PoseSource {
   virtual void NoteView(int /*view_id*/, const Track& /*track*/) {}
   virtual std::vector<ScenePoint> Points() const { return {}; }
   // Called before the first Step() when a capture goes on.
-  virtual bool SeedMap(std::span<const SeedView> /*views*/) { return true; }
+  virtual bool SeedMap(std::span<const SeedView> /*views*/, const SeedProgress& /*progress*/) { return true; }
   // As Tracker's; without a map they do nothing.
   virtual void SaveMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) const {}
   virtual std::string RestoreMap(const std::filesystem::path& /*file*/, std::uint64_t /*key*/) {

@@ -18,7 +18,9 @@ class TrackerSource : public PoseSource {
   std::vector<ExpectedPoint> ExpectedPoints() const override { return tracker_.ExpectedPoints(); }
   void NoteView(int view_id, const Track& track) override { tracker_.NoteView(view_id, track); }
   std::vector<ScenePoint> Points() const override { return tracker_.Points(); }
-  bool SeedMap(std::span<const SeedView> views) override { return tracker_.SeedMap(views); }
+  bool SeedMap(std::span<const SeedView> views, const SeedProgress& progress) override {
+    return tracker_.SeedMap(views, progress);
+  }
   void SaveMap(const std::filesystem::path& file, std::uint64_t key) const override {
     tracker_.SaveMap(file, key);
   }

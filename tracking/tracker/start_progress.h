@@ -2,6 +2,10 @@
 // what prevents the start. Angles are degrees, medians over the matched features.
 #pragma once
 
+#include <string>
+
+#include "core/image/frame_source.h"
+
 namespace ulf::tracking {
 
 enum class StartObstacle {
@@ -28,30 +32,7 @@ struct StartProgress {
   int matches_needed = 0;
 };
 
-// What the operator can do about it: a sentence without a full stop.
-inline const char* Advice(StartObstacle obstacle) {
-  switch (obstacle) {
-    case StartObstacle::kNone:
-      return "the map has started";
-    case StartObstacle::kFirstView:
-      return "move the camera sideways";
-    case StartObstacle::kTooFewFeatures:
-      return "the picture shows hardly any corners: more light or texture, or a sharper picture";
-    case StartObstacle::kTooFewMatches:
-      return "too few features are found again: more light or texture, or a slower motion";
-    case StartObstacle::kRotationOnly:
-      return "the camera only turns: move it sideways";
-    case StartObstacle::kLowParallax:
-      return "too little parallax: continue to move sideways";
-    case StartObstacle::kAmbiguousPlane:
-      return "the scene is flat, and two motions explain it: continue to move, or show something that stands "
-             "out";
-    case StartObstacle::kConflictingMotions:
-      return "parts of the picture move on their own, or look alike: show more that stands still";
-    case StartObstacle::kMapDidNotHold:
-      return "the first map could not be tracked and was discarded: continue to move sideways";
-  }
-  return "unknown";
-}
+// What stands in the way and, where a camera is in the hand, what to do about it: a sentence without a full stop.
+std::string Advice(StartObstacle obstacle, FrameSource source);
 
 }  // namespace ulf::tracking

@@ -118,7 +118,7 @@ void Tracker::NoteView(int view_id, const Track& track) {
   state_->mapper.NoteView(view_id, *track.seen);
 }
 
-bool Tracker::SeedMap(std::span<const SeedView> views) {
+bool Tracker::SeedMap(std::span<const SeedView> views, const SeedProgress& progress) {
   State& state = *state_;
   state.mapper.Drain();
   if (views.size() < 2) return false;
@@ -136,6 +136,7 @@ bool Tracker::SeedMap(std::span<const SeedView> views) {
     offered.keyframe.pyramid = std::move(pyramid);
     offered.keyframe.color = state.size.Reduced(Srgb8(view.image));
     seeded->mapper.AddSeed(std::move(offered));
+    if (progress) progress(static_cast<std::size_t>(&view - views.data()) + 1);
   }
   if (!seeded->mapper.FinishSeeds(state.options.min_seed_points)) return false;
   seeded->state = TrackState::kLost;

@@ -18,6 +18,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -120,6 +121,7 @@ struct ExpectedPoint {
 };
 
 // A recorded view with a known pose, to build a map from.
+using SeedProgress = std::function<void(std::size_t views)>;
 struct SeedView {
   Image image;
   Rigid3 cam_from_world;
@@ -223,7 +225,8 @@ class Tracker {
   // Builds a map from views with known poses (at least two that see the same things), in their world. The
   // tracker is then lost and relocalizes with the next frame that sees the map. Returns false, and stays as
   // it was, when too few points could be triangulated.
-  bool SeedMap(std::span<const SeedView> views);
+  // `progress` hears how many views are in the map.
+  bool SeedMap(std::span<const SeedView> views, const SeedProgress& progress = {});
 
   // Writes the map to a file (map_file.h) for another session, whole or not at all; `key` says what it
   // belongs to. Writes nothing while there is no map. Throws as WriteFileAtomically does.

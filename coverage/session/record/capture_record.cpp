@@ -205,6 +205,7 @@ double CaptureRecord::Repaint() {
   PaintAnew();
   DropCoveredAgain();
   double open_sr = 0, covered_sr = 0;
+  std::vector<Reopened> reopened;
   before->ForEachCell([&](const CoverageMap::CellView& cell) {
     if (cell.covering.index < 0) return;
     covered_sr += cell.solid_angle_sr;
@@ -212,21 +213,22 @@ double CaptureRecord::Repaint() {
     const auto at = map_->views().empty() ? CoveringView{} : map_->At(cell.direction);
     if (!at || at->index >= 0) return;
     open_sr += cell.solid_angle_sr;
-    reopened_.push_back(cell.direction);
+    reopened.push_back({cell.direction, cell.solid_angle_sr});
   });
   const double whole_sr = before->options().cap ? before->extent().SolidAngle() : covered_sr;
+  for (const Reopened& cell : reopened) reopened_.push_back({cell.direction, cell.share / whole_sr});
   return whole_sr > 0 ? open_sr / whole_sr : 0;
 }
 
 std::string CaptureRecord::ReopenedInWords(double share) const {
-  return fmt::format("reopened {:.1f} % {}", 100 * share,
-                     options_.map.cap ? "of the cap" : "of what was covered");
+  return fmt::format("{:.1f} % of {} {}", 100 * share, options_.map.cap ? "the cap" : "what was covered",
+                     IsTaken(options_.source) ? "is open again" : "must be taken again");
 }
 
 void CaptureRecord::DropCoveredAgain() {
-  std::erase_if(reopened_, [&](const Eigen::Vector3d& direction) {
+  std::erase_if(reopened_, [&](const Reopened& cell) {
     if (map_->views().empty()) return false;
-    const auto at = map_->At(direction);
+    const auto at = map_->At(cell.direction);
     return !at || at->index >= 0;
   });
 }
@@ -301,7 +303,7 @@ std::size_t CaptureRecord::TakeBack(const std::vector<int>& ids) {
   spool_.RemoveViews({taken.begin(), taken.end()});
   const double reopened = Repaint();
   say_(fmt::format("taken back, kept in unposed/: {}{}", ViewsInWords(taken),
-                   map_ ? "; this " + ReopenedInWords(reopened) : ""));
+                   map_ ? "; " + ReopenedInWords(reopened) : ""));
   return taken.size();
 }
 
@@ -327,7 +329,7 @@ bool CaptureRecord::CorrectPoses(const tracking::PoseSource& poses, bool last,
   if (!views_moved && !subject) return true;
   if (subject) MoveSubject(*subject);
   const double reopened = Repaint();
-  if (reopened >= options_.worth_telling) say_("pose correction " + ReopenedInWords(reopened));
+  if (reopened >= options_.worth_telling) say_("poses were corrected: " + ReopenedInWords(reopened));
   return true;
 }
 
@@ -491,7 +493,10 @@ void CaptureRecord::Describe(CaptureState& state) const {
   state.coverage = map_;
   state.view_ids = views_.Ids();
   if (options_.map.cap) state.covered = map_ ? map_->CoveredShare() : 0;
-  state.reopened = reopened_;
+  for (const Reopened& cell : reopened_) {
+    state.reopened.push_back(cell.direction);
+    state.reopened_share += cell.share;
+  }
   state.errors = errors_ && !errors_->empty() ? errors_ : nullptr;
   state.cover = options_.cover;
   state.mesh = mesh();

@@ -51,6 +51,7 @@ class CaptureRecord {
     std::optional<LiveGeometry::Options> geometry;  // none: no mesh is made, and nothing is measured
     CoverGoal cover;
     bool lens_may_change = false;  // GoOverToLens() may be called
+    FrameSource source = FrameSource::kCamera;
     // A correction that moves no view by more than this, radians as seen from the subject, is not worth
     // painting the map and writing the journal for; it is about a tenth of a pixel of the coverage image.
     // Guessed.
@@ -154,7 +155,11 @@ class CaptureRecord {
   ViewSpool spool_;
   std::shared_ptr<const CoverageMap> map_;
   // What was covered and is not any more, because poses were corrected or views taken back.
-  std::vector<Eigen::Vector3d> reopened_;
+  struct Reopened {
+    Eigen::Vector3d direction;
+    double share = 0;  // of the cap; without one, of what was covered
+  };
+  std::vector<Reopened> reopened_;
   bool painted_anew_ = false;  // since the last view was added to the map
 };
 

@@ -15,6 +15,7 @@
 #include "core/geometry/digest.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/record/still_capture.h"
+#include "tracking/map/map_file.h"
 
 namespace ulf::coverage {
 namespace {
@@ -30,13 +31,51 @@ std::uint64_t KeyOf(const LightField& light_field, const CameraModel& tracked) {
   return digest.Value();
 }
 
+// Says why the map is made again and, once the first views tell how long each takes, about how long that will be.
+class MakingAgain {
+ public:
+  MakingAgain(std::string why, std::size_t views) : why_(std::move(why)), views_(views) {}
+
+  void Read() { read_s_ = SecondsSince(start_); }
+  void After(std::size_t views) {
+    if (views < kTelling || said_) return;
+    const double view_s = (SecondsSince(start_) - read_s_) / static_cast<double>(views);
+    Say(read_s_ + kWithAdjustment * view_s * static_cast<double>(views_));
+  }
+  void Done() {
+    if (!said_) Say(0);
+    spdlog::info("the map is made again from {}, in {:.1f} s", Counted(views_, "recorded view"),
+                 SecondsSince(start_));
+  }
+
+ private:
+  // The first views are adjusted little and the whole map once at the end: measured on captures of the studio, 640x480.
+  static constexpr double kWithAdjustment = 2;
+  static constexpr std::size_t kTelling = 16;  // seeds are adjusted every eighth
+  static constexpr double kWorthSaying_s = 3;  // guessed: a shorter wait needs no word
+
+  void Say(double seconds) {
+    said_ = true;
+    spdlog::info("{}: the map is made again{}", why_,
+                 seconds < kWorthSaying_s ? "" : fmt::format(", about {:.0f} s", seconds));
+  }
+
+  const std::string why_;
+  const std::size_t views_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double read_s_ = 0;
+  bool said_ = false;
+};
+
 // From views spread evenly over the capture.
-void SeedFrom(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses) {
+void SeedFrom(const LightField& light_field, const CameraModel& tracked, const std::string& why,
+              tracking::PoseSource& poses) {
   constexpr std::size_t kMostViews =
       80;  // guessed; the tracker adds the rest of the map from its first frames
   const std::size_t count = light_field.views.size();
   const std::size_t used = std::min(count, kMostViews);
   const Waiting waiting("map", fmt::format("made again from {}", Counted(used, "recorded view")));
+  MakingAgain making(why, used);
   std::vector<tracking::SeedView> seeds;
   for (std::size_t i = 0; i < used; ++i) {
     const View& view = light_field.views[i * count / used];
@@ -45,11 +84,13 @@ void SeedFrom(const LightField& light_field, const CameraModel& tracked, trackin
     if (camera != tracked) image = AsSeenBy(tracked, image, camera);
     seeds.push_back({std::move(image), view.cam_from_world});
   }
-  if (!poses.SeedMap(seeds))
+  making.Read();
+  if (!poses.SeedMap(seeds, [&making](std::size_t views) { making.After(views); }))
     throw Error(
         "{}: its {} views show too little in common to find the camera's position among them; begin a new "
         "light field",
         light_field.root.string(), count);
+  making.Done();
 }
 
 }  // namespace
@@ -62,21 +103,20 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
                       tracking::PoseSource& poses) {
   const auto start = std::chrono::steady_clock::now();
   const std::filesystem::path file = MapCacheOf(light_field);
-  std::string why = "the last session left none";
+  std::string why = "the last session left no map";
   const CameraModel& recorded = light_field.CameraOf(light_field.views.back());
   if (recorded.width == tracked.width && recorded.height == tracked.height && recorded != tracked) {
     why = "the lens is another one";
   } else if (std::filesystem::exists(file)) {
-    const std::string problem = poses.RestoreMap(file, KeyOf(light_field, tracked));
-    if (problem.empty()) {
+    why = poses.RestoreMap(file, KeyOf(light_field, tracked));
+    if (why.empty()) {
       spdlog::info("the map of the last session was loaded in {:.2f} s", SecondsSince(start));
       return;
     }
-    fmt::print(stderr, "{}: {}; the map is made anew from the recorded views\n", file.string(), problem);
-    why = problem;
+    if (why == tracking::kMapOfOthers && !light_field.taken_back.empty())
+      why = "views were taken back, or poses changed";
   }
-  SeedFrom(light_field, tracked, poses);
-  spdlog::info("the map is made anew from the recorded views in {:.2f} s ({})", SecondsSince(start), why);
+  SeedFrom(light_field, tracked, why, poses);
 }
 
 void SaveMapCache(const LightField& light_field, const CameraModel& tracked,

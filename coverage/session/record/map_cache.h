@@ -10,8 +10,8 @@ namespace ulf::coverage {
 
 std::filesystem::path MapCacheOf(const LightField& light_field);
 
-// Throws Error when the views show too little in common. Says on stderr when there was a file that does not
-// fit.
+// Throws Error when the views show too little in common. Says when the map is made again, why, and about how long that
+// takes.
 void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked, tracking::PoseSource& poses);
 
 // Saves the map for the next session; says on stderr when it cannot be written.

@@ -158,10 +158,10 @@ acquisition::ResolvedCalibration ResolveStillCamera(const acquisition::Device& d
     return acquisition::ResolveCalibration(
         device, {.calibration_path = args.calibration_path, .force = args.force}, 0, 0, "still");
   } catch (const Error& error) {
-    throw Error(
-        "{}; photographs need intrinsics of their own, besides those of live view: ulf calibrate {} --mode "
-        "still",
-        error.what(), ShellWord(device.Info().uri));
+    throw Error("{}; photographs need intrinsics of their own, besides those of live view{}", error.what(),
+                IsTaken(device.Source())
+                    ? " (a file of ulf calibrate --mode still)"
+                    : fmt::format(": ulf calibrate {} --mode still", ShellWord(device.Info().uri)));
   }
 }
 

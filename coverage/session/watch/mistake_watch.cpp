@@ -17,6 +17,53 @@ const char* Name(Mistake mistake) {
   return kNames[static_cast<std::size_t>(mistake)];
 }
 
+std::string CureOf(Mistake mistake, FrameSource source, bool compensated) {
+  const bool is_taken = IsTaken(source);
+  switch (mistake) {
+    case Mistake::kOutOfFocus:
+      return is_taken ? "No rendering brings the detail back. The next time focus on the subject and fix the "
+                        "focus"
+                      : "Focus on the subject and fix the focus; move slowly";
+    case Mistake::kAutoExposure:
+      return is_taken ? "Even the views out when you render them (--light fit). The next time switch auto "
+                        "exposure off"
+                      : fmt::format("Switch auto exposure off and set the exposure ({})", WhereToSet(source));
+    case Mistake::kFocusHunts:
+      return is_taken ? "Soft pictures stay soft. The next time switch auto focus off, and focus once on the "
+                        "subject"
+                      : "Switch auto focus off, at the lens or by the camera's settings, and focus once on "
+                        "the subject";
+    case Mistake::kRollingShutter:
+      if (is_taken)
+        return compensated ? "It is compensated, which leaves about twice the error of a global shutter"
+                           : "Let it be compensated (--readout-ms auto)";
+      return compensated ? "Move slowly: it is compensated, which leaves about twice the error of a global "
+                           "shutter"
+                         : "Let it be compensated (--readout-ms auto), and move slowly; or take a camera "
+                           "with a global shutter";
+    case Mistake::kFlicker:
+      return fmt::format(
+          "{} for 1/50 or 1/25 s (1/60 or 1/30 s where mains have 60 Hz), or take lamps that "
+          "do not flicker",
+          is_taken ? "Even the views out when you render them (--light fit); bands stay. The "
+                     "next time expose"
+                   : "Expose");
+    case Mistake::kUnsteadyLight:
+      return is_taken ? "Even the views out when you render them (--light fit). The next time keep lamps, "
+                        "daylight and shadows as they are"
+                      : "Keep lamps, daylight and shadows as they are while you capture";
+    case Mistake::kDust:
+      return fmt::format("{} the lens, and if that does not help the glass before the sensor",
+                         is_taken ? "The spots stay in these pictures. The next time clean" : "Clean");
+    case Mistake::kWrongLens:
+      return is_taken ? "Give the calibration of the camera that took them (--calibration), or begin again "
+                        "with --intrinsics refine"
+                      : "Calibrate with this lens at this zoom (ulf calibrate), or begin again with "
+                        "--intrinsics refine";
+  }
+  return {};
+}
+
 std::string NoticedMistake::InWords() const {
   return fmt::format("{}: {}. {}", Name(mistake), finding, cure);
 }
@@ -53,7 +100,7 @@ void MistakeWatch::DoubtWhatComesFromSoftPictures() {
   soft_until_s_ = now_s_ + kAfterwards_s;
 }
 
-void MistakeWatch::Note(Mistake mistake, std::string finding, std::string cure) {
+void MistakeWatch::Note(Mistake mistake, std::string finding, bool compensated) {
   if (ComesFromSoftPictures(mistake) && soft_until_s_ && now_s_ < *soft_until_s_) return;
   const auto known = std::ranges::find(noticed_, mistake, &NoticedMistake::mistake);
   if (known != noticed_.end()) {
@@ -62,7 +109,7 @@ void MistakeWatch::Note(Mistake mistake, std::string finding, std::string cure) 
   }
   noticed_.push_back({.mistake = mistake,
                       .finding = std::move(finding),
-                      .cure = std::move(cure),
+                      .cure = CureOf(mistake, source_, compensated),
                       .first_s = now_s_,
                       .last_s = now_s_});
   fresh_.push_back(noticed_.back());
@@ -73,8 +120,7 @@ void MistakeWatch::NoteHunting(double factor) {
   Note(Mistake::kFocusHunts,
        fmt::format("pictures of the same things turn soft and sharp again and again, their detail by a "
                    "factor of {:.1f}",
-                   factor),
-       "Switch auto focus off, at the lens or by the camera's settings, and focus once on the subject");
+                   factor));
 }
 
 std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const MistakeSigns& signs) {
@@ -99,8 +145,7 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
                "{} where {} in the picture while the scene moves on, the darkest {:.0f} % from the left and "
                "{:.0f} % from the top",
                spots.size() == 1 ? "a dark spot stays" : Counted(spots.size(), "dark spot") + " stay",
-               spots.size() == 1 ? "it is" : "they are", 100 * darkest.at.x, 100 * darkest.at.y),
-           "Clean the lens, and if that does not help the glass before the sensor");
+               spots.size() == 1 ? "it is" : "they are", 100 * darkest.at.x, 100 * darkest.at.y));
     }
   }
   if (signs.rolling_shutter) NoteShutter(*signs.rolling_shutter);
@@ -129,8 +174,7 @@ void MistakeWatch::TakeBackLens() {
 
 void MistakeWatch::NoteLens(const tracking::CalibrationCheck& lens) {
   if (!lens.Wrong()) return;
-  Note(Mistake::kWrongLens, lens.Text(),
-       "Calibrate with this lens at this zoom (ulf calibrate), or begin again with --intrinsics refine");
+  Note(Mistake::kWrongLens, lens.Text());
 }
 
 void MistakeWatch::NoteShutter(const tracking::Readout& rolling_shutter) {
@@ -147,16 +191,11 @@ void MistakeWatch::NoteShutter(const tracking::Readout& rolling_shutter) {
            "the rows of a picture are taken one after the other, within {:.0f} ms, which bends what a moving "
            "camera sees",
            1000 * std::abs(readout_s)),
-       rolling_shutter.compensated && !contradicted
-           ? "Move slowly: it is compensated, which leaves about twice the error of a global shutter"
-           : "Let it be compensated (--readout-ms auto), and move slowly; or take a camera with a global "
-             "shutter");
+       rolling_shutter.compensated && !contradicted);
 }
 
 // A camera's own word. Automatics that only settle, and a hand on the dial, are no mistake.
 void MistakeWatch::NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held) {
-  constexpr char kCure[] =
-      "Switch auto exposure off and set the exposure (in the URI, by ulf features, or at the camera)";
   constexpr double kSettles_s = 3, kWindow_s = 5, kLeastStep = 0.01, kLeastRange = 0.12;
   constexpr int kFewestSteps = 8;
   if (held.exposure != false)
@@ -164,7 +203,7 @@ void MistakeWatch::NoteTold(const Frame& frame, const acquisition::HeldAutomatic
   else if (!automatic_since_s_)
     automatic_since_s_ = now_s_;
   if (automatic_since_s_ && now_s_ - *automatic_since_s_ >= kSettles_s)
-    Note(Mistake::kAutoExposure, "the camera's auto exposure is on", kCure);
+    Note(Mistake::kAutoExposure, "the camera's auto exposure is on");
   if (frame.exposure_s <= 0 || frame.gain <= 0) return;
   told_.push_back({frame.device_time_s, std::log(frame.exposure_s * frame.gain)});
   while (std::abs(frame.device_time_s - told_.front().time_s) > kWindow_s) told_.pop_front();
@@ -176,8 +215,7 @@ void MistakeWatch::NoteTold(const Frame& frame, const acquisition::HeldAutomatic
       now_s_ > kSettles_s + kWindow_s)
     Note(Mistake::kAutoExposure,
          fmt::format("the camera changes its exposure all the time, by {:.1f} stops within {:.0f} s",
-                     (longest.log_exposure - shortest.log_exposure) / std::log(2), kWindow_s),
-         kCure);
+                     (longest.log_exposure - shortest.log_exposure) / std::log(2), kWindow_s));
 }
 
 void MistakeWatch::NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held) {
@@ -186,20 +224,14 @@ void MistakeWatch::NoteLight(const LightFinding& light, const acquisition::HeldA
     Note(Mistake::kFlicker,
          fmt::format("the light of the lamps goes up and down by {:.0f} %{}", 100 * *light.flickers,
                      light.bands ? fmt::format(", in {:.1f} bands over the picture", *light.bands)
-                                 : ", from picture to picture"),
-         "Expose for 1/50 or 1/25 s (1/60 or 1/30 s where mains have 60 Hz), or take lamps that do not "
-         "flicker");
+                                 : ", from picture to picture"));
   if (!light.changed || !is_now(light.changed_s)) return;
   const double stops = *light.changed / std::log(2);
   const std::string finding =
       fmt::format("within two seconds the same things became {:.1f} stops {}{}", std::abs(stops),
                   stops > 0 ? "brighter" : "darker",
                   held.exposure == true ? ", though the camera holds its exposure" : "");
-  if (held.exposure == true)
-    Note(Mistake::kUnsteadyLight, finding, "Keep lamps, daylight and shadows as they are while you capture");
-  else
-    Note(Mistake::kAutoExposure, finding,
-         "Switch auto exposure off and set the exposure (in the URI, by ulf features, or at the camera)");
+  Note(held.exposure == true ? Mistake::kUnsteadyLight : Mistake::kAutoExposure, finding);
 }
 
 // The best of two seconds decides (light_and_focus.h); a moment more, so that a hand before the lens does not.
@@ -214,8 +246,7 @@ void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
   DoubtWhatComesFromSoftPictures();
   Note(Mistake::kOutOfFocus,
        fmt::format("the pictures are blurred, fine detail is {:.2f} of the coarser where {:g} are needed",
-                   *signs.fine_detail, signs.least_fine_detail),
-       "Focus on the subject and fix the focus; move slowly");
+                   *signs.fine_detail, signs.least_fine_detail));
 }
 
 }  // namespace ulf::coverage

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
+#include "core/image/frame_source.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/session/watch/dust_watch.h"
 #include "coverage/session/watch/focus_watch.h"
@@ -35,6 +36,9 @@ inline constexpr std::array kMistakes{
     Mistake::kOutOfFocus, Mistake::kAutoExposure,  Mistake::kFocusHunts, Mistake::kRollingShutter,
     Mistake::kFlicker,    Mistake::kUnsteadyLight, Mistake::kDust,       Mistake::kWrongLens};
 const char* Name(Mistake mistake);  // "out of focus", "auto exposure", ...: as in --json
+// What to do about it, by what can still be changed about the pictures; what only the next ones can be spared begins with
+// "The next time". Sentences, without the last full stop. `compensated`: the rows of a rolling shutter.
+std::string CureOf(Mistake mistake, FrameSource source, bool compensated = false);
 
 struct NoticedMistake {
   Mistake mistake = Mistake::kOutOfFocus;
@@ -62,6 +66,8 @@ struct MistakeSigns {
 
 class MistakeWatch {
  public:
+  explicit MistakeWatch(FrameSource source) : source_(source) {}
+
   // After each complete live frame. Returns those that were not noticed before.
   std::vector<NoticedMistake> After(const Frame& frame, const MistakeSigns& signs);
   // What is known only when the last frame has come.
@@ -72,7 +78,7 @@ class MistakeWatch {
  private:
   static bool ComesFromSoftPictures(Mistake mistake);
   void DoubtWhatComesFromSoftPictures();
-  void Note(Mistake mistake, std::string finding, std::string cure);
+  void Note(Mistake mistake, std::string finding, bool compensated = false);
   void NoteHunting(double factor);
   void NoteLight(const LightFinding& light, const acquisition::HeldAutomatics& held);
   void NoteFocus(const MistakeSigns& signs);
@@ -81,6 +87,7 @@ class MistakeWatch {
   void NoteShutter(const tracking::Readout& rolling_shutter);
   void NoteTold(const Frame& frame, const acquisition::HeldAutomatics& held);
 
+  const FrameSource source_;
   PictureTracks tracks_;
   LightWatch light_;
   FocusWatch focus_;

@@ -18,6 +18,7 @@ using ::testing::Not;
 
 CaptureSummary With(Reason reason, std::uint64_t frames) {
   CaptureSummary summary;
+  summary.source = FrameSource::kSettableCamera;
   summary.frames = frames;
   summary.reasons[static_cast<std::size_t>(reason)] = frames;
   return summary;

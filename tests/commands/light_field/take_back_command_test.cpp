@@ -63,7 +63,7 @@ TEST_F(AtTheDesk, ViewsAreTakenOutThroughTheJournalAndTheirPhotographsKept) {
   const CommandResult result = RunUlf("take-back " + Dir() + " 4 7");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.output, AllOf(HasSubstr("taken back, kept in unposed/: views 4 and 7; 22 views left\n"),
-                                   HasSubstr("covered: "), HasSubstr("that reopened "),
+                                   HasSubstr("covered: "), HasSubstr(" % must be taken again"),
                                    HasSubstr("outdated: the mesh (proxy.ply) and 2 depth maps (depth/) "),
                                    HasSubstr("'ulf proxy " + Dir() + "'")));
   const LightField after = ReadLightField(dir_);
@@ -198,18 +198,19 @@ TEST(CoverageChange, IsSaidInDecimalsThatDifferOrNotAtAll) {
   using commands::CoverageChange;
   const coverage::Cap cap = coverage::Cap::ParseDegrees("40x30");
   const auto text = [&](double before, double after) {
-    return commands::ToText(CoverageChange{cap, before, after}, "refining", "my vase");
+    return commands::ToText(CoverageChange{cap, before, after}, FrameSource::kCamera, "my vase");
   };
   EXPECT_THAT(
       text(0.98134, 0.98071),
-      AllOf(HasSubstr("covered: 98.13 % of 40 x 30 degrees before, 98.07 % after: refining reopened 0.06 %"),
-            HasSubstr("'ulf info \"my vase\"' lists the holes")));
+      AllOf(
+          HasSubstr("covered: 98.13 % of 40 x 30 degrees before, 98.07 % after: 0.06 % must be taken again"),
+          HasSubstr("'ulf info \"my vase\"' says where")));
   EXPECT_THAT(text(0.98134, 0.98133), AllOf(HasSubstr("98.1 % of 40 x 30 degrees, as before"),
-                                            HasSubstr("reopened nothing"), Not(HasSubstr("after"))));
+                                            Not(HasSubstr("again")), Not(HasSubstr("after"))));
   EXPECT_THAT(text(0.90, 0.95),
-              AllOf(HasSubstr("90.0 %"), HasSubstr("95.0 % after\n"), Not(HasSubstr("reopened"))));
+              AllOf(HasSubstr("90.0 %"), HasSubstr("95.0 % after\n"), Not(HasSubstr("again"))));
   EXPECT_THAT(text(0.95, 0.90),
-              HasSubstr("95.0 % of 40 x 30 degrees before, 90.0 % after: refining reopened 5.0 %"));
+              HasSubstr("95.0 % of 40 x 30 degrees before, 90.0 % after: 5.0 % must be taken again"));
 }
 
 }  // namespace

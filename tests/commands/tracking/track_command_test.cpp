@@ -462,12 +462,12 @@ TEST(TrackCommand, ARollingShutterIsSaidAndThatItLooksLikeAWrongFocalLength) {
 TEST(TrackCommand, TheStartIsToldInWords) {
   Track track;
   track.start = StartProgress{StartObstacle::kLowParallax, 0.43, 0.8, 150, 60};
-  EXPECT_THAT(InWords(track),
+  EXPECT_THAT(InWords(track, FrameSource::kCamera),
               testing::AllOf(testing::HasSubstr("sideways"), testing::HasSubstr("0.4 of 0.8 degrees")));
   track.start->obstacle = StartObstacle::kRotationOnly;
-  EXPECT_THAT(InWords(track), testing::HasSubstr("only turns"));
+  EXPECT_THAT(InWords(track, FrameSource::kCamera), testing::HasSubstr("only turns"));
   track.start = StartProgress{StartObstacle::kTooFewMatches, 0, 0.8, 12, 60};
-  EXPECT_THAT(InWords(track), testing::HasSubstr("12 of 60"));
+  EXPECT_THAT(InWords(track, FrameSource::kCamera), testing::HasSubstr("12 of 60"));
 }
 
 // Where the picture itself shows nothing, nobody is told to move otherwise.
@@ -476,18 +476,18 @@ TEST(TrackCommand, APictureWithoutCornersIsSaidNotTheMovement) {
   Frame frame;
   frame.status = FrameStatus::kComplete;
   frame.image = {.pixels = cv::Mat(480, 640, CV_8U, cv::Scalar(90)), .transfer = Transfer::kSrgb};
-  const std::string starting = InWords(tracker.Step(frame));
+  const std::string starting = InWords(tracker.Step(frame), FrameSource::kCamera);
   EXPECT_THAT(starting,
               testing::AllOf(testing::HasSubstr("hardly any corners"), testing::HasSubstr("0 of 80"),
                              testing::Not(testing::HasSubstr("hand"))));
   Track lost;
   lost.state = TrackState::kLost;
   lost.features = 12;
-  EXPECT_THAT(InWords(lost),
+  EXPECT_THAT(InWords(lost, FrameSource::kCamera),
               testing::AllOf(testing::HasSubstr("hardly any corners"), testing::HasSubstr("12 of 80"),
                              testing::Not(testing::HasSubstr("seen before"))));
   lost.features = 700;
-  EXPECT_THAT(InWords(lost), testing::HasSubstr("nothing in view is recognised"));
+  EXPECT_THAT(InWords(lost, FrameSource::kCamera), testing::HasSubstr("nothing in view is recognised"));
 }
 
 TEST(TrackCommand, TrackingSideIsObeyedAndWrongOnesAreRefused) {

@@ -70,16 +70,18 @@ TEST(CoverageMap, SaysHowFineADiscItTellsApart) {
 }
 
 TEST(CapturePrediction, SaysWhereToStayAndWhatItsRangeIsOf) {
-  CapturePrediction prediction{.disc_radius = 0.1, .nearest = 0.67, .farthest = {}, .views = {}};
-  EXPECT_THAT(InWords(prediction, 12, false),
-              ::testing::HasSubstr("; stay at least 0.67 units from the subject's centre"));
-  EXPECT_THAT(InWords(prediction, 12, true),
-              ::testing::HasSubstr("; stay at least 0.67 m from the subject's centre"));
+  CapturePrediction prediction{
+      .distance = 0.5, .disc_radius = 0.1, .nearest = 0.34, .farthest = {}, .views = {}};
+  EXPECT_THAT(InWords(prediction, 12, false, FrameSource::kCamera),
+              ::testing::HasSubstr("; keep at least 0.68 of the first distance; farther is fine"));
+  EXPECT_THAT(InWords(prediction, 12, true, FrameSource::kCamera),
+              ::testing::HasSubstr("; stay at least 0.34 m from the subject's centre"));
   prediction.farthest = 1.2;
-  EXPECT_THAT(InWords(prediction, 12, true), ::testing::HasSubstr("stay 0.67 to 1.20 m from the subject's"));
+  EXPECT_THAT(InWords(prediction, 12, true, FrameSource::kCamera),
+              ::testing::HasSubstr("stay 0.34 to 1.20 m from the subject's"));
   prediction.views = ViewsEstimate{7, 5, 12};
   EXPECT_THAT(
-      InWords(prediction, 12, true),
+      InWords(prediction, 12, true, FrameSource::kCamera),
       ::testing::HasSubstr("about 7 views (5 to 12) at 12 px within the cap, more if you go beyond it"));
   EXPECT_EQ(InWords(ViewsEstimate{1, 1, 2}), "about 1 view (1 to 2)");
 }
@@ -87,11 +89,13 @@ TEST(CapturePrediction, SaysWhereToStayAndWhatItsRangeIsOf) {
 TEST(CapturePrediction, SaysWhatIsFinerThanTheMapTellsApart) {
   const double finest = CoverageMap::FinestDiscRadius(Cap::WholeSphere());
   CapturePrediction prediction{.disc_radius = 1.01 * finest, .nearest = {}, .farthest = {}, .views = {}};
-  EXPECT_FALSE(ThresholdWarning(prediction, {}));
+  EXPECT_FALSE(ThresholdWarning(prediction, {}, FrameSource::kCamera));
   prediction.disc_radius = 0.99 * finest;
-  ASSERT_TRUE(ThresholdWarning(prediction, {}));
-  EXPECT_THAT(*ThresholdWarning(prediction, {}), testing::HasSubstr("small gaps will not be seen"));
-  EXPECT_FALSE(ThresholdWarning(prediction, Cap::ParseDegrees("60x40"))) << "a smaller cap has a finer map";
+  ASSERT_TRUE(ThresholdWarning(prediction, {}, FrameSource::kCamera));
+  EXPECT_THAT(*ThresholdWarning(prediction, {}, FrameSource::kCamera),
+              testing::HasSubstr("small gaps will not be seen"));
+  EXPECT_FALSE(ThresholdWarning(prediction, Cap::ParseDegrees("60x40"), FrameSource::kCamera))
+      << "a smaller cap has a finer map";
 }
 
 TEST(CapFrame, FirstDirectionIsTheMiddleAndAnglesComeBack) {

@@ -367,6 +367,9 @@ TEST(Overlay, InstructionsComeInTheOrderOfWhatStandsInTheWay) {
   EXPECT_THAT(InstructionFor(*state).words, ::testing::HasSubstr("last row"));
   state->guidance.distance = 0.8;
   EXPECT_EQ(InstructionFor(*state).words, "come 20 % nearer");
+  state->metric = true;
+  EXPECT_EQ(InstructionFor(*state).words, "come 20 cm nearer");
+  state->metric = false;
   state->guidance.distance = 1.3;
   EXPECT_EQ(InstructionFor(*state).words, "go 30 % back");
   state->decision.reason = Reason::kSpeed;

@@ -47,12 +47,13 @@ TEST(StatusLine, SaysEveryFigureOfTheSession) {
   state->disk_left_bytes = 1'640'000'000;
   state->exposure_locked = false;
   state->reopened = {Eigen::Vector3d::UnitX()};
+  state->reopened_share = 0.021;
   state->recording = false;
   state->why_waiting = "recording paused: disk full (2.6 MB free, 3.0 needed)";
   EXPECT_THAT(Words(StatusLine(*state)),
               ElementsAre("29 frames/s", "7 dropped", "412 points", "3 views of about 180", "43.2 % covered",
-                          "about 65 s left", "1.6 GB left", "exposure not locked", "some reopened", "paused",
-                          "recording paused: disk full (2.6 MB free, 3.0 needed)"));
+                          "about 65 s left", "1.6 GB left", "exposure not locked", "2 % must be taken again",
+                          "paused", "recording paused: disk full (2.6 MB free, 3.0 needed)"));
 }
 
 TEST(StatusLine, HasTheMistakesThatAreSeen) {
@@ -139,7 +140,7 @@ TEST(Legend, NamesWhatIsDrawnAndNothingElse) {
   EXPECT_THAT(words(), ElementsAre("the camera now"));
   state->guidance.toward = Eigen::Vector3d::UnitX();
   state->reopened = {Eigen::Vector3d::UnitX()};
-  EXPECT_THAT(words(), ElementsAre("the camera now", "where to go next", "reopened"));
+  EXPECT_THAT(words(), ElementsAre("the camera now", "where to go next", "must be taken again"));
   auto passing = std::make_shared<CaptureState>(*state);
   passing->guidance.left_open = {Eigen::Vector3d::UnitX()};
   const LegendMark passed = LegendMarks(*passing, palette)[2];

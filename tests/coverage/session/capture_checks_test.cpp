@@ -37,7 +37,8 @@ const PreflightItem& Item(const std::vector<PreflightItem>& items, const std::st
 TEST(Preflight, SaysWhatIsNotInOrderAndTheWayOut) {
   const CapturePrediction prediction{
       .disc_radius = 0.02, .nearest = {}, .farthest = {}, .views = ViewsEstimate{500, 450, 560}};
-  const PreflightInput good{.calibrated = true,
+  const PreflightInput good{.source = FrameSource::kSettableCamera,
+                            .calibrated = true,
                             .calibration_source = "stored for serial 7",
                             .held = {.exposure = true, .white_balance = true, .focus = {}},
                             .prediction = prediction,
@@ -147,16 +148,21 @@ TEST(Preflight, ADiskWithoutRoomForTenViewsHoldsTheStartAlsoWithoutACap) {
 
 TEST(SubjectFinder, SaysWhatIsWrongWithASubjectAndTheWayOut) {
   const Rigid3 at_origin;
-  EXPECT_EQ(ProblemOf({{0, 0, 1}, 0.2}, at_origin), "");
-  EXPECT_EQ(ProblemOf({{0, 0, -1}, 0.2}, std::nullopt), "") << "nobody stands anywhere yet";
+  EXPECT_EQ(ProblemOf({{0, 0, 1}, 0.2}, at_origin, FrameSource::kCamera), "");
+  EXPECT_EQ(ProblemOf({{0, 0, -1}, 0.2}, std::nullopt, FrameSource::kCamera), "")
+      << "nobody stands anywhere yet";
   const double nan = std::nan("");
   for (const double radius : {0.0, -0.1, nan, HUGE_VAL})
-    EXPECT_THAT(ProblemOf({{0, 0, 1}, radius}, at_origin), HasSubstr("a radius above 0")) << radius;
-  EXPECT_THAT(ProblemOf({{0, nan, 1}, 0.2}, std::nullopt), HasSubstr("a centre of numbers"));
-  EXPECT_THAT(ProblemOf({{0, 0, 1}, 1.5}, at_origin),
+    EXPECT_THAT(ProblemOf({{0, 0, 1}, radius}, at_origin, FrameSource::kCamera),
+                HasSubstr("a radius above 0"))
+        << radius;
+  EXPECT_THAT(ProblemOf({{0, nan, 1}, 0.2}, std::nullopt, FrameSource::kCamera),
+              HasSubstr("a centre of numbers"));
+  EXPECT_THAT(ProblemOf({{0, 0, 1}, 1.5}, at_origin, FrameSource::kCamera),
               AllOf(HasSubstr("inside that sphere"), HasSubstr("radius 1.5"), HasSubstr("step back")));
-  EXPECT_THAT(ProblemOf({{0, 0, 1}, 1}, at_origin), HasSubstr("inside")) << "on its surface";
-  EXPECT_THAT(ProblemOf({{0, 0, -1}, 0.2}, at_origin),
+  EXPECT_THAT(ProblemOf({{0, 0, 1}, 1}, at_origin, FrameSource::kCamera), HasSubstr("inside"))
+      << "on its surface";
+  EXPECT_THAT(ProblemOf({{0, 0, -1}, 0.2}, at_origin, FrameSource::kCamera),
               AllOf(HasSubstr("behind the camera"), HasSubstr("turn the camera")));
 }
 
@@ -427,7 +433,9 @@ TEST(CorrectedPoses, WhatFallsOpenIsShownAndSaid) {
   EXPECT_LT(covered_after, covered_before - 0.005) << "nothing fell open: the test shows nothing";
   EXPECT_EQ(reopened_before, 0u);
   EXPECT_GT(reopened_after, 0u);
-  EXPECT_THAT(said, Contains(::testing::MatchesRegex("pose correction reopened [0-9.]+ % of the cap")));
+  EXPECT_THAT(
+      said,
+      Contains(::testing::MatchesRegex("poses were corrected: [0-9.]+ % of the cap must be taken again")));
 }
 
 // A tracker that looks for points on the subject and off it.

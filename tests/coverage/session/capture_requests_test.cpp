@@ -89,7 +89,7 @@ TEST(CaptureRequests, ViewsThatAreTakenBackGoToUnposedAndTheirPlacesAreOpen) {
       EXPECT_EQ(cv::norm(ReadViewImage(captured.light_field, view).pixels, expected, cv::NORM_INF), 0)
           << view.id;
     }
-    EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("2 views (3, 4)"), HasSubstr("this reopened"))));
+    EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr("2 views (3, 4)"), HasSubstr(" must be taken again"))));
     EXPECT_THAT(asked.said, Contains(HasSubstr("there is no view 77")));
 
     ASSERT_EQ(asked.states.size(), 6u);
@@ -327,6 +327,11 @@ TEST(CaptureStateTest, TheWayIsSaidAsTheCameraIsHeld) {
   state.guidance.toward = toward(0, 7);
   state.guidance.distance = 1.8;
   EXPECT_EQ(WayInWords(state), "7° up, 10 % nearer");
+  state.metric = true;
+  EXPECT_EQ(WayInWords(state), "7° up, 20 cm nearer");
+  state.guidance.distance = 2.004;
+  EXPECT_EQ(WayInWords(state), "7° up") << "too little to walk";
+  state.metric = false;
   // Held upside down.
   state.cam_from_world = LookAt({0, 0, -2}, {0, 0, 0}, {0, 1, 0});
   state.guidance.distance = 2.5;
@@ -451,7 +456,8 @@ TEST(CaptureStateTest, ViewsExpectedComeFromTheEstimateAndThenFromWhatIsOpen) {
               static_cast<double>(last.view_ids.size()) +
                   std::max(0.0, 1 - *last.covered / options.until_share) * estimate,
               1);
-  EXPECT_THAT(asked.said, Contains(AllOf(HasSubstr(" at 7 px within the cap"), HasSubstr("; stay"))));
+  EXPECT_THAT(asked.said,
+              Contains(AllOf(HasSubstr(" at 7 px within the cap"), HasSubstr("; keep at least"))));
 }
 
 }  // namespace

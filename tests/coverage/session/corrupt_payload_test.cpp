@@ -53,7 +53,9 @@ class NumberedSource : public PoseSource {
   Rigid3 PoseOf(const Anchored& anchor) const override { return known_->PoseOf(anchor); }
   std::vector<VisiblePoint> VisiblePoints() const override { return known_->VisiblePoints(); }
   std::vector<ScenePoint> Points() const override { return known_->Points(); }
-  bool SeedMap(std::span<const SeedView> views) override { return known_->SeedMap(views); }
+  bool SeedMap(std::span<const SeedView> views, const SeedProgress& progress) override {
+    return known_->SeedMap(views, progress);
+  }
   void Finish() override { known_->Finish(); }
 
  private:

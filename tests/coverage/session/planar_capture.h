@@ -125,7 +125,7 @@ class DriftingSource : public PoseSource {
     return points;
   }
   std::vector<ScenePoint> Points() const override { return {{{0.1, 0.2, 0.3}, {1, 2, 3}}}; }
-  bool SeedMap(std::span<const SeedView>) override { return false; }
+  bool SeedMap(std::span<const SeedView>, const SeedProgress&) override { return false; }
   void Finish() override { adjusted_ = true; }
   void Adjust(bool tells) {
     adjusted_ = true;

@@ -32,12 +32,12 @@ std::vector<std::string> SaidBy(TurntableWatch& watch, double from_s, double unt
 }
 
 TEST(TurntableWatch, SaysNothingWhileAllIsWell) {
-  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50");
+  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50", FrameSource::kCamera);
   EXPECT_THAT(SaidBy(watch, 0, 40, [](double t) { return std::optional(PoseAt(24 * t, 30)); }), IsEmpty());
 }
 
 TEST(TurntableWatch, SaysOnceThatTheBoardIsNotSeen) {
-  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50");
+  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50", FrameSource::kCamera);
   const auto said = SaidBy(watch, 0, 10, [](double) { return std::optional<Rigid3>(); });
   ASSERT_EQ(said.size(), 1u);
   EXPECT_THAT(said[0], AllOf(HasSubstr("charuco:5x5:54:40:DICT_4X4_50 is not seen"), HasSubstr("aim at it")));
@@ -46,14 +46,14 @@ TEST(TurntableWatch, SaysOnceThatTheBoardIsNotSeen) {
 }
 
 TEST(TurntableWatch, SaysThatNothingTurns) {
-  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50");
+  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50", FrameSource::kCamera);
   const auto said = SaidBy(watch, 0, 20, [](double) { return std::optional(PoseAt(10, 30)); });
   ASSERT_EQ(said.size(), 1u);
   EXPECT_THAT(said[0], AllOf(HasSubstr("does not turn"), HasSubstr("start the turntable")));
 }
 
 TEST(TurntableWatch, SaysThatTheCameraWasMoved) {
-  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50");
+  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50", FrameSource::kCamera);
   const auto pose = [](double t) {
     return std::optional(PoseAt(24 * t, t < 15 ? 30 : t < 16 ? 30 + 8 * (t - 15) : 38));
   };
@@ -65,7 +65,7 @@ TEST(TurntableWatch, SaysThatTheCameraWasMoved) {
 }
 
 TEST(TurntableWatch, OneWrongPoseIsNoMove) {
-  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50");
+  TurntableWatch watch("charuco:5x5:54:40:DICT_4X4_50", FrameSource::kCamera);
   EXPECT_THAT(SaidBy(watch, 0, 40,
                      [](double t) {
                        const bool wrong = std::abs(t - 20) < 0.15;

@@ -95,7 +95,7 @@ TEST(LensWatch, WhatIsNoLensIsSaidWithoutAValue) {
   watch.Note(check, 8);
   watch.Note(check, 10);
   ASSERT_TRUE(watch.contradiction());
-  EXPECT_THAT(watch.contradiction()->Advice(),
+  EXPECT_THAT(watch.contradiction()->Advice(FrameSource::kCamera),
               testing::AllOf(testing::HasSubstr("no real lens near it"), testing::HasSubstr("too long")));
   watch.Note(FocalOff(540), 13);
   EXPECT_TRUE(watch.contradiction() && watch.contradiction()->no_lens_fits)

@@ -68,7 +68,7 @@ TEST(Parts, WhatIsSeenAfterACutIsJoinedWhereTheWayMeetsTheFirstPart) {
     EXPECT_FALSE(track.cam_from_world);
     EXPECT_TRUE(track.anchor);
     EXPECT_EQ(track.quality, 0);
-    EXPECT_NE(InWords(track).find("apart"), std::string::npos);
+    EXPECT_NE(InWords(track, FrameSource::kCamera).find("apart"), std::string::npos);
   }
   const TrackerStatistics statistics = run.tracker.Statistics();
   EXPECT_EQ(statistics.parts_joined, 1);

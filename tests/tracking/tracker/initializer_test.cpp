@@ -65,19 +65,19 @@ TEST_F(InitializerTest, DarknessIsNamed) {
 }
 
 TEST(TrackWords, SayWhatTheOperatorCanDo) {
-  EXPECT_EQ(InWords(StartProgress{StartObstacle::kLowParallax, 0.3, 0.8, 100, 60}),
+  EXPECT_EQ(InWords(StartProgress{StartObstacle::kLowParallax, 0.3, 0.8, 100, 60}, FrameSource::kCamera),
             "too little parallax: continue to move sideways (0.3 of 0.8 degrees of parallax)");
-  EXPECT_THAT(InWords(StartProgress{StartObstacle::kTooFewFeatures, 0, 0.8, 12, 80}),
+  EXPECT_THAT(InWords(StartProgress{StartObstacle::kTooFewFeatures, 0, 0.8, 12, 80}, FrameSource::kCamera),
               HasSubstr("(12 of 80)"));
   Track track;
-  EXPECT_EQ(InWords(track), "starting");
+  EXPECT_EQ(InWords(track, FrameSource::kCamera), "starting");
   track.state = TrackState::kTracking;
   track.matched_points = 1;
-  EXPECT_EQ(InWords(track), "following 1 point");
+  EXPECT_EQ(InWords(track, FrameSource::kCamera), "following 1 point");
   track.state = TrackState::kLost;
-  EXPECT_THAT(InWords(track), HasSubstr("nothing in view is recognised"));
+  EXPECT_THAT(InWords(track, FrameSource::kCamera), HasSubstr("nothing in view is recognised"));
   track.features = 12;
-  EXPECT_THAT(InWords(track), HasSubstr("(12 of 80)"));
+  EXPECT_THAT(InWords(track, FrameSource::kCamera), HasSubstr("(12 of 80)"));
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ TEST(TurnTrackerTest, WhileTheCameraIsLostTheTurnGoesOn) {
     ++lost;
     known += track.turn.has_value();
     if (!track.turn) continue;
-    said = said || InWords(track).find("move sideways") != std::string::npos;
+    said = said || InWords(track, FrameSource::kCamera).find("move sideways") != std::string::npos;
     const Eigen::Quaterniond expected = (truth * world_from_truth->Inverse()).rotation;
     EXPECT_LT(Degrees(RotationAngle(*track.turn * expected.conjugate())), 1) << k;
   }

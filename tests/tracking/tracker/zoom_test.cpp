@@ -188,11 +188,11 @@ TEST(ZoomWatch, AFixedLensIsNotWatched) {
 }
 
 TEST(ZoomWatch, WordsSayByHowMuch) {
-  EXPECT_EQ(tracking::ZoomInWords(1.0994),
+  EXPECT_EQ(tracking::ZoomInWords(1.0994, FrameSource::kCamera),
             "the zoom was moved, or another lens is mounted: the focal length is 9.9 % longer than the given "
             "lens's; "
             "put it back, or calibrate");
-  EXPECT_THAT(tracking::ZoomInWords(0.95), ::testing::HasSubstr("5.0 % shorter"));
+  EXPECT_THAT(tracking::ZoomInWords(0.95, FrameSource::kCamera), ::testing::HasSubstr("5.0 % shorter"));
 }
 
 }  // namespace

@@ -409,7 +409,7 @@ class RememberingPoses : public PoseSource {
   Rigid3 PoseOf(const Anchored&) const override { return {}; }
   std::vector<VisiblePoint> VisiblePoints() const override { return {}; }
   std::vector<ScenePoint> Points() const override { return {}; }
-  bool SeedMap(std::span<const SeedView>) override { return true; }
+  bool SeedMap(std::span<const SeedView>, const SeedProgress&) override { return true; }
   void Finish() override {}
   mutable std::optional<Rigid3> looked_for;
 };

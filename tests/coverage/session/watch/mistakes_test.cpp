@@ -26,7 +26,7 @@ std::vector<NoticedMistake> NoticedIn(const std::string& scene_and_faults, doubl
                                       const std::string& size = "&width=320&height=240") {
   const auto device = OpenDevice("sim:" + scene_and_faults + size);
   device->Start();
-  MistakeWatch watch;
+  MistakeWatch watch(FrameSource::kCamera);
   LightAndFocusCheck light_and_focus;
   const double frames = 15 * seconds;
   for (int i = 0; i < frames; ++i) {
@@ -103,7 +103,7 @@ TEST(Mistakes, ALensAndAShutterAreNamedFromTheMapOnceEachAndNotWhereTheyWereGive
   const tracking::CalibrationCheck wrong{
       .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
   const tracking::Readout measured{.readout_s = 0.025, .sigma_s = 0.001}, given{.readout_s = 0.025};
-  MistakeWatch watch;
+  MistakeWatch watch(FrameSource::kCamera);
   Frame frame;
   EXPECT_THAT(watch.After(frame, {.rolling_shutter = given}), IsEmpty());
   EXPECT_THAT(Kinds(watch.After(frame, {.lens_contradicted = wrong, .rolling_shutter = measured})),
@@ -115,7 +115,7 @@ TEST(Mistakes, ALensAndAShutterAreNamedFromTheMapOnceEachAndNotWhereTheyWereGive
   EXPECT_THAT(watch.noticed()[1].finding, HasSubstr("500.0 px"));
   const tracking::Readout contradicted{
       .readout_s = 0, .compensated = false, .contradicted = tracking::Readout::Contradiction{0.025, 0.001}};
-  MistakeWatch other;
+  MistakeWatch other(FrameSource::kCamera);
   other.AtTheEnd(tracking::CalibrationCheck{}, contradicted);
   ASSERT_THAT(Kinds(other.noticed()), ElementsAre(Mistake::kRollingShutter));
   EXPECT_THAT(other.noticed()[0].cure, HasSubstr("--readout-ms auto"));
@@ -124,7 +124,7 @@ TEST(Mistakes, ALensAndAShutterAreNamedFromTheMapOnceEachAndNotWhereTheyWereGive
 TEST(Mistakes, ALensThatTheTrackerTakesBackIsNoMistake) {
   const tracking::CalibrationCheck wrong{
       .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
-  MistakeWatch watch;
+  MistakeWatch watch(FrameSource::kCamera);
   EXPECT_THAT(Kinds(watch.After(Frame(), {.lens_contradicted = wrong})), ElementsAre(Mistake::kWrongLens));
   watch.After(Frame(), {});
   EXPECT_THAT(watch.noticed(), IsEmpty());
@@ -139,7 +139,7 @@ TEST(Mistakes, WhileAPictureIsOutOfFocusRowsAndLensWait) {
   const tracking::CalibrationCheck wrong{
       .given_focal_px = 525, .fitted_focal_px = 500, .sigma_px = 1, .determined = true, .focal_wrong = true};
   const tracking::Readout rows{.readout_s = 0.025, .sigma_s = 0.001};
-  MistakeWatch watch;
+  MistakeWatch watch(FrameSource::kCamera);
   const auto after = [&](double time_s, double fine_detail) {
     Frame frame;
     frame.device_time_s = time_s;
