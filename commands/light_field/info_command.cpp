@@ -1,4 +1,4 @@
-// ulf info: what a light field holds, in some ten lines.
+// ulf info: what a light field holds, in some ten lines; of several, a table with a row for each.
 
 #include <fmt/core.h>
 
@@ -10,6 +10,7 @@
 #include "commands/commands.h"
 #include "commands/light_field/geometry_report.h"
 #include "commands/light_field/light_field_report.h"
+#include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
@@ -20,7 +21,7 @@ namespace ulf::commands {
 namespace {
 
 struct InfoArgs {
-  std::string dir;
+  std::vector<std::string> dirs;
   std::string cap;
   std::string subject;
   std::optional<double> threshold_px;
@@ -41,11 +42,34 @@ std::string MissingForOthersText(const LightField& light_field) {
       ShellWord(light_field.root.string()));
 }
 
+// A row of each, as the thesis's Table 6.1. Those that cannot be read are named after the others.
+int RunInfoOfSeveral(const InfoArgs& args, const ReportOptions& options) {
+  if (args.check_poses || args.check_light)
+    throw UsageError("{}: looks at one light field at a time; give one folder",
+                     args.check_poses ? "--check-poses" : "--check-light");
+  if (!args.subject.empty())
+    throw UsageError("--subject {}: each light field has its own; give one folder", args.subject);
+  std::vector<NamedReport> reports;
+  std::string problems;
+  for (const std::string& dir : args.dirs) try {
+      reports.push_back({dir, Describe(ReadLightField(dir), options)});
+    } catch (const Error& error) {
+      problems += (problems.empty() ? "" : "\n") + std::string(error.what());
+    }
+  if (args.json)
+    fmt::print("{}\n", JsonText(TableJson(reports)));
+  else
+    fmt::print("{}", TableText(reports));
+  if (!problems.empty()) throw Error("{}", problems);
+  return kOk;
+}
+
 int RunInfo(const InfoArgs& args) {
   ReportOptions options{.threshold_px = args.threshold_px};
   if (!args.cap.empty()) options.cap = coverage::Cap::ParseDegrees(args.cap);
   if (!args.subject.empty()) options.subject = ParseSubject(args.subject);
-  LightField light_field = ReadLightField(args.dir);
+  if (args.dirs.size() > 1) return RunInfoOfSeveral(args, options);
+  LightField light_field = ReadLightField(args.dirs[0]);
   const LightFieldReport report = Describe(light_field, options);
   const std::optional<render::GeometryState> geometry = render::GeometryStateOf(light_field);
   std::optional<PoseReport> poses;
@@ -66,7 +90,7 @@ int RunInfo(const InfoArgs& args) {
   } else {
     fmt::print("{}{}{}{}{}", ToText(report), GeometryText(geometry, light_field),
                MissingForOthersText(light_field), poses ? ToText(*poses, light_field) : "",
-               light ? ToText(*light) : "");
+               light ? ToText(*light, SourceOf(light_field)) : "");
   }
   return kOk;
 }
@@ -77,7 +101,12 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<InfoArgs>();
   CLI::App* command =
       app.add_subcommand("info", "What a light field holds: views, time, angles, coverage, measured errors");
-  command->add_option("DIR", args->dir, "Light field")->required();
+  command
+      ->add_option(
+          "DIR", args->dirs,
+          "Light field; of several, a table with a row for each: views, minutes, angular range, angle "
+          "between neighbours")
+      ->required();
   command->add_option(
       "--cap", args->cap,
       "Report coverage of this cap, AZIMUTHxELEVATION in degrees such as 60x40 (default: the goal of the "
@@ -93,7 +122,7 @@ void AddInfoCommand(CLI::App& app, ChosenCommand& chosen) {
       "Also read the photographs: how much is clipped, and whether the lamp changed between earlier and "
       "later views");
   command->add_flag("--json", args->json, "Print one JSON object");
-  command->footer("Example: ulf info my_light_field --cap 60x40");
+  command->footer("Example: ulf info my_light_field --cap 60x40\n         ulf info vase jar bust");
   command->callback([args, &chosen] { chosen = [args] { return RunInfo(*args); }; });
 }
 

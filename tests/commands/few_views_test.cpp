@@ -115,5 +115,50 @@ TEST(FewViews, NoneAtAllIsAnError) {
   }
 }
 
+// The thesis's Table 6.1.
+TEST(FewViews, SeveralLightFieldsAreATableWithARowEach) {
+  test::ScratchFolder scratch;
+  const std::string one = (scratch / "one").string(), two = (scratch / "two").string(),
+                    none = (scratch / "none").string();
+  Write(one, kCases[0]);
+  Write(two, kCases[1]);
+  const auto table = test::RunUlf("info " + one + " " + two);
+  ASSERT_EQ(table.exit_code, 0) << table.errors;
+  EXPECT_THAT(table.output,
+              testing::ContainsRegex("light field +views +capture time, min +angular range, degrees "
+                                     "+average angle, degrees\n.*one +1 +0.0 +0x0 +-\n.*two +2 "
+                                     "+0.0 +6x0 +-\n$"));
+  const auto json = test::RunUlf("info " + one + " " + two + " --cap 10x10 --json");
+  EXPECT_THAT(json.output, testing::AllOf(testing::HasSubstr("\"light_fields\""), testing::HasSubstr(one),
+                                          testing::HasSubstr("\"mean_edge_deg\""),
+                                          testing::HasSubstr("\"angular_range_deg\"")));
+  EXPECT_THAT(test::RunUlf("info " + one + " " + two + " --cap 10x10").output,
+              testing::HasSubstr("covered, % of the cap"));
+  // What cannot be read costs its own row alone.
+  const auto broken = test::RunUlf("info " + one + " " + none + " " + two);
+  EXPECT_EQ(broken.exit_code, 1);
+  EXPECT_THAT(broken.errors, testing::HasSubstr(none));
+  EXPECT_THAT(broken.output, testing::AllOf(testing::HasSubstr(one), testing::HasSubstr(two)));
+  EXPECT_EQ(test::RunUlf("info " + one + " " + two + " --check-poses").exit_code, 2);
+}
+
+// Files are no camera in the hand: what the command says is for whoever has the files.
+TEST(FewViews, AFolderOfFilesIsNotToldToMove) {
+  test::ScratchFolder scratch;
+  const auto folder = scratch / "files";
+  std::filesystem::create_directories(folder);
+  cv::Mat picture(240, 320, CV_8UC3);
+  cv::RNG random(5);
+  random.fill(picture, cv::RNG::UNIFORM, 40, 200);
+  for (int i = 0; i < 5; ++i) cv::imwrite((folder / ("p" + std::to_string(i) + ".png")).string(), picture);
+  const auto capture = test::RunUlf("capture replay:" + folder.string() + " -o " + (scratch / "lf").string() +
+                                    " --headless --focal-px 300");
+  EXPECT_EQ(capture.exit_code, 1);
+  EXPECT_THAT(capture.errors, testing::HasSubstr("ulf import"));
+  for (const char* advice :
+       {"sideways", "slowly", "hold", "aim", "ulf features", "ulf calibrate", "nearer", "wait"})
+    EXPECT_THAT(capture.errors, testing::Not(testing::HasSubstr(advice))) << advice;
+}
+
 }  // namespace
 }  // namespace ulf
