@@ -103,7 +103,7 @@ TEST(PoseSourceCapture, GoesOnInTheBoardsFrame) {
   std::filesystem::remove(scratch / "field/cache/map.ulf");
   const auto second = capture(poses, 62, "--resume");
   ASSERT_EQ(second.exit_code, 0) << second.errors;
-  EXPECT_THAT(second.errors, HasSubstr("made anew from the recorded views"));
+  EXPECT_THAT(second.errors, HasSubstr("the map is made again"));
   const LightField after = ReadLightField(dir);
   EXPECT_GT(after.views.size(), before.views.size());
   EXPECT_EQ(after.units, "metres");
