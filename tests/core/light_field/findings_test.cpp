@@ -95,7 +95,7 @@ TEST_F(KeptFindings, LapseForAViewWithAnotherPoseOrNone) {
   LightFieldWriter writer = LightFieldWriter::Resume(dir_);
   writer.UpdatePoses({{2, ViewNumber(5).cam_from_world}});
   EXPECT_THAT(WordsIn(dir_), ElementsAre(HasSubstr("view 3")));
-  writer.RemoveView(3);
+  writer.RemoveViews({3});
   EXPECT_THAT(WordsIn(dir_), IsEmpty());
 }
 
@@ -113,7 +113,7 @@ TEST_F(KeptFindings, SurviveRepairRemovalAndNewViews) {
   {
     LightFieldWriter writer = LightFieldWriter::Resume(dir_);
     writer.AddView(NoiseFrame(9), ViewNumber(9));
-    writer.RemoveView(2);
+    writer.RemoveViews({2});
     writer.Close(20);
   }
   fs::remove(dir_ / kTransformsFile);
