@@ -298,7 +298,7 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
 
 void KeepLight(const LightCheck& check, LightField& light_field) {
   std::vector<Finding> found;
-  if (std::string advice = LampAdvice(check); !advice.empty())
+  if (std::string advice = LampAdvice(check, SourceOf(light_field)); !advice.empty())
     found.push_back({Name(Check::kLight), std::move(advice), {}});
   if (const std::string why = Keep(light_field.root, Check::kLight, found); !why.empty() && !found.empty())
     spdlog::debug("{}: what the light did is not kept: {}", light_field.root.string(), why);
