@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "commands/capture/crash_handler.h"
-#include "core/light_field/followed_links.h"
+#include "core/light_field/folder/followed_links.h"
 
 namespace ulf::commands {
 

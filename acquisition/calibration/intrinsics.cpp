@@ -224,7 +224,11 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
                : fmt::format("Print a target (ulf board) and calibrate: ulf calibrate {}; or g",
                              ShellWord(info.uri)),
       ShellWord(info.uri),
-      is_taken || stored.empty() ? "" : ". The calibration is then stored as " + stored.string());
+      stored.empty() ? ""
+                     : fmt::format(". {} {}",
+                                   is_taken ? "A calibration of its camera is looked for as"
+                                            : "The calibration is then stored as",
+                                   stored.string()));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 
-#include "core/base/silent_solver.h"
+#include "core/geometry/silent_solver.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -21,7 +21,7 @@
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/light_field/exchange/export_light_field.h"
-#include "core/light_field/leftovers.h"
+#include "core/light_field/folder/leftovers.h"
 #include "core/light_field/light_field.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"

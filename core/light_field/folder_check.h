@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/light_field/followed_links.h"
+#include "core/light_field/folder/followed_links.h"
 #include "core/light_field/journal.h"
 
 namespace ulf {

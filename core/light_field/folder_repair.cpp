@@ -14,7 +14,7 @@
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
-#include "core/light_field/leftovers.h"
+#include "core/light_field/folder/leftovers.h"
 #include "core/light_field/points/point_io.h"
 
 namespace ulf {

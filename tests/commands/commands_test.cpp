@@ -109,7 +109,7 @@ TEST(PlanCommand, TakesTheLensFromACameraOrItsCalibration) {
   const auto of_file = JsonOf(RunUlf(plan + "--calibration " + file));
   EXPECT_EQ(of_file["camera"]["focal_px"], 1120);
   EXPECT_DOUBLE_EQ(of_file["disc_radius_deg"], given["disc_radius_deg"]);
-  for (const std::string& wrong : {std::string(), "sim:studio --focal-px 560", "--focal-px 560"}) {
+  for (const std::string wrong : {"", "sim:studio --focal-px 560", "--focal-px 560"}) {
     const CommandResult result = RunUlf(plan + wrong);
     EXPECT_EQ(result.exit_code, 2) << wrong;
     EXPECT_THAT(result.errors, HasSubstr("--focal-px")) << wrong;

@@ -8,7 +8,7 @@
 
 #include "core/base/at.h"
 #include "core/base/quantile.h"
-#include "core/base/silent_solver.h"
+#include "core/geometry/silent_solver.h"
 #include "tracking/estimation/residuals.h"
 
 namespace ulf::tracking {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/base/at.h"
-#include "core/base/silent_solver.h"
+#include "core/geometry/silent_solver.h"
 #include "tracking/estimation/residuals.h"
 #include "tracking/estimation/two_view_motion.h"
 

@@ -1,4 +1,4 @@
-#include "core/light_field/leftovers.h"
+#include "core/light_field/folder/leftovers.h"
 
 #include <system_error>
 #include <vector>

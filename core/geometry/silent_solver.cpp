@@ -1,4 +1,4 @@
-#include "core/base/silent_solver.h"
+#include "core/geometry/silent_solver.h"
 
 #include <glog/logging.h>
 

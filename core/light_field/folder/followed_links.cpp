@@ -1,4 +1,4 @@
-#include "core/light_field/followed_links.h"
+#include "core/light_field/folder/followed_links.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
