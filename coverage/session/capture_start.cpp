@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 
@@ -320,6 +321,11 @@ bool Prepare(const CaptureArgs& args, CaptureOptions* options, PreparedCapture& 
   const SessionLenses lenses =
       ChooseLenses(*prepared.device, first, args.intrinsics, intrinsics, prepared.writer.get());
   prepared.camera = lenses.live.camera;
+  // Views of another lens hold the map, which then says nothing of this one.
+  if (resumed && !stills && options->lens == tracking::LensUse::kCheck &&
+      std::ranges::any_of(resumed->views,
+                          [&](const View& view) { return resumed->CameraOf(view) != prepared.camera; }))
+    options->lens = tracking::LensUse::kFixed;
   options->calibration_source = lenses.live.calibration_source;
   if (!options->calibration_source.empty())
     options->calibrated = acquisition::IsCalibration(options->calibration_source);

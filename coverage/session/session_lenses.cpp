@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/shell_word.h"
 #include "coverage/session/record/still_capture.h"
 
 namespace ulf::coverage {
@@ -143,6 +144,12 @@ void GoOnUnder(const NewCamera& camera, LightFieldWriter& writer) {
   spdlog::info("the views from {} on have {}: {} ({})", writer.NextViewId(),
                number == 2 ? "a second camera" : fmt::format("camera {}", number), difference,
                camera.calibration_source);
+  if (!writer.Contents().views.empty())
+    spdlog::info(
+        "the map is that of the views so far, whose poses belong to their lens: where it is the same lens, "
+        "calibrated "
+        "better, 'ulf refine {} --intrinsics' puts all views right",
+        ShellWord(writer.Contents().root.string()));
 }
 
 }  // namespace ulf::coverage
