@@ -146,9 +146,9 @@ void GoOnUnder(const NewCamera& camera, LightFieldWriter& writer) {
                camera.calibration_source);
   if (!writer.Contents().views.empty())
     spdlog::info(
-        "the map is that of the views so far, whose poses belong to their lens: where it is the same lens, "
-        "calibrated "
-        "better, 'ulf refine {} --intrinsics' puts all views right",
+        "new views are placed in the map of those so far, whose poses belong to their lens: where it is the "
+        "same "
+        "lens, calibrated better, 'ulf refine {} --intrinsics' before going on puts views and map right",
         ShellWord(writer.Contents().root.string()));
 }
 

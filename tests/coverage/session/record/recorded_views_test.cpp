@@ -13,6 +13,7 @@ using ::testing::ElementsAre;
 
 RecordedViews AfterAnEarlierSession() {
   LightField earlier;
+  earlier.cameras = {CameraModel::Pinhole(640, 480, 500)};
   for (const int id : {3, 7}) {
     View view;
     view.id = id;
@@ -20,6 +21,16 @@ RecordedViews AfterAnEarlierSession() {
     earlier.views.push_back(view);
   }
   return RecordedViews(earlier);
+}
+
+TEST(RecordedViews, EachIsSeenByItsOwnCamera) {
+  RecordedViews views = AfterAnEarlierSession();
+  views.Add({8, {}, PoseAt(20, 0)});
+  const std::vector<CriterionView> seen = views.ForCriterion(CameraModel::Pinhole(640, 480, 515), 640);
+  ASSERT_EQ(seen.size(), 3u);
+  EXPECT_NEAR(seen[0].fx, 500, 1e-9);
+  EXPECT_NEAR(seen[1].fx, 500, 1e-9);
+  EXPECT_NEAR(seen[2].fx, 515, 1e-9);
 }
 
 TEST(RecordedViews, TheTrackersMapMovesThoseThatHangOnItAndNoOthers) {
