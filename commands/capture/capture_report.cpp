@@ -106,10 +106,9 @@ const char* ToBeTracked(FrameSource source) {
       return "it is found where a camera moves and not only turns, so that near and far things shift against "
              "each other; give a part of the recording where it does, or poses that are known (--poses)";
     case FrameSource::kPhotographs:
-      return "pictures are followed from one to the next, and these share too little with their neighbours: "
-             "give "
-             "more of them in between, in order, or pose them elsewhere (COLMAP) and bring them in by ulf "
-             "import";
+      return "pictures are followed from one to the next: give them in order, from places that differ a "
+             "little "
+             "and show mostly the same; or pose them elsewhere (COLMAP), and bring them in by ulf import";
     case FrameSource::kSettableCamera:
     case FrameSource::kCamera:
       break;
