@@ -34,7 +34,7 @@ using ::testing::HasSubstr;
 // What only somebody with a camera, lamps and a subject at hand can do.
 const std::regex kForTheHand(
     "\\bmove (it|the|slow|side|more)|move on until|to move\\b|[,:;] move|\\bslower\\b|\\b[Hh]old |sideways|"
-    "\\bgo (back|nearer|on a)|\\bnearer\\b|\\bcome\\b|\\bwait\\b|\\baim at|turn (round|the|[0-9])|"
+    "\\bgo (back|nearer|on a)|\\bnearer\\b|\\bcome [0-9n]|\\bwait\\b|\\baim at|turn (round|the|[0-9])|"
     "\\bstep back|walk on|the arrow|put it back|\\bshow (more|a part|another|something)|more light|add light|"
     "\\b[Ee]xpose\\b|[Cc]lean|\\block\\b|ulf features|[Ss]witch|[Ff]ocus on|set the exposure|ulf calibrate|"
     "[Cc]alibrate (with|the)|let it stand|start the turntable|stay (at|[0-9])|[Kk]eep lamps|warm up|bring "

@@ -63,7 +63,7 @@ TEST_F(AtTheDesk, ViewsAreTakenOutThroughTheJournalAndTheirPhotographsKept) {
   const CommandResult result = RunUlf("take-back " + Dir() + " 4 7");
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_THAT(result.output, AllOf(HasSubstr("taken back, kept in unposed/: views 4 and 7; 22 views left\n"),
-                                   HasSubstr("covered: "), HasSubstr(" % must be taken again"),
+                                   HasSubstr("covered: "), HasSubstr(" % is open again"),
                                    HasSubstr("outdated: the mesh (proxy.ply) and 2 depth maps (depth/) "),
                                    HasSubstr("'ulf proxy " + Dir() + "'")));
   const LightField after = ReadLightField(dir_);
