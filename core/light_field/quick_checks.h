@@ -24,7 +24,7 @@ struct PointsFit {
 struct PointsFitLimits {
   double misplaced_share = 0.5;
   double shown_share = 0.05;
-  double spread_share = 0.002;
+  double spread_share = 0.01;
   double baseline_share = 0.0015;
 };
 

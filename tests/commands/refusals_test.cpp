@@ -91,7 +91,7 @@ TEST(Refusals, AModeThatACalibrationHasNotIsUsage) {
 }
 
 // A light field whose photographs cannot be read: who says another reason has not read one.
-TEST(Refusals, WhatTheJournalTellsIsSaidBeforeThePhotographs) {
+TEST(Refusals, WhatTheJournalTellsComesFirst) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "lf";
   CaptureHeader header;

@@ -62,7 +62,7 @@ const std::map<std::string, std::string> kArguments{
     {"ulf review", "replay:/dev/null --markers marker:80:DICT_APRILTAG_36h11:3 -o {}"},
     {"ulf render", "--size-limit 160 --proxy plane --field nearest --width 64 --height 48 -o {}.png"},
     {"ulf evaluate", "--size-limit 160 --every 4 --proxy plane --fields nearest"},
-    {"ulf view", "--size-limit 160 --proxy plane --width 64 --height 48 --screenshot {}.png"},
+    {"ulf view", "--size-limit 160 --proxy plane --width 64 --height 64 --screenshot {}.png"},
     {"ulf mask", ""},
     {"ulf merge", ""},
     {"ulf proxy", "--size 64 --depth-maps 2 -o {}.ply"},
@@ -160,7 +160,7 @@ TEST_F(KnownFaults, EveryCommandSaysThem) {
   EXPECT_THAT(kinds, ElementsAre("poses", "points", "subject"));
 }
 
-TEST_F(KnownFaults, OfExchangedPhotographsEndWithTheExchange) {
+TEST_F(KnownFaults, EndWithTheExchangeOfPhotographs) {
   WriteSet({0, 1, 2, 3, 4, 5, 6, 7}, 1);
   ASSERT_EQ(RunUlf("import " + set_.string() + " -o " + Dir()).exit_code, 0);
   const auto exchange = [&] {

@@ -142,7 +142,7 @@ TEST_F(KeptFindings, AreNotWrittenIntoWhatMustStayAsItIs) {
   EXPECT_FALSE(fs::exists(dir_ / kJournalFile));
 }
 
-TEST_F(KeptFindings, FailNothingWhereTheFolderCannotBeWritten) {
+TEST_F(KeptFindings, FailNothingInAReadOnlyFolder) {
   const std::string dir = dir_.string();
   if (mount(dir.c_str(), dir.c_str(), nullptr, MS_BIND, nullptr) != 0)
     GTEST_SKIP() << "no folder can be made read-only here";
@@ -152,7 +152,7 @@ TEST_F(KeptFindings, FailNothingWhereTheFolderCannotBeWritten) {
   EXPECT_THAT(why, HasSubstr("Read-only"));
 }
 
-TEST_F(KeptFindings, OfANewerUlfAreRepeatedAndDamagedOnesNamed) {
+TEST_F(KeptFindings, OfANewerUlfAreRepeated) {
   std::ofstream(dir_ / kJournalFile, std::ios::app)
       << R"({"event":"checked","check":"smoke","found":[{"text":"it smokes","whole":true,"views":{"1":{}}}]})"
       << "\n"
@@ -237,7 +237,7 @@ TEST(QuickChecks, ASubjectThatNoPhotographShowsIsSaid) {
               ElementsAre(HasSubstr("no photograph shows the middle of the subject")));
 }
 
-TEST(QuickChecks, AnImportedSetIsToldTheSame) {
+TEST(QuickChecks, AForeignSetIsToldTheSame) {
   const ScratchFolder scratch;
   LightField set = Scaled(test::TrackedLightField(scratch / "set", {test::Straight()}), 1000);
   WriteLightField(set);

@@ -200,7 +200,7 @@ TEST_F(ExportWeb, TitleIsTextOfThePage) {
 }
 
 // Photographs that cannot be read are not missed, and memory does not suffice for what they would take.
-TEST(ExportWebOfTooManyViews, IsRefusedByTheirNumberAlone) {
+TEST(TooManyWebViews, AreRefusedByTheirNumberAlone) {
   const ScratchFolder scratch;
   const fs::path dir = scratch / "field";
   LightField many;
