@@ -69,6 +69,7 @@ PointsFit FitOfPoints(const LightField& light_field) {
 
   std::vector<bool> is_shown(points.size(), false);
   std::vector<double> spreads, distances;
+  std::size_t views_with_points = 0;
   for (const View* view : views) {
     const CameraModel& camera = light_field.CameraOf(*view);
     std::vector<double> x, y;
@@ -82,6 +83,7 @@ PointsFit FitOfPoints(const LightField& light_field) {
       y.push_back(img->y());
       distances.push_back(in_cam.norm());
     }
+    views_with_points += !x.empty();
     constexpr std::size_t kFewest = 8;
     if (x.size() >= kFewest)
       spreads.push_back(std::hypot(Interquartile(x), Interquartile(y)) /
@@ -89,6 +91,7 @@ PointsFit FitOfPoints(const LightField& light_field) {
   }
   fit.shown_share =
       static_cast<double>(std::ranges::count(is_shown, true)) / static_cast<double>(points.size());
+  fit.views_share = static_cast<double>(views_with_points) / static_cast<double>(views.size());
   if (!spreads.empty()) fit.spread_share = Median(std::move(spreads));
   if (!distances.empty()) fit.baseline_share = Baseline(views) / Median(std::move(distances));
   return fit;
@@ -102,6 +105,9 @@ std::string MisfitInWords(const PointsFit& fit, const PointsFitLimits& limits) {
         kMostTrackErrorPx);
   if (fit.shown_share < limits.shown_share)
     return fmt::format("by the poses, no photograph shows {:.0f} % of them", 100 * (1 - fit.shown_share));
+  if (fit.views_share < limits.views_share)
+    return fmt::format("by the poses, {:.0f} % of the photographs show none of them",
+                       100 * (1 - fit.views_share));
   if (fit.spread_share < limits.spread_share)
     return "by the poses, all of them are a speck in the photographs";
   if (fit.baseline_share < limits.baseline_share)

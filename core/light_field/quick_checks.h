@@ -14,6 +14,7 @@ namespace ulf {
 struct PointsFit {
   std::size_t observations = 0, misplaced = 0;  // farther than kMostTrackErrorPx from the points' projections
   double shown_share = 1;  // of the points: in the picture of at least one view, not hidden considered
+  double views_share = 1;  // of the views: those that show any of the points
   double spread_share =
       1;  // of a picture's diagonal that the middle half of the points in it takes, in most views
   double baseline_share =
@@ -24,6 +25,7 @@ struct PointsFit {
 struct PointsFitLimits {
   double misplaced_share = 0.5;
   double shown_share = 0.05;
+  double views_share = 0.25;
   double spread_share = 0.01;
   double baseline_share = 0.0015;
 };
