@@ -64,7 +64,8 @@ PlannedCamera CameraFrom(const PlanArgs& args) {
     // A file of photographs alone is of a tethered camera.
     const std::string mode =
         file.modes.contains("live") || file.modes.empty() ? "live" : file.modes.begin()->first;
-    return of(acquisition::ModeOf(file, mode, args.calibration_path).camera, args.calibration_path, false);
+    return of(acquisition::ModeOf(file, mode, args.calibration_path).camera, args.calibration_path,
+              mode != "live");
   }
   if (!args.focal_px || !args.width_px)
     throw UsageError(

@@ -132,6 +132,7 @@ constexpr ResumeRule kRules[] = {
     {"URI", OnResume::kUsedWithCamera},
     {"output", OnResume::kUsed},
     {"resume", OnResume::kUsed},
+    {"follow-links", OnResume::kUsed},
     {"no-subject", OnResume::kMustAgree, NoSubjectRefusal},
     {"subject", OnResume::kCannotBeHonoured, SubjectRefusal},
     {"subject-size", OnResume::kCannotBeHonoured, SubjectSizeRefusal},

@@ -116,12 +116,12 @@ std::string BracketsText(const LightFieldReport::Brackets& brackets) {
 
 std::string LensesText(const LightFieldReport& report) {
   if (report.lenses.empty()) return {};
-  const LightFieldReport::Lens& first = report.lenses.front();
-  std::string text = fmt::format("camera         {} x {} px, focal length {:.1f} px", first.camera.width,
-                                 first.camera.height, first.camera.MeanFocalPx());
+  const LightFieldReport::Lens& last = report.lenses.back();  // whose source is told
+  std::string text = fmt::format("camera         {} x {} px, focal length {:.1f} px", last.camera.width,
+                                 last.camera.height, last.camera.MeanFocalPx());
   if (!report.calibration_source.empty()) text += fmt::format(" (from: {})", report.calibration_source);
   if (report.lenses.size() > 1)
-    text += fmt::format(", and {}", Counted(report.lenses.size() - 1, "other camera"));
+    text += fmt::format(", and {}", Counted(report.lenses.size() - 1, "earlier camera"));
   return text + "\n";
 }
 
@@ -518,8 +518,8 @@ std::string LampAdvice(const LightCheck& check, FrameSource source) {
         fmt::format("{}{} (+- {:.1f})", words.empty() ? "" : "; ", drift.Words(), 100 * drift.standard_error);
   for (const LampWaver& waver : check.wavers) words += (words.empty() ? "" : "; ") + waver.Words();
   return words +
-         ": the lamp or the daylight changed, or the camera's automatics did, and pictures between these "
-         "views change with them; even the views out when you render them (--light fit)" +
+         ": the lamp or the daylight changed, or the camera's automatics did, and rendered pictures change "
+         "with them; even the views out when you render them (--light fit)" +
          (IsTaken(source) ? ""
                           : fmt::format(". The next time let lamps warm up for a quarter of an hour, shut "
                                         "daylight out, and lock exposure and white balance ({})",

@@ -128,8 +128,12 @@ bool MoveToFree(const fs::path& from, const fs::path& to) {
   }
   CopyTo(from, to);
   SyncFolder(FolderOf(to));
-  fs::remove_all(from);
-  return true;
+  fs::remove_all(from, unknown);
+  if (!unknown) return true;
+  const std::error_code refused = unknown;
+  fs::remove_all(to, unknown);  // else every try leaves another copy
+  errno = refused.value();
+  return false;
 }
 
 // Returns the process that wrote the temporary file, by its name; none: it has another name, or is no file.
@@ -380,7 +384,8 @@ void RequireRegularFile(const fs::path& path) {
   if (!fs::exists(status))
     throw Error("{}: cannot be read: {}", path.string(),
                 unknown ? unknown.message() : std::string(std::strerror(ENOENT)));
-  throw Error("{}: is {} and no regular file; move it away", path.string(), KindOf(status));
+  throw Error("{}: is {} and no regular file; put a regular file in its place", path.string(),
+              KindOf(status));
 }
 
 std::string ReadWholeFile(const fs::path& path) {
@@ -394,9 +399,12 @@ std::string ReadWholeFile(const fs::path& path) {
   if (size > kAlwaysFits && size > AvailableMemory())
     throw Error("{}: has {:.1f} GB, more than the memory that is left; move it away, or close other programs",
                 path.string(), 1e-9 * static_cast<double>(size));
-  std::string bytes(size, '\0');
+  constexpr std::size_t kOfUnknownSize = 1 << 16;  // files of /proc tell none
+  std::string bytes(size > 0 ? size : kOfUnknownSize, '\0');
   std::size_t done = 0;
-  while (done < bytes.size()) {
+  while (true) {
+    if (done == bytes.size() && size > 0) break;
+    if (done == bytes.size()) bytes.resize(2 * done);
     const ssize_t read = ::read(file.number, bytes.data() + done, bytes.size() - done);
     if (read < 0 && errno == EINTR) continue;
     if (read < 0) fail();

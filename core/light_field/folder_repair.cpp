@@ -12,9 +12,9 @@
 #include "core/base/error.h"
 #include "core/light_field/derived_files.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/folder/leftovers.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
-#include "core/light_field/folder/leftovers.h"
 #include "core/light_field/points/point_io.h"
 
 namespace ulf {
@@ -61,7 +61,7 @@ void WriteLines(const fs::path& old_journal, const JournalContents& contents, co
     to.AddViews(views);
   };
   for (const JournalLine& line : contents.lines) {
-    if (!line.whole && !line.stays) continue;
+    if (!line.whole && (!line.stays || plan.recovered.contains(line.view_id))) continue;
     if (line.view_id > 0) recover_below(line.view_id);
     lines.append(bytes, line.begin, line.end - line.begin + 1);
   }
@@ -111,10 +111,24 @@ void Exchange(const fs::path& dir) {
   SyncFolder(dir);
 }
 
+// Removes what killed writers left of a folder that needs no repair.
+void TidyUp(const fs::path& dir) {
+  if (!fs::is_regular_file(dir / kJournalFile) || !RefusedLinks(dir, {}).empty()) return;
+  try {
+    const Journal lock(dir / kJournalFile);
+    RemoveLeftovers(dir, true);
+  } catch (const Error&) {
+    // A folder that cannot be written to, or that a capture holds, stays as it is.
+  }
+}
+
 }  // namespace
 
 RepairPlan Repair(const fs::path& dir) {
-  if (!PlanRepair(dir).any()) return PlanRepair(dir);
+  if (RepairPlan plan = PlanRepair(dir); !plan.any()) {
+    TidyUp(dir);
+    return plan;
+  }
   // Every writer locks the journal, or the one that will replace it.
   std::optional<Journal> old_journal;
   if (fs::is_regular_file(dir / kJournalFile)) old_journal.emplace(dir / kJournalFile);
@@ -126,9 +140,11 @@ RepairPlan Repair(const fs::path& dir) {
     if (plan.new_journal) {
       WriteNewJournal(dir, plan, *new_journal);
       const std::size_t views = ReadJournal(dir / kNewJournal).light_field.views.size();
-      if (views != plan.views_after)
+      // More where a camera that came back makes views readable again.
+      if (views < plan.views_after)
         throw Error("{}: the repaired journal would have {} instead of {}; nothing was changed", dir.string(),
                     Counted(views, "view"), plan.views_after);
+      plan.views_after = views;
       Exchange(dir);
     } else {
       fs::remove(dir / kNewJournal);

@@ -30,9 +30,9 @@ using nlohmann::json;
 constexpr const char* kDamaged = "damaged";
 constexpr int kMostInDoubt = 10000;  // views; more mean that a number was damaged, too; guessed
 // Events that hold neither a view nor a pose.
-constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",  "readout",  "gap",
-                                               "remove",    "unposed", "close", "exposure", "merged",
-                                               "turntable", "masks",   "camera",   "checked"};
+constexpr const char* kEventsWithoutViews[] = {"subject",   "up",      "goal",   "readout",  "gap",
+                                               "remove",    "unposed", "close",  "exposure", "merged",
+                                               "turntable", "masks",   "camera", "checked"};
 
 // A camera of the header, or of a line of its own.
 void AppendCamera(const json& camera, const std::string& where, JournalContents& contents) {
@@ -106,7 +106,7 @@ void ReadFiles(const JsonPlace& event, const LightField& light_field, View& view
   });
   view.camera = event.Integer("camera", 0);
   if (view.camera < 0 || view.camera >= static_cast<int>(light_field.cameras.size()))
-    throw Error("{}: camera {} is not among the cameras before", event.where, view.camera);
+    throw LineStaysError("{}: camera {} is not among the cameras before", event.where, view.camera);
 }
 
 // A name is given again once its photograph has become a view: the last line counts.
@@ -147,12 +147,14 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   for (const auto& [id, pose] : given.object.items())
     if (View* view = FindView(light_field, std::atoi(id.c_str())))
       poses.emplace_back(view, PoseFromJson(given, id.c_str()));
+  std::optional<std::string> unknown_camera;
   if (event.Has("cameras"))
     for (const auto& [index, camera] : event.Raw("cameras").items()) {
       const auto at = static_cast<std::size_t>(std::atoi(index.c_str()));
       if (at >= light_field.cameras.size())
-        throw Error("{}: camera {} is not among the cameras before", event.where, index);
-      cameras[at] = CameraFromJson({camera, event.where});
+        unknown_camera = index;
+      else
+        cameras[at] = CameraFromJson({camera, event.where});
     }
   // Lines of older writers do not say where a corrected lens is from.
   const std::string source = event.Text("calibration_source", light_field.calibration_source);
@@ -162,11 +164,14 @@ void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   }
   for (const auto& [index, camera] : cameras) light_field.cameras[index] = camera;
   light_field.calibration_source = source;
+  if (unknown_camera)
+    throw LineStaysError("{}: camera {} is not among the cameras before; the poses are taken", event.where,
+                         *unknown_camera);
 }
 
 View& ViewOf(const JsonPlace& event, LightField& light_field) {
   View* view = FindView(light_field, event.Integer("view"));
-  if (!view) throw Error("{}: there is no view {} (any more)", event.where, event.Integer("view"));
+  if (!view) throw LineStaysError("{}: there is no view {} (any more)", event.where, event.Integer("view"));
   return *view;
 }
 

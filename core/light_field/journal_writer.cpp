@@ -33,10 +33,11 @@ bool IsSameFile(int descriptor, const std::filesystem::path& path) {
 
 Journal::Journal(const std::filesystem::path& file) : file_(file) {
   // Another writer may put a copy in the file's place before the lock is ours.
-  do {
+  constexpr int kMostTries = 100;  // file systems are conceivable that tell two numbers of one file
+  for (int tries = 0; tries == 0 || (tries < kMostTries && !IsSameFile(descriptor_, file_)); ++tries) {
     if (descriptor_ >= 0) close(descriptor_);
     Open();
-  } while (!IsSameFile(descriptor_, file_));
+  }
 }
 
 void Journal::Open() {

@@ -18,9 +18,9 @@
 #include "core/light_field/derived_files.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/folder/leftovers.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
-#include "core/light_field/folder/leftovers.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/quick_checks.h"
 #include "core/light_field/view_exposures.h"
@@ -108,6 +108,19 @@ void RequireMostViews(const fs::path& dir, const JournalContents& contents) {
       (dir / kJournalFile).string(), lost.size(),
       Counted(lost.size() + contents.light_field.views.size(), "view"), contents.damaged.front().reason,
       ShellWord(dir.string()));
+}
+
+// Refuses a journal beside which most photographs are no views: it has lost its lines, and nothing else holds them.
+void RequireMostPhotographs(const fs::path& dir, const JournalContents& contents, const FolderCheck& check) {
+  constexpr std::size_t kUnderWay = 16;  // views that a kill may leave without their lines
+  const auto unnamed = static_cast<std::size_t>(std::ranges::count_if(
+      check.unnamed, [](const std::string& file) { return file.starts_with("images/"); }));
+  if (unnamed <= std::max(kUnderWay, contents.light_field.views.size())) return;
+  throw Error(
+      "{}: names {}, and images/ holds {} that it does not name: it has lost its lines; nothing was written; "
+      "put the journal back from a copy, or begin a new folder",
+      (dir / kJournalFile).string(), Counted(contents.light_field.views.size(), "view"),
+      Counted(unnamed, "photograph"));
 }
 
 void RequireMatchingPictures(const LightField& light_field) {
@@ -283,6 +296,7 @@ LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   RequireImages(contents.light_field, check);
   RequireWholeJournal(dir, check);
   RequireMostViews(dir, contents);
+  RequireMostPhotographs(dir, contents, check);
   RequireMatchingPictures(contents.light_field);
   WarnOnce(check.words);
   CutEnd(dir, contents, state->journal);

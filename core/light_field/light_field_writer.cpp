@@ -312,8 +312,9 @@ void LightFieldWriter::RemoveViews(const std::set<int>& view_ids) {
       MoveWithoutReplacing(state_->light_field.root / from, to);
       files.erase(files.begin());
     }
-    state_->to_unposed.erase(id);
   }
+  // Only now: until all of them are moved, the caller may ask again for all.
+  for (const int id : view_ids) state_->to_unposed.erase(id);
 }
 
 void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& problem) {

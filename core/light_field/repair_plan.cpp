@@ -353,6 +353,11 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   const JournalContents& journal = found.journal;
   const FolderCheck check = CheckFolder(dir, journal, false);
   RepairPlan plan;
+  plan.views_before = plan.views_after = journal.light_field.views.size();
+  if (!check.refused_links.empty()) {  // What lies behind them is neither missing nor damaged.
+    plan.found = check.words;
+    return plan;
+  }
   if (found.header)
     plan.found.push_back(fmt::format(
         "{}; {}", WithoutRepairHint(found.problem),
@@ -365,11 +370,8 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   plan.header_from = found.header_from;
   for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
   plan.header = found.header;
-  plan.views_before = journal.light_field.views.size();
   for (const DamagedLine& line : journal.damaged) plan.damaged_lines += static_cast<std::size_t>(line.lines);
   plan.damaged_lines -= journal.staying_lines;
-  plan.views_after = plan.views_before;
-  if (!check.refused_links.empty()) return plan;  // what lies behind them is neither missing nor damaged
   plan.longest_stamp = std::max(check.transforms.made_from_bytes, check.model.made_from_bytes);
   RecoverFromTransforms(dir, journal.light_field, check, plan);
   RecoverFromModel(dir, journal.light_field, check, plan);

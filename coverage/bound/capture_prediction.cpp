@@ -43,7 +43,10 @@ TimeEstimate TimeEstimate::Of(const ViewsEstimate& views, double disc_radius) {
   const double experienced_s = 0.075 * rows_deg + 0.117 * views.usual;
   const double novice_s = 0.022 * rows_deg + 0.39 * views.usual;
   const auto [quick_s, slow_s] = std::minmax(experienced_s, novice_s);
-  return {.usual_s = 0.5 * (quick_s + slow_s), .least_s = 0.8 * quick_s, .most_s = 1.33 * slow_s};
+  constexpr double kBeginning_s =
+      4;  // until the hand moves: at most 3 s in simulated captures of a few views
+  return {
+      .usual_s = 0.5 * (quick_s + slow_s), .least_s = 0.8 * quick_s, .most_s = 1.33 * slow_s + kBeginning_s};
 }
 
 std::string InWords(const TimeEstimate& time) {

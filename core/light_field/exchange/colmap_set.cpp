@@ -97,6 +97,7 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
 std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
   if (HoldsModel(folder, "bin")) {
     std::array<unsigned char, 8> bytes{};
+    RequireRegularFile(folder / "images.bin");
     std::ifstream stream(folder / "images.bin", std::ios::binary);
     if (!stream.read(reinterpret_cast<char*>(bytes.data()), bytes.size())) return std::nullopt;
     std::uint64_t count = 0;
@@ -104,6 +105,7 @@ std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
     return count;
   }
   constexpr std::string_view kCount = "# Number of images: ";
+  RequireRegularFile(folder / "images.txt");
   std::ifstream stream(folder / "images.txt");
   for (std::string line; std::getline(stream, line) && line.starts_with('#');) {
     std::uint64_t count = 0;

@@ -25,10 +25,29 @@ using nlohmann::json;
 std::atomic<bool> follow_from_now_on{false};
 
 // What may lie in a light field's folder beside the files that its journal names.
-constexpr const char* kOwnEntries[] = {
-    "journal.jsonl", "transforms.json", "sparse",     "sparse/0",   "images",    "masters",
-    "masks",         "exposures",       "merged",     "unposed",    "kept",      "cache",
-    "depth",         "cache/pyramids",  "points.ulf", "points.ply", "proxy.ply", kLinksFile};
+constexpr const char* kOwnEntries[] = {"journal.jsonl",
+                                       "transforms.json",
+                                       "sparse",
+                                       "sparse/0",
+                                       "images",
+                                       "masters",
+                                       "masks",
+                                       "exposures",
+                                       "merged",
+                                       "unposed",
+                                       "kept",
+                                       "cache",
+                                       "depth",
+                                       "cache/pyramids",
+                                       "points.ulf",
+                                       "points.ply",
+                                       "proxy.ply",
+                                       kLinksFile,
+                                       "depth/maps.json",
+                                       "cache/map.ulf",
+                                       "sparse/0/cameras.txt",
+                                       "sparse/0/images.txt",
+                                       "sparse/0/points3D.txt"};
 
 std::optional<struct stat> StatusOf(const fs::path& path) {
   struct stat status {};
@@ -131,6 +150,9 @@ void FollowLinksFromNowOn(bool follow) { follow_from_now_on = follow; }
 std::vector<OutsideLink> RefusedLinks(const fs::path& root, const std::vector<View>& views) {
   LinkFinder finder(root);
   for (const char* entry : kOwnEntries) finder.Look(entry);
+  std::error_code none;
+  for (const auto& map : fs::directory_iterator(root / "depth", none))
+    finder.Look("depth" / map.path().filename());
   for (const View& view : views) {
     for (const std::string& file : FilesOf(view)) finder.Look(file);
     if (!view.mask_path.empty()) finder.Look(view.mask_path);

@@ -13,9 +13,9 @@ namespace fs = std::filesystem;
 
 // Written to by the holder of the journal's lock alone.
 constexpr const char* kOfTheWriter[] = {"images",         "masters",     "masks", "unposed",
-                                        kExposuresFolder, kMergedFolder, "kept",  "sparse/0"};
+                                        kExposuresFolder, kMergedFolder, "sparse/0"};
 // Written to by `ulf proxy`, renderers and whoever edits links, too.
-constexpr const char* kOfSeveral[] = {"depth", "cache"};
+constexpr const char* kOfSeveral[] = {"depth", "cache", "kept"};
 
 template <typename Entries, typename IsLeft>
 void RemoveFrom(const fs::path& folder, const IsLeft& is_left) {

@@ -160,13 +160,19 @@ void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& 
     const std::size_t moved =
         render::TakeOutMovedMaps(light_field, finished.map_poses, finished.maps_for_rendering);
     const auto maps = std::exchange(finished.maps_for_rendering, {});
-    const render::KeptGeometry kept = render::WriteGeometryFiles(
-        light_field,
-        render::MeshPlyBytes(
-            *finished.mesh->mesh,
-            render::OriginComments("ulf capture", MadeOf(light_field, finished, maps_then, maps))),
-        maps, render::FormerGeometry::kKept);
-    finished.written_maps = static_cast<int>(maps.size());
+    const std::string ply = render::MeshPlyBytes(
+        *finished.mesh->mesh,
+        render::OriginComments("ulf capture", MadeOf(light_field, finished, maps_then, maps)));
+    render::KeptGeometry kept;
+    try {
+      kept = render::WriteGeometryFiles(light_field, ply, maps, render::FormerGeometry::kKept);
+      finished.written_maps = static_cast<int>(maps.size());
+    } catch (const std::exception& error) {
+      if (before) throw;  // the geometry that is there stays, whole
+      kept = render::WriteGeometryFiles(light_field, ply, {}, render::FormerGeometry::kKept);
+      say(fmt::format("{}; the light field and its mesh are complete, without depth maps, which '{}' makes",
+                      error.what(), command));
+    }
     if (moved > 0)
       say(fmt::format(
           "geometry: {} made under other poses than the recorded ones and left out; '{}' makes them",

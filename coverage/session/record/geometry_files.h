@@ -1,5 +1,5 @@
-// How the geometry that a capture has made becomes its light field's: the mesh first, then its depth maps. What was there
-// is kept, and one line says where.
+// How the geometry that a capture has made becomes its light field's: mesh and depth maps together. What was there is kept,
+// and one line says where.
 #pragma once
 
 #include <filesystem>

@@ -11,7 +11,6 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
-#include "core/base/waiting.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/record/still_capture.h"
@@ -74,7 +73,6 @@ void SeedFrom(const LightField& light_field, const CameraModel& tracked, const s
       80;  // guessed; the tracker adds the rest of the map from its first frames
   const std::size_t count = light_field.views.size();
   const std::size_t used = std::min(count, kMostViews);
-  const Waiting waiting("map", fmt::format("made again from {}", Counted(used, "recorded view")));
   MakingAgain making(why, used);
   std::vector<tracking::SeedView> seeds;
   for (std::size_t i = 0; i < used; ++i) {
@@ -104,10 +102,7 @@ void RestoreOrSeedMap(const LightField& light_field, const CameraModel& tracked,
   const auto start = std::chrono::steady_clock::now();
   const std::filesystem::path file = MapCacheOf(light_field);
   std::string why = "the last session left no map";
-  const CameraModel& recorded = light_field.CameraOf(light_field.views.back());
-  if (recorded.width == tracked.width && recorded.height == tracked.height && recorded != tracked) {
-    why = "the lens is another one";
-  } else if (std::filesystem::exists(file)) {
+  if (std::filesystem::exists(file)) {
     why = poses.RestoreMap(file, KeyOf(light_field, tracked));
     if (why.empty()) {
       spdlog::info("the map of the last session was loaded in {:.2f} s", SecondsSince(start));

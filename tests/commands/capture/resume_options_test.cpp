@@ -22,7 +22,7 @@ using ::testing::ThrowsMessage;
 std::set<std::string> OptionsOfCapture() {
   CLI::App app;
   ChosenCommand chosen;
-  AddCaptureCommand(app, chosen);
+  AddCommands(app, chosen);
   std::set<std::string> names;
   for (const CLI::Option* option : app.get_subcommand("capture")->get_options())
     names.insert(option->get_single_name());
@@ -43,7 +43,7 @@ TEST(ResumeOptions, EveryOptionOfACaptureHasOneRule) {
 TEST(ResumeOptions, ThoseOnTheCommandLineAreFound) {
   CLI::App app;
   ChosenCommand chosen;
-  AddCaptureCommand(app, chosen);
+  AddCommands(app, chosen);
   app.parse("capture sim:studio -o lf --resume --quality fast");
   EXPECT_EQ(GivenOptions(*app.get_subcommand("capture")),
             (std::set<std::string>{"URI", "output", "resume", "quality"}));

@@ -364,7 +364,7 @@ TEST(TrackCommand, AWrongFocalLengthIsSaidWhileTheCameraMoves) {
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   EXPECT_THAT(run.errors, testing::HasSubstr("below the 546.0 given"));
   EXPECT_THAT(run.output,
-              testing::AllOf(testing::HasSubstr("below the 546.0 given"), testing::HasSubstr("calibrate")));
+              testing::AllOf(testing::HasSubstr("below the 546.0 given"), testing::HasSubstr("calibration")));
 }
 
 TEST(TrackCommand, WithoutACalibrationTheLensIsFoundFromAGuess) {

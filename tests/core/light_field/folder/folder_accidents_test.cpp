@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,9 +15,9 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "core/light_field/folder/leftovers.h"
 #include "core/light_field/folder_repair.h"
 #include "core/light_field/journal.h"
-#include "core/light_field/folder/leftovers.h"
 #include "core/light_field/points/point_ply.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/fault_row.h"
@@ -138,7 +139,48 @@ TEST_F(FolderAccident, TakenBackAcrossDisksIsKept) {
   EXPECT_FALSE(fs::exists(dir() / "images/000002.png"));
 }
 
+// The second photograph cannot be moved at first: asking again for both moves it.
+TEST_F(FolderAccident, TakingBackIsTriedAgainForAll) {
+  WriteSample(dir(), 4);
+  fs::create_directory(scratch_ / "disk");
+  if (const auto why_not = test::MountSmallDisk(scratch_ / "disk", 1 << 20)) GTEST_SKIP() << *why_not;
+  const std::string stuck = (dir() / "images/000003.png").string();
+  ASSERT_EQ(mount(stuck.c_str(), stuck.c_str(), nullptr, MS_BIND, nullptr), 0);
+  LightFieldWriter writer = LightFieldWriter::Resume(dir());
+  EXPECT_THROW(writer.RemoveViews({2, 3}), Error);
+  ASSERT_EQ(umount(stuck.c_str()), 0);
+  writer.RemoveViews({2, 3});
+  EXPECT_TRUE(fs::exists(dir() / "unposed/000002.png"));
+  EXPECT_TRUE(fs::exists(dir() / "unposed/000003.png"));
+  EXPECT_EQ(writer.Contents().views.size(), 2u);
+}
+
 // ---- lines ----
+
+TEST_F(FolderAccident, AJournalOfZerosIsNoBeginning) {
+  WriteSample(dir(), 30);
+  fs::remove(dir() / "transforms.json");
+  fs::remove_all(dir() / "sparse");
+  const std::string bytes = ReadWholeFile(journal());
+  const std::size_t header = bytes.find('\n') + 1;
+  WriteFileAtomically(journal(), bytes.substr(0, header) + std::string(bytes.size() - header, '\0'));
+  EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); },
+              ThrowsMessage<Error>(HasSubstr("has lost its lines; nothing was written")));
+}
+
+TEST_F(FolderAccident, RepairKeepsViewsOfACameraThatIsLost) {
+  WriteSample(dir(), 3);
+  std::string bytes = ReadWholeFile(journal());
+  const std::size_t last = bytes.rfind("\"camera\":0", bytes.find("\"id\":3"));
+  ASSERT_NE(last, std::string::npos);
+  bytes.replace(last, 10, "\"camera\":7");
+  WriteFileAtomically(journal(), bytes);
+  fs::remove(dir() / "transforms.json");
+  fs::remove_all(dir() / "sparse");
+  fs::remove(dir() / "images/000001.png");
+  Repair(dir());
+  EXPECT_THAT(ReadWholeFile(journal()), HasSubstr("\"camera\":7"));
+}
 
 TEST_F(FolderAccident, RepairKeepsLinesOfANewerVersion) {
   WriteSample(dir(), 3);
