@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // A hundred thousand projections take some ten milliseconds.
-constexpr std::size_t kMostPoints = 500, kMostViews = 200;
+constexpr std::size_t kMostPoints = 500, kSampledViews = 200;
 
 template <typename Value>
 std::vector<const Value*> Sample(const std::vector<Value>& values, std::size_t most) {
@@ -60,7 +60,7 @@ double Baseline(const std::vector<const View*>& views) {
 PointsFit FitOfPoints(const LightField& light_field) {
   PointsFit fit;
   const auto points = Sample(light_field.points, kMostPoints);
-  const auto views = Sample(light_field.views, kMostViews);
+  const auto views = Sample(light_field.views, kSampledViews);
   if (points.empty() || views.size() < 2) return fit;
   CountMisplaced(light_field, points, fit);
   // What was left out on reading was among all points, not among the sample.

@@ -152,7 +152,8 @@ TEST_F(KnownFaults, EveryCommandSaysThem) {
       EXPECT_THAT(said, HasSubstr(fault)) << command;
   }
   std::vector<std::string> kinds;
-  for (const auto& doubt : JsonFromText(RunUlf("info " + Dir() + " --json").output)["doubts"]) {
+  const auto info = JsonFromText(RunUlf("info " + Dir() + " --json").output);
+  for (const auto& doubt : info["doubts"]) {
     kinds.push_back(doubt["kind"]);
     EXPECT_EQ(doubt["views"].size(), kinds.back() == "poses" ? 2u : 0u);
     EXPECT_FALSE(doubt["words"].get<std::string>().empty());

@@ -99,7 +99,7 @@ TEST(FileBatch, ADeviceIsWrittenToAndNotReplaced) {
   const fs::path pipe = scratch / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   std::string read;
-  std::thread reader([&] { read = ReadWholeFile(pipe); });
+  std::thread reader([&] { std::ifstream(pipe) >> read; });
   WriteFileAtomically(pipe, "poses");
   reader.join();
   EXPECT_EQ(read, "poses");
