@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Written to by the holder of the journal's lock alone.
-constexpr const char* kOfTheWriter[] = {"images",         "masters",     "masks", "unposed",
+constexpr const char* kOfTheWriter[] = {"images",         "masters",     "masks",   "unposed",
                                         kExposuresFolder, kMergedFolder, "sparse/0"};
 // Written to by `ulf proxy`, renderers and whoever edits links, too.
 constexpr const char* kOfSeveral[] = {"depth", "cache", "kept"};

@@ -38,10 +38,10 @@
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/base/signal_stack.h"
-#include "core/geometry/silent_solver.h"
 #include "core/base/stage_times.h"
 #include "core/base/stop_signal.h"
 #include "core/base/waiting.h"
+#include "core/geometry/silent_solver.h"
 #include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
 
