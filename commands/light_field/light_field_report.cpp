@@ -116,10 +116,10 @@ std::string BracketsText(const LightFieldReport::Brackets& brackets) {
 
 std::string LensesText(const LightFieldReport& report) {
   if (report.lenses.empty()) return {};
-  const LightFieldReport::Lens& last = report.lenses.back();  // whose source is told
+  const LightFieldReport::Lens& last = report.lenses.back();
   std::string text = fmt::format("camera         {} x {} px, focal length {:.1f} px", last.camera.width,
                                  last.camera.height, last.camera.MeanFocalPx());
-  if (!report.calibration_source.empty()) text += fmt::format(" (from: {})", report.calibration_source);
+  if (!last.source.empty()) text += fmt::format(" (from: {})", last.source);
   if (report.lenses.size() > 1)
     text += fmt::format(", and {}", Counted(report.lenses.size() - 1, "earlier camera"));
   return text + "\n";
@@ -153,9 +153,9 @@ std::string ReasonsText(const LightFieldReport& report) {
 LightFieldReport Describe(const LightField& light_field, const ReportOptions& options) {
   LightFieldReport report;
   report.views = light_field.views.size();
-  for (const CameraModel& camera : light_field.cameras) report.lenses.push_back({camera, 0});
+  for (std::size_t i = 0; i < light_field.cameras.size(); ++i)
+    report.lenses.push_back({light_field.cameras[i], 0, light_field.CalibrationSource(static_cast<int>(i))});
   for (const View& view : light_field.views) ++report.lenses[At(view.camera)].views;
-  report.calibration_source = light_field.calibration_source;
   report.taken_back = CountTakenBack(light_field);
   report.capture_s = light_field.capture_s;
   report.units = light_field.units;
@@ -219,8 +219,12 @@ PoseReport CheckedPoses(LightField& light_field, bool silent) {
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::vector<Finding> found = FindingsOf(report.check, light_field.views);
   const std::string why = Keep(light_field.root, Check::kPoses, found);
+  const bool was_found = std::ranges::any_of(
+      light_field.findings, [](const Finding& each) { return each.check == Name(Check::kPoses); });
   if (!found.empty()) report.not_kept = why;
-  if (found.empty())
+  if (found.empty() && was_found && !why.empty())
+    report.not_withdrawn = why;
+  else if (found.empty())
     for (const Finding& each : light_field.findings)
       if (each.check == Name(Check::kPoses)) report.lapsed = each.Words();
   Replace(Check::kPoses, found, light_field.findings);
@@ -237,6 +241,9 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
                 "poses          {} fit the pictures to {:.1f} px, {} do not, {} not judged ({:.1f} s)\n",
                 check.agree, check.error_px, check.contradicted.size(), check.untold.size(), report.seconds);
   if (!report.lapsed.empty()) text += fmt::format("               no longer: {}\n", report.lapsed);
+  if (!report.not_withdrawn.empty())
+    text += fmt::format("               other commands go on repeating what was found before: {}\n",
+                        report.not_withdrawn);
   if (!report.not_kept.empty())
     text += fmt::format("               other commands will not repeat it: {}\n", report.not_kept);
   if (!check.convention.empty()) return text;
@@ -296,12 +303,28 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
   return json;
 }
 
+// The views whose light differs from that of most: without them the statement holds no longer. None: the light goes up and
+// down.
+std::map<int, std::string> ViewsOfOtherLight(const LightCheck& check, const LightField& light_field) {
+  std::map<int, std::string> views;
+  if (!check.wavers.empty()) return views;
+  for (const LampDrift& drift : check.drifts) {
+    std::map<int, std::string> before, after;
+    for (const View& view : light_field.views) {
+      if (drift.from_first <= view.id && view.id <= drift.from_last) before[view.id] = view.image_path;
+      if (drift.to_first <= view.id && view.id <= drift.to_last) after[view.id] = view.image_path;
+    }
+    views.merge(before.size() < after.size() ? before : after);
+  }
+  return views;
+}
+
 void KeepLight(const LightCheck& check, LightField& light_field) {
   std::vector<Finding> found;
   if (std::string advice = LampAdvice(check, SourceOf(light_field)); !advice.empty())
-    found.push_back({Name(Check::kLight), std::move(advice), {}});
+    found.push_back({Name(Check::kLight), std::move(advice), ViewsOfOtherLight(check, light_field)});
   if (const std::string why = Keep(light_field.root, Check::kLight, found); !why.empty() && !found.empty())
-    spdlog::debug("{}: what the light did is not kept: {}", light_field.root.string(), why);
+    spdlog::warn("{}: other commands will not repeat what the light did: {}", light_field.root.string(), why);
   Replace(Check::kLight, found, light_field.findings);
 }
 
@@ -360,8 +383,8 @@ nlohmann::json ToJson(const LightFieldReport& report) {
     json["lenses"].push_back({{"width", lens.camera.width},
                               {"height", lens.camera.height},
                               {"focal_px", lens.camera.MeanFocalPx()},
-                              {"views", lens.views}});
-  json["calibration_source"] = report.calibration_source;
+                              {"views", lens.views},
+                              {"calibration_source", lens.source}});
   json["taken_back"] = report.taken_back;
   json["capture_s"] = report.capture_s;
   json["angular_range_deg"] = nullptr;

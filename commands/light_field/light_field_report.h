@@ -26,9 +26,9 @@ struct LightFieldReport {
   struct Lens {
     CameraModel camera;
     std::size_t views = 0;  // that it took
+    std::string source;     // where its intrinsics are from; empty: not told
   };
   std::vector<Lens> lenses;
-  std::string calibration_source;  // where their intrinsics are from; empty: not told
   double capture_s = 0;
   // The largest horizontal and vertical angle between viewpoints as seen from the subject, degrees: azimuth
   // and elevation about the first view's direction while all views are within 90 degrees of it, round the
@@ -75,8 +75,9 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
 // Which views' poses the pictures contradict (ulf info --check-poses).
 struct PoseReport {
   tracking::PoseCheck check;
-  double seconds = 0;    // that it took
-  std::string lapsed{};  // what an earlier check found and this one does not; empty: nothing
+  double seconds = 0;           // that it took
+  std::string lapsed{};         // what an earlier check found and this one does not; empty: nothing
+  std::string not_withdrawn{};  // why it stays kept all the same; empty: it does not
   std::string
       not_kept{};  // why what is wrong is not kept with the light field; empty: it is, or nothing is wrong
 };

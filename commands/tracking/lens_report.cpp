@@ -33,32 +33,25 @@ double LargestShiftPx(const CameraModel& a, const CameraModel& b) {
   return largest;
 }
 
-const CameraModel& Nearest(std::span<const CameraModel> cameras, const CameraModel& lens) {
-  return *std::ranges::min_element(cameras, {},
-                                   [&](const CameraModel& camera) { return LargestShiftPx(camera, lens); });
-}
-
 constexpr double kSmallPx = 0.5;  // less than what makes a picture worse. Guessed.
 
 }  // namespace
 
-std::string LensFitText(const tracking::LensEstimate& fit, std::span<const CameraModel> cameras,
-                        bool is_taken_over) {
+std::string LensFitText(const tracking::LensEstimate& fit, const CameraModel& given, bool is_taken_over) {
   if (is_taken_over) return "new intrinsics: " + Described(fit);
-  const double shift_px = LargestShiftPx(Nearest(cameras, fit.lens), fit.lens);
+  const double shift_px = LargestShiftPx(given, fit.lens);
   if (shift_px < kSmallPx)
     return fmt::format("the intrinsics are right within {:.1f} px; the images alone would say: {}", shift_px,
                        Described(fit));
   return "the images support other intrinsics (--intrinsics takes them over): " + Described(fit);
 }
 
-std::string LensApartText(const tracking::LensEstimate& fit, std::span<const CameraModel> cameras,
+std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& given,
                           const std::string& source, bool is_taken_over) {
   constexpr double kSigmas = 3;
-  const CameraModel& before = Nearest(cameras, fit.lens);
-  const double was_px = before.MeanFocalPx(), apart_px = fit.lens.MeanFocalPx() - was_px;
+  const double was_px = given.MeanFocalPx(), apart_px = fit.lens.MeanFocalPx() - was_px;
   if (!fit.free.focal || std::abs(apart_px) <= kSigmas * fit.focal_sigma_px ||
-      LargestShiftPx(before, fit.lens) < kSmallPx)
+      LargestShiftPx(given, fit.lens) < kSmallPx)
     return {};
   return fmt::format(
       "this focal length is {:.1f} px ({:.1f} %) {} than the {:.1f} px of before{}, farther than the "

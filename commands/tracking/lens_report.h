@@ -1,7 +1,6 @@
 // What a refinement found out about a lens, for people.
 #pragma once
 
-#include <span>
 #include <string>
 
 #include "core/geometry/camera_model.h"
@@ -9,14 +8,13 @@
 
 namespace ulf::commands {
 
-// `cameras`: the lenses that the light field had. Where the images support another one that shows everything within half a
-// pixel of where one of these does, there is nothing to do, and it says so.
-std::string LensFitText(const tracking::LensEstimate& fit, std::span<const CameraModel> cameras,
-                        bool is_taken_over);
+// `given`: the lens as the light field had it. Where the images support another one that shows everything within half a
+// pixel of where this one does, there is nothing to do, and it says so.
+std::string LensFitText(const tracking::LensEstimate& fit, const CameraModel& given, bool is_taken_over);
 
 // Where the fitted focal length is farther from that of before than its deviation accounts for: by how much, where the one
 // of before was from (`source`; empty: not told), which of the two is kept, and why. Else empty.
-std::string LensApartText(const tracking::LensEstimate& fit, std::span<const CameraModel> cameras,
+std::string LensApartText(const tracking::LensEstimate& fit, const CameraModel& given,
                           const std::string& source, bool is_taken_over);
 
 // What the deviations of lenses that images gave leave out.

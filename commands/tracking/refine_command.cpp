@@ -87,12 +87,12 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// Where lenses are from that refining found.
-std::string RefinedSource(const tracking::RefineResult& result) {
-  const bool is_alone = result.lens_fits.size() == 1 && result.lens_fits.front().free.focal;
-  return is_alone ? fmt::format("{} (± {:.2f} px)", acquisition::kLensFoundByRefining,
-                                result.lens_fits.front().focal_sigma_px)
-                  : acquisition::kLensFoundByRefining;
+// Where a lens is from that refining found.
+std::string RefinedSource(const tracking::RefineResult& result, int camera) {
+  const auto fit = result.lens_fits.find(camera);
+  return fit != result.lens_fits.end() && fit->second.free.focal
+             ? fmt::format("{} (± {:.2f} px)", acquisition::kLensFoundByRefining, fit->second.focal_sigma_px)
+             : acquisition::kLensFoundByRefining;
 }
 
 // Records the poses in one step, so that a kill leaves the old or the new ones; then the photographs that were found.
@@ -114,12 +114,15 @@ void Write(const LightField& before, const Unposed& unposed, const tracking::Ref
       found.back().tracking_quality = std::min(result.views[v].quality, usual_quality);
     }
   }
-  std::map<int, CameraModel> lenses;
-  for (std::size_t l = 0; l < before.cameras.size(); ++l)
-    if (!(result.lenses[l] == before.cameras[l])) lenses[static_cast<int>(l)] = result.lenses[l];
+  std::map<int, CorrectedLens> lenses;
+  for (std::size_t l = 0; l < before.cameras.size(); ++l) {
+    const int camera = static_cast<int>(l);
+    if (!(result.lenses[l] == before.cameras[l]))
+      lenses[camera] = {result.lenses[l], RefinedSource(result, camera)};
+  }
   std::map<std::string, std::uint64_t> reasons = before.reasons;
   if (!reasons.empty()) reasons["recorded"] += found.size();
-  writer.UpdatePoses(poses, lenses, RefinedSource(result));
+  writer.UpdatePoses(poses, lenses);
   try {
     writer.AddUnposed(std::move(found));
     writer.SetPoints(tracking::WithViewIds(result.points, before));
@@ -264,10 +267,10 @@ nlohmann::ordered_json ToJson(const LightField& before, const tracking::RefineRe
                                {"view", before.views[At(result.least_sure)].id}};
   }
   json["lenses"] = nlohmann::ordered_json::array();
-  for (const tracking::LensEstimate& fit : result.lens_fits) {
+  for (const auto& [camera, fit] : result.lens_fits) {
     json["lenses"].push_back(FitJson(fit, args.options.intrinsics));
-    json["lenses"].back()["apart"] =
-        LensApartText(fit, before.cameras, before.calibration_source, args.options.intrinsics);
+    json["lenses"].back()["apart"] = LensApartText(fit, before.cameras[At(camera)],
+                                                   before.CalibrationSource(camera), args.options.intrinsics);
   }
   json["calibration"] = nlohmann::ordered_json::array();
   for (const tracking::CalibrationCheck& check : result.checks)
@@ -366,10 +369,10 @@ void PrintText(const std::string& dir, const LightField& before, const tracking:
   if (result.groups > 1)
     fmt::print("the views fall into {} groups that share no points: their relative poses are as before\n",
                result.groups);
-  for (const tracking::LensEstimate& fit : result.lens_fits) {
-    fmt::print("{}\n", LensFitText(fit, before.cameras, args.options.intrinsics));
-    const std::string apart =
-        LensApartText(fit, before.cameras, before.calibration_source, args.options.intrinsics);
+  for (const auto& [camera, fit] : result.lens_fits) {
+    fmt::print("{}\n", LensFitText(fit, before.cameras[At(camera)], args.options.intrinsics));
+    const std::string apart = LensApartText(fit, before.cameras[At(camera)], before.CalibrationSource(camera),
+                                            args.options.intrinsics);
     if (!apart.empty()) fmt::print("{}\n", apart);
   }
   if (!result.lens_fits.empty()) fmt::print("{}\n", kLensSigmaWords);

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -14,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -53,10 +55,9 @@ struct Temporary {
 
 // A unique name, because other threads and programs may write the same file.
 Temporary OpenTemporary(const fs::path& beside, bool direct) {
-  static std::atomic<unsigned> next{1};
   Temporary temporary;
   do {
-    temporary.path = fmt::format("{}.{}-{}{}", beside.string(), getpid(), next++, kTemporaryEnding);
+    temporary.path = TemporaryName(beside);
     temporary.descriptor = open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   } while (temporary.descriptor < 0 && errno == EEXIST);
   if (direct && temporary.descriptor >= 0)  // where the file system allows it
@@ -136,19 +137,33 @@ bool MoveToFree(const fs::path& from, const fs::path& to) {
   return false;
 }
 
-// Returns the process that wrote the temporary file, by its name; none: it has another name, or is no file.
-std::optional<pid_t> ProcessOf(const fs::directory_entry& entry) {
-  static const std::regex kName(R"(.+\.([0-9]{1,9})-[0-9]+\.part)");
+// Containers have process numbers of their own: the file of their namespace has another inode.
+std::string ThisComputer() {
+  static const std::string computer = [] {
+    std::array<char, 256> name{};
+    gethostname(name.data(), name.size() - 1);
+    struct stat numbers {};
+    stat("/proc/self/ns/pid", &numbers);
+    const auto hash = std::hash<std::string>{}(fmt::format("{} {}", name.data(), numbers.st_ino));
+    return fmt::format("{:08x}", hash & 0xFFFFFFFF);
+  }();
+  return computer;
+}
+
+// Returns the mark of the process that wrote the temporary file, by its name; none: it has another name, or is no file. Names
+// of older programs had no computer.
+std::optional<std::string> MarkOf(const fs::directory_entry& entry) {
+  static const std::regex kName(R"(.+\.((?:[0-9a-f]{8}-)?[0-9]{1,9})-[0-9]+\.part)");
   const std::string name = entry.path().filename().string();
   std::smatch parts;
   std::error_code unknown;
   if (!entry.is_regular_file(unknown) || !std::regex_match(name, parts, kName)) return std::nullopt;
-  return static_cast<pid_t>(std::atol(parts[1].str().c_str()));
+  return parts[1].str();
 }
 
 bool IsOfDeadProcess(const fs::directory_entry& entry) {
-  const std::optional<pid_t> process = ProcessOf(entry);
-  return process && kill(*process, 0) != 0 && errno == ESRCH;
+  const std::optional<std::string> mark = MarkOf(entry);
+  return mark && IsOfEndedProcess(*mark);
 }
 
 // Removes what killed processes left of this file. A folder is looked through once: what this process writes itself, it
@@ -246,6 +261,13 @@ fs::path MoveWithoutReplacing(const fs::path& from, const fs::path& to) {
     name = FolderOf(to) / fmt::format("{}-{}{}", to.stem().string(), number, to.extension().string());
   }
   return name;
+}
+
+bool LinkOrCopy(const fs::path& from, const fs::path& to) {
+  if (link(from.c_str(), to.c_str()) == 0) return true;
+  if (errno == EEXIST) return false;
+  CopyTo(from, to);
+  return true;
 }
 
 FileContent ContentOf(std::string_view bytes) {
@@ -367,7 +389,23 @@ std::uint64_t FreeBytes(const fs::path& folder) {
   return static_cast<std::uint64_t>(room.f_bavail) * room.f_frsize;
 }
 
-bool IsTemporary(const fs::directory_entry& entry) { return ProcessOf(entry).has_value(); }
+std::string ProcessMark() { return fmt::format("{}-{}", ThisComputer(), getpid()); }
+
+bool IsOfEndedProcess(const std::string& mark) {
+  const std::string computer = ThisComputer() + "-";
+  if (!mark.starts_with(computer)) return false;
+  const std::string number = mark.substr(computer.size());
+  if (number.empty() || number.size() > 9 || number.find_first_not_of("0123456789") != std::string::npos)
+    return false;
+  return kill(static_cast<pid_t>(std::atol(number.c_str())), 0) != 0 && errno == ESRCH;
+}
+
+fs::path TemporaryName(const fs::path& path) {
+  static std::atomic<unsigned> next{1};
+  return fmt::format("{}.{}-{}{}", path.string(), ProcessMark(), next++, kTemporaryEnding);
+}
+
+bool IsTemporary(const fs::directory_entry& entry) { return MarkOf(entry).has_value(); }
 
 bool IsLeftTemporary(const fs::directory_entry& entry) {
   constexpr std::chrono::hours kLeastAge{1};  // Guessed.

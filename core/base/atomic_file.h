@@ -74,6 +74,10 @@ void SyncFolder(const std::filesystem::path& folder);
 std::filesystem::path MoveWithoutReplacing(const std::filesystem::path& from,
                                            const std::filesystem::path& to);
 
+// Gives a file a second name, or makes a copy where the file system has no hard links. Returns false where something has
+// that name. Throws Error.
+bool LinkOrCopy(const std::filesystem::path& from, const std::filesystem::path& to);
+
 // Makes the folder and all folders above it. Throws Error naming what stands in the way.
 void MakeFolder(const std::filesystem::path& folder);
 
@@ -93,9 +97,17 @@ std::string ReadWholeFile(const std::filesystem::path& path);
 // The ending of all temporary names. Files with it that a killed process left are safe to remove.
 inline constexpr std::string_view kTemporaryEnding = ".part";
 
-// Whether it is a temporary file by its name, NAME.PROCESS-NUMBER.part.
+// This process among those of all computers that write to the same disk, for temporary names: "1f3a9c02-4711".
+std::string ProcessMark();
+// Whether it is the mark of a process of this computer that no longer runs.
+bool IsOfEndedProcess(const std::string& mark);
+// A name beside `path` that nobody else uses: PATH.MARK-NUMBER.part.
+std::filesystem::path TemporaryName(const std::filesystem::path& path);
+
+// Whether it is a temporary file by its name.
 bool IsTemporary(const std::filesystem::directory_entry& entry);
-// Whether it is one that a killed process left: its process no longer runs on this computer, or it is older than an hour.
+// Whether it is one that a killed process left: its process was one of this computer and no longer runs, or it is older than
+// an hour.
 bool IsLeftTemporary(const std::filesystem::directory_entry& entry);
 
 }  // namespace ulf

@@ -68,6 +68,16 @@ std::optional<fs::path> MoveToKept(const fs::path& dir, const std::string& name,
   return MoveWithoutReplacing(dir / name, dir / "kept" / as);
 }
 
+void LinkToKept(const fs::path& dir, const std::string& name) {
+  if (!fs::exists(dir / name)) return;
+  MakeFolder(dir / "kept");
+  fs::path kept = dir / "kept" / name;
+  for (int number = 2; !LinkOrCopy(dir / name, kept); ++number)
+    kept =
+        dir / "kept" /
+        fmt::format("{}-{}{}", fs::path(name).stem().string(), number, fs::path(name).extension().string());
+}
+
 void KeepForeignFiles(const fs::path& dir, const FolderCheck& check, bool points_are_in_doubt) {
   const auto keep = [&](const char* name, const char* as) {
     if (const auto kept = MoveToKept(dir, name, as))

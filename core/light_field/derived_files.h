@@ -28,6 +28,9 @@ std::size_t MakeMissingPictures(const LightField& light_field);
 std::optional<std::filesystem::path> MoveToKept(const std::filesystem::path& dir, const std::string& name,
                                                 const std::string& as);
 
+// The same for a file that stays until another one replaces it.
+void LinkToKept(const std::filesystem::path& dir, const std::string& name);
+
 // Moves to kept/ the derived files that another program or a person has changed (`check`) and, with
 // `points_are_in_doubt`, the files of the points. Logs a warning for each.
 void KeepForeignFiles(const std::filesystem::path& dir, const FolderCheck& check, bool points_are_in_doubt);

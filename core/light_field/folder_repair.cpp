@@ -83,8 +83,7 @@ void WriteNewJournal(const fs::path& dir, const RepairPlan& plan, Journal& to) {
   to.CutAt(0);
   if (plan.header) to.Header(*plan.header);
   WriteLines(dir / kJournalFile, old, plan, to);
-  if (!plan.poses.empty() || !plan.cameras.empty())
-    to.UpdatePoses(plan.poses, plan.cameras, plan.calibration_source);
+  if (!plan.poses.empty() || !plan.cameras.empty()) to.UpdatePoses(plan.poses, plan.cameras);
   to.RemoveViews(plan.taken_out);
   to.NoteRepair(plan.longest_stamp);
   if (plan.settings) WriteSettings(*plan.settings, old.light_field, to);
@@ -94,16 +93,8 @@ void WriteNewJournal(const fs::path& dir, const RepairPlan& plan, Journal& to) {
 void Exchange(const fs::path& dir) {
   if (fs::exists(dir / kJournalFile)) {
     MakeFolder(dir / "kept");
-    fs::path kept;
-    for (int number = 1;; ++number) {
-      kept = dir / "kept" / fmt::format("journal-{}.jsonl", number);
-      if (link((dir / kJournalFile).c_str(), kept.c_str()) == 0) break;
-      if (errno != EEXIST) {
-        // This file system has no hard links.
-        WriteFileAtomically(kept, ReadWholeFile(dir / kJournalFile));
-        break;
-      }
-    }
+    int number = 1;
+    while (!LinkOrCopy(dir / kJournalFile, dir / "kept" / fmt::format("journal-{}.jsonl", number))) ++number;
     SyncFolder(dir / "kept");
   }
   if (rename((dir / kNewJournal).c_str(), (dir / kJournalFile).c_str()) != 0)

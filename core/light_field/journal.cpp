@@ -47,6 +47,7 @@ void AppendCamera(const json& camera, const std::string& where, JournalContents&
   contents.recorded_cameras.resize(light_field.cameras.size(), model);
   if (flat_field) light_field.flat_fields[index] = *flat_field;
   if (color_profile) light_field.color_profiles[index] = *color_profile;
+  NoteCalibrationSource({camera, where}, index, light_field);
 }
 
 void ApplyHeader(const JsonPlace& event, JournalContents& contents) {
@@ -56,28 +57,7 @@ void ApplyHeader(const JsonPlace& event, JournalContents& contents) {
                            event.where, version, kJournalVersion);
   for (const json& camera : event.Raw("cameras")) AppendCamera(camera, event.where, contents);
   ReadCaptureJson(event, contents.light_field);
-}
-
-// Views name cameras by index: where the line of one is damaged, none may take its place.
-void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
-  LightField& light_field = contents.light_field;
-  const int index = event.Integer("index"), there = static_cast<int>(light_field.cameras.size());
-  const JsonPlace camera{event.Raw("camera"), event.where + ", camera"};
-  if (index > there)
-    throw Error("{}: camera {} cannot be read without camera {}, which is missing", event.where, index,
-                there);
-  if (index < there) {  // the header was made again, and has it
-    if (index >= 0 && light_field.cameras[static_cast<std::size_t>(index)] == CameraFromJson(camera)) return;
-    throw Error("{}: camera {} is recorded twice; the first one is used", event.where, index);
-  }
-  AppendCamera(camera.object, camera.where, contents);
-  light_field.calibration_source = event.Text("calibration_source", "");
-}
-
-View* FindView(LightField& light_field, int id) {
-  const auto found = std::lower_bound(light_field.views.begin(), light_field.views.end(), id,
-                                      [](const View& view, int wanted) { return view.id < wanted; });
-  return found != light_field.views.end() && found->id == id ? &*found : nullptr;
+  if (contents.light_field.cameras.size() == 1) NoteCalibrationSource(event, 0, contents.light_field);
 }
 
 // A line that is whole and is left out all the same: it names a path that leaves the folder, or is of a newer version.
@@ -86,6 +66,29 @@ class LineStaysError : public Error {
  public:
   using Error::Error;
 };
+
+// Views name cameras by index: where the line of one is damaged, none may take its place.
+void ApplyCamera(const JsonPlace& event, JournalContents& contents) {
+  LightField& light_field = contents.light_field;
+  const int index = event.Integer("index"), there = static_cast<int>(light_field.cameras.size());
+  const JsonPlace camera{event.Raw("camera"), event.where + ", camera"};
+  if (index > there)
+    throw LineStaysError("{}: camera {} cannot be read without camera {}, which is missing", event.where,
+                         index, there);
+  if (index < there) {  // the header was made again, and has it as it was corrected since
+    const CameraModel noted = CameraFromJson(camera);
+    if (index >= 0) contents.recorded_cameras[static_cast<std::size_t>(index)] = noted;
+    return;
+  }
+  AppendCamera(camera.object, camera.where, contents);
+  NoteCalibrationSource(event, index, light_field);
+}
+
+View* FindView(LightField& light_field, int id) {
+  const auto found = std::lower_bound(light_field.views.begin(), light_field.views.end(), id,
+                                      [](const View& view, int wanted) { return view.id < wanted; });
+  return found != light_field.views.end() && found->id == id ? &*found : nullptr;
+}
 
 // Calls `read`, which checks paths.
 template <typename Read>
@@ -142,28 +145,32 @@ void ApplyView(const JsonPlace& event, JournalContents& contents) {
 void ApplyPoses(const JsonPlace& event, JournalContents& contents) {
   LightField& light_field = contents.light_field;
   std::vector<std::pair<View*, Rigid3>> poses;
-  std::map<std::size_t, CameraModel> cameras;
+  std::map<std::size_t, CorrectedLens> cameras;
   const JsonPlace given{event.Raw("poses"), event.where + ", poses"};
   for (const auto& [id, pose] : given.object.items())
     if (View* view = FindView(light_field, std::atoi(id.c_str())))
       poses.emplace_back(view, PoseFromJson(given, id.c_str()));
   std::optional<std::string> unknown_camera;
+  const std::string source =
+      event.Text("calibration_source", "");  // of all cameras, in lines of older writers
   if (event.Has("cameras"))
     for (const auto& [index, camera] : event.Raw("cameras").items()) {
       const auto at = static_cast<std::size_t>(std::atoi(index.c_str()));
       if (at >= light_field.cameras.size())
         unknown_camera = index;
       else
-        cameras[at] = CameraFromJson({camera, event.where});
+        cameras[at] = {CameraFromJson({camera, event.where}),
+                       JsonPlace{camera, event.where}.Text("calibration_source", source)};
     }
-  // Lines of older writers do not say where a corrected lens is from.
-  const std::string source = event.Text("calibration_source", light_field.calibration_source);
   for (const auto& [view, pose] : poses) {
     view->cam_from_world = pose;
     for (DamagedLine& line : contents.damaged) line.poses.erase(view->id);
   }
-  for (const auto& [index, camera] : cameras) light_field.cameras[index] = camera;
-  light_field.calibration_source = source;
+  for (const auto& [index, lens] : cameras) {
+    light_field.cameras[index] = lens.camera;
+    if (!lens.calibration_source.empty())
+      light_field.calibration_sources[static_cast<int>(index)] = lens.calibration_source;
+  }
   if (unknown_camera)
     throw LineStaysError("{}: camera {} is not among the cameras before; the poses are taken", event.where,
                          *unknown_camera);

@@ -2,11 +2,11 @@
 // docs/disk_format.md has every key with its type, unit and default, and an example of each line:
 //
 //   header       {version, cameras, device_uri, device_serial, device_maker, device_model, sensor,
-//                 calibration_source, units, threshold_px, coverage_width_px}
-//   camera       {index, camera as in the header, calibration_source}
+//                 units, threshold_px, coverage_width_px}
+//   camera       {index, camera as in the header}
 //   view         {id, image, master, mask, camera, cam_from_world [qw qx qy qz tx ty tz], times, exposure,
 //                 gain, quality, bound, twist}
-//   pose_update  {poses {id: [7]}, cameras {index: as in the header}, calibration_source}
+//   pose_update  {poses {id: [7]}, cameras {index: as in the header}}
 //   exposure     {view, image, master, times, exposure, gain, exposure_from_view [7], pose}
 //   merged       {view, image, exposures, ghosts}
 //   subject      {center, radius}
@@ -118,10 +118,9 @@ class Journal {
   // The camera that later views may name: its index is the number of cameras that there are.
   void AddCamera(int index, const NewCamera& camera);
   void AddViews(std::span<const View> views);  // a line each
-  // Poses by view id, and changed cameras by index with where their intrinsics are from (empty: from where they were).
+  // Poses by view id, and changed cameras by index.
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
-                   const std::map<int, CameraModel>& cameras = {},
-                   const std::string& calibration_source = {});
+                   const std::map<int, CorrectedLens>& cameras = {});
   void AddExposure(int view_id, const ViewExposure& exposure);
   void NoteMerged(int view_id, const MergedExposures& merged);
   void SetSubject(const Subject& subject);

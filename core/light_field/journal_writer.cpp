@@ -58,7 +58,7 @@ void Journal::BecomeTheOnlyName() {
   }, of_name{};
   const bool is_link = lstat(file_.c_str(), &of_name) == 0 && S_ISLNK(of_name.st_mode);
   if (!is_link && (fstat(descriptor_, &status) != 0 || status.st_nlink <= 1)) return;
-  const std::filesystem::path copy = file_.string() + fmt::format(".{}-0{}", getpid(), kTemporaryEnding);
+  const std::filesystem::path copy = TemporaryName(file_);
   const std::string bytes = ReadWholeFile(file_);
   const int shared =
       std::exchange(descriptor_, open(copy.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
@@ -122,10 +122,11 @@ void Journal::NoteRepair(std::uint64_t bytes) {
 }
 
 static nlohmann::json CameraEntry(const CameraModel& camera, const FlatField* flat_field,
-                                  const ColorProfile* color_profile) {
+                                  const ColorProfile* color_profile, const std::string& calibration_source) {
   nlohmann::json entry = CameraToJson(camera);
   if (flat_field) entry["flat_field"] = FlatFieldToJson(*flat_field);
   if (color_profile) entry["color_profile"] = ColorProfileToJson(*color_profile);
+  if (!calibration_source.empty()) entry["calibration_source"] = calibration_source;
   return entry;
 }
 
@@ -136,7 +137,6 @@ void Journal::Header(const LightField& light_field) {
                           {"device_serial", light_field.device_serial},
                           {"device_maker", light_field.device_maker},
                           {"device_model", light_field.device_model},
-                          {"calibration_source", light_field.calibration_source},
                           {"units", light_field.units},
                           {"coverage_width_px", light_field.coverage_width_px}};
   if (light_field.window) event["sensor"] = WindowToJson(*light_field.window);
@@ -146,18 +146,19 @@ void Journal::Header(const LightField& light_field) {
     const auto profile = light_field.color_profiles.find(static_cast<int>(i));
     event["cameras"].push_back(
         CameraEntry(light_field.cameras[i], flat == light_field.flat_fields.end() ? nullptr : &flat->second,
-                    profile == light_field.color_profiles.end() ? nullptr : &profile->second));
+                    profile == light_field.color_profiles.end() ? nullptr : &profile->second,
+                    light_field.CalibrationSource(static_cast<int>(i))));
   }
   Append(JsonText(event));
 }
 
 void Journal::AddCamera(int index, const NewCamera& camera) {
-  Append(JsonText(
-      nlohmann::json{{"event", "camera"},
-                     {"index", index},
-                     {"camera", CameraEntry(camera.camera, camera.flat_field ? &*camera.flat_field : nullptr,
-                                            camera.color_profile ? &*camera.color_profile : nullptr)},
-                     {"calibration_source", camera.calibration_source}}));
+  Append(JsonText(nlohmann::json{
+      {"event", "camera"},
+      {"index", index},
+      {"camera",
+       CameraEntry(camera.camera, camera.flat_field ? &*camera.flat_field : nullptr,
+                   camera.color_profile ? &*camera.color_profile : nullptr, camera.calibration_source)}}));
 }
 
 void Journal::AddViews(std::span<const View> views) {
@@ -175,12 +176,13 @@ void Journal::AddViews(std::span<const View> views) {
 }
 
 void Journal::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
-                          const std::map<int, CameraModel>& cameras, const std::string& calibration_source) {
+                          const std::map<int, CorrectedLens>& cameras) {
   nlohmann::json poses = nlohmann::json::object();
   for (const auto& [id, pose] : cam_from_world_by_view) poses[std::to_string(id)] = PoseToJson(pose);
   nlohmann::json event{{"event", "pose_update"}, {"poses", poses}};
-  for (const auto& [index, camera] : cameras) event["cameras"][std::to_string(index)] = CameraToJson(camera);
-  if (!cameras.empty() && !calibration_source.empty()) event["calibration_source"] = calibration_source;
+  for (const auto& [index, lens] : cameras)
+    event["cameras"][std::to_string(index)] =
+        CameraEntry(lens.camera, nullptr, nullptr, lens.calibration_source);
   Append(JsonText(event));
 }
 

@@ -100,7 +100,9 @@ std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightF
       ++as_judged;
       if (!each.whole) finding.views[id] = view->second->image_path;
     }
-    if (each.whole ? 2 * as_judged > each.views.size() : as_judged > 0)
+    // Light is told by comparison: of views that are all alike nothing is said.
+    const bool has_others = each.check != Name(Check::kLight) || 2 * as_judged <= light_field.views.size();
+    if (each.whole ? 2 * as_judged > each.views.size() : as_judged > 0 && has_others)
       standing.push_back(std::move(finding));
   }
   return standing;

@@ -44,6 +44,11 @@ Eigen::Vector3d UpOfCameras::Up() const {
   return up_.norm() > 1e-9 ? Eigen::Vector3d(up_.normalized()) : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
 }
 
+std::string LightField::CalibrationSource(int camera) const {
+  const auto found = calibration_sources.find(camera);
+  return found == calibration_sources.end() ? std::string() : found->second;
+}
+
 Eigen::Vector3d LightField::UpInWorld() const {
   if (up_in_world) return *up_in_world;
   UpOfCameras cameras_up;

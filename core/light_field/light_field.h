@@ -188,7 +188,8 @@ struct LightField {
   std::string device_uri;
   std::string device_serial, device_maker, device_model;
   std::optional<SensorWindow> window;  // that the views show; none: not known, or photographs
-  std::string calibration_source;
+  // By index into cameras, where it is told: where the intrinsics are from.
+  std::map<int, std::string> calibration_sources;
   std::set<int> taken_back;  // ids of views that were recorded and are none of these any more
   double capture_s = 0;
   std::map<std::string, std::uint64_t> reasons;  // why frames were recorded or not, each a count of frames
@@ -200,6 +201,8 @@ struct LightField {
   std::vector<Finding> findings;    // of the other checks: what does not fit in what the files say
 
   Eigen::Vector3d UpInWorld() const;
+  // Where the camera's intrinsics are from; empty: not told.
+  std::string CalibrationSource(int camera) const;
   const CameraModel& CameraOf(const View& view) const {
     return cameras[static_cast<std::size_t>(view.camera)];
   }

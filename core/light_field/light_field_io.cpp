@@ -71,7 +71,7 @@ void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journ
   const std::string end = bytes.substr(std::min(contents.whole_bytes, bytes.size()));
   if (end.find('\n') != std::string::npos) {
     MakeFolder(dir / "kept");
-    const fs::path copy = dir / "kept" / fmt::format("journal-end.{}-0{}", getpid(), kTemporaryEnding);
+    const fs::path copy = TemporaryName(dir / "kept" / "journal-end");
     WriteFileAtomically(copy, end);
     const fs::path kept = MoveWithoutReplacing(copy, dir / "kept" / "journal-end.jsonl");
     spdlog::warn("{}: its last lines are damaged and cut off; they are kept as {}",
@@ -205,6 +205,7 @@ LightField ReadLightField(const fs::path& path) {
                           ShellWord((path / "images").string()))
             : "");
   }
+  RequireFollowed(path, RefusedLinks(path, {}));
   JournalContents journal = ReadJournal(path / kJournalFile);
   const bool being_written = IsBeingWritten(path / kJournalFile);
   const FolderCheck check = CheckFolder(path, journal, being_written);
@@ -248,6 +249,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   std::error_code unknown;  // MakeFolder below says what stands in the way
   if (fs::exists(dir, unknown) && !fs::is_directory(dir))
     throw Error("{}: is a file; choose another name", dir.string());
+  RequireFollowed(dir, RefusedLinks(dir, {}));
   const bool unused = IsUnused(dir);
   const Error taken("{}: holds a light field already; go on with it (--resume) or choose another folder",
                     dir.string());
@@ -271,7 +273,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
   light_field.device_maker = header.device_maker;
   light_field.device_model = header.device_model;
   light_field.window = header.window;
-  light_field.calibration_source = header.calibration_source;
+  if (!header.calibration_source.empty()) light_field.calibration_sources[0] = header.calibration_source;
   light_field.units = header.units;
   light_field.threshold_px = header.threshold_px;
   light_field.coverage_width_px = header.coverage_width_px;
@@ -290,6 +292,7 @@ LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHead
 
 LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
   if (!fs::is_regular_file(dir / kJournalFile)) throw MissingJournalError(dir);
+  RequireFollowed(dir, RefusedLinks(dir, {}));
   auto state = std::make_unique<State>(dir);
   JournalContents contents = ReadJournal(dir / kJournalFile);
   const FolderCheck check = CheckFolder(dir, contents, false);

@@ -126,11 +126,9 @@ class LightFieldWriter {
   void AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool pose_is_between);
   // What the view's exposures were merged to (merged/), in place of an earlier one. `exr`: the file's bytes.
   void SetMerged(int view_id, const std::string& exr, int exposures, double ghost_share);
-  // Poses by view id and changed cameras by index, in one step. `calibration_source`: where the changed cameras' intrinsics
-  // are from; empty: from where they were.
+  // Poses by view id and changed cameras by index, in one step.
   void UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
-                   const std::map<int, CameraModel>& cameras = {},
-                   const std::string& calibration_source = {});
+                   const std::map<int, CorrectedLens>& cameras = {});
   void SetSubject(const Subject& subject);
   void SetUp(const Eigen::Vector3d& up_in_world);
   void SetGoal(const CoverageGoal& goal);

@@ -66,7 +66,7 @@ int LightFieldWriter::AddCamera(const NewCamera& camera) {
   state_->recorded_cameras.push_back(camera.camera);
   if (camera.flat_field) light_field.flat_fields[index] = *camera.flat_field;
   if (camera.color_profile) light_field.color_profiles[index] = *camera.color_profile;
-  light_field.calibration_source = camera.calibration_source;
+  if (!camera.calibration_source.empty()) light_field.calibration_sources[index] = camera.calibration_source;
   return state_->camera = index;
 }
 
@@ -176,14 +176,14 @@ void LightFieldWriter::SetMerged(int view_id, const std::string& exr, int exposu
 }
 
 void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_by_view,
-                                   const std::map<int, CameraModel>& cameras,
-                                   const std::string& calibration_source) {
+                                   const std::map<int, CorrectedLens>& cameras) {
   if (cam_from_world_by_view.empty() && cameras.empty()) return;
-  state_->journal.UpdatePoses(cam_from_world_by_view, cameras, calibration_source);
-  if (!cameras.empty() && !calibration_source.empty())
-    state_->light_field.calibration_source = calibration_source;
-  for (const auto& [index, camera] : cameras)
-    state_->light_field.cameras[static_cast<std::size_t>(index)] = camera;
+  state_->journal.UpdatePoses(cam_from_world_by_view, cameras);
+  for (const auto& [index, lens] : cameras) {
+    state_->light_field.cameras[static_cast<std::size_t>(index)] = lens.camera;
+    if (!lens.calibration_source.empty())
+      state_->light_field.calibration_sources[index] = lens.calibration_source;
+  }
   for (View& view : state_->light_field.views)
     if (const auto found = cam_from_world_by_view.find(view.id); found != cam_from_world_by_view.end())
       view.cam_from_world = found->second;
@@ -256,7 +256,8 @@ void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
   const LightField& now = state_->light_field;
   if (points.empty() && !now.points.empty()) return;
   if (!now.points.empty() && StatisticsOf(now.points).tracked == 0)
-    for (const char* file : {"points.ply", "points.ulf"}) MoveToKept(now.root, file, file);
+    for (const char* file : {"points.ply", "points.ulf"})
+      LinkToKept(now.root, file);  // until others replace them
   state_->light_field.points = std::move(points);
   state_->moved_since_points.clear();
   MeasurePoints(state_->light_field);

@@ -1,4 +1,4 @@
-// A lens that a capture goes on with, and where its numbers are from: a light field has one camera to begin with, and
+// Lenses, and where their numbers are from: a light field has one camera to begin with, and
 // another for each lens that was given on purpose since.
 #pragma once
 
@@ -16,6 +16,12 @@ struct NewCamera {
   std::optional<FlatField> flat_field;
   std::optional<ColorProfile> color_profile;
   std::string calibration_source;
+};
+
+// New intrinsics of a camera that a light field has.
+struct CorrectedLens {
+  CameraModel camera;
+  std::string calibration_source;  // empty: from where they were
 };
 
 }  // namespace ulf

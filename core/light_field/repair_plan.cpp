@@ -9,6 +9,7 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/folder/followed_links.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/newer_format.h"
 #include "core/light_field/points/point_io.h"
@@ -152,7 +153,7 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
     if (cameras.contains(view.camera)) continue;
     cameras[view.camera] = static_cast<int>(journal.cameras.size() + plan.new_cameras.size());
     plan.new_cameras.push_back(
-        {other.cameras[static_cast<std::size_t>(view.camera)], {}, {}, other.calibration_source});
+        {other.cameras[static_cast<std::size_t>(view.camera)], {}, {}, other.CalibrationSource(view.camera)});
   }
   std::map<int, View> without_image;
   for (auto [id, view] : check.transforms.unknown) {
@@ -174,9 +175,8 @@ void RecoverFromTransforms(const fs::path& dir, const LightField& journal, const
     const CameraModel& camera = other.cameras[static_cast<std::size_t>(theirs)];
     if (ours < static_cast<int>(journal.cameras.size()) &&
         !(camera == journal.cameras[static_cast<std::size_t>(ours)]))
-      plan.cameras[ours] = camera;
+      plan.cameras[ours] = {camera, other.CalibrationSource(theirs)};
   }
-  if (!plan.cameras.empty()) plan.calibration_source = other.calibration_source;
   if (check.transforms.lineage == Lineage::kJournalShort) plan.settings = other;
 }
 
@@ -433,6 +433,9 @@ void PlanSteps(const fs::path& dir, RepairPlan& plan) {
 RepairPlan PlanRepair(const fs::path& dir) {
   if (!fs::is_directory(dir))
     throw Error("{}: there is no such folder; give the folder of a light field", dir.string());
+  const std::vector<OutsideLink> refused = RefusedLinks(dir, {});
+  if (std::ranges::find(refused, kJournalFile, &OutsideLink::link) != refused.end())
+    RequireFollowed(dir, refused);
   RepairPlan plan = PlanFrom(dir, FindJournal(dir));
   PlanSteps(dir, plan);
   return plan;

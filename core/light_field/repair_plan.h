@@ -24,17 +24,16 @@ struct RepairPlan {
   std::size_t views_before = 0, views_after = 0, damaged_lines = 0;
 
   // The content of the steps.
-  std::optional<LightField> header;    // when the journal has none,
-  std::string header_from;             // and the file that it is from
-  std::map<int, View> recovered;       // views for the journal, by id
-  std::vector<NewCamera> new_cameras;  // of some of these views, that the journal has lost: behind its own
-  std::map<int, Rigid3> poses;         // of views in the journal
-  std::map<int, CameraModel> cameras;  // of the journal, by index
-  std::string calibration_source;      // where these cameras' intrinsics are from; empty: not told
-  std::set<int> taken_out;             // views whose photograph is missing
-  std::set<int> pictures_of_others;    // views whose photograph differs from its master
-  std::optional<LightField> settings;  // lost subject, up, goal, capture time
-  std::uint64_t longest_stamp = 0;     // bytes of the journal that a derived file was made from
+  std::optional<LightField> header;      // when the journal has none,
+  std::string header_from;               // and the file that it is from
+  std::map<int, View> recovered;         // views for the journal, by id
+  std::vector<NewCamera> new_cameras;    // of some of these views, that the journal has lost: behind its own
+  std::map<int, Rigid3> poses;           // of views in the journal
+  std::map<int, CorrectedLens> cameras;  // of the journal, by index
+  std::set<int> taken_out;               // views whose photograph is missing
+  std::set<int> pictures_of_others;      // views whose photograph differs from its master
+  std::optional<LightField> settings;    // lost subject, up, goal, capture time
+  std::uint64_t longest_stamp = 0;       // bytes of the journal that a derived file was made from
   bool new_journal = false, new_derived = false, missing_pictures = false;
   bool damaged_points = false, other_transforms = false, other_model = false;  // files that go to kept/
   bool any() const { return !steps.empty(); }

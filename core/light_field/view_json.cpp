@@ -155,10 +155,14 @@ void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {
   light_field.device_model = place.Text("device_model", "");
   if (place.Has("sensor"))
     light_field.window = WindowFromJson({place.Raw("sensor"), place.where + ", sensor"});
-  light_field.calibration_source = place.Text("calibration_source", "");
   light_field.units = place.Text("units", "arbitrary");
   if (place.Has("threshold_px")) light_field.threshold_px = place.Number("threshold_px");
   light_field.coverage_width_px = place.Integer("coverage_width_px", 640);
+}
+
+void NoteCalibrationSource(const JsonPlace& place, int camera, LightField& light_field) {
+  const std::string source = place.Text("calibration_source", "");
+  if (!source.empty()) light_field.calibration_sources[camera] = source;
 }
 
 std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place) {

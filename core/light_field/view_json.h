@@ -31,9 +31,12 @@ void RequirePathsBelow(const std::string& where, View& view);
 nlohmann::json PoseToJson(const Rigid3& pose);
 Rigid3 PoseFromJson(const JsonPlace& place, const char* key);
 
-// device_uri, device_serial, device_maker, device_model, sensor, calibration_source, units, threshold_px,
+// device_uri, device_serial, device_maker, device_model, sensor, units, threshold_px,
 // coverage_width_px, with the same keys in the journal's header and under "ulf" in transforms.json.
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field);
+
+// calibration_source: where the intrinsics of this camera are from; where it is not told they stay from where they were.
+void NoteCalibrationSource(const JsonPlace& place, int camera, LightField& light_field);
 
 // {"covered": 781, "recorded": 217}: why frames were recorded or not.
 std::map<std::string, std::uint64_t> ReasonsFromJson(const JsonPlace& place);

@@ -6,10 +6,12 @@
 #include <chrono>
 #include <map>
 
+#include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/host_time.h"
 #include "core/base/stop_signal.h"
 #include "coverage/session/record/kept_photographs.h"
 #include "coverage/session/record/map_cache.h"
@@ -144,9 +146,11 @@ bool TakeFirstFrames(acquisition::Device& device, const std::string& uri, const 
                      std::vector<Frame>& taken) {
   constexpr std::chrono::seconds kPatience(10);
   const auto until = std::chrono::steady_clock::now() + kPatience;
+  acquisition::RepeatedEvents repeated;
   while (std::chrono::steady_clock::now() < until && !stop()) {
     auto frame = device.Next(std::chrono::milliseconds(200));
-    for (const acquisition::DeviceEvent& event : device.TakeEvents()) fmt::print(stderr, "{}\n", event.text);
+    for (const std::string& line : repeated.After(device.TakeEvents(), EpochSeconds()))
+      fmt::print(stderr, "{}\n", line);
     if (!frame) acquisition::RequireLiveFrames(device);
     if (!frame && acquisition::IsOver(device.State())) break;
     if (!frame) continue;

@@ -32,7 +32,7 @@ NewCamera CameraInUse(const LightFieldWriter& writer) {
     return found == by_camera.end() ? std::nullopt : std::optional(found->second);
   };
   return {light_field.cameras.at(static_cast<std::size_t>(index)), of(light_field.flat_fields),
-          of(light_field.color_profiles), light_field.calibration_source};
+          of(light_field.color_profiles), light_field.CalibrationSource(index)};
 }
 
 // Says what is doubtful about it.

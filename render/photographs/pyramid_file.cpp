@@ -78,7 +78,6 @@ std::size_t HeadBytes(int levels) { return sizeof(Head) + (static_cast<std::size
 
 void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, const ViewPyramid& pyramid,
                       const PixelCounts& counts) {
-  static std::atomic<unsigned> next{1};
   const Head head{.key = key,
                   .counts = counts,
                   .width = pyramid.front().cols,
@@ -93,7 +92,7 @@ void WritePyramidFile(const std::filesystem::path& path, std::uint64_t key, cons
   const std::uint64_t of_begin = FastChecksumOf(begin);
   begin += BytesOf(&of_begin, 1);
 
-  const std::string temporary = fmt::format("{}.{}-{}{}", path.string(), getpid(), next++, kTemporaryEnding);
+  const std::string temporary = TemporaryName(path).string();
   const Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
   if (file.number() < 0) ThrowDiskError(errno, fmt::format("{}: cannot be written", path.string()));
   bool written = Append(file.number(), begin);

@@ -151,11 +151,6 @@ fs::path KeptPath(const json& next, const char* key) {
   return path.parent_path() == "kept" && path == path.lexically_normal() ? path : fs::path();
 }
 
-void LinkOrCopy(const fs::path& from, const fs::path& to) {
-  if (link(from.c_str(), to.c_str()) == 0 || errno == EEXIST) return;
-  WriteFileAtomically(to, ReadWholeFile(from));
-}
-
 bool IsSameFile(const fs::path& a, const fs::path& b) {
   std::error_code unknown;
   return fs::equivalent(a, b, unknown) && !unknown;

@@ -116,7 +116,7 @@ void ReadSummary(const std::string& by, json report, Facts& facts) {
   facts.Number(by, "views", report["views"]);
   facts.Number(by, "capture time", report["capture_s"]);
   facts.Number(by, "focal length", report["lenses"][0]["focal_px"]);
-  facts.Text(by, "source of the lens", report["calibration_source"]);
+  facts.Text(by, "source of the lens", report["lenses"][0]["calibration_source"]);
   facts.Number(by, "covered share", report["covered"]);
   facts.Number(by, "cap's width", report["cap_deg"][0], 1e-6);
   facts.Number(by, "cap's height", report["cap_deg"][1], 1e-6);
@@ -237,7 +237,7 @@ void ReadRefine(const std::string& dir, const fs::path& scratch, bool takes_lens
   facts.Number("info after refine", "views", after["views"]);
   const std::string now = takes_lens ? ", refined" : "";
   facts.Number("info after refine", "focal length" + now, after["lenses"][0]["focal_px"]);
-  facts.Text("info after refine", "source of the lens" + now, after["calibration_source"]);
+  facts.Text("info after refine", "source of the lens" + now, after["lenses"][0]["calibration_source"]);
   json transforms = JsonFromText(ReadWholeFile(fs::path(copy) / "transforms.json"));
   facts.Number("transforms.json after refine", "focal length" + now,
                0.5 * (transforms["fl_x"].get<double>() + transforms["fl_y"].get<double>()));

@@ -371,8 +371,8 @@ RefineResult Refine(const RefineInput& input, const RefineOptions& options) {
     fits = std::move(next_fits);
     result = std::move(next_result);
   }
-  for (const std::optional<LensFit>& fit : fits)
-    if (fit) result.lens_fits.push_back(fit->Widened());
+  for (std::size_t lens = 0; lens < fits.size(); ++lens)
+    if (fits[lens]) result.lens_fits.emplace(static_cast<int>(lens), fits[lens]->Widened());
   if (pass.summary.least_kept < options.contradicted_share)
     result.contradicted = pass.summary.least_kept_camera;
   result.rms_after_sigmas = pass.summary.final_rms_sigmas;

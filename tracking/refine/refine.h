@@ -106,8 +106,8 @@ struct RefineResult {
   std::vector<RefinedView> views;
   // Under the new poses, with the views that show them; a track names a view by its index.
   std::vector<ScenePoint> points;
-  std::vector<CameraModel> lenses;      // changed with RefineOptions::intrinsics only
-  std::vector<LensEstimate> lens_fits;  // that the evidence supports, lens by lens; sizes of the input
+  std::vector<CameraModel> lenses;                  // changed with RefineOptions::intrinsics only
+  std::map<int, LensEstimate> lens_fits;            // that the evidence supports, by lens; sizes of the input
   std::vector<std::vector<LensTrial>> lens_trials;  // how the given ones were left, lens by lens
   std::vector<CalibrationCheck> checks;             // of the given lenses, for those with enough views
   int registered = 0;

@@ -17,6 +17,7 @@
 #include "core/light_field/exchange/raw_beside.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
+#include "core/light_field/kept_findings.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/quick_checks.h"
 #include "core/light_field/view_exposures.h"
@@ -196,7 +197,9 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
       source.subject = found->subject;
       imported.subject_told_by = found->told_by;
     }
-  source.findings = QuickFindings(source);
+  for (const Check check : {Check::kPoints, Check::kSubject}) Replace(check, {}, source.findings);
+  const std::vector<Finding> quick = QuickFindings(source);
+  source.findings.insert(source.findings.end(), quick.begin(), quick.end());
   WarnOnce(dir, source.findings);
   if (!source.subject)
     throw UsageError("{}: the subject cannot be found: {}", source_path.string(), WhyNoSubject(source));
@@ -233,6 +236,12 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
     }
     for (const std::string& doubt : raw_doubts.Lines()) spdlog::warn("{}", doubt);
     WriteLightField(made);
+    for (const Check check : {Check::kPoses, Check::kLight}) {
+      std::vector<Finding> found;
+      std::ranges::copy_if(made.findings, std::back_inserter(found),
+                           [check](const Finding& each) { return each.check == Name(check); });
+      if (!found.empty()) Keep(folder.path(), check, found);
+    }
     folder.Commit();
   } catch (const DiskFullError& error) {
     throw DiskFullError("{}: not imported, and no file was left behind: {}", dir.string(), error.what());

@@ -39,11 +39,8 @@ void RemoveUnfinished(const fs::path& parent, const std::string& prefix) {
   for (const auto& entry : fs::directory_iterator(parent, unknown)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with(prefix) || !name.ends_with(kTemporaryEnding)) continue;
-    const std::string number =
-        name.substr(prefix.size(), name.size() - prefix.size() - kTemporaryEnding.size());
-    const bool is_number = !number.empty() && number.find_first_not_of("0123456789") == std::string::npos;
-    const pid_t pid = is_number ? static_cast<pid_t>(std::atol(number.c_str())) : 0;
-    if (pid > 0 && kill(pid, 0) != 0 && errno == ESRCH) left.push_back(entry.path());
+    if (IsOfEndedProcess(name.substr(prefix.size(), name.size() - prefix.size() - kTemporaryEnding.size())))
+      left.push_back(entry.path());
   }
   for (const fs::path& path : left) fs::remove_all(path, unknown);
 }
@@ -69,7 +66,7 @@ StagedFolder::StagedFolder(fs::path target) : target_(std::move(target)) {
   MakeFolder(parent);
   const std::string prefix = fmt::format(".{}.", target_.filename().string());
   RemoveUnfinished(parent, prefix);
-  path_ = parent / fmt::format("{}{}{}", prefix, getpid(), kTemporaryEnding);
+  path_ = parent / fmt::format("{}{}{}", prefix, ProcessMark(), kTemporaryEnding);
   fs::remove_all(path_, unknown);
   MakeFolder(path_);
 }

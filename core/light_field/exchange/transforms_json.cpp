@@ -272,7 +272,11 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     CameraModel camera = camera_of(object, frame, given, image);
     if (files.may_be_resized) camera = AtSizeOf(image, camera, frame.where, light_field.doubts);
     view.camera = cameras.IndexOf(camera);
-    if (frame.Has("ulf")) ReadOurView(files, {frame.Raw("ulf"), frame.where + ", ulf"}, view);
+    if (frame.Has("ulf")) {
+      const JsonPlace ours{frame.Raw("ulf"), frame.where + ", ulf"};
+      ReadOurView(files, ours, view);
+      NoteCalibrationSource(ours, view.camera, light_field);
+    }
     for (const auto& [key, value] : object.items())
       if (!Among(kFrameKeys, key) && !IsCameraKey(key)) ++unused[key];
     light_field.views.push_back(std::move(view));
@@ -286,7 +290,11 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     if (light_field.views[i].id == light_field.views[i - 1].id)
       throw Error("{}: two frames have the id {} under 'ulf'; ids are given once", file.string(),
                   light_field.views[i].id);
-  if (top.Has("ulf")) ReadOurKeys({top.Raw("ulf"), file.string() + ", ulf"}, light_field);
+  if (top.Has("ulf")) {
+    const JsonPlace ours{top.Raw("ulf"), file.string() + ", ulf"};
+    ReadOurKeys(ours, light_field);
+    if (light_field.cameras.size() == 1) NoteCalibrationSource(ours, 0, light_field);
+  }
   for (const auto& [key, value] : document.top().items())
     if (!Among(kSetKeys, key) && !IsCameraKey(key))
       light_field.doubts.push_back(fmt::format("{}: '{}' is not used", file.string(), key));
@@ -333,7 +341,6 @@ json OurKeys(const LightField& light_field) {
   if (!light_field.device_maker.empty()) ours["device_maker"] = light_field.device_maker;
   if (!light_field.device_model.empty()) ours["device_model"] = light_field.device_model;
   if (light_field.window) ours["sensor"] = WindowToJson(*light_field.window);
-  if (!light_field.calibration_source.empty()) ours["calibration_source"] = light_field.calibration_source;
   if (!light_field.reasons.empty()) ours["reasons"] = light_field.reasons;
   return ours;
 }
@@ -406,6 +413,11 @@ json TransformsDocument(const LightField& light_field, const std::optional<Journ
   json& ours = document["ulf"] = OurKeys(light_field);
   if (made_from) ours["journal"] = {{"bytes", made_from->bytes}, {"crc32", made_from->crc32}};
   if (!one_camera) WriteCameraKind(light_field.cameras, document);
+  const auto note_source = [&](int camera, json& object) {
+    const std::string source = light_field.CalibrationSource(camera);
+    if (!source.empty()) object["calibration_source"] = source;
+  };
+  if (one_camera) note_source(0, ours);
   // nerfstudio takes masks of all frames or of none.
   const bool all_masked =
       std::ranges::none_of(light_field.views, [](const View& view) { return view.mask_path.empty(); });
@@ -415,7 +427,10 @@ json TransformsDocument(const LightField& light_field, const std::optional<Journ
                   {"transform_matrix", OpenGlRows(view.cam_from_world.Inverse().Matrix())},
                   {"ulf", ViewToJson(view)}};
     if (all_masked) frame["mask_path"] = view.mask_path;
-    if (!one_camera) WriteCamera(light_field.CameraOf(view), frame);
+    if (!one_camera) {
+      WriteCamera(light_field.CameraOf(view), frame);
+      note_source(view.camera, frame["ulf"]);
+    }
     frames.push_back(std::move(frame));
   }
   return document;

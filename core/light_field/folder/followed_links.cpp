@@ -151,8 +151,9 @@ std::vector<OutsideLink> RefusedLinks(const fs::path& root, const std::vector<Vi
   LinkFinder finder(root);
   for (const char* entry : kOwnEntries) finder.Look(entry);
   std::error_code none;
-  for (const auto& map : fs::directory_iterator(root / "depth", none))
-    finder.Look("depth" / map.path().filename());
+  for (const char* folder : {"depth", "unposed"})
+    for (const auto& file : fs::directory_iterator(root / folder, none))
+      finder.Look(folder / file.path().filename());
   for (const View& view : views) {
     for (const std::string& file : FilesOf(view)) finder.Look(file);
     if (!view.mask_path.empty()) finder.Look(view.mask_path);
@@ -171,6 +172,10 @@ std::vector<OutsideLink> RefusedLinks(const fs::path& root, const std::vector<Vi
   }
   if (followed.size() != before) Keep(root, followed);
   return refused;
+}
+
+void RequireFollowed(const fs::path& root, const std::vector<OutsideLink>& refused) {
+  if (!refused.empty()) throw Error("{}", Words(root, refused));
 }
 
 std::string Words(const fs::path& root, const std::vector<OutsideLink>& refused) {

@@ -31,4 +31,7 @@ std::vector<OutsideLink> RefusedLinks(const std::filesystem::path& root, const s
 // "images leads to /large/images, outside of the light field; ..." with the way out.
 std::string Words(const std::filesystem::path& root, const std::vector<OutsideLink>& refused);
 
+// Throws Error with these words where there are any.
+void RequireFollowed(const std::filesystem::path& root, const std::vector<OutsideLink>& refused);
+
 }  // namespace ulf

@@ -164,8 +164,8 @@ std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(
   if (finished.mesh) {
     if (const std::string why = WhyThatStays(root, finished); !why.empty()) {
       say_(fmt::format(
-          "views were added: the mesh that is there stays, because it is finer ({}); '{}' makes one "
-          "of all views",
+          "views were added: the mesh that is there stays, because a new one would not be as good everywhere "
+          "({}); '{}' makes one of all views",
           why, render::ProxyCommand(root)));
       return std::nullopt;
     }
@@ -458,13 +458,13 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
       final_poses.erase(found);
   std::map<std::string, std::uint64_t> all_reasons = earlier_reasons_;
   for (const auto& [name, count] : reasons) all_reasons[name] += count;
-  std::map<int, CameraModel> final_lens;
+  std::map<int, CorrectedLens> final_lens;
   if (lens_.found() &&
       writer.Contents().cameras.at(static_cast<std::size_t>(camera_index_)) != lens_.recorded())
-    final_lens[camera_index_] = lens_.recorded();
+    final_lens[camera_index_] = {lens_.recorded(), lens_.FoundSource()};
   closing("poses, points and the files for other programs");
   try {
-    writer.UpdatePoses(final_poses, final_lens, lens_.FoundSource());
+    writer.UpdatePoses(final_poses, final_lens);
     // One that was given stands in the journal since the session began.
     if (rolling_shutter && rolling_shutter->sigma_s)
       writer.SetReadout({rolling_shutter->readout_s, rolling_shutter->sigma_s});

@@ -376,16 +376,15 @@ void ViewSpool::Remove(const std::set<int>& ids) {
 }
 
 bool ViewSpool::TryUpdatePoses(std::map<int, Rigid3> cam_from_world) {
-  return Submit({[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses, {}, {}); },
-                 nullptr,
-                 {}},
-                true);
+  return Submit(
+      {[this, poses = std::move(cam_from_world)](LightFieldWriter&) { UpdatePoses(poses, {}); }, nullptr, {}},
+      true);
 }
 
 void ViewSpool::UpdateLens(const CameraModel& camera, const std::string& source,
                            std::map<int, Rigid3> cam_from_world) {
   Submit({[this, camera, source, poses = std::move(cam_from_world)](const LightFieldWriter& writer) {
-            UpdatePoses(poses, {{writer.CameraInUse(), camera}}, source);
+            UpdatePoses(poses, {{writer.CameraInUse(), {camera, source}}});
           },
           nullptr,
           {}},
@@ -393,14 +392,13 @@ void ViewSpool::UpdateLens(const CameraModel& camera, const std::string& source,
 }
 
 void ViewSpool::UpdatePoses(const std::map<int, Rigid3>& cam_from_world,
-                            const std::map<int, CameraModel>& cameras,
-                            const std::string& calibration_source) {
+                            const std::map<int, CorrectedLens>& cameras) {
   std::map<int, Rigid3> changed;
   for (const View& on_disk : writer_.Contents().views)
     if (const auto now = cam_from_world.find(on_disk.id);
         now != cam_from_world.end() && Differ(now->second, on_disk.cam_from_world))
       changed.insert(*now);
-  writer_.UpdatePoses(changed, cameras, calibration_source);
+  writer_.UpdatePoses(changed, cameras);
 }
 
 void ViewSpool::SetSubject(const Subject& subject) {

@@ -124,8 +124,7 @@ class ViewSpool {
   Outcome Write(std::span<const Task> tasks);
   void WriteViews(std::span<const Task> tasks);
   Outcome Try(const std::function<void()>& write, std::string& problem);
-  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world, const std::map<int, CameraModel>& cameras,
-                   const std::string& calibration_source);
+  void UpdatePoses(const std::map<int, Rigid3>& cam_from_world, const std::map<int, CorrectedLens>& cameras);
   void Remove(const std::set<int>& ids);
   bool Rescue(const Task& task);
   void RemoveFirst(bool written) ULF_REQUIRES(mutex_);

@@ -19,12 +19,10 @@ TEST(LensFitText, OnlyWhatPicturesShowIsAReasonToTakeOver) {
   CameraModel near = given, far = given;
   near.cy += 0.4;
   far.cy += 3;
-  EXPECT_THAT(LensFitText(Fit(near), std::vector{given}, false),
-              StartsWith("the intrinsics are right within 0.4 px"));
-  EXPECT_THAT(
-      LensFitText(Fit(far), std::vector{given}, false),
-      testing::AllOf(HasSubstr("--intrinsics takes them over"), HasSubstr("320.00 243.00 px (± 0.04)")));
-  EXPECT_THAT(LensFitText(Fit(near), std::vector{given}, true), StartsWith("new intrinsics: "));
+  EXPECT_THAT(LensFitText(Fit(near), given, false), StartsWith("the intrinsics are right within 0.4 px"));
+  EXPECT_THAT(LensFitText(Fit(far), given, false), testing::AllOf(HasSubstr("--intrinsics takes them over"),
+                                                                  HasSubstr("320.00 243.00 px (± 0.04)")));
+  EXPECT_THAT(LensFitText(Fit(near), given, true), StartsWith("new intrinsics: "));
 }
 
 // Two lenses must not contradict each other silently.
@@ -36,13 +34,12 @@ TEST(LensApartText, NamesBothAndWhichIsKept) {
                              .focal_sigma_px = 0.25};
   const std::string source = "the images of the capture (± 1.6 px)";
   EXPECT_THAT(
-      LensApartText(fit, std::vector{given}, source, true),
+      LensApartText(fit, given, source, true),
       testing::AllOf(HasSubstr("5.1 px (1.0 %) longer than the 511.5 px of before (from: " + source + ")"),
                      HasSubstr("the new one is kept, because")));
-  EXPECT_THAT(LensApartText(fit, std::vector{given}, "", false),
-              HasSubstr("the one of before is kept, because"));
+  EXPECT_THAT(LensApartText(fit, given, "", false), HasSubstr("the one of before is kept, because"));
   fit.focal_sigma_px = 2;
-  EXPECT_EQ(LensApartText(fit, std::vector{given}, source, true), "") << "within the deviations";
+  EXPECT_EQ(LensApartText(fit, given, source, true), "") << "within the deviations";
 }
 
 // The lens that is nearest counts: a light field may have several, of several sizes.

@@ -262,10 +262,14 @@ TEST(AtomicFile, TheNextWriterRemovesWhatAKilledOneLeft) {
   const pid_t dead = fork();
   if (dead == 0) _exit(0);
   waitpid(dead, nullptr, 0);
-  const std::string left = fmt::format("report.txt.{}-1.part", dead);
+  const std::string mark = ProcessMark(), computer = mark.substr(0, mark.find('-'));
+  const std::string left = fmt::format("report.txt.{}-{}-1.part", computer, dead);
   const std::vector<std::string> others{
-      fmt::format("report.txt.{}-9.part", getpid()),  // may still be written
-      fmt::format("other.txt.{}-1.part", dead), fmt::format("report.txt.{}-1.part.txt", dead),
+      fmt::format("report.txt.{}-9.part", mark),           // may still be written
+      fmt::format("report.txt.00c0ffee-{}-1.part", dead),  // on another computer, too
+      fmt::format("report.txt.{}-1.part", dead),           // by an older program, of any computer
+      fmt::format("other.txt.{}-{}-1.part", computer, dead),
+      fmt::format("report.txt.{}-{}-1.part.txt", computer, dead),
       "report.txt.part"};
   std::ofstream(scratch / left) << "half";
   for (const std::string& name : others) std::ofstream(scratch / name) << "half";

@@ -108,6 +108,27 @@ TEST_F(KeptFindings, OfTheWholeStandWhileMostOfItDoes) {
   EXPECT_THAT(WordsIn(dir_), IsEmpty());
 }
 
+// Views 5 and 6 are darker than the others: nothing is said without them, or without the others.
+TEST_F(KeptFindings, OfLightLapseWithTheViewsThatDiffer) {
+  Finding darker{Name(Check::kLight), "views 5 to 6 are darker", {}};
+  for (const std::size_t i : {4, 5})
+    darker.views[light_field_.views[i].id] = light_field_.views[i].image_path;
+  ASSERT_EQ(Keep(dir_, Check::kLight, {darker}), "");
+  fs::copy(dir_, scratch_ / "other", fs::copy_options::recursive);
+  LightFieldWriter::Resume(dir_).RemoveViews({1, 5});
+  EXPECT_THAT(WordsIn(dir_), ElementsAre("views 5 to 6 are darker"));
+  LightFieldWriter::Resume(dir_).RemoveViews({6});
+  EXPECT_THAT(WordsIn(dir_), IsEmpty());
+  LightFieldWriter::Resume(scratch_ / "other").RemoveViews({1, 2, 3});
+  EXPECT_THAT(WordsIn(scratch_ / "other"), IsEmpty());
+}
+
+TEST_F(KeptFindings, GoAlongIntoACopyByImport) {
+  KeepTwo();
+  Import(dir_, scratch_ / "copy", {});
+  EXPECT_THAT(WordsIn(scratch_ / "copy"), ElementsAre(HasSubstr("views 2 and 3")));
+}
+
 TEST_F(KeptFindings, SurviveRepairRemovalAndNewViews) {
   KeepTwo();
   {

@@ -168,10 +168,10 @@ TEST_F(Folder, RepairTakesOverCorrectionsThatTheJournalLost) {
     LightFieldWriter writer = LightFieldWriter::Resume(dir());
     CameraModel found = writer.Contents().cameras.at(0);
     found.fx += 3;
-    writer.UpdatePoses({{2, moved}}, {{0, found}}, "the images");
+    writer.UpdatePoses({{2, moved}}, {{0, {found, "the images"}}});
     writer.Close(3);
   }
-  EXPECT_EQ(ReadSaying({}).calibration_source, "the images");
+  EXPECT_EQ(ReadSaying({}).CalibrationSource(0), "the images");
   fs::resize_file(dir() / "journal.jsonl", length);
   ReadSaying({"corrections of poses may be lost"});
   EXPECT_THROW(LightFieldWriter::Resume(dir()), Error);
@@ -179,7 +179,7 @@ TEST_F(Folder, RepairTakesOverCorrectionsThatTheJournalLost) {
   const LightField repaired = ReadSaying({});
   EXPECT_LT((repaired.views[1].cam_from_world.Matrix() - moved.Matrix()).norm(), 1e-9);
   EXPECT_EQ(repaired.capture_s, 3);
-  EXPECT_EQ(repaired.calibration_source, "the images") << "with the corrected lens";
+  EXPECT_EQ(repaired.CalibrationSource(0), "the images") << "with the corrected lens";
 }
 
 // What has been recorded since is newer than the file: only what is missing comes from it.

@@ -462,10 +462,32 @@ TEST(LightFieldOnDisk, ASecondCameraIsOfTheViewsBehindIt) {
   EXPECT_EQ(read.CameraOf(read.views[1]), Header().camera);
   EXPECT_EQ(read.CameraOf(read.views[2]), SecondCamera().camera);
   EXPECT_EQ(read.unposed.at(0).view.camera, 1);
-  EXPECT_EQ(read.calibration_source, "file better.json");
+  EXPECT_EQ(read.CalibrationSource(0), Header().calibration_source);
+  EXPECT_EQ(read.CalibrationSource(1), "file better.json");
   const auto check = ReadTransformsText(scratch / "lf/transforms.json").light_field;
   EXPECT_EQ(check.CameraOf(check.views[0]), Header().camera);
   EXPECT_EQ(check.CameraOf(check.views[2]), SecondCamera().camera);
+  EXPECT_EQ(check.CalibrationSource(check.views[0].camera), Header().calibration_source);
+  EXPECT_EQ(check.CalibrationSource(check.views[2].camera), "file better.json");
+}
+
+TEST(LightFieldOnDisk, ACorrectedCameraChangesTheSourceOfThisOneAlone) {
+  ScratchFolder scratch;
+  WriteSample(scratch / "lf", 2);
+  CameraModel corrected = Header().camera;
+  corrected.fx *= 1.01;
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(scratch / "lf");
+    writer.AddCamera(SecondCamera());
+    writer.AddView(NoiseFrame(2), ViewNumber(2));
+    writer.UpdatePoses({}, {{0, {corrected, "the images"}}});
+    EXPECT_EQ(writer.Contents().CalibrationSource(1), "file better.json");
+    writer.Close(2);
+  }
+  const LightField read = ReadLightField(scratch / "lf");
+  EXPECT_EQ(read.cameras[0], corrected);
+  EXPECT_EQ(read.CalibrationSource(0), "the images");
+  EXPECT_EQ(read.CalibrationSource(1), "file better.json");
   const std::string cameras = ReadWholeFile(scratch / "lf/sparse/0/cameras.txt");
   EXPECT_THAT(cameras, AllOf(HasSubstr("\n1 OPENCV 64 48 60 "), HasSubstr("\n2 OPENCV 64 48 61.8")));
   // The next session goes on under it.

@@ -210,13 +210,13 @@ TEST(CaptureLens, AJournalThatIsCutAtAnyPlaceHasTheOldLensOrTheNew) {
   for (const std::size_t bytes : {begin, begin + 1, at, (at + end) / 2, end - 1}) {
     const LightField old = cut(bytes);
     EXPECT_DOUBLE_EQ(old.cameras.at(0).fx, old_focal) << bytes;
-    EXPECT_THAT(old.calibration_source, Not(HasSubstr(acquisition::kLensFoundInCapture))) << bytes;
+    EXPECT_THAT(old.CalibrationSource(0), Not(HasSubstr(acquisition::kLensFoundInCapture))) << bytes;
     ASSERT_GT(old.views.size(), 4u);
     for (const View& view : old.views) EXPECT_NEAR(view.CenterInWorld().z(), kTooLong, 1e-9);
   }
   const LightField now = cut(end + 1);
   EXPECT_EQ(now.cameras.at(0), kCamera);
-  EXPECT_EQ(now.calibration_source, "the images of the capture (± 0.4 px)");
+  EXPECT_EQ(now.CalibrationSource(0), "the images of the capture (± 0.4 px)");
   for (const View& view : now.views) EXPECT_NEAR(view.CenterInWorld().z(), 1, 1e-9);
 }
 
@@ -225,7 +225,7 @@ TEST(CaptureLens, ALensThatIsFoundAtTheEndIsWrittenWithThePoses) {
   Imagined capture{scratch / "lf", -1};
   const LightField light_field = capture.Run();
   EXPECT_EQ(light_field.cameras.at(0), kCamera);
-  EXPECT_THAT(light_field.calibration_source, HasSubstr(acquisition::kLensFoundInCapture));
+  EXPECT_THAT(light_field.CalibrationSource(0), HasSubstr(acquisition::kLensFoundInCapture));
   ExpectTruePoses(light_field);
   EXPECT_LT(light_field.subject->center_in_world.norm(), 1e-6);
   EXPECT_THAT(capture.said, Contains(HasSubstr("the capture ends under this lens")));

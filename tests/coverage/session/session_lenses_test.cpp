@@ -127,7 +127,7 @@ TEST_F(ResumedLens, RefusesAFocalLengthThatIsNotUsed) {
 TEST_F(ResumedLens, AFileOfALensCorrectedSinceAddsNothing) {
   {
     LightFieldWriter writer = Resume();
-    writer.UpdatePoses({}, {{0, LensOf(50.7)}});
+    writer.UpdatePoses({}, {{0, {LensOf(50.7), ""}}});
   }
   LightFieldWriter writer = Resume();
   const SessionLenses lenses = Choose(&writer, File("same.json"));

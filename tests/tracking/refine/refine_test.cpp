@@ -237,7 +237,7 @@ TEST(RefinedLens, IsReachedFromFarAndKnowsHowSureItIs) {
   ASSERT_EQ(taken.lens_fits.size(), 1u);
   EXPECT_TRUE(taken.settled);
   EXPECT_NEAR(taken.lenses[0].fx, truth_px, 0.002 * truth_px);
-  EXPECT_NEAR(taken.lenses[0].fx, truth_px, 4 * taken.lens_fits[0].focal_sigma_px);
+  EXPECT_NEAR(taken.lenses[0].fx, truth_px, 4 * taken.lens_fits.at(0).focal_sigma_px);
   EXPECT_LT(After(*views, taken).center, 1.5 * by_right_lens + 1e-4);
 }
 
@@ -475,7 +475,7 @@ TEST(RefineCommand, IntrinsicsChangeOnlyWhenAskedFor) {
     CameraModel wrong = writer.Contents().cameras[0];
     wrong.fx *= 1.05;
     wrong.fy *= 1.05;
-    writer.UpdatePoses({}, {{0, wrong}});
+    writer.UpdatePoses({}, {{0, {wrong, ""}}});
     writer.Close(1);
   }
   const CameraModel wrong = ReadLightField(room.dir).cameras[0];
@@ -496,7 +496,7 @@ TEST(RefineCommand, IntrinsicsChangeOnlyWhenAskedFor) {
             1);
   const LightField refined = ReadLightField(room.dir);
   EXPECT_NEAR(refined.cameras[0].fx, 520, 4);
-  EXPECT_THAT(refined.calibration_source, HasSubstr("refined together"));
+  EXPECT_THAT(refined.CalibrationSource(0), HasSubstr("refined together"));
 }
 
 TEST(RefineCommand, AKillAtAnyMomentLeavesOldOrNewPoses) {

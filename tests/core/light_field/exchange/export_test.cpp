@@ -356,8 +356,9 @@ TEST(Export, RefusesAFolderThatHoldsSomething) {
   EXPECT_THAT([&] { Export(source, scratch / "lf/journal.jsonl", ExportForm::kColmapText, false); },
               ThrowsMessage<Error>(HasSubstr("lies in the light field")));
   // What a killed export left of this name goes with the next, what a living one writes stays.
-  MakeFolder(scratch / ".new.999999999.part/images");
-  const std::string living = fmt::format(".new.{}.part", getppid());
+  const std::string mark = ProcessMark(), computer = mark.substr(0, mark.find('-'));
+  MakeFolder(scratch / fmt::format(".new.{}-999999999.part/images", computer));
+  const std::string living = fmt::format(".new.{}-{}.part", computer, getppid());
   MakeFolder(scratch / living);
   Export(source, (scratch / "new").string() + "/", ExportForm::kColmapText, false);
   EXPECT_THAT(NamesIn(scratch.path()), testing::ElementsAre(living, "lf", "new", "out"));

@@ -66,13 +66,24 @@ TEST_F(FolderAccident, LinkedPhotographsLoseNoLine) {
   MoveImagesTo(scratch_ / "large disk/images");
   const auto says_how =
       ThrowsMessage<Error>(AllOf(HasSubstr("'images' leads to"), HasSubstr("--follow-links once")));
+  int tried = 0, changed = 0;
+  const auto after = [&](const char* what) {
+    ++tried;
+    changed += ReadWholeFile(journal()) != before;
+    EXPECT_EQ(ReadWholeFile(journal()), before) << what;
+  };
   EXPECT_THAT([&] { ReadLightField(dir()); }, says_how);
+  after("read");
   EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, says_how);
+  after("resumed");
   EXPECT_THAT(PlanRepair(dir()).found, testing::Contains(HasSubstr("--follow-links once")));
   EXPECT_FALSE(PlanRepair(dir()).any());
   EXPECT_EQ(Repair(dir()).views_after, 30u);
-  EXPECT_EQ(ReadWholeFile(journal()), before);
+  after("repaired");
   EXPECT_FALSE(fs::exists(dir() / kLinksFile)) << "nobody has said yes";
+  test::PrintFaultRow("`images/` moved elsewhere, a link in its place: read, resumed, repaired", tried,
+                      fmt::format("{} times the journal was changed; refused until --follow-links", changed),
+                      std::nullopt);
 }
 
 TEST_F(FolderAccident, FollowedLinksAreKeptForThisFolder) {
@@ -125,6 +136,25 @@ TEST_F(FolderAccident, EveryEntryThatLeadsOutIsRefused) {
   fs::rename(scratch_ / "000002.png", dir() / "images/2.png");
   fs::create_symlink("2.png", dir() / "images/000002.png");
   EXPECT_EQ(ReadLightField(dir()).views.size(), 3u) << "a link inside the folder";
+}
+
+// A capture that ended before its first view, then a link in the place of its empty folder.
+TEST_F(FolderAccident, NoCaptureBeginsBehindALink) {
+  { LightFieldWriter::Create(dir(), Header()); }
+  fs::remove_all(dir() / "images");
+  MakeFolder(scratch_ / "elsewhere");
+  fs::create_directory_symlink(scratch_ / "elsewhere", dir() / "images");
+  EXPECT_THAT([&] { LightFieldWriter::Create(dir(), Header()); },
+              ThrowsMessage<Error>(HasSubstr("'images' leads to")));
+  EXPECT_TRUE(fs::is_empty(scratch_ / "elsewhere"));
+}
+
+TEST_F(FolderAccident, ALinkAmongTheUnposedIsRefused) {
+  WriteSample(dir(), 3);
+  MakeFolder(dir() / "unposed");
+  std::ofstream(scratch_ / "private.png") << "of somebody";
+  fs::create_symlink(scratch_ / "private.png", dir() / "unposed/000009.png");
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("unposed/000009.png")));
 }
 
 TEST_F(FolderAccident, TakenBackAcrossDisksIsKept) {
@@ -180,6 +210,28 @@ TEST_F(FolderAccident, RepairKeepsViewsOfACameraThatIsLost) {
   fs::remove(dir() / "images/000001.png");
   Repair(dir());
   EXPECT_THAT(ReadWholeFile(journal()), HasSubstr("\"camera\":7"));
+}
+
+TEST_F(FolderAccident, RepairKeepsWholeLinesOfCameras) {
+  WriteSample(dir(), 3);
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    for (const double factor : {1.02, 1.03}) {
+      NewCamera camera{writer.Contents().cameras[0], {}, {}, fmt::format("lens {}", factor)};
+      camera.camera.fx *= factor;
+      writer.AddCamera(camera);
+      writer.AddView(NoiseFrame(9), ViewNumber(4));
+    }
+  }
+  std::string bytes = ReadWholeFile(journal());
+  const std::size_t second = bytes.find("\"event\":\"camera\"");
+  ASSERT_NE(second, std::string::npos);
+  bytes[second] = '#';  // of camera 1
+  WriteFileAtomically(journal(), bytes);
+  fs::remove(dir() / "transforms.json");
+  fs::remove_all(dir() / "sparse");
+  Repair(dir());
+  EXPECT_THAT(ReadWholeFile(journal()), HasSubstr("lens 1.03"));
 }
 
 TEST_F(FolderAccident, RepairKeepsLinesOfANewerVersion) {
@@ -332,16 +384,48 @@ TEST_F(FolderAccident, OlderPointsOfOurOwnSayNothing) {
   EXPECT_FALSE(fs::exists(dir() / "kept/points-2.ply")) << "the older file was taken for another program's";
 }
 
+// Points of another program stay in their place until the new ones replace them.
+TEST_F(FolderAccident, AKillLeavesTheFormerPointsOrTheNewOnes) {
+  WriteSample(scratch_ / "start", 3);
+  fs::remove(scratch_ / "start/points.ulf");
+  int tried = 0, without = 0;
+  for (int call = 1;; ++call) {
+    fs::remove_all(dir());
+    fs::copy(scratch_ / "start", dir(), fs::copy_options::recursive);
+    const pid_t child = fork();
+    if (child == 0) {
+      LightFieldWriter writer = LightFieldWriter::Resume(dir());
+      test::DieBeforeDiskCall(call);
+      writer.SetPoints({{{5, 6, 7}, {1, 2, 3}}, {{1, 1, 1}, {4, 5, 6}}, {{2, 2, 2}, {7, 8, 9}}});
+      writer.Close(1);
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    ++tried;
+    const bool has_points = !ReadLightField(dir()).points.empty();
+    without += !has_points;
+    EXPECT_TRUE(has_points) << "after a kill before call " << call;
+    if (WIFEXITED(status)) break;
+  }
+  EXPECT_GE(tried, 5);
+  EXPECT_TRUE(fs::exists(dir() / "kept/points.ply"));
+  PrintFaultRow("SIGKILL before each call that changes the disk: points of another program replaced", tried,
+                fmt::format("{} times there were no points", without), std::nullopt);
+}
+
 TEST_F(FolderAccident, TheNextWriterLeavesNoLitter) {
   WriteSample(dir(), 3);
-  const std::string gone = fmt::format(".{}-4.part", 999'999'999);
+  const std::string mark = ProcessMark(), computer = mark.substr(0, mark.find('-'));
+  const std::string gone = fmt::format(".{}-{}-4.part", computer, 999'999'999);
   for (const char* place : {"", "images/", "masters/", "masks/", "unposed/", "exposures/", "merged/", "kept/",
                             "depth/", "cache/", "cache/pyramids/", "sparse/0/"}) {
     fs::create_directories(dir() / place);
     std::ofstream(dir() / (std::string(place) + "000009.png" + gone)) << "half";
   }
   std::ofstream(dir() / kNewJournal) << "half";
-  const fs::path renderers = dir() / fmt::format("cache/pyramids/000001.pyramid.{}-1.part", getppid());
+  const fs::path renderers =
+      dir() / fmt::format("cache/pyramids/000001.pyramid.{}-{}-1.part", computer, getppid());
   std::ofstream(renderers) << "half";
   std::ofstream(dir() / "images/notes.part") << "somebody else's";
   { LightFieldWriter::Resume(dir()); }
