@@ -12,8 +12,9 @@ namespace {
 
 // Every command that opens a light field may be told once to follow the links in its folder.
 void AddFollowLinks(CLI::App& app) {
-  for (const char* name : {"capture", "info", "render", "evaluate", "view", "review", "refine", "proxy",
-                           "mask", "merge", "repair", "take-back", "sheet", "export"}) {
+  for (const char* name :
+       {"capture", "record", "track", "calibrate", "plan", "import", "info", "render", "evaluate", "view",
+        "review", "refine", "proxy", "mask", "merge", "repair", "take-back", "sheet", "export"}) {
     CLI::App* command = app.get_subcommand(name);
     std::vector<CLI::App*> all = command->get_subcommands({});
     if (all.empty()) all = {command};

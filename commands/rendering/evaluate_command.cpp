@@ -160,9 +160,8 @@ int RunEvaluate(const EvaluateArgs& args) {
   const std::string usual_proxy = render::DefaultProxies(args.dir).front();
   if (!args.json) {
     PrintTable(summary);
-    fmt::print(
-        "\nWhere nothing is compared (ulf view, the review of a capture, a page) {} over {} is drawn.\n",
-        render::FieldText(usual), usual_proxy);
+    fmt::print("\nulf view and ulf render draw {} over {} where they are not told otherwise.\n",
+               render::FieldText(usual), usual_proxy);
     return kOk;
   }
   nlohmann::json report{{"views", summary.views},

@@ -130,6 +130,7 @@ ReviewRun Review(const ReviewArgs& args, const render::RenderScene& scene, acqui
     if (!picture.Show(drawn) || (args.frames > 0 && run.frames >= args.frames)) break;
   }
   device.Stop();
+  for (const std::string& line : repeated.AtTheEnd()) spdlog::warn("{}", line);
   return run;
 }
 

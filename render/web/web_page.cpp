@@ -373,7 +373,7 @@ WebPageSummary ExportWebPage(const RenderScene& scene, const std::filesystem::pa
   for (const NamedFile& file : files) taken += file.text.size();
   if (taken >= options.budget_bytes)
     throw UsageError(
-        "--budget: {:.3g} MB are too little: page, cameras and geometry alone take {:.3g} MB, and "
+        "a budget of {:.3g} MB is too little: page, cameras and geometry alone take {:.3g} MB, and "
         "pictures come on top of it; give some times as much",
         1e-6 * static_cast<double>(options.budget_bytes), 1e-6 * static_cast<double>(taken));
   WebPictures pictures = MakeWebPictures(scene, {.most_bytes = (options.budget_bytes - taken) / 4 * 3,

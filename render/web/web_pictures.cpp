@@ -210,10 +210,12 @@ WebPictures MakeWebPictures(const RenderScene& scene, const WebPictureOptions& o
 
   // Nothing is drawn of a thousand views that are far too many.
   constexpr double kSampleMayBeOff = 1.25;  // guessed
+  constexpr double kBase64 = 4.0 / 3;       // bytes of a page's text for one of a picture
   const auto too_little = [&](double bytes) {
     return UsageError(
-        "--budget: the pictures of {} take at least {:.3g} MB; give more, or export fewer views",
-        Counted(all.size(), "view"), 1e-6 * 4 / 3 * bytes);
+        "the pictures of {} take at least {:.3g} MB, and the budget leaves {:.3g} MB for them; give a larger "
+        "one, or export fewer views",
+        Counted(all.size(), "view"), kBase64 * 1e-6 * bytes, kBase64 * 1e-6 * budget);
   };
   if (quality == kLeastQuality)
     if (const double bytes = expected(longest_px, quality); bytes > kSampleMayBeOff * budget)

@@ -10,6 +10,7 @@
 #include "commands/commands.h"
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
+#include "tests/support/fault_row.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::commands {
@@ -80,7 +81,13 @@ class Resumed : public ::testing::Test {
       EXPECT_THAT([&] { RequireResumable(args, {option}); },
                   ThrowsMessage<UsageError>(AllOf(HasSubstr(": --" + option), HasSubstr(word))));
     EXPECT_NO_THROW(RequireResumable(args, {})) << "not given: " << option;
+    ++refused_;
   }
+  static void TearDownTestSuite() {
+    test::PrintFaultRow("a capture resumed with an option that it cannot honour", refused_,
+                        "nothing; each is refused by name, with both values", std::nullopt);
+  }
+  static inline int refused_ = 0;
   const test::ScratchFolder scratch_;
 };
 

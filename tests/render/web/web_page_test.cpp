@@ -28,6 +28,7 @@
 #include "render/web/mesh_simplification.h"
 #include "render/web/web_file.h"
 #include "tests/render/scenes/synthetic_views.h"
+#include "tests/support/fault_row.h"
 #include "tests/support/floors.h"
 #include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
@@ -232,6 +233,8 @@ TEST(TooManyWebViews, AreRefusedByTheirNumberAlone) {
               AllOf(HasSubstr("--budget 20MB: 20000 views take at least "),
                     HasSubstr("; 20MB can hold some 1"), HasSubstr("give more (such as ")));
   EXPECT_FALSE(fs::exists(scratch / "site"));
+  test::PrintFaultRow("20000 views: `ulf export web` into 20 MB, which cannot hold them", 1,
+                      "nothing is written; refused", seconds);
 }
 
 TEST_F(ExportWeb, RefusesWhatCannotBeAndLeavesNothing) {
