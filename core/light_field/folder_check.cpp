@@ -26,6 +26,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// False also where a link leads to itself or a folder may not be entered.
+bool IsFile(const fs::path& file) {
+  std::error_code unknown;
+  return fs::is_regular_file(file, unknown);
+}
+
 // The largest difference between equal poses: rounding of a pose that was written as text and read.
 constexpr double kSamePose = 1e-9;
 
@@ -177,10 +183,14 @@ void CollectFiles(const fs::path& dir, const JournalContents& journal, FolderChe
     if (!derived.unknown.empty())
       check.highest_number = std::max(check.highest_number, derived.unknown.rbegin()->first);
   for (const View& view : journal.light_field.views) {
-    const bool has_master = !view.master_path.empty() && fs::is_regular_file(dir / view.master_path);
-    const bool has_image = fs::is_regular_file(dir / view.image_path);
-    if (!view.master_path.empty() && !has_master) check.missing_masters.insert(view.id);
-    if (!has_image && !(has_master && PictureFollowsFromMaster(view))) check.missing_images.insert(view.id);
+    const bool has_master = !view.master_path.empty() && IsFile(dir / view.master_path);
+    const bool has_image = IsFile(dir / view.image_path);
+    if (has_image) {
+      if (!view.master_path.empty() && !has_master) check.missing_masters.insert(view.id);
+    } else {
+      const bool can_be_made = has_master && PictureFollowsFromMaster(view);
+      (can_be_made ? check.unmade_images : check.missing_images).insert(view.id);
+    }
   }
 }
 
@@ -237,14 +247,14 @@ cv::Mat PixelsOrNone(const Read& read) {
 
 void CheckPicture(const LightField& light_field, const View& view, PictureCheck& check) {
   const fs::path path = light_field.root / view.image_path;
-  if (!fs::exists(path)) return;  // reported elsewhere
+  if (!IsFile(path)) return;  // reported elsewhere
   const CameraModel& camera = light_field.CameraOf(view);
   if (const auto header = ReadImageHeader(path.string());
       header && (header->width != camera.width || header->height != camera.height)) {
     check.others.insert(view.id);
     return;
   }
-  if (!PictureFollowsFromMaster(view) || !fs::exists(light_field.root / view.master_path)) {
+  if (!PictureFollowsFromMaster(view) || !IsFile(light_field.root / view.master_path)) {
     if (!ImageFileIsWhole(path.string()) ||
         PixelsOrNone([&] { return ReadImageFile(path.string()); }).empty())
       check.damaged.insert(view.id);
@@ -254,8 +264,7 @@ void CheckPicture(const LightField& light_field, const View& view, PictureCheck&
       PixelsOrNone([&] { return PictureFromMaster(light_field.root, view, SizeOf(camera)).pixels; });
   const cv::Mat stored = PixelsOrNone(
       [&] { return Srgb8({.pixels = ReadImageFile(path.string()), .transfer = Transfer::kSrgb}); });
-  if (made.empty()) check.damaged_masters.insert(view.id);
-  if (made.empty() && stored.empty()) check.damaged.insert(view.id);
+  if (made.empty()) (stored.empty() ? check.damaged : check.damaged_masters).insert(view.id);
   if (made.empty()) return;
   const bool same =
       made.size() == stored.size() && cv::norm(made, stored, cv::NORM_L1) <=
@@ -332,6 +341,11 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
     check.words.push_back(
         fmt::format("{}: the masters of {} are missing: their photographs of 8 bits are used", dir.string(),
                     ViewNumbers(check.missing_masters)));
+  if (!being_written && !check.unmade_images.empty())
+    check.words.push_back(
+        fmt::format("{}: images/ has no photographs of {}: they are read from masters/, and 'ulf repair {} "
+                    "--write' makes them again",
+                    dir.string(), ViewNumbers(check.unmade_images), ShellWord(dir.string())));
   return check;
 }
 

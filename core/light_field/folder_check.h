@@ -50,7 +50,8 @@ struct FolderCheck {
   Derived transforms, model;
   std::optional<LightField> from_transforms;  // its content; none: unreadable
   std::vector<std::string> unnamed;  // numbered photographs and masters that the journal does not name
-  std::set<int> missing_masters;     // views whose master is missing
+  std::set<int> missing_masters;     // views with a photograph whose master is missing
+  std::set<int> unmade_images;       // views whose photograph is missing and can be made from their master
   std::set<int> missing_images;      // views whose photograph and master are missing
   std::vector<OutsideLink>
       refused_links;               // that lead out of the folder: what lies behind them was not looked at

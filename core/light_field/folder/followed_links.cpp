@@ -64,8 +64,9 @@ fs::path TargetOf(const fs::path& link) {
   std::error_code unknown;
   const fs::path target = fs::canonical(link, unknown);
   if (!unknown) return target;
-  const fs::path named = fs::weakly_canonical(FolderOf(link) / fs::read_symlink(link, unknown), unknown);
-  return unknown ? fs::path("/") : named;
+  const fs::path said = FolderOf(link) / fs::read_symlink(link, unknown);
+  const fs::path named = fs::weakly_canonical(said, unknown);
+  return unknown ? fs::absolute(said).lexically_normal() : named;  // a link to itself
 }
 
 // Finds links that lead out of the folder. Folders are looked at once, however many files they hold.
@@ -84,7 +85,8 @@ class LinkFinder {
     if (!fs::is_symlink(fs::symlink_status(root_ / path, unknown))) return;
     const fs::path target = TargetOf(root_ / path);
     if (IsInside(canonical_root_, target)) return;
-    Add(path, fs::is_directory(target, unknown) ? target : target.parent_path(), target);
+    const bool is_file = fs::exists(target, unknown) && !fs::is_directory(target, unknown);
+    Add(path, is_file ? target.parent_path() : target, target);
   }
 
   std::map<std::string, OutsideLink> found;

@@ -42,17 +42,5 @@ TEST(LensApartText, NamesBothAndWhichIsKept) {
   EXPECT_EQ(LensApartText(fit, given, source, true), "") << "within the deviations";
 }
 
-// The lens that is nearest counts: a light field may have several, of several sizes.
-TEST(LensFitText, IsComparedWithTheLensThatItIsOf) {
-  CameraModel distorted = CameraModel::Pinhole(640, 480, 560);
-  distorted.distortion = Distortion::kRadialTangential;
-  distorted.coefficients[0] = -0.2;
-  const std::vector lenses{CameraModel::Pinhole(320, 240, 280), distorted};
-  EXPECT_THAT(LensFitText(Fit(distorted), lenses, false),
-              StartsWith("the intrinsics are right within 0.0 px"));
-  EXPECT_THAT(LensFitText(Fit(CameraModel::Pinhole(640, 480, 560)), lenses, false),
-              StartsWith("the images support other intrinsics"));
-}
-
 }  // namespace
 }  // namespace ulf::commands

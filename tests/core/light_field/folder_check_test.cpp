@@ -505,6 +505,18 @@ TEST_F(Folder, AMissingMasterIsSaidAndItsPhotographUsed) {
   EXPECT_EQ(ReadViewLight(read, read.views[1]).pixels.depth(), CV_8U);
 }
 
+TEST_F(Folder, MissingPhotographsThatMastersStandInForAreSaid) {
+  {
+    LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 3);
+    MakeMissingPictures(writer.Contents());
+    writer.Close(1);
+  }
+  fs::remove(dir() / "images/000002.png");
+  ReadSaying({"images/ has no photographs of view 2", "ulf repair"});
+  fs::remove(dir() / "masters/000002.tif");
+  EXPECT_THAT(PlanRepair(dir()).found, testing::Each(Not(HasSubstr("their photographs of 8 bits"))));
+}
+
 // ---- images/ and masters/ ----
 
 TEST_F(Folder, PhotographsOfOtherMastersStopAWriterAndAreMadeAnew) {

@@ -246,7 +246,7 @@ TEST_F(ExportWeb, RefusesWhatCannotBeAndLeavesNothing) {
     EXPECT_FALSE(fs::exists(*scratch_ / "no")) << options;
   };
   refused("--budget 20kB", 2, "20kB can hold none; give more");
-  refused("--budget 90kB", 2, "give more");
+  refused("--budget 90kB", 2, "give a larger one");
   refused("--budget much", 2, "such as 20MB");
   refused("--proxy plane:0.9", 2, "a page takes plane, planes, mesh");
   refused("--proxy nothing", 2, "no such proxy");

@@ -116,7 +116,11 @@ TEST_F(FolderAccident, AnotherUsersFolderIsNotFollowed) {
   EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("belongs to another user")));
   fs::remove(dir() / "images");
   fs::create_directory_symlink(scratch_ / "unplugged", dir() / "images");
-  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("which is not there")));
+  EXPECT_THAT([&] { ReadLightField(dir()); },
+              ThrowsMessage<Error>(HasSubstr("unplugged, outside of the light field, which is not there")));
+  fs::remove(dir() / "images");
+  fs::create_directory_symlink("images", dir() / "images");
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(Not(HasSubstr("--follow-links"))));
 }
 
 TEST_F(FolderAccident, EveryEntryThatLeadsOutIsRefused) {
