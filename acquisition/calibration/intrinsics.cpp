@@ -159,6 +159,13 @@ std::string FileName(const std::string& text) {
   return name + ".json";
 }
 
+// A lens is round, pixels need not be: `focal_px` is in widths of a pixel.
+CameraModel PinholeOf(const DeviceInfo& info, int width, int height, double focal_px) {
+  CameraModel camera = CameraModel::Pinhole(width, height, focal_px);
+  camera.fy *= info.pixel_aspect;
+  return camera;
+}
+
 ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, int width, int height,
                             const std::string& mode) {
   const DeviceInfo info = device.Info();
@@ -197,7 +204,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
           "these "
           "pictures (width in pixels x focal length / sensor width)",
           *args.focal_px, width, height);
-    return {.camera = CameraModel::Pinhole(width, height, *args.focal_px),
+    return {.camera = PinholeOf(info, width, height, *args.focal_px),
             .flat_field = {},
             .color_profile = {},
             .source = kFocalLengthGiven,
@@ -205,7 +212,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
   }
   if (args.guessed_focal_px)
     return {
-        .camera = CameraModel::Pinhole(width, height, *args.guessed_focal_px),
+        .camera = PinholeOf(info, width, height, *args.guessed_focal_px),
         .flat_field = {},
         .color_profile = {},
         .source = kFocalLengthGuessed,

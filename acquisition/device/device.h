@@ -45,6 +45,7 @@ struct DeviceInfo {
   std::string problem;       // why it cannot be opened and what to do; empty when available
   std::string remark = {};   // what slows it though it can be opened, and what to do; mostly empty
   std::string address = {};  // IPv4, of a camera in a network
+  double pixel_aspect = 1;   // width of a pixel over its height; of a video that says so
 };
 
 enum class DeviceState {

@@ -116,7 +116,8 @@ json RecordingHeaderToJson(const RecordingHeader& header) {
                  {"maker", device.maker},
                  {"model", device.model},
                  {"serial", device.serial},
-                 {"bus", device.bus}}},
+                 {"bus", device.bus},
+                 {"pixel_aspect", device.pixel_aspect}}},
                {"takes_stills", header.takes_stills}};
   if (header.window) line["sensor"] = WindowToJson(*header.window);
   AddCalibration(line, "", header.camera, header.flat_field, header.color_profile);
@@ -136,6 +137,7 @@ RecordingHeader RecordingHeaderFromJson(const JsonPlace& line) {
                    .serial = device.Text("serial", ""),
                    .bus = device.Text("bus", "files"),
                    .problem = ""};
+  if (device.Has("pixel_aspect")) header.device.pixel_aspect = device.Positive("pixel_aspect");
   if (line.Has("sensor")) header.window = WindowFromJson({line.Raw("sensor"), line.where + ", sensor"});
   header.takes_stills = line.Has("takes_stills") && line.Raw("takes_stills") == true;
   ReadCalibration(line, "", header.camera, header.flat_field, header.color_profile);

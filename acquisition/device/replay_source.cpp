@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <opencv2/videoio.hpp>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
@@ -16,6 +15,7 @@
 #include "core/image/image_header.h"
 #include "core/image/raw_file.h"
 #include "core/light_field/light_field_io.h"
+#include "core/video/video_reader.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -23,9 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDefaultFps = 30;
-// Containers estimate their number of frames. A video with less than this share of it is reported as
-// truncated. Guessed.
-constexpr double kCompleteVideo = 0.98;
 
 bool IsJpegName(const fs::path& path) {
   const auto header = ReadImageHeader(path.string());
@@ -141,93 +138,49 @@ class FolderSource : public ReplaySource {
 class VideoSource : public ReplaySource {
  public:
   explicit VideoSource(const ReplayOptions& options) : options_(options) {
-    Open();
-    if (!Decode())
-      throw Error(
-          "{}: no picture could be decoded from the video; play it once in a viewer, or export it again",
-          options_.uri);
-    width_ = picture_.cols;
-    height_ = picture_.rows;
-    frame_rate_ = video_.get(cv::CAP_PROP_FPS);
-    announced_ = video_.get(cv::CAP_PROP_FRAME_COUNT);
     Rewind();
+    const VideoFacts& facts = reader_->Facts();
+    for (const std::string& note : facts.notes) spdlog::info("{}: {}", options_.uri, note);
+    for (const std::string& warning : facts.warnings) spdlog::warn("{}: {}", options_.uri, warning);
   }
 
   FrameSource Source() const override { return FrameSource::kRecording; }
   std::string Describe() const override {
-    return fmt::format("video, {}x{} at {:.4g} fps", width_, height_, options_.fps.value_or(frame_rate_));
+    const VideoFacts& facts = reader_->Facts();
+    return fmt::format("video, {}x{} at {:.4g} fps", facts.width, facts.height,
+                       options_.fps.value_or(facts.frame_rate));
   }
-  double Length() const override { return announced_; }
+  RecordingHeader Header() const override {
+    RecordingHeader header = ReplaySource::Header();
+    header.device.pixel_aspect = reader_->Facts().pixel_aspect;
+    return header;
+  }
+  double Length() const override { return reader_->Facts().frames; }
   void Rewind() override {
-    Open();
+    reader_ = std::make_unique<VideoReader>(options_.path);
     next_ = 0;
-    first_time_s_.reset();
-    last_time_s_ = -1;
   }
 
   std::optional<Frame> Next() override {
-    if (!Decode()) {
-      WarnIfTruncated();
+    std::optional<VideoPicture> picture = reader_->Next();
+    if (!picture) {
+      if (const std::string problem = reader_->Problem(); !problem.empty())
+        spdlog::warn("{}: {}", options_.uri, problem);
       return std::nullopt;
     }
     Frame frame;
-    frame.image.pixels = picture_.clone();
-    frame.image.transfer = options_.TransferOf(picture_);
+    frame.image = std::move(picture->image);
+    if (options_.transfer) frame.image.transfer = *options_.transfer;
     frame.id = next_;
-    frame.device_time_s = options_.fps ? options_.TimeOf(next_) : ContainerTime();
-    last_time_s_ = frame.device_time_s;
+    frame.device_time_s = options_.fps ? options_.TimeOf(next_) : picture->time_s;
     ++next_;
     return frame;
   }
 
  private:
-  void Open() {
-    bool opened = false;
-    try {
-      opened = video_.open(options_.path.string(), cv::CAP_FFMPEG);
-    } catch (const cv::Exception&) {
-    }
-    if (!opened)
-      throw Error(
-          "{}: is neither a folder nor a video that can be opened; name a folder of images, a video or a "
-          "light field",
-          options_.uri);
-  }
-
-  bool Decode() {
-    try {
-      return video_.read(picture_) && !picture_.empty();
-    } catch (const cv::Exception&) {
-      return false;
-    }
-  }
-
-  // The container's time of the picture since the first one. Where that time does not increase, the frame
-  // rate gives it.
-  double ContainerTime() {
-    const double time_s = 1e-3 * video_.get(cv::CAP_PROP_POS_MSEC);
-    if (!first_time_s_) first_time_s_ = time_s;
-    const double since_first_s = time_s - *first_time_s_;
-    if (next_ == 0 || since_first_s > last_time_s_) return since_first_s;
-    return last_time_s_ + 1 / (frame_rate_ > 0 ? frame_rate_ : kDefaultFps);
-  }
-
-  void WarnIfTruncated() {
-    if (announced_ > 0 && static_cast<double>(next_) < kCompleteVideo * announced_ - 1)
-      spdlog::warn("{}: the video is truncated or damaged: it ends after {} of {:.0f} frames", options_.uri,
-                   next_, announced_);
-    announced_ = 0;
-  }
-
   ReplayOptions options_;
-  cv::VideoCapture video_;
-  cv::Mat picture_;
-  int width_ = 0, height_ = 0;
-  double frame_rate_ = 0;
-  double announced_ = 0;
+  std::unique_ptr<VideoReader> reader_;
   std::size_t next_ = 0;
-  std::optional<double> first_time_s_;
-  double last_time_s_ = -1;
 };
 
 class LightFieldSource : public ReplaySource {

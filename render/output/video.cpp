@@ -8,13 +8,12 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <opencv2/core/utils/logger.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/image/image.h"
+#include "core/video/video_writer.h"
 #include "render/output/picture_files.h"
 
 namespace ulf::render {
@@ -45,7 +44,7 @@ class Video : public PictureSink {
   }
   ~Video() override {
     std::error_code ignored;
-    writer_.release();
+    writer_.reset();
     fs::remove(unfinished_, ignored);  // no player opens a video that was not closed
   }
 
@@ -53,33 +52,32 @@ class Video : public PictureSink {
     const cv::Size even(srgb8.cols & ~1, srgb8.rows & ~1);  // colour of half the resolution needs even sizes
     if (even.empty()) throw Error("{}: a video needs at least 2x2 pixels", path_.string());
     RequireRoom(even);
-    if (!writer_.isOpened()) {
+    if (!writer_) {
       if (even != srgb8.size())
         spdlog::warn(
             "{}: pictures of {}x{} are cropped to {}x{}: a video has even sizes; --width and --height give "
             "others",
             path_.string(), srgb8.cols, srgb8.rows, even.width, even.height);
-      Open(even);
+      writer_ = std::make_unique<VideoWriter>(unfinished_, even, fps_);
+      size_ = even;
     }
     if (even != size_)
       throw UsageError(
           "{}: picture {} of the path is {}x{}, those before are {}x{}; give --width and --height",
           path_.string(), count_, even.width, even.height, size_.width, size_.height);
-    writer_.write(srgb8(cv::Rect({0, 0}, even)));
+    writer_->Add(srgb8(cv::Rect({0, 0}, even)));
     ++count_;
   }
 
   void Close() override {
-    writer_.release();
-    cv::VideoCapture written(unfinished_.string(), cv::CAP_FFMPEG);
-    if (count_ == 0 || !written.isOpened() || std::lround(written.get(cv::CAP_PROP_FRAME_COUNT)) != count_)
-      throw Error("{}: the video was not written whole (disk full or no permission)", path_.string());
-    written.release();
+    if (!writer_) throw Error("{}: a video needs a picture", path_.string());
+    writer_->Close();
+    writer_.reset();
     fs::rename(unfinished_, path_);
   }
 
  private:
-  // The encoder buffers pictures and does not check whether writing them succeeds.
+  // A video without its index cannot be played: the index must still find room.
   void RequireRoom(const cv::Size& size) {
     if (FreeBytes(FolderOf(unfinished_)) >= kReserve + BufferedBytes(size)) return;
     const int written = count_;
@@ -92,28 +90,6 @@ class Video : public PictureSink {
         path_.string(), Counted(written, "picture"), written);
   }
 
-  void Open(const cv::Size& size) {
-    size_ = size;
-    if (Opens(fps_)) return;
-    if (constexpr double kUsual = 30; Opens(kUsual))
-      throw UsageError("--fps {}: no codec here supports this rate; give a rounder one", fps_);
-    if (!std::ofstream(unfinished_))
-      throw Error("{}: cannot be written: {}", path_.string(), std::strerror(errno));
-    throw Error("{}: no video can be written here (neither H.264 nor MPEG-4); give a folder to get pictures",
-                path_.string());
-  }
-
-  // Tries the codecs; OpenCV's messages about missing ones are switched off.
-  bool Opens(double fps) {
-    const auto level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-    for (const char* codec : {"avc1", "mp4v"}) {
-      const int fourcc = cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]);
-      if (writer_.open(unfinished_.string(), cv::CAP_FFMPEG, fourcc, fps, size_)) break;
-    }
-    cv::utils::logging::setLogLevel(level);
-    return writer_.isOpened();
-  }
-
   static constexpr std::uint64_t kReserve = 1 << 20;  // for the file's index
   // What the encoder may still hold: as much as four pictures without compression. Guessed.
   static std::uint64_t BufferedBytes(const cv::Size& size) {
@@ -124,14 +100,14 @@ class Video : public PictureSink {
   double fps_;
   cv::Size size_;
   int count_ = 0;
-  cv::VideoWriter writer_;
+  std::unique_ptr<VideoWriter> writer_;
 };
 
 }  // namespace
 
 std::unique_ptr<PictureSink> OpenPictureSink(const fs::path& out, double fps) {
   if (out.extension() == ".mp4") {
-    // Outside these OpenCV rounds the rate to 0, or the codecs cannot store it.
+    // Outside these the codecs cannot store it.
     constexpr double kLeast = 0.01, kMost = 1000;
     if (!(fps >= kLeast && fps <= kMost))
       throw UsageError(

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <sstream>
 #include <thread>
 
@@ -20,6 +19,7 @@
 #include "core/light_field/light_field_io.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
+#include "tests/support/video/sample_video.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -293,11 +293,15 @@ TEST(ReplayFolder, OptionsAreChecked) {
 TEST(ReplayVideo, GivesEveryPictureAtItsTime) {
   test::ScratchFolder scratch;
   const std::string file = (scratch / "video.avi").string();
-  {
-    cv::VideoWriter writer(file, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25, {64, 48});
-    ASSERT_TRUE(writer.isOpened());
-    for (int number = 0; number < 10; ++number) writer.write(Numbered(number));
-  }
+  test::VideoSample sample;
+  sample.encoder = "mjpeg";
+  sample.format = AV_PIX_FMT_YUVJ420P;
+  sample.range = AVCOL_RANGE_JPEG;
+  sample.pictures = 10;
+  sample.value = [](int number, int plane, int /*x*/, int /*y*/) {
+    return plane > 0 ? 128 : 10 + 20 * number;
+  };
+  test::WriteVideo(file, sample);
   for (const auto& [uri, fps] :
        {std::pair{"replay:" + file, 25.0}, std::pair{"replay:" + file + "?fps=5", 5.0}}) {
     const auto frames = Replay(uri);

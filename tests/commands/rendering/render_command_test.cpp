@@ -7,13 +7,13 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
+#include "core/video/video_reader.h"
 #include "render/proxy/mesh_file.h"
 #include "render/quality/evaluate.h"
 #include "tests/render/scenes/synthetic_views.h"
@@ -112,12 +112,11 @@ TEST_F(RenderCommand, WritesPicturesVideosAndFolders) {
   EXPECT_EQ(report["frames"], 5);
   EXPECT_EQ(report["field"], "subdivision");
   EXPECT_LT(report["empty_share"], 0.05);
-  cv::VideoCapture capture(Out("b.mp4"));
-  cv::Mat frame;
+  VideoReader written(Out("b.mp4"));
   int frames = 0;
-  while (capture.read(frame)) ++frames;
+  while (written.Next()) ++frames;
   EXPECT_EQ(frames, 5);
-  EXPECT_EQ(capture.get(cv::CAP_PROP_FRAME_WIDTH), 64);
+  EXPECT_EQ(written.Facts().width, 64);
 
   for (const std::string fps : {"0.001", "1000000"}) {
     const auto refused =

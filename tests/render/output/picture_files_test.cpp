@@ -20,7 +20,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <set>
 #include <thread>
 
@@ -29,6 +28,7 @@
 #include "core/base/error.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
+#include "core/video/video_reader.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/frame_range.h"
 #include "render/output/tiled_rendering.h"
@@ -519,10 +519,9 @@ TEST(Disk, WhenFullIsSaidAndWhatWasWrittenStays) {
   } catch (const DiskFullError& error) {
     EXPECT_THAT(error.what(), HasSubstr("after 5 pictures"));
   }
-  cv::VideoCapture written((scratch / "v.mp4").string());
-  cv::Mat frame;
+  VideoReader written(scratch / "v.mp4");
   int frames = 0;
-  while (written.read(frame)) ++frames;
+  while (written.Next()) ++frames;
   EXPECT_EQ(frames, 5);
 }
 

@@ -1,0 +1,124 @@
+#include "core/video/container_end.h"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <string_view>
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Bytes {
+ public:
+  explicit Bytes(const fs::path& file) : stream_(file, std::ios::binary) {
+    std::error_code unknown;
+    size_ = fs::file_size(file, unknown);
+    if (unknown) size_ = 0;
+  }
+  std::uint64_t size() const { return size_; }
+  // Bytes from `at` on; fewer at the end of the file.
+  std::string At(std::uint64_t at, std::size_t count) {
+    std::string bytes(count, '\0');
+    stream_.clear();
+    stream_.seekg(static_cast<std::streamoff>(at));
+    stream_.read(bytes.data(), static_cast<std::streamsize>(count));
+    bytes.resize(static_cast<std::size_t>(stream_.gcount()));
+    return bytes;
+  }
+
+ private:
+  std::ifstream stream_;
+  std::uint64_t size_ = 0;
+};
+
+std::uint64_t Big(std::string_view bytes) {
+  std::uint64_t value = 0;
+  for (const char byte : bytes) value = value << 8 | static_cast<unsigned char>(byte);
+  return value;
+}
+
+std::string Short(std::uint64_t there, std::uint64_t named) {
+  return fmt::format("its end is missing: {:.4g} of {:.4g} MB are there", 1e-6 * static_cast<double>(there),
+                     1e-6 * static_cast<double>(named));
+}
+
+// ISO/IEC 14496-12: boxes of a size (32 bits, or 64 behind a 1; 0: to the end of the file) and a name.
+std::string MissingInBoxes(Bytes& bytes) {
+  constexpr int kMostBoxes = 100'000;  // of a fragmented file. Guessed.
+  bool has_index = false;
+  std::uint64_t at = 0;
+  for (int box = 0; box < kMostBoxes && at + 8 <= bytes.size(); ++box) {
+    const std::string head = bytes.At(at, 16);
+    if (head.size() < 8) break;
+    std::uint64_t size = Big(head.substr(0, 4));
+    if (size == 1 && head.size() == 16) size = Big(head.substr(8));
+    if (size == 0) size = bytes.size() - at;
+    const std::string name = head.substr(4, 4);
+    has_index = has_index || name == "moov";
+    if (size < 8) return {};  // not as the standard says: the reader judges
+    if (size > bytes.size() - at)
+      return Short(bytes.size(), at + size) + (has_index ? "" : ", and with it the index ('moov')");
+    at += size;
+  }
+  return has_index ? ""
+                   : "its index ('moov') is missing, which is written last: the recording was not closed";
+}
+
+// A number of EBML (RFC 8794) at the beginning of `bytes`, and its length; none where it is cut. All ones: not known.
+struct EbmlNumber {
+  std::uint64_t value = 0;
+  std::size_t length = 0;
+  bool is_known = true;
+};
+std::optional<EbmlNumber> NumberIn(std::string_view bytes) {
+  if (bytes.empty() || bytes[0] == '\0') return std::nullopt;
+  const auto first = static_cast<unsigned char>(bytes[0]);
+  std::size_t length = 1;
+  while (((first << (length - 1)) & 0x80) == 0) ++length;
+  if (bytes.size() < length) return std::nullopt;
+  const std::uint64_t ones = (std::uint64_t{1} << (7 * length)) - 1;
+  const std::uint64_t value = Big(bytes.substr(0, length)) & ones;
+  return EbmlNumber{value, length, value != ones};
+}
+
+// Matroska: a header, then one segment that holds all.
+std::string MissingInSegment(Bytes& bytes) {
+  constexpr std::string_view kSegment("\x18\x53\x80\x67", 4);
+  const auto header = NumberIn(bytes.At(4, 8));
+  if (!header || !header->is_known) return {};
+  const std::uint64_t at = 4 + header->length + header->value;
+  const std::string head = bytes.At(at, 12);
+  if (!head.starts_with(kSegment)) return {};
+  const auto size = NumberIn(std::string_view(head).substr(kSegment.size()));
+  if (!size || !size->is_known) return {};
+  const std::uint64_t end = at + kSegment.size() + size->length + size->value;
+  return end > bytes.size() ? Short(bytes.size(), end) : std::string();
+}
+
+std::string MissingInRiff(Bytes& bytes) {
+  const std::string size = bytes.At(4, 4);
+  if (size.size() < 4) return {};
+  const std::uint64_t end = 8 + Big(std::string(size.rbegin(), size.rend()));
+  constexpr std::uint64_t kEmpty = 8;  // of a recording that was not closed
+  return end > bytes.size() && end > kEmpty ? Short(bytes.size(), end) : std::string();
+}
+
+}  // namespace
+
+std::string MissingEnd(const fs::path& file) {
+  Bytes bytes(file);
+  const std::string head = bytes.At(0, 12);
+  if (head.size() < 12) return {};
+  const std::string_view box = std::string_view(head).substr(4, 4);
+  if (box == "ftyp" || box == "moov" || box == "mdat" || box == "wide") return MissingInBoxes(bytes);
+  if (head.starts_with("\x1A\x45\xDF\xA3")) return MissingInSegment(bytes);
+  if (head.starts_with("RIFF") && head.ends_with("AVI ")) return MissingInRiff(bytes);
+  return {};
+}
+
+}  // namespace ulf

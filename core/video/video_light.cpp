@@ -1,0 +1,202 @@
+#include "core/video/video_light.h"
+
+extern "C" {
+#include <libavutil/pixdesc.h>
+}
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ulf {
+namespace {
+
+// BT.2408: reference white, a sheet of paper, in cd/m2 under PQ and as a signal under HLG.
+constexpr double kPaperNits = 203, kPaperSignal = 0.75;
+
+// SMPTE ST 2084, in cd/m2.
+double NitsFromPq(double signal) {
+  constexpr double m1 = 2610.0 / 16384, m2 = 2523.0 / 4096 * 128;
+  constexpr double c1 = 3424.0 / 4096, c2 = 2413.0 / 4096 * 32, c3 = 2392.0 / 4096 * 32;
+  const double power = std::pow(signal, 1 / m2);
+  return 10000 * std::pow(std::max(0.0, power - c1) / (c2 - c3 * power), 1 / m1);
+}
+
+// ARIB STD-B67: the scene's light, 1 at the largest signal.
+double SceneFromHlg(double signal) {
+  constexpr double a = 0.17883277, b = 1 - 4 * a;
+  const double c = 0.5 - a * std::log(4 * a);
+  return signal <= 0.5 ? signal * signal / 3 : (std::exp((signal - c) / a) + b) / 12;
+}
+
+// Linear R, G, B of BT.709's primaries from BT.2020's (ITU-R BT.2087) and from those of P3 with D65 (SMPTE EG 432-1).
+const cv::Matx33f kFromBt2020(1.660491F, -0.587641F, -0.072850F, -0.124550F, 1.132900F, -0.008349F,
+                              -0.018151F, -0.100579F, 1.118730F);
+const cv::Matx33f kFromP3(1.224940F, -0.224940F, 0, -0.042057F, 1.042057F, 0, -0.019638F, -0.078636F,
+                          1.098274F);
+
+const char* Word(const char* name) { return name ? name : "unknown"; }
+
+// Of a stream that does not say it: as players do.
+AVColorSpace UsualMatrix(int height) {
+  constexpr int kHighDefinition = 720;
+  return height >= kHighDefinition ? AVCOL_SPC_BT709 : AVCOL_SPC_SMPTE170M;
+}
+
+bool IsMarkedFull(AVPixelFormat format) { return WithoutRange(format) != format; }
+
+}  // namespace
+
+AVPixelFormat WithoutRange(AVPixelFormat format) {
+  switch (format) {
+    case AV_PIX_FMT_YUVJ420P:
+      return AV_PIX_FMT_YUV420P;
+    case AV_PIX_FMT_YUVJ422P:
+      return AV_PIX_FMT_YUV422P;
+    case AV_PIX_FMT_YUVJ444P:
+      return AV_PIX_FMT_YUV444P;
+    case AV_PIX_FMT_YUVJ440P:
+      return AV_PIX_FMT_YUV440P;
+    case AV_PIX_FMT_YUVJ411P:
+      return AV_PIX_FMT_YUV411P;
+    default:
+      return format;
+  }
+}
+
+VideoLight::VideoLight(const AVFrame& frame)
+    : format_(static_cast<AVPixelFormat>(frame.format)),
+      matrix_(frame.colorspace),
+      range_(frame.color_range),
+      primaries_(frame.color_primaries),
+      curve_(frame.color_trc) {
+  Judge(frame);
+  if (is_deep_) MakeCurve();
+}
+
+bool VideoLight::IsOf(const AVFrame& frame) const {
+  return frame.format == format_ && frame.colorspace == matrix_ && frame.color_range == range_ &&
+         frame.color_primaries == primaries_ && frame.color_trc == curve_;
+}
+
+void VideoLight::Judge(const AVFrame& frame) {
+  const AVPixFmtDescriptor* layout = av_pix_fmt_desc_get(format_);
+  is_rgb_ = layout && (layout->flags & (AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL)) != 0;
+  const bool is_gray = layout && layout->nb_components <= 2 && !is_rgb_;
+  is_full_ = is_rgb_ || IsMarkedFull(format_) || range_ == AVCOL_RANGE_JPEG;
+  switch (curve_) {
+    case AVCOL_TRC_SMPTE2084:
+      is_linear_ = is_deep_ = true;
+      notes_.push_back(
+          fmt::format("it has a high dynamic range (PQ) and is converted to linear light, in which paper "
+                      "({:g} cd/m2) is 1",
+                      kPaperNits));
+      break;
+    case AVCOL_TRC_ARIB_STD_B67:
+      is_linear_ = is_deep_ = true;
+      notes_.push_back(
+          fmt::format("it has a high dynamic range (HLG) and is converted to linear light, in which paper "
+                      "({:g} % of the signal) "
+                      "is 1",
+                      100 * kPaperSignal));
+      break;
+    case AVCOL_TRC_LINEAR:
+      is_linear_ = is_deep_ = true;
+      break;
+    case AVCOL_TRC_LOG:
+    case AVCOL_TRC_LOG_SQRT:
+    case AVCOL_TRC_SMPTE428:
+    case AVCOL_TRC_SMPTE240M:
+      warnings_.push_back(
+          fmt::format("its transfer curve ({}) is not understood and taken for that of BT.709",
+                      Word(av_color_transfer_name(curve_))));
+      break;
+    default:
+      break;  // curves for displays, which players show as they are
+  }
+  switch (primaries_) {
+    case AVCOL_PRI_BT2020:
+      srgb_from_primaries_ = kFromBt2020;
+      is_deep_ = true;
+      break;
+    case AVCOL_PRI_SMPTE432:
+      srgb_from_primaries_ = kFromP3;
+      is_deep_ = true;
+      break;
+    case AVCOL_PRI_FILM:
+    case AVCOL_PRI_SMPTE428:
+    case AVCOL_PRI_SMPTE431:
+    case AVCOL_PRI_EBU3213:
+    case AVCOL_PRI_BT470M:
+      warnings_.push_back(fmt::format("its primaries ({}) are not understood and taken for those of BT.709",
+                                      Word(av_color_primaries_name(primaries_))));
+      break;
+    default:
+      break;  // BT.601's differ from BT.709's by less than cameras do
+  }
+  used_matrix_ = matrix_;
+  if (is_rgb_ || is_gray) return;
+  const AVColorSpace usual = UsualMatrix(frame.height);
+  const char* const usual_name = usual == AVCOL_SPC_BT709 ? "BT.709" : "BT.601";
+  switch (matrix_) {
+    case AVCOL_SPC_BT709:
+    case AVCOL_SPC_FCC:
+    case AVCOL_SPC_BT470BG:
+    case AVCOL_SPC_SMPTE170M:
+    case AVCOL_SPC_SMPTE240M:
+    case AVCOL_SPC_BT2020_NCL:
+      return;
+    case AVCOL_SPC_UNSPECIFIED:
+    case AVCOL_SPC_RESERVED:
+      used_matrix_ = usual;
+      notes_.push_back(
+          fmt::format("it does not say how its colours are coded: taken as {}, as players do for {} lines",
+                      usual_name, frame.height));
+      return;
+    default:
+      used_matrix_ = usual;
+      warnings_.push_back(fmt::format("its colour matrix ({}) is not understood and taken for {}",
+                                      Word(av_color_space_name(matrix_)), usual_name));
+  }
+}
+
+void VideoLight::Set(SwsContext& scaler) const {
+  constexpr int kAsIs = 1 << 16;
+  sws_setColorspaceDetails(&scaler, sws_getCoefficients(used_matrix_), is_full_ ? 1 : 0,
+                           sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, kAsIs, kAsIs);
+}
+
+void VideoLight::MakeCurve() {
+  constexpr int kValues = 1 << 16;
+  linear_.resize(kValues);
+  const double paper = SceneFromHlg(kPaperSignal);
+  for (int value = 0; value < kValues; ++value) {
+    const double signal = value / (kValues - 1.0);
+    double light = signal;
+    if (curve_ == AVCOL_TRC_SMPTE2084)
+      light = NitsFromPq(signal) / kPaperNits;
+    else if (curve_ == AVCOL_TRC_ARIB_STD_B67)
+      light = SceneFromHlg(signal) / paper;
+    else if (curve_ != AVCOL_TRC_LINEAR)
+      light = LinearFromSrgb(static_cast<float>(signal));
+    linear_[static_cast<std::size_t>(value)] = static_cast<float>(light);
+  }
+}
+
+cv::Mat VideoLight::Finished(const cv::Mat& bgr) const {
+  if (!is_deep_) return bgr;
+  cv::Mat linear(bgr.size(), CV_32FC3);
+  for (int y = 0; y < bgr.rows; ++y) {
+    const auto* from = bgr.ptr<cv::Vec<std::uint16_t, 3>>(y);
+    auto* to = linear.ptr<cv::Vec3f>(y);
+    for (int x = 0; x < bgr.cols; ++x) {
+      const cv::Vec3f rgb(linear_[from[x][2]], linear_[from[x][1]], linear_[from[x][0]]);
+      const cv::Vec3f in_srgb = srgb_from_primaries_ * rgb;
+      for (int channel = 0; channel < 3; ++channel) to[x][2 - channel] = std::max(0.0F, in_srgb[channel]);
+    }
+  }
+  return is_linear_ ? linear : Srgb8FromLinear(linear);
+}
+
+}  // namespace ulf
