@@ -19,8 +19,8 @@
 #include "core/light_field/light_field_io.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
-#include "tests/support/video/sample_video.h"
 #include "tests/support/test_paths.h"
+#include "tests/support/video/sample_video.h"
 
 namespace ulf {
 namespace {
@@ -312,6 +312,23 @@ TEST(ReplayVideo, GivesEveryPictureAtItsTime) {
       EXPECT_NEAR(frame.device_time_s, i / fps, 1e-6) << uri;
       EXPECT_EQ(frame.id, static_cast<std::uint64_t>(i));
     }
+  }
+}
+
+// Through a recording, too: the lens is the same in millimetres, a pixel is 4/3 times as wide as high.
+TEST(ReplayVideo, PixelsThatAreNotSquareGiveTwoFocalLengths) {
+  test::ScratchFolder scratch;
+  test::VideoSample sample;
+  sample.aspect_num = 4;
+  sample.aspect_den = 3;
+  sample.value = [](int number, int plane, int x, int /*y*/) { return plane > 0 ? 128 : 20 + x + number; };
+  test::WriteVideo(scratch / "video.mkv", sample);
+  const std::string video = "replay:" + (scratch / "video.mkv").string();
+  test::RunUlf("record " + video + " -o " + (scratch / "recorded").string());
+  for (const std::string& uri : {video, "replay:" + (scratch / "recorded").string()}) {
+    const CameraModel camera = ResolveIntrinsics(*OpenDevice(uri), {.focal_px = 90}, 64, 48);
+    EXPECT_DOUBLE_EQ(camera.fx, 90) << uri;
+    EXPECT_NEAR(camera.fy, 120, 1e-6) << uri;
   }
 }
 
