@@ -37,6 +37,7 @@
 #include "core/base/waiting.h"
 #include "core/image/image.h"
 #include "core/image/raw_file.h"
+#include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/light_check.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/operator/coverage_drawing.h"
@@ -190,10 +191,10 @@ std::optional<BracketReport> Merged(const coverage::CaptureArgs& args,
   }
 }
 
-void ReportUnwrittenFrames(const coverage::CaptureSummary& summary) {
+void ReportUnwrittenFrames(const coverage::CaptureSummary& summary, bool folder_is_there) {
   if (summary.stopped_because != coverage::StoppedBecause::kDisk) return;
-  fmt::print(stderr, "ulf: {}\nulf: the views written before are complete; go on with --resume\n",
-             summary.problem);
+  fmt::print(stderr, "ulf: {}\n{}", summary.problem,
+             folder_is_there ? "ulf: the views written before are complete; go on with --resume\n" : "");
   for (const auto& [folder, count] : summary.set_aside)
     fmt::print(stderr, "ulf: {} taken by then: kept in {}\n", Counted(count, "frame"), folder.string());
   if (summary.unwritten > 0)
@@ -286,8 +287,10 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
   acquisition::FrameRecorderSummary kept;
   std::vector<TimedPose> live;
   std::optional<Waiting> closing;
+  std::optional<OpenedFolder> folder;
   {
     const CrashHandler guard(args.dir);
+    folder.emplace(args.dir);
     Progress progress("capture");
     const double first_time_s = prepared.first.back().device_time_s;
     double shown_share = 0;  // never falls, although corrected poses may reopen the cap
@@ -339,7 +342,10 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
   if (kept.left_out > 0)
     fmt::print(stderr, "{}: {} left out of the recording, of {}: {}\n", args.keep_frames,
                Counted(kept.left_out, "frame"), kept.left_out + kept.written, kept.problem);
-  ReportUnwrittenFrames(summary);
+  const std::optional<std::string> gone = folder->WhyGone();
+  if (gone) summary.stopped_because = coverage::StoppedBecause::kDisk, summary.problem = *gone;
+  ReportUnwrittenFrames(summary, !gone);
+  if (gone) return kFailed;
   const bool masked = MaskTurntable(args);
   closing.emplace("closing", "the map for the next session, and the report");
   LightField light_field = ReadLightField(args.dir);

@@ -7,6 +7,7 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/journal.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/view_files.h"
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 
 void WriteDerivedFiles(const LightField& light_field) {
   const fs::path sparse = light_field.root / "sparse" / "0";
-  MakeFolder(sparse);
+  MakeFolderIn(light_field.root, "sparse/0");
   const auto made_from = StampOf(light_field.root / kJournalFile);
   const ColmapFiles colmap = ToColmapText(ToColmap(light_field), made_from);
   WriteFileAtomically(sparse / "cameras.txt", colmap.cameras);
@@ -64,13 +65,13 @@ std::size_t MakeMissingPictures(const LightField& light_field) {
 
 std::optional<fs::path> MoveToKept(const fs::path& dir, const std::string& name, const std::string& as) {
   if (!fs::exists(dir / name)) return std::nullopt;
-  MakeFolder(dir / "kept");
+  MakeFolderIn(dir, "kept");
   return MoveWithoutReplacing(dir / name, dir / "kept" / as);
 }
 
 void LinkToKept(const fs::path& dir, const std::string& name) {
   if (!fs::exists(dir / name)) return;
-  MakeFolder(dir / "kept");
+  MakeFolderIn(dir, "kept");
   fs::path kept = dir / "kept" / name;
   for (int number = 2; !LinkOrCopy(dir / name, kept); ++number)
     kept =

@@ -107,10 +107,11 @@ std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
     if (add.files.raw) view.raw_white_balance = state_->white_balance.InPlaceOf(*add.files.raw);
     NoteFrame(add.frame, view);
   }
+  state_->folder.RequireInPlace();
   FileBatch batch(FileBatch::Existing::kKeep);
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (added[i].files.master) {
-      MakeFolder(root / "masters");
+      state_->MakeFolder("masters");
       batch.Write(root / views[i].master_path, added[i].files.master->content);
     }
     if (added[i].files.image) batch.Write(root / views[i].image_path, added[i].files.image->content);
@@ -150,7 +151,7 @@ void LightFieldWriter::AddExposure(int view_id, const Frame& frame, const Rigid3
                         .black_level = taken.black_level,
                         .f_number = taken.f_number};
   if (files.raw) exposure.raw_white_balance = state_->white_balance.InPlaceOf(*files.raw);
-  MakeFolder(root / kExposuresFolder);
+  state_->MakeFolder(kExposuresFolder);
   FileBatch batch(FileBatch::Existing::kKeep);
   if (files.image) batch.Write(root / exposure.image_path, files.image->content);
   if (files.master) batch.Write(root / exposure.master_path, files.master->content);
@@ -169,7 +170,7 @@ void LightFieldWriter::SetMerged(int view_id, const std::string& exr, int exposu
   if (view == state_->light_field.views.end())
     throw Error("{}: there is no view {}", state_->light_field.root.string(), view_id);
   const MergedExposures merged{MergedPath(view_id), exposures, ghost_share};
-  MakeFolder(state_->light_field.root / kMergedFolder);
+  state_->MakeFolder(kMergedFolder);
   WriteFileAtomically(state_->light_field.root / merged.path, exr);
   state_->journal.NoteMerged(view_id, merged);
   view->merged = merged;
@@ -222,7 +223,7 @@ void LightFieldWriter::SetTurntable(const Turntable& turntable) {
 
 void LightFieldWriter::SetMasks(const std::map<int, cv::Mat>& masks) {
   const fs::path& root = state_->light_field.root;
-  MakeFolder(root / "masks");
+  state_->MakeFolder("masks");
   FileBatch batch(FileBatch::Existing::kKeep);
   std::map<int, std::string> paths;
   std::vector<std::string> contents, replaced;
@@ -247,7 +248,7 @@ void LightFieldWriter::SetMasks(const std::map<int, cv::Mat>& masks) {
   for (View& view : state_->light_field.views)
     if (const auto path = paths.find(view.id); path != paths.end()) view.mask_path = path->second;
   for (const std::string& path : replaced) {
-    MakeFolder(FolderOf(root / "kept" / path));
+    state_->MakeFolder(fs::path("kept") / FolderOf(path));
     MoveToKept(root, path, path);
   }
 }
@@ -255,6 +256,7 @@ void LightFieldWriter::SetMasks(const std::map<int, cv::Mat>& masks) {
 void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
   const LightField& now = state_->light_field;
   if (points.empty() && !now.points.empty()) return;
+  state_->folder.RequireInPlace();
   if (!now.points.empty() && StatisticsOf(now.points).tracked == 0)
     for (const char* file : {"points.ply", "points.ulf"})
       LinkToKept(now.root, file);  // until others replace them
@@ -296,7 +298,7 @@ void LightFieldWriter::State::TakeOutOfJournal(const std::set<int>& view_ids) {
     ids.insert(id);
   }
   const fs::path unposed = light_field.root / "unposed";
-  MakeFolder(unposed);
+  MakeFolder("unposed");
   journal.RemoveViews(ids);  // before a file moves: the journal never names a file that is gone
   for (const auto& [id, paths] : files)
     for (const std::string& file : paths) to_unposed[id][file] = unposed / UnposedName(file);
@@ -319,8 +321,7 @@ void LightFieldWriter::RemoveViews(const std::set<int>& view_ids) {
 }
 
 void LightFieldWriter::KeepUnposed(const Frame& frame, const std::string& problem) {
-  const fs::path folder = state_->light_field.root / "unposed";
-  MakeFolder(folder);
+  state_->MakeFolder("unposed");
   const ViewFiles files = Files(frame, MakePictures::kNow);
   UnposedPhotograph photograph{.view = {}, .problem = problem};
   View& view = photograph.view;
@@ -363,7 +364,7 @@ void LightFieldWriter::AddUnposed(std::vector<View> photographs) {
     const auto copy = [&](const char* folder, std::string& path) {
       const fs::path from = light_field.root / path;
       path = fmt::format("{}/{:06}{}", folder, view.id, from.extension().string());
-      MakeFolder(light_field.root / folder);
+      state_->MakeFolder(folder);
       const std::string bytes = ReadWholeFile(from);
       batch.Write(light_field.root / path, ContentOf(bytes));
       done.push_back(from);
@@ -396,6 +397,7 @@ void LightFieldWriter::Close(double capture_s, const std::map<std::string, std::
   state_->light_field.reasons = reasons;
   FitPointsOf(state_->moved_since_points, state_->light_field);
   MeasurePoints(state_->light_field);
+  state_->folder.RequireInPlace();
   WriteDerivedFiles(state_->light_field);
 }
 

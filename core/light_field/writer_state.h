@@ -9,18 +9,27 @@
 #include <string>
 
 #include "core/image/raw_file.h"
+#include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/journal.h"
 #include "core/light_field/light_field_io.h"
 
 namespace ulf {
 
 struct LightFieldWriter::State {
-  explicit State(const std::filesystem::path& dir) : journal(dir / kJournalFile) { light_field.root = dir; }
+  explicit State(const std::filesystem::path& dir) : journal(dir / kJournalFile), folder(dir) {
+    light_field.root = dir;
+  }
+  // A folder of the light field, which must still be where it was opened.
+  void MakeFolder(const std::filesystem::path& inside) const {
+    folder.RequireInPlace();
+    MakeFolderIn(light_field.root, inside);
+  }
   void TakeOutOfJournal(const std::set<int>& view_ids);
   std::set<std::string> FilesToKeep(const View& view) const;
   void RequireReserved(int view_id, int last_id) const;
 
   Journal journal;
+  OpenedFolder folder;
   LightField light_field;
   std::atomic<int> next_view_id = 1;
   int next_unposed = 1;

@@ -23,6 +23,7 @@
 #include "core/base/mutex.h"
 #include "core/geometry/digest.h"
 #include "core/image/image.h"
+#include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/light_field_io.h"
 #include "render/photographs/pyramid_file.h"
 
@@ -290,7 +291,7 @@ void PhotographStore::State::Keep(std::size_t index, const ViewPyramid& pyramid,
   }
   const fs::path folder = light_field.root / kPyramidFolder;
   try {
-    MakeFolder(folder);
+    MakeFolderIn(light_field.root, kPyramidFolder);
     if (FreeBytes(folder) < options.least_free_bytes)
       return KeepNoFiles(fmt::format("{}: less than {} GB of disk space are free", folder.string(),
                                      options.least_free_bytes >> 30));

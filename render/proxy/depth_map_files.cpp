@@ -22,6 +22,7 @@
 #include "core/geometry/digest.h"
 #include "core/image/image.h"
 #include "core/image/image_header.h"
+#include "core/light_field/folder/opened_folder.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/indexed_file.h"
 #include "render/proxy/proxy_choice.h"
@@ -204,7 +205,7 @@ void ReplaceMesh(const fs::path& root, const std::string& mesh_ply, const fs::pa
   const fs::path mesh = root / kMeshProxyFile;
   try {
     if (!kept.empty()) {
-      MakeFolder(root / "kept");
+      MakeFolderIn(root, "kept");
       LinkOrCopy(mesh, root / kept);
     }
     WriteFileAtomically(mesh, mesh_ply);
@@ -286,7 +287,7 @@ KeptGeometry WriteGeometryFiles(const LightField& light_field, const std::string
     return kept;
   }
   const bool is_new = !fs::exists(folder);
-  MakeFolder(folder);
+  MakeFolderIn(root, kDepthMapsFolder);
   std::deque<FileBatch> batches;
   json both{{"mesh", MeshChecksum(root)}, {"maps", json::array()}};
   if (had_index) both = SetOf(index, MeshChecksum(root));

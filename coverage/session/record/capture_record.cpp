@@ -156,6 +156,7 @@ std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(
   }
   closing("depth maps and the mesh");
   FinishedGeometry finished = geometry_->Finish();
+  spool_.Folder().RequireInPlace();
   Stopwatch writing;
   SayGeometryProblem();
   if (!finished.views_left_out.empty())
@@ -481,8 +482,10 @@ ClosedRecord CaptureRecord::Close(double capture_s, const std::map<std::string, 
     else if (closed.recorded > 0 && std::filesystem::exists(root / render::kMeshProxyFile))
       say_(fmt::format("{} was made without {} of this session; '{}' makes it anew", render::kMeshProxyFile,
                        Counted(closed.recorded, "view"), render::ProxyCommand(root)));
+    spool_.Folder().RequireInPlace();
   } catch (const std::exception& error) {
-    closed.problem = error.what();
+    closed.problem = spool_.Folder().WhyGone().value_or(error.what());
+    closed.geometry.reset();
   }
   return closed;
 }

@@ -183,9 +183,7 @@ void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& 
       say(fmt::format("geometry: depth maps without a mesh were there; they are kept as {}",
                       kept.maps->string()));
   } catch (const std::exception& error) {
-    say(
-        fmt::format("{}; the light field is complete, with the geometry that it had before; '{}' makes a new "
-                    "one",
+    say(fmt::format("{}; no new mesh was written, and a mesh that was there stays; '{}' makes one",
                     error.what(), command));
     finished.mesh = nullptr;
     finished.maps_for_rendering.clear();

@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/geometry/digest.h"
+#include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/session/record/still_capture.h"
 #include "tracking/map/map_file.h"
@@ -118,7 +119,7 @@ void SaveMapCache(const LightField& light_field, const CameraModel& tracked,
                   const tracking::PoseSource& poses) {
   const std::filesystem::path file = MapCacheOf(light_field);
   try {
-    MakeFolder(file.parent_path());
+    MakeFolderIn(light_field.root, "cache");
     poses.SaveMap(file, KeyOf(light_field, tracked));
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}; --resume will take longer to start, nothing else changes\n", error.what());

@@ -48,7 +48,11 @@ double Megabytes(std::uint64_t bytes) { return 1e-6 * static_cast<double>(bytes)
 }  // namespace
 
 ViewSpool::ViewSpool(LightFieldWriter writer, std::size_t capacity, bool threaded)
-    : writer_(std::move(writer)), root_(writer_.Contents().root), capacity_(capacity), threaded_(threaded) {
+    : writer_(std::move(writer)),
+      root_(writer_.Contents().root),
+      folder_(root_),
+      capacity_(capacity),
+      threaded_(threaded) {
   views_on_disk_ = writer_.Contents().views.size();
   if (!threaded_) return;
   threads_.emplace_back([this] { WriteLoop(); });
@@ -102,7 +106,7 @@ ViewSpool::Outcome ViewSpool::Write(std::span<const Task> tasks) {
       problem);
   const MutexLock lock(mutex_);
   if (outcome == Outcome::kWritten) no_room_.reset();
-  if (outcome == Outcome::kFailed && tasks.size() == 1) failure_ = problem;
+  if (outcome == Outcome::kFailed && tasks.size() == 1) failure_ = folder_.WhyGone().value_or(problem);
   return outcome;
 }
 
@@ -231,11 +235,19 @@ void ViewSpool::PictureLoop() {
     pictures_being_made_.push_back(view.id);
     lock.unlock();
     std::string problem;
-    const Outcome outcome = Try([&] { WritePictureFromMaster(root_, view); }, problem);
+    const Outcome outcome = Try(
+        [&] {
+          folder_.RequireInPlace();
+          WritePictureFromMaster(root_, view);
+        },
+        problem);
+    const std::optional<std::string> gone = folder_.WhyGone();
     lock.lock();
     std::erase(pictures_being_made_, view.id);
     if (outcome == Outcome::kWritten) {
       no_room_.reset();
+    } else if (gone) {
+      failure_ = gone;
     } else if (outcome == Outcome::kFailed) {
       if (pictures_not_made_++ == 0) spdlog::warn("{}; recording goes on", problem);
     } else {
@@ -428,7 +440,7 @@ LightFieldWriter ViewSpool::Finish() {
   StopThreads();
   if (!threaded_) WriteInCaller(false);
   const MutexLock lock(mutex_);
-  if (pictures_not_made_ > 0)
+  if (pictures_not_made_ > 0 && !folder_.WhyGone())
     spdlog::warn(
         "{} of images/ could not be made now and will be made from masters/ when the light field is next "
         "opened",

@@ -5,7 +5,8 @@
 // that fails for lack of room is tried again until there is room. The spool looks for room before it accepts a
 // view, so that accepted views normally fit. Any other error (permissions, a folder that is gone) is a
 // Failure(): the spool then records no more views and puts the accepted ones into unposed/, or else beside the
-// light field. It counts those that fit in neither place: Unwritten().
+// light field. It counts those that fit in neither place: Unwritten(). So it does where the folder was moved or deleted: it
+// makes none anew under the old name.
 //
 // Views that wait together are written together (LightFieldWriter::AddViews). A view with a master is recorded
 // when its master and its journal line are on disk. Making its photograph in images/ takes ten times as long:
@@ -34,6 +35,7 @@
 
 #include "core/base/mutex.h"
 #include "core/image/frame.h"
+#include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/light_field_io.h"
 
 namespace ulf::coverage {
@@ -94,6 +96,8 @@ class ViewSpool {
   std::size_t Unwritten() const;
   // After Finish(): accepted frames that were written to other folders, by folder.
   std::map<std::filesystem::path, std::size_t> SetAside() const;
+  // The light field's.
+  const OpenedFolder& Folder() const { return folder_; }
 
  private:
   struct PendingView {
@@ -137,6 +141,7 @@ class ViewSpool {
 
   LightFieldWriter writer_;
   const std::filesystem::path root_;
+  const OpenedFolder folder_;
   const std::size_t capacity_;
   const bool threaded_;
   std::atomic<std::uint64_t> largest_view_bytes_{0}, largest_picture_bytes_{0}, views_on_disk_{0};

@@ -451,9 +451,8 @@ TEST(GeometryCaptureOnASmallDisk, FullWhenTheMeshIsWrittenItCostsTheMeshAlone) {
   fs::remove(disk / "room");
   const CommandResult run = Capture(dir, "--resume --frames 2 --deterministic");  // all maps: no small mesh
   EXPECT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.errors,
-              HasSubstr("the light field is complete, with the geometry that it had before; 'ulf proxy " +
-                        dir.string()));
+  EXPECT_THAT(run.errors, HasSubstr("no new mesh was written, and a mesh that was there stays; 'ulf proxy " +
+                                    dir.string()));
   EXPECT_GE(ReadLightField(dir).views.size(), before);
   EXPECT_FALSE(fs::exists(dir / "proxy.ply")) << "no half of a mesh";
   for (const auto& file : fs::directory_iterator(dir))

@@ -1,5 +1,5 @@
 // Tests: coverage/session/capture_session, coverage/session/record/view_spool, acquisition/device/reconnecting_device,
-// core/light_field/light_field_writer.
+// core/light_field/light_field_writer, core/light_field/folder/opened_folder.
 //
 // What a capture keeps through each fault, counted: rows of docs/reliability.md.
 #include <gmock/gmock.h>
@@ -30,7 +30,9 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 std::uint64_t Taken(const CaptureSummary& summary) {
@@ -231,10 +233,62 @@ TEST(CaptureFaults, AFolderThatIsRemoved) {
       moved_lost += Lost(before, Photographs(elsewhere));
     }
   EXPECT_EQ(moved_lost, 0);
-  PrintFaultRow("folder moved away or deleted in mid-capture (it ends, and says so)", tried,
+  PrintFaultRow("folder moved away or deleted in mid-capture (it ends, names both places, makes none anew)",
+                tried,
                 fmt::format("{} views of a folder that was moved; {} taken since and not set aside",
                             moved_lost, uncounted),
                 longest_s);
+}
+
+// The same with frames that have masters, in folders of their own, and in every step of closing: never is a folder made anew
+// under the old name, and both names are said.
+TEST(CaptureFaults, AFolderThatIsRemovedIsNotMadeAnew) {
+  for (const char* at : {"a frame", "the last views to the disk",
+                         "poses, points and the files for other programs", "depth maps and the mesh"})
+    for (const bool deleted : {false, true}) {
+      const ScratchFolder scratch;
+      const fs::path dir = scratch / "lf", elsewhere = scratch / "elsewhere";
+      const auto device = OpenSimulatedDevice(
+          DeviceUri::Parse("sim:studio?width=160&height=120&fps=15&seed=5&speed_deg_s=30&look_away=0"));
+      device->Start();
+      CaptureOptions options = InThreads();
+      options.subject = Subject{{0, 0, 0.07}, 0.162};
+      options.max_frames = 60;
+      options.geometry = true;
+      std::vector<std::string> said;
+      CaptureHooks hooks;
+      hooks.say = [&](const std::string& line) { said.push_back(line); };
+      const auto remove = [&] {
+        fs::rename(dir, elsewhere);
+        if (deleted) fs::remove_all(elsewhere);
+      };
+      bool removed = false;
+      hooks.after_frame = [&](const SharedCaptureState& now) {
+        if (at != std::string("a frame") || removed || now->view_ids.size() < 5) return;
+        removed = true;
+        remove();
+      };
+      hooks.closing = [&](const std::string& step) {
+        if (step != at || removed) return;
+        removed = true;
+        remove();
+      };
+      const auto poses = MakeKnownPoseSource(*device->Camera(), options.subject);
+      const CaptureSummary summary =
+          RunCapture(*device, *device->Camera(), *poses, NewWriter(dir, *device->Camera()), options, hooks);
+      ASSERT_TRUE(removed) << at;
+      EXPECT_FALSE(fs::exists(dir)) << at << ": made anew";
+      EXPECT_EQ(summary.stopped_because, StoppedBecause::kDisk) << at;
+      EXPECT_THAT(summary.problem, HasSubstr(dir.string() + ": the folder ")) << at;
+      // A thread may look between the two steps.
+      EXPECT_THAT(summary.problem,
+                  AnyOf(HasSubstr(elsewhere.string()), HasSubstr(deleted ? "deleted" : "moved to")))
+          << at;
+      EXPECT_FALSE(summary.geometry) << at;
+      for (const std::string& line : said) EXPECT_THAT(line, Not(HasSubstr("complete"))) << at;
+      if (deleted) continue;
+      EXPECT_GE(Photographs(elsewhere).size(), 1u) << at;
+    }
 }
 
 // ---- The clock. ----

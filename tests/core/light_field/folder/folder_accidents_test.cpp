@@ -1,4 +1,5 @@
-// Tests: core/light_field/folder/followed_links, core/light_field/folder/leftovers, core/light_field/journal_writer, core/base/atomic_file.
+// Tests: core/light_field/folder/followed_links, core/light_field/folder/leftovers, core/light_field/folder/opened_folder,
+// core/light_field/journal_writer, core/base/atomic_file.
 //
 // Ordinary accidents of a light field's folder: photographs moved to another disk, a copy by hard links, a pipe in the place
 // of a file, lines that this version does not read, a kill between two files that belong together.
@@ -416,6 +417,39 @@ TEST_F(FolderAccident, AKillLeavesTheFormerPointsOrTheNewOnes) {
   EXPECT_TRUE(fs::exists(dir() / "kept/points.ply"));
   PrintFaultRow("SIGKILL before each call that changes the disk: points of another program replaced", tried,
                 fmt::format("{} times there were no points", without), std::nullopt);
+}
+
+// Whatever a writer writes: nothing under the old name, neither a folder nor into another one that has that name by now.
+TEST_F(FolderAccident, AFolderThatIsMovedIsNotWrittenUnderItsOldName) {
+  for (const bool another_came : {false, true}) {
+    fs::remove_all(dir());
+    fs::remove_all(scratch_ / "moved");
+    WriteSample(dir(), 3);
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    fs::rename(dir(), scratch_ / "moved");
+    if (another_came) WriteSample(dir(), 2);
+    const auto files = [&] {
+      std::map<std::string, std::string> of_files;
+      std::error_code none;
+      for (const auto& entry : fs::recursive_directory_iterator(dir(), none))
+        of_files[entry.path().string()] = entry.is_regular_file() ? ReadWholeFile(entry.path()) : "";
+      return of_files;
+    };
+    const auto before = files();
+    const auto says_both = ThrowsMessage<Error>(
+        AllOf(HasSubstr(dir().string() + ": the folder was moved to " + (scratch_ / "moved").string())));
+    const Frame with_master = NoiseFrame(7, Transfer::kLinear, CV_16UC3);
+    EXPECT_THAT([&] { writer.AddView(with_master, ViewNumber(3)); }, says_both);
+    EXPECT_THAT([&] { writer.AddExposure(1, with_master, {}, false); }, says_both);
+    EXPECT_THAT([&] { writer.SetMerged(1, "exr", 2, 0); }, says_both);
+    EXPECT_THAT([&] { writer.SetMasks({{1, cv::Mat::ones(kHeight, kWidth, CV_8UC1)}}); }, says_both);
+    EXPECT_THAT([&] { writer.SetPoints({{{5, 6, 7}, {1, 2, 3}}}); }, says_both);
+    EXPECT_THAT([&] { writer.RemoveViews({2}); }, says_both);
+    EXPECT_THAT([&] { writer.KeepUnposed(with_master); }, says_both);
+    EXPECT_THAT([&] { writer.Close(1); }, says_both);
+    EXPECT_EQ(files(), before);
+    EXPECT_EQ(ReadLightField(scratch_ / "moved").views.size(), 3u);
+  }
 }
 
 TEST_F(FolderAccident, TheNextWriterLeavesNoLitter) {
