@@ -34,8 +34,6 @@ std::string GeometryText(const std::optional<render::GeometryState>& state, cons
   if (!state) return fmt::format("geometry       no mesh; '{}' makes one, with depth maps\n", command);
   const bool has_mesh = state->triangles > 0;
   std::string text = "geometry       ";
-  if (!has_mesh && state->problem.empty())
-    return text + fmt::format("{} has no triangles; '{}' makes it again\n", render::kMeshProxyFile, command);
   if (has_mesh)
     text += fmt::format("{} of {} ({}); {}\n", render::kMeshProxyFile, Counted(state->triangles, "triangle"),
                         FitInWords(*state, light_field.views.size()),

@@ -6,8 +6,12 @@
 
 #include "commands/commands.h"
 #include "core/base/counted.h"
+#include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder_repair.h"
+#include "render/proxy/geometry_state.h"
+#include "render/proxy/mesh_file.h"
+#include "render/proxy/proxy_choice.h"
 
 namespace ulf::commands {
 namespace {
@@ -33,8 +37,19 @@ void PrintText(const RepairPlan& plan, const RepairArgs& args) {
                  : "after 'ulf repair " + ShellWord(args.dir) + " --write'; nothing has been changed yet");
 }
 
+// The mesh follows from the views: ulf proxy makes it again.
+void LookAtMesh(const std::filesystem::path& dir, RepairPlan& plan) {
+  const std::filesystem::path mesh = dir / render::kMeshProxyFile;
+  try {
+    if (std::filesystem::exists(mesh)) render::ReadMeshFile(mesh);
+  } catch (const Error& error) {
+    plan.found.push_back(fmt::format("{}; '{}' makes it again", error.what(), render::ProxyCommand(dir)));
+  }
+}
+
 int RunRepair(const RepairArgs& args) {
-  const RepairPlan plan = args.write ? Repair(args.dir) : PlanRepair(args.dir);
+  RepairPlan plan = args.write ? Repair(args.dir) : PlanRepair(args.dir);
+  LookAtMesh(args.dir, plan);
   if (args.json)
     fmt::print("{}\n", nlohmann::ordered_json{{"found", plan.found},
                                               {"steps", plan.steps},

@@ -11,6 +11,7 @@
 #include "core/geometry/digest.h"
 #include "core/light_field/points/ply_reader.h"
 #include "render/proxy/depth_map_files.h"
+#include "render/proxy/mesh_file.h"
 #include "render/proxy/proxy_choice.h"
 
 namespace ulf::render {
@@ -54,13 +55,12 @@ std::optional<GeometryState> GeometryStateOf(const LightField& light_field) {
   if (!std::filesystem::exists(file)) return std::nullopt;
   GeometryState state;
   try {
-    const ply::Header header = ply::ParseHeader(ReadWholeFile(file), file.string());
-    for (const ply::Element& element : header.elements) {
-      if (element.name == "vertex") state.vertices = element.count;
-      if (element.name == "face") state.triangles = element.count;
-    }
-    state.origin = OriginIn(header.comments);
-    if (state.origin) state.mesh_fits = state.origin->digest == DigestOfViews(light_field);
+    const TriangleMesh mesh = ReadMeshFile(file).mesh;
+    state.vertices = mesh.vertices.size();
+    state.triangles = mesh.triangles.size();
+    state.origin = OriginIn(ply::ParseHeader(ReadWholeFile(file), file.string()).comments);
+    state.has_views_of_mesh = state.origin && state.origin->digest == DigestOfViews(light_field);
+    if (state.origin) state.mesh_fits = state.has_views_of_mesh && state.origin->left_out == 0;
     if (!HasDepthMaps(light_field.root)) return state;
     const DepthMapReading reading = ReadDepthMaps(light_field.root, light_field, nullptr);
     state.maps = reading.maps.size();

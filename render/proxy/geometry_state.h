@@ -22,9 +22,9 @@ struct MeshOrigin {
 std::vector<std::string> OriginComments(const std::string& made_by, const LightField& light_field);
 
 struct GeometryState {
-  std::size_t triangles = 0, vertices = 0;
-  std::optional<MeshOrigin> origin;  // none: the file does not tell
-  // Of the same views under the same poses and cameras as now; none: the file does not tell.
+  std::size_t triangles = 0, vertices = 0;  // 0: the mesh cannot be read
+  std::optional<MeshOrigin> origin;         // none: the file does not tell
+  // Of all views, under their poses and cameras as they are now; none: the file does not tell.
   std::optional<bool> mesh_fits;
   std::size_t maps = 0;  // that are used
   std::size_t stale_maps =
@@ -33,7 +33,7 @@ struct GeometryState {
 
   bool IsOutdated() const { return mesh_fits == false || stale_maps > 0; }
 };
-// None: there is no mesh. Reads headers and the index of the maps, and the mesh's bytes for their checksum.
+// None: there is no mesh. Reads the mesh, as whoever renders does, and the index of the maps.
 std::optional<GeometryState> GeometryStateOf(const LightField& light_field);
 
 // The command that makes mesh and maps, for messages: "ulf proxy vase".

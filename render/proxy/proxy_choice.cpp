@@ -11,6 +11,7 @@
 #include "core/base/shell_word.h"
 #include "core/light_field/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
+#include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/planes_proxy.h"
@@ -80,8 +81,14 @@ std::vector<std::string> OwnProxies(const std::filesystem::path& light_field) {
   const LightField read = ReadLightField(light_field);
   if (FindPlanes(read).why_none.empty()) names.push_back(kPlanesProxy);
   if (read.points.size() >= PointsProxy::kFewest) names.push_back("points");
-  if (std::filesystem::exists(light_field / kMeshProxyFile))
-    names.push_back(HasDepthMaps(light_field) ? "soft" : "mesh");
+  if (std::filesystem::exists(light_field / kMeshProxyFile)) {
+    try {
+      ReadMeshFile(light_field / kMeshProxyFile);
+      names.push_back(HasDepthMaps(light_field) ? "soft" : "mesh");
+    } catch (const Error& error) {
+      spdlog::warn("{}; it is left out; '{}' makes it again", error.what(), ProxyCommand(light_field));
+    }
+  }
   return names;
 }
 

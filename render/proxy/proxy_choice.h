@@ -25,7 +25,7 @@ inline constexpr char kFittedPlane[] = "plane:fitted";
 inline constexpr char kMeshProxyFile[] = "proxy.ply";
 
 // The names of the geometry that the light field itself has, simplest first: planes, points, and mesh or, where it has
-// depth maps as well, soft.
+// depth maps as well, soft. Warns of a mesh that cannot be read, and leaves it out.
 std::vector<std::string> OwnProxies(const std::filesystem::path& light_field);
 
 // Logs what a mesh file holds. Throws UsageError for a name that does not exist, Error for a file that cannot

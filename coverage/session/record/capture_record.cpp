@@ -129,14 +129,26 @@ void CaptureRecord::SayGeometryProblem() {
   if (const auto problem = geometry_->TakeProblem()) say_(*problem);
 }
 
-// The session before may have ended without a mesh of its views.
-static bool IsOfOtherViews(const std::filesystem::path& root) {
+// Says of a mesh that is there that it stays, and what is wrong with it. The session before may have ended without a mesh of
+// its views.
+static std::string ThatItStays(const std::filesystem::path& root, bool is_corrected) {
+  std::optional<render::GeometryState> state;
   try {
-    const auto state = render::GeometryStateOf(ReadLightField(root));
-    return state && state->mesh_fits == false;
+    state = render::GeometryStateOf(ReadLightField(root));
   } catch (const Error&) {
-    return false;
   }
+  const std::string command = render::ProxyCommand(root);
+  if (state && state->triangles == 0)
+    return fmt::format(
+        "no view was added: no new mesh is made, and the one that is there cannot be used: {}; "
+        "'{}' makes it again",
+        state->problem, command);
+  if (is_corrected || (state && state->mesh_fits == false))
+    return fmt::format(
+        "no view was added: the mesh that is there stays, though it is not of the views as they "
+        "are now; '{}' makes it and the depth maps anew",
+        command);
+  return "no view was added, moved or taken back: the mesh that is there stays";
 }
 
 // The mesh that was there may be of another program, or a finer one: without new views it stays where it is, with its
@@ -146,12 +158,7 @@ std::optional<FinishedGeometry> CaptureRecord::FinishGeometry(
   const bool has_new_views =
       std::ranges::any_of(views_.views(), [this](const auto& view) { return view.id >= first_new_id_; });
   if (!has_new_views && std::filesystem::exists(root / render::kMeshProxyFile)) {
-    say_(geometry_->IsCorrected() || IsOfOtherViews(root)
-             ? fmt::format("no view was added: the mesh that is there stays, though it is not of the views "
-                           "as they are "
-                           "now; '{}' makes it and the depth maps anew",
-                           render::ProxyCommand(root))
-             : "no view was added, moved or taken back: the mesh that is there stays");
+    say_(ThatItStays(root, geometry_->IsCorrected()));
     return std::nullopt;
   }
   closing("depth maps and the mesh");

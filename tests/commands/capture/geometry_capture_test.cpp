@@ -236,11 +236,12 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   ASSERT_EQ(Capture(dir, "--frames 60").exit_code, 0);
   const std::size_t views = ReadLightField(dir).views.size();
   const auto maps = FilesIn(dir / "depth");
-  std::ofstream(dir / "proxy.ply") << "a finer one";
+  render::WriteMeshPly(dir / "proxy.ply", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
+  const std::string finer = BytesOf(dir / "proxy.ply");
   const CommandResult run = Capture(dir, "--resume --frames 1");
   ASSERT_EQ(run.exit_code, 0) << run.errors;
   ASSERT_EQ(ReadLightField(dir).views.size(), views);
-  EXPECT_EQ(BytesOf(dir / "proxy.ply"), "a finer one");
+  EXPECT_EQ(BytesOf(dir / "proxy.ply"), finer);
   EXPECT_TRUE(FilesIn(dir / "depth") == maps);
   EXPECT_FALSE(fs::exists(dir / "kept" / "proxy.ply"));
   EXPECT_THAT(run.errors, HasSubstr("the mesh that is there stays"));
@@ -252,7 +253,10 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
   render::WriteMeshPly(dir / "proxy.ply", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}},
                        render::OriginComments("ulf capture", fewer));
   EXPECT_THAT(Capture(dir, "--resume --frames 1").errors, HasSubstr("though it is not of the views"));
-  std::ofstream(dir / "proxy.ply") << "a finer one";
+  std::ofstream(dir / "proxy.ply") << "no mesh";
+  EXPECT_THAT(Capture(dir, "--resume --frames 1").errors,
+              HasSubstr("the one that is there cannot be used: " + (dir / "proxy.ply").string()));
+  std::ofstream(dir / "proxy.ply") << finer;
 
   // A view that is taken back is no new one.
   std::ofstream(scratch / "requests.txt") << "take-back views 1\n";
@@ -260,7 +264,7 @@ TEST(GeometryCapture, MeshOfTheSameViewsStays) {
       Capture(dir, "--resume --frames 1 --requests " + (scratch / "requests.txt").string());
   ASSERT_EQ(less.exit_code, 0) << less.errors;
   ASSERT_EQ(ReadLightField(dir).views.size(), views - 1) << less.errors;
-  EXPECT_TRUE(BytesOf(dir / "proxy.ply") == "a finer one");
+  EXPECT_TRUE(BytesOf(dir / "proxy.ply") == finer);
   EXPECT_THAT(
       less.errors,
       HasSubstr("no view was added: the mesh that is there stays, though it is not of the views as they are "

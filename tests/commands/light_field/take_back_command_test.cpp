@@ -189,9 +189,37 @@ TEST_F(AtTheDesk, InfoTellsWhoseTheGeometryIsAndWhetherItFits) {
       << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
          "element face 0\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n";
   EXPECT_THAT(RunUlf("info " + Dir()).output, HasSubstr("makes it again\n"));
+  EXPECT_EQ(Json("info " + Dir())["geometry"]["triangles"], 0);
   fs::remove(dir_ / kMeshProxyFile);
   EXPECT_TRUE(Json("info " + Dir())["geometry"].is_null());
   EXPECT_THAT(RunUlf("info " + Dir()).output, HasSubstr("no mesh; 'ulf proxy " + Dir() + "' makes one"));
+}
+
+// A mesh whose end is missing, one with a corner that is no vertex, and what is no mesh.
+TEST_F(AtTheDesk, AMeshThatCannotBeReadIsSaidByEveryCommandAndDoneWithout) {
+  const std::string whole = ReadWholeFile(dir_ / kMeshProxyFile);
+  std::string other_corner = whole;
+  other_corner.back() = '\x7f';
+  for (const std::string& mesh : {whole.substr(0, whole.size() - 20), other_corner, std::string("hello")}) {
+    std::ofstream(dir_ / kMeshProxyFile, std::ios::binary) << mesh;
+    const std::string file = (dir_ / kMeshProxyFile).string(),
+                      again = "; 'ulf proxy " + Dir() + "' makes it again";
+    const CommandResult info = RunUlf("info " + Dir());
+    EXPECT_THAT(info.output, AllOf(HasSubstr("geometry       " + file + ": "), HasSubstr(again),
+                                   Not(HasSubstr("as they are now"))));
+    const auto geometry = Json("info " + Dir())["geometry"];
+    EXPECT_TRUE(geometry["fits"].is_null());
+    EXPECT_EQ(geometry["triangles"], 0);
+    EXPECT_THAT(geometry["problem"].get<std::string>(), HasSubstr(file));
+    EXPECT_THAT(RunUlf("repair " + Dir()).output,
+                AllOf(HasSubstr("found: " + file + ": "), HasSubstr(again)));
+    const CommandResult drawn =
+        RunUlf("render " + Dir() + " --renderer reference --width 40 -o " + (scratch_ / "a.png").string());
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.errors;
+    EXPECT_THAT(drawn.errors, AllOf(HasSubstr(file), HasSubstr(again), Not(HasSubstr("the mesh alone"))));
+    EXPECT_EQ(RunUlf("render " + Dir() + " --proxy mesh -o " + (scratch_ / "b.png").string()).exit_code, 1)
+        << "it was asked for";
+  }
 }
 
 TEST(CoverageChange, IsSaidInDecimalsThatDifferOrNotAtAll) {
