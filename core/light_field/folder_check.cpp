@@ -120,6 +120,17 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
   });
 }
 
+// A pose is rounded when it becomes a matrix of transforms.json; the model has it to the last digit. Depth maps, mesh and
+// points fit no other.
+void TakeExactPoses(const Derived& model, Derived& transforms) {
+  for (auto* views : {&transforms.unknown, &transforms.other_poses, &transforms.lost_poses})
+    for (auto& [id, view] : *views)
+      for (const auto* exact : {&model.unknown, &model.other_poses})
+        if (const auto found = exact->find(id);
+            found != exact->end() && IsSamePose(found->second.cam_from_world, view.cam_from_world))
+          view.cam_from_world = found->second.cam_from_world;
+}
+
 // False for most truncated text files.
 bool EndsWithNewline(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -315,6 +326,7 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
   if (!being_written) {
     check.transforms = CheckTransforms(dir, journal, check.from_transforms);
     check.model = CheckModel(dir, journal);
+    TakeExactPoses(check.model, check.transforms);
     const auto behind = [](const Derived& derived) {
       return derived.lineage == Lineage::kMissing || derived.lineage == Lineage::kOlder;
     };

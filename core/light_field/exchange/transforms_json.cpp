@@ -73,6 +73,8 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   if (ours.Has("turntable"))
     light_field.turntable =
         Turntable{JsonPlace{ours.Raw("turntable"), ours.where + ", turntable"}.Text("board", "")};
+  if (ours.Has("measured"))
+    light_field.measured = MeasuredFromJson({ours.Raw("measured"), ours.where + ", measured"});
   ReadCaptureJson(ours, light_field);
   light_field.capture_s = ours.Number("capture_s", 0);
   if (ours.Has("reasons"))
@@ -342,6 +344,7 @@ json OurKeys(const LightField& light_field) {
   if (!light_field.device_model.empty()) ours["device_model"] = light_field.device_model;
   if (light_field.window) ours["sensor"] = WindowToJson(*light_field.window);
   if (!light_field.reasons.empty()) ours["reasons"] = light_field.reasons;
+  if (light_field.measured) ours["measured"] = MeasuredToJson(*light_field.measured);
   return ours;
 }
 

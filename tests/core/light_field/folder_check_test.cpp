@@ -262,6 +262,60 @@ TEST_F(Folder, AMissingJournalIsMadeFromTransformsJson) {
   EXPECT_EQ(LightFieldWriter::Resume(dir()).NextViewId(), 5);
 }
 
+// Depth maps, mesh and points are bound to poses by a digest.
+TEST_F(Folder, WhatALostJournalToldComesBackToTheLastDigit) {
+  for (const double share : {0.0, 0.5}) {
+    fs::remove_all(dir());
+    Sample(4);
+    {
+      LightFieldWriter writer = LightFieldWriter::Resume(dir());
+      cv::RNG random(3);
+      std::map<int, Rigid3> poses;
+      for (int i = 0; i < 40; ++i) writer.AddView(NoiseFrame(10 + i), ViewNumber(10 + i));
+      for (const View& view : writer.Contents().views)
+        poses[view.id] =
+            LookAt({random.uniform(-1., 1.), random.uniform(-1., 1.), -2}, {0, 0, 0}, {0, -1, 0});
+      writer.UpdatePoses(poses);
+      writer.SetMeasured({.cover = "measured",
+                          .goal_db = 35,
+                          .frames = 12,
+                          .directions = {{.direction = {0, 0, 1}, .db = 40.5, .cause = "none"}}});
+      writer.Close(3);
+    }
+    const LightField whole = ReadSaying({});
+    CutJournal(dir(), share);
+    if (share == 0) fs::remove(dir() / "journal.jsonl");
+    Repair(dir());
+    const LightField repaired = ReadSaying({});
+    ASSERT_EQ(repaired.views.size(), whole.views.size());
+    for (std::size_t i = 0; i < whole.views.size(); ++i) {
+      const Rigid3 &is = repaired.views[i].cam_from_world, &was = whole.views[i].cam_from_world;
+      EXPECT_EQ(is.rotation.coeffs(), was.rotation.coeffs()) << share << ", view " << whole.views[i].id;
+      EXPECT_EQ(is.translation, was.translation) << share << ", view " << whole.views[i].id;
+    }
+    ASSERT_TRUE(repaired.measured) << share;
+    EXPECT_EQ(repaired.measured->frames, 12u);
+    EXPECT_EQ(repaired.measured->directions.at(0).db, 40.5);
+  }
+}
+
+// Its transforms.json is no damaged one.
+TEST_F(Folder, ATransformsJsonWithoutWhatWasMeasuredIsOfAnEarlierVersion) {
+  Sample(4);
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir());
+    writer.SetMeasured({.cover = "measured", .goal_db = 35, .frames = 12, .directions = {}});
+    writer.Close(3);
+  }
+  LightField as_before = ReadLightField(dir());
+  as_before.measured.reset();
+  const auto stamp = ReadTransformsText(dir() / "transforms.json").made_from;
+  Rewrite(dir() / "transforms.json",
+          [&](std::string& bytes) { bytes = TransformsJsonText(as_before, stamp); });
+  const RepairPlan plan = PlanRepair(dir());
+  EXPECT_THAT(plan.found, IsEmpty());
+}
+
 // With the journal and transforms.json gone, or written over by another program.
 TEST_F(Folder, AMissingJournalIsMadeFromTheModelAlone) {
   for (const bool foreign : {false, true}) {
