@@ -125,8 +125,8 @@ std::string GeometryLines(const coverage::FinishedGeometry& geometry, const std:
                                  Counted(geometry.maps, "depth map"), geometry.seconds);
   text += geometry.written_maps > 0 ? fmt::format(", {} in depth/\n", geometry.written_maps) : "\n";
   if (geometry.missing_maps > 0)
-    text += fmt::format("               there was no time for {} more; '{}' makes them all\n",
-                        geometry.missing_maps, render::ProxyCommand(dir));
+    text += fmt::format("               there was no time for {}; '{}' makes them all\n",
+                        Counted(geometry.missing_maps, "more depth map"), render::ProxyCommand(dir));
   return text;
 }
 

@@ -20,9 +20,11 @@ std::string MapsInWords(const render::GeometryState& state) {
 
 std::string FitInWords(const render::GeometryState& state, std::size_t views) {
   if (!state.origin) return "the file does not tell what made it, and of which views";
-  const std::string by =
-      fmt::format("by {} of {}", state.origin->made_by, Counted(state.origin->views, "view"));
-  if (*state.mesh_fits) return by + ", as they are now";
+  const std::size_t then = state.origin->views, left_out = state.origin->left_out;
+  const std::string by = fmt::format(
+      "by {} of {}{}", state.origin->made_by,
+      left_out > 0 && left_out <= then ? fmt::format("{} of ", then - left_out) : "", Counted(then, "view"));
+  if (state.has_views_of_mesh) return by + ", as they are now";
   return state.origin->views == views ? by + " when views, poses or lenses were others"
                                       : fmt::format("{}, where there are {} now", by, views);
 }
@@ -53,6 +55,7 @@ nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state) {
                       {"vertices", state->vertices},
                       {"made_by", nullptr},
                       {"views", nullptr},
+                      {"left_out", nullptr},
                       {"fits", nullptr},
                       {"depth_maps", state->maps},
                       {"stale_depth_maps", state->stale_maps},
@@ -60,6 +63,7 @@ nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state) {
   if (state->origin) {
     json["made_by"] = state->origin->made_by;
     json["views"] = state->origin->views;
+    json["left_out"] = state->origin->left_out;
   }
   if (state->mesh_fits) json["fits"] = *state->mesh_fits;
   if (!state->problem.empty()) json["problem"] = state->problem;

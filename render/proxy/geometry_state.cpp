@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -17,7 +18,8 @@
 namespace ulf::render {
 namespace {
 
-constexpr std::string_view kMadeBy = "made by: ", kOfViews = "views: ", kOfPoses = "digest of views: ";
+constexpr std::string_view kMadeBy = "made by: ", kOfViews = "views: ", kLeftOut = "views left out: ",
+                           kOfPoses = "digest of views: ";
 
 std::string DigestOfViews(const LightField& light_field) {
   Digest digest;
@@ -37,17 +39,22 @@ std::optional<MeshOrigin> OriginIn(const std::vector<std::string>& comments) {
   for (const std::string& comment : comments) {
     if (const auto made_by = value_of(comment, kMadeBy)) origin.made_by = *made_by;
     if (const auto digest = value_of(comment, kOfPoses)) origin.digest = *digest;
-    if (const auto views = value_of(comment, kOfViews))
-      std::from_chars(views->data(), views->data() + views->size(), origin.views);
+    for (const auto& [key, number] : {std::pair{kOfViews, &origin.views}, {kLeftOut, &origin.left_out}})
+      if (const auto text = value_of(comment, key))
+        std::from_chars(text->data(), text->data() + text->size(), *number);
   }
   return origin.made_by.empty() || origin.digest.empty() ? std::nullopt : std::optional(origin);
 }
 
 }  // namespace
 
-std::vector<std::string> OriginComments(const std::string& made_by, const LightField& light_field) {
-  return {fmt::format("{}{}", kMadeBy, made_by), fmt::format("{}{}", kOfViews, light_field.views.size()),
-          fmt::format("{}{}", kOfPoses, DigestOfViews(light_field))};
+std::vector<std::string> OriginComments(const std::string& made_by, const LightField& light_field,
+                                        std::size_t left_out) {
+  std::vector<std::string> comments{fmt::format("{}{}", kMadeBy, made_by),
+                                    fmt::format("{}{}", kOfViews, light_field.views.size()),
+                                    fmt::format("{}{}", kOfPoses, DigestOfViews(light_field))};
+  if (left_out > 0) comments.push_back(fmt::format("{}{}", kLeftOut, left_out));
+  return comments;
 }
 
 std::optional<GeometryState> GeometryStateOf(const LightField& light_field) {

@@ -38,19 +38,23 @@ std::string Replaced(const std::optional<render::GeometryState>& before, const f
       kept_maps ? fmt::format(", with its depth maps: {}", kept_maps->string()) : "", proxy_command);
 }
 
-// The views of which the mesh was made, as they were then: without those that could not be read or for which there was no
-// time, and of those whose maps were taken out of `maps_then` to make `maps`, because they were recorded with another pose, the pose of the map.
-LightField MadeOf(LightField light_field, const FinishedGeometry& finished, const std::set<int>& maps_then,
+// The views as they were when the mesh was made: those whose maps were taken out of `maps_then` to make `maps`, because they
+// were recorded with another pose, have the pose of the map.
+LightField AsThen(LightField light_field, const FinishedGeometry& finished, const std::set<int>& maps_then,
                   const std::map<int, render::ViewDepthMap>& maps) {
-  std::erase_if(light_field.views, [&](const View& view) {
-    return finished.views_left_out.contains(view.id) || finished.unreadable_views.contains(view.id) ||
-           (finished.missing_maps > 0 && !finished.map_poses.contains(view.id));
-  });
   for (View& view : light_field.views)
     if (maps_then.contains(view.id) && !maps.contains(view.id))
       if (const auto then = finished.map_poses.find(view.id); then != finished.map_poses.end())
         view.cam_from_world = then->second;
   return light_field;
+}
+
+// How many views the mesh was made without: they could not be read, or there was no time to look at them or for their maps.
+std::size_t ViewsLeftOut(const LightField& light_field, const FinishedGeometry& finished) {
+  const auto left_out = std::ranges::count_if(light_field.views, [&](const View& view) {
+    return finished.views_left_out.contains(view.id) || finished.unreadable_views.contains(view.id);
+  });
+  return static_cast<std::size_t>(left_out) + static_cast<std::size_t>(finished.missing_maps);
 }
 
 // The mesh and the depth maps that are there. Throws Error.
@@ -162,7 +166,8 @@ void WriteGeometry(const fs::path& root, FinishedGeometry& finished, const Say& 
     const auto maps = std::exchange(finished.maps_for_rendering, {});
     const std::string ply = render::MeshPlyBytes(
         *finished.mesh->mesh,
-        render::OriginComments("ulf capture", MadeOf(light_field, finished, maps_then, maps)));
+        render::OriginComments("ulf capture", AsThen(light_field, finished, maps_then, maps),
+                               ViewsLeftOut(light_field, finished)));
     render::KeptGeometry kept;
     try {
       kept = render::WriteGeometryFiles(light_field, ply, maps, render::FormerGeometry::kKept);

@@ -101,9 +101,10 @@ void LiveGeometry::AddView(int id, ReadPicture picture, const CameraModel& camer
       if (left_out_views_.empty())
         problem_seen_ = {
             {},
-            fmt::format("geometry: other programs leave it no time; views are left out from view {} on, as "
-                        "long as {} others wait; '{}' makes a mesh of all",
-                        id, options_.most_waiting, render::ProxyCommand(options_.light_field))};
+            fmt::format(
+                "geometry: the processor has too little time for it: view {} is left out, and so is every "
+                "view that comes while {} others wait; '{}' makes a mesh of all",
+                id, options_.most_waiting, render::ProxyCommand(options_.light_field))};
       left_out_views_.insert(id);
       return;
     }

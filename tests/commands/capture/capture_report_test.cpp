@@ -100,7 +100,7 @@ TEST(CaptureReport, TheGeometryNamesTheCommandThatMakesWhatIsMissing) {
   geometry.maps = 5, geometry.missing_maps = 3;
   summary.geometry = geometry;
   EXPECT_THAT(ToText(summary, 0, "my vase"),
-              HasSubstr("there was no time for 3 more; 'ulf proxy \"my vase\"' makes them all\n"));
+              HasSubstr("there was no time for 3 more depth maps; 'ulf proxy \"my vase\"' makes them all\n"));
 }
 
 TEST(CaptureReport, WhatWasDroppedNamesTheReason) {

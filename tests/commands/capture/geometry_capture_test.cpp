@@ -392,16 +392,26 @@ TEST(GeometryCapture, AMeshTellsTheViewsThatItIsOf) {
 
   coverage::FinishedGeometry hurried = whole;
   hurried.views_left_out = {light_field.views.front().id};
-  EXPECT_EQ(state_of(hurried).origin->views, views - 1);
-  EXPECT_EQ(state_of(hurried).mesh_fits, false);
+  const std::optional<render::GeometryState> of_hurried = state_of(hurried);
+  EXPECT_EQ(of_hurried->origin->views, views) << "that there were";
+  EXPECT_EQ(of_hurried->origin->left_out, 1u);
+  EXPECT_EQ(of_hurried->mesh_fits, false);
+  EXPECT_THAT(test::RunUlf("info " + dir.string()).output,
+              ::testing::AllOf(HasSubstr(fmt::format("(by ulf capture of {} of {} views, as they are now)",
+                                                     views - 1, views)),
+                               HasSubstr("makes both anew")));
+  const auto told = JsonFromText(test::RunUlf("info --json " + dir.string()).output)["geometry"];
+  EXPECT_EQ(told["views"], views);
+  EXPECT_EQ(told["left_out"], 1);
+  EXPECT_EQ(told["fits"], false);
 
   coverage::FinishedGeometry without_unreadable = whole;
   without_unreadable.unreadable_views = {light_field.views.back().id};
-  EXPECT_EQ(state_of(without_unreadable).origin->views, views - 1);
+  EXPECT_EQ(state_of(without_unreadable).origin->left_out, 1u);
 
   coverage::FinishedGeometry without_all_maps = whole;
   without_all_maps.missing_maps = 1;
-  EXPECT_EQ(state_of(without_all_maps).origin->views, whole.map_poses.size());
+  EXPECT_EQ(state_of(without_all_maps).origin->left_out, 1u);
 
   coverage::FinishedGeometry moved = whole;
   moved.map_poses.begin()->second.translation.x() += 0.1;
