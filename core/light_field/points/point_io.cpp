@@ -2,8 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
+#include <string>
+
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/geometry/digest.h"
+#include "core/light_field/journal.h"
 #include "core/light_field/points/point_file.h"
 #include "core/light_field/points/point_ply.h"
 #include "core/light_field/points/point_tracks.h"
@@ -24,13 +29,25 @@ StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
   }
 }
 
-// Whether another program, or a person, wrote the file. One that is only older, because a kill came between the two files,
-// says nothing: the next writer makes it again.
+// Tells light fields apart by how their journals begin: with the device, and the first view and its times.
+std::string LightFieldMark(const fs::path& root) {
+  std::ifstream journal(root / kJournalFile);
+  std::string begin;
+  for (std::string line; std::getline(journal, line);) {
+    begin += line;
+    if (line.find("\"event\":\"view\"") != std::string::npos) break;
+  }
+  return ChecksumText(FastChecksumOf(begin));
+}
+
+// Whether another program, a person, or ulf for another light field wrote the file. One of this light field that is only
+// older, because a kill came between the two files, says nothing: the next writer makes it again.
 bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
   std::error_code unknown;
   if (!fs::is_regular_file(ply, unknown)) return false;
   const std::string bytes = ReadWholeFile(ply);
-  return !HoldsSamePoints(bytes, PointPlyBytes(points)) && !IsOwnPointPly(bytes);
+  return !HoldsSamePoints(bytes, PointPlyBytes(points)) &&
+         !IsOwnPointPly(bytes, LightFieldMark(FolderOf(ply)));
 }
 
 }  // namespace
@@ -72,7 +89,8 @@ void ReadPoints(LightField& light_field) {
 
 void WritePoints(const LightField& light_field) {
   WriteFileAtomically(light_field.root / kPointFile, PointFileBytes(light_field));
-  WriteFileAtomically(light_field.root / kPointPly, PointPlyBytes(light_field.points));
+  WriteFileAtomically(light_field.root / kPointPly,
+                      PointPlyBytes(light_field.points, LightFieldMark(light_field.root)));
 }
 
 }  // namespace ulf

@@ -14,19 +14,20 @@
 namespace ulf {
 namespace {
 
-// Tells a file that ulf wrote from one that somebody changed.
-std::string OwnComment(std::string_view body) {
-  return fmt::format("written by ulf, checksum of the vertices {}", ChecksumText(FastChecksumOf(body)));
+// Tells a file that ulf wrote for a light field from one that somebody changed, and from another light field's.
+std::string OwnComment(std::string_view body, const std::string& light_field) {
+  return fmt::format("written by ulf, checksum of the vertices {}{}", ChecksumText(FastChecksumOf(body)),
+                     light_field.empty() ? "" : ", of the light field " + light_field);
 }
 
 constexpr std::string_view kEndOfHeader = "end_header\n";
 
-std::string Header(std::size_t count, std::string_view body) {
+std::string Header(std::size_t count, std::string_view body, const std::string& light_field) {
   return fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment {}\nelement vertex {}\nproperty float x\n"
       "property float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar "
       "blue\n{}",
-      OwnComment(body), count, kEndOfHeader);
+      OwnComment(body, light_field), count, kEndOfHeader);
 }
 
 std::string_view BodyOf(std::string_view ply) {
@@ -59,21 +60,21 @@ void Take(const ply::Property& property, ply::Body& body, ScenePoint& point) {
 
 }  // namespace
 
-std::string PointPlyBytes(const std::vector<ScenePoint>& points) {
+std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field) {
   std::string body;
   for (const ScenePoint& point : points) {
     const Eigen::Vector3f position = point.position_in_world.cast<float>();
     body.append(reinterpret_cast<const char*>(position.data()), 3 * sizeof(float));
     body.append(reinterpret_cast<const char*>(point.rgb.data()), 3);
   }
-  return Header(points.size(), body) + body;
+  return Header(points.size(), body, light_field) + body;
 }
 
 bool HoldsSamePoints(std::string_view ply, std::string_view other) { return BodyOf(ply) == BodyOf(other); }
 
-bool IsOwnPointPly(std::string_view ply) {
+bool IsOwnPointPly(std::string_view ply, const std::string& light_field) {
   const std::string_view header = ply.substr(0, ply.size() - BodyOf(ply).size());
-  return header.find("comment " + OwnComment(BodyOf(ply)) + "\n") != std::string_view::npos;
+  return header.find("comment " + OwnComment(BodyOf(ply), light_field) + "\n") != std::string_view::npos;
 }
 
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file) {

@@ -731,6 +731,35 @@ TEST_F(Folder, PointsOfAnotherProgramAreKept) {
   EXPECT_EQ(ReadWholeFile(dir() / "kept/points.ply"), dense);
 }
 
+// Also an export's file of points.
+TEST_F(Folder, PointsOfAnotherLightFieldAreKept) {
+  const fs::path other = scratch_ / "other";
+  {
+    CaptureHeader header = Header();
+    header.device_serial = "S2";
+    LightFieldWriter writer = LightFieldWriter::Create(other, header);
+    writer.AddView(NoiseFrame(1), ViewNumber(1));
+    writer.SetPoints({{{7, 8, 9}, {1, 2, 3}}});
+    writer.Close(1);
+  }
+  const auto exported = test::RunUlf("export nerfstudio " + other.string() + " --known-points -o " +
+                                     (scratch_ / "set").string());
+  EXPECT_EQ(exported.exit_code, 0) << exported.errors;
+  for (const fs::path& points : {other / "points.ply", scratch_ / "set/points.ply"}) {
+    if (!fs::exists(points)) continue;
+    fs::remove_all(dir());
+    Sample(3);
+    fs::copy_file(points, dir() / "points.ply", fs::copy_options::overwrite_existing);
+    ReadSaying({"holds other points than points.ulf"});
+    const auto info = test::RunUlf("info " + dir().string());
+    EXPECT_THAT(info.errors, HasSubstr("holds other points than points.ulf"));
+    EXPECT_THAT(PlanRepair(dir()).found, Contains(HasSubstr("holds other points than points.ulf")));
+    LightFieldWriter::Resume(dir());
+    EXPECT_EQ(ReadWholeFile(dir() / "kept/points.ply"), ReadWholeFile(points));
+    EXPECT_THAT(ReadLightField(dir()).doubts, IsEmpty());
+  }
+}
+
 // ---- the journal alone ----
 
 // Whatever one byte of a line becomes: the other views are read, and the line is named or means the same.
