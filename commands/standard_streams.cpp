@@ -12,6 +12,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <iostream>
+#include <string_view>
+#include <utility>
 
 #include "core/base/stop_signal.h"
 
@@ -72,6 +74,28 @@ ssize_t WriteOutput(void*, const char* text, std::size_t size) {
   return static_cast<ssize_t>(size);
 }
 
+// OpenCV says on standard error, in its own words, that it cannot decode a picture; whoever asked it says so, too, with the
+// file and the way out. Each such line ends with the first character that is put alone, its line end.
+class ErrorsWithoutDecoders : public __gnu_cxx::stdio_sync_filebuf<char> {
+ public:
+  using __gnu_cxx::stdio_sync_filebuf<char>::stdio_sync_filebuf;
+
+ protected:
+  std::streamsize xsputn(const char* text, std::streamsize size) override {
+    const std::string_view piece(text, static_cast<std::size_t>(size));
+    if (piece.starts_with("imread_('") || piece.starts_with("imdecode_('")) drops_ = true;
+    return drops_ ? size : stdio_sync_filebuf::xsputn(text, size);
+  }
+  int_type overflow(int_type character) override {
+    return std::exchange(drops_, false) ? traits_type::not_eof(character)
+                                        : stdio_sync_filebuf::overflow(character);
+  }
+
+ private:
+  static thread_local bool drops_;
+};
+thread_local bool ErrorsWithoutDecoders::drops_ = false;
+
 }  // namespace
 
 void FillStandardDescriptors() {
@@ -98,7 +122,7 @@ void GuardStandardStreams() {
   }
   // They are used until the very end of the process.
   static auto* const output = new __gnu_cxx::stdio_sync_filebuf<char>(stdout);
-  static auto* const errors = new __gnu_cxx::stdio_sync_filebuf<char>(stderr);
+  static auto* const errors = new ErrorsWithoutDecoders(stderr);
   std::cout.rdbuf(output);
   std::cerr.rdbuf(errors);
   std::clog.rdbuf(errors);

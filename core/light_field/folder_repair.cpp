@@ -16,6 +16,7 @@
 #include "core/light_field/folder_check.h"
 #include "core/light_field/journal.h"
 #include "core/light_field/points/point_io.h"
+#include "core/light_field/writer_state.h"
 
 namespace ulf {
 namespace {
@@ -108,6 +109,7 @@ void TidyUp(const fs::path& dir) {
   try {
     const Journal lock(dir / kJournalFile);
     RemoveLeftovers(dir, true);
+    MoveRemoved(dir, ReadJournal(dir / kJournalFile));
   } catch (const Error&) {
     // A folder that cannot be written to, or that a capture holds, stays as it is.
   }
@@ -126,7 +128,6 @@ RepairPlan Repair(const fs::path& dir) {
   RemoveLeftovers(dir, old_journal.has_value());
   std::optional<Journal> new_journal(std::in_place, dir / kNewJournal);
   RepairPlan plan = PlanRepair(dir);
-  const std::vector<View> taken_out = ViewsOf(ReadDamagedJournal(dir).light_field, plan.taken_out);
   try {
     if (plan.new_journal) {
       WriteNewJournal(dir, plan, *new_journal);
@@ -148,8 +149,7 @@ RepairPlan Repair(const fs::path& dir) {
   const JournalContents contents = ReadJournal(dir / kJournalFile);
   LightField light_field = contents.light_field;
   for (const View& view : ViewsOf(light_field, plan.pictures_of_others)) MoveToUnposed(dir, view);
-  for (const View& view : taken_out)
-    if (fs::is_regular_file(dir / view.image_path)) MoveToUnposed(dir, view);
+  MoveRemoved(dir, contents);
   MakeFolder(dir / "images");
   if (const std::size_t missing = MakeMissingPictures(light_field); missing > 0) {
     std::erase(plan.steps, kMakePicturesStep);

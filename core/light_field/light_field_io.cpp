@@ -54,17 +54,6 @@ void RequireImages(const LightField& light_field, const FolderCheck& check) {
       ShellWord(light_field.root.string()));
 }
 
-// Files of views that a killed writer had removed from the journal but not yet moved.
-void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
-  std::set<std::string> named;
-  for (const View& view : journal.light_field.views) named.merge(FilesOf(view));
-  for (const std::string& file : journal.removed_files) {
-    if (file.empty() || named.contains(file) || !fs::is_regular_file(dir / file)) continue;
-    MakeFolder(dir / "unposed");
-    MoveWithoutReplacing(dir / file, dir / "unposed" / UnposedName(file));
-  }
-}
-
 // Cuts off damaged lines at the journal's end; keeps them where they are more than one partial line.
 void CutEnd(const fs::path& dir, const JournalContents& contents, Journal& journal) {
   const std::string bytes = ReadWholeFile(dir / kJournalFile);
@@ -185,6 +174,16 @@ bool IsUnused(const fs::path& dir) {
 }
 
 }  // namespace
+
+void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
+  std::set<std::string> named;
+  for (const View& view : journal.light_field.views) named.merge(FilesOf(view));
+  for (const std::string& file : journal.removed_files) {
+    if (file.empty() || named.contains(file) || !fs::is_regular_file(dir / file)) continue;
+    MakeFolder(dir / "unposed");
+    MoveWithoutReplacing(dir / file, dir / "unposed" / UnposedName(file));
+  }
+}
 
 LightField ReadLightField(const fs::path& path) {
   std::error_code unknown;

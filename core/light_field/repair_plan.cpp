@@ -256,10 +256,14 @@ void PlanRemovals(const fs::path& dir, const LightField& light_field, const Fold
 // A photograph that differs from its master can be made again; one of the wrong size without a master cannot.
 void PlanPictures(const fs::path& dir, const LightField& light_field, RepairPlan& plan) {
   const PictureCheck check = CheckPictures(light_field);
-  if (!check.damaged_masters.empty())
-    plan.found.push_back(
-        fmt::format("{}: the masters of {} cannot be read: their photographs of 8 bits are used",
-                    dir.string(), ViewNumbers(check.damaged_masters)));
+  if (!check.damaged_masters.empty()) {
+    const auto first = std::ranges::find(light_field.views, *check.damaged_masters.begin(), &View::id);
+    plan.found.push_back(fmt::format(
+        "{}: the masters of {} cannot be read ({} is truncated or damaged{}): their photographs of 8 "
+        "bits are used; copy the masters again from their source",
+        dir.string(), ViewNumbers(check.damaged_masters), first->master_path,
+        check.damaged_masters.size() > 1 ? ", and so are others" : ""));
+  }
   if (const std::size_t damaged = check.damaged.size(); damaged > 0) {
     const bool are_most = damaged > 1 && 2 * damaged > light_field.views.size();
     plan.found.push_back(

@@ -613,7 +613,20 @@ TEST_F(Folder, ADamagedPhotographIsMadeFromItsMasterOrTakenOut) {
   EXPECT_EQ(ReadWholeFile(dir() / "images/000002.png"), right);
   EXPECT_EQ(fs::file_size(dir() / "unposed/000002.png"), right.size() / 2);
 
-  // Without a master it cannot come back.
+  // Without a master it cannot come back, and a damaged master goes with it.
+  fs::remove_all(dir());
+  {
+    LightFieldWriter writer = WriterAheadOfItsPhotographs(dir(), 3);
+    MakeMissingPictures(writer.Contents());
+    writer.Close(1);
+  }
+  for (const char* file : {"images/000002.png", "masters/000002.tif"}) fs::resize_file(dir() / file, 900);
+  Repair(dir());
+  EXPECT_THAT(Ids(ReadSaying({})), ElementsAre(1, 3));
+  for (const char* file : {"images/000002.png", "masters/000002.tif"}) EXPECT_FALSE(fs::exists(dir() / file));
+  for (const char* file : {"unposed/000002.png", "unposed/000002.master.tif"})
+    EXPECT_EQ(fs::file_size(dir() / file), 900u) << file;
+
   fs::remove_all(dir());
   Sample(4);
   fs::resize_file(dir() / "images/000003.png", 300);
@@ -632,7 +645,12 @@ TEST_F(Folder, ADamagedMasterCostsWhatItHoldsBeyondThePhotograph) {
   const LightField read = ReadSaying({});
   EXPECT_EQ(ReadViewLight(read, read.views[0]).pixels.depth(), CV_16U);
   EXPECT_EQ(ReadViewLight(read, read.views[1]).pixels.depth(), CV_8U);
-  EXPECT_THAT(PlanRepair(dir()).found, Contains(HasSubstr("the masters of view 2 cannot be read")));
+  EXPECT_THAT(PlanRepair(dir()).found,
+              Contains(AllOf(HasSubstr("the masters of view 2 cannot be read (masters/000002.tif is"),
+                             HasSubstr("copy the masters again"))));
+  const auto said = test::RunUlf("repair " + dir().string());
+  EXPECT_THAT(said.output, HasSubstr("masters/000002.tif"));
+  EXPECT_EQ(said.errors, "") << "words of a library";
   EXPECT_NO_THROW(LightFieldWriter::Resume(dir()));
 }
 
