@@ -170,8 +170,8 @@ void Try(const Writer& writer, Workshop& shop, std::mt19937& random, Counts& cou
       const std::string at = fmt::format("{}, try {} of signal {}", writer.name, i, signal);
       shop.Begin(writer);
       ChildProcess child({"/bin/sh", "-c",
-                          fmt::format("exec {} {} >/dev/null 2>{}", Ulf(), shop.Filled(writer.arguments),
-                                      shop.errors().string())});
+                          fmt::format("exec env --default-signal=INT {} {} >/dev/null 2>{}", Ulf(),
+                                      shop.Filled(writer.arguments), shop.errors().string())});
       const double moment_s = std::uniform_real_distribution<double>(0, whole_s)(random);
       std::this_thread::sleep_for(std::chrono::duration<double>(moment_s));
       child.Signal(signal);
