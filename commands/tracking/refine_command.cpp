@@ -317,12 +317,15 @@ std::vector<ModelChoice> Explained(const tracking::RefineResult& result) {
   return choices;
 }
 
-// Lengths as a person can tell what they are: in millimetres, else as shares of the views' distance from the subject.
+// Lengths as a person can tell what they are: in millimetres, else as shares of the views' distance from the subject,
+// else, where it is nowhere that the photographs show, in the world's units.
 std::function<std::string(double)> LengthsOf(const LightField& light_field) {
   if (light_field.units == "metres")
     return [](double metres) { return fmt::format("{:.3f} mm", 1000 * metres); };
   std::vector<double> distances;
-  if (light_field.subject)
+  const bool subject_is_wrong = std::ranges::any_of(
+      light_field.findings, [](const Finding& each) { return each.check == Name(Check::kSubject); });
+  if (light_field.subject && !subject_is_wrong)
     for (const View& view : light_field.views)
       distances.push_back((view.CenterInWorld() - light_field.subject->center_in_world).norm());
   if (distances.empty()) return [](double length) { return fmt::format("{:.5f} units", length); };

@@ -12,7 +12,7 @@ namespace ulf {
 enum class Check {
   kFiles,    // files of the folder that disagree or are damaged: LightField::doubts
   kPoints,   // points that do not belong to the poses
-  kSubject,  // a subject that no photograph shows
+  kSubject,  // a subject that no photograph shows, or far beyond what the cameras tell apart
   kPoses,    // poses that disagree with what the photographs show
   kLight     // a lamp that changed between earlier and later views
 };

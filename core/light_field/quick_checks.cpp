@@ -123,6 +123,21 @@ bool IsInAnyPhotograph(const Subject& subject, const LightField& light_field) {
   });
 }
 
+// Why the subject does not belong to the poses, as a clause; empty: it may.
+std::string SubjectMisfit(const Subject& subject, const LightField& light_field,
+                          const PointsFitLimits& limits) {
+  if (!IsInAnyPhotograph(subject, light_field)) return "no photograph shows the middle of the subject";
+  const auto views = Sample(light_field.views, kSampledViews);
+  std::vector<double> distances;
+  for (const View* view : views)
+    distances.push_back((view->CenterInWorld() - subject.center_in_world).norm());
+  const double baseline = views.size() < 2 ? 0 : Baseline(views), distance = Median(std::move(distances));
+  if (baseline > 0 && baseline < limits.baseline_share * distance)
+    return fmt::format("the subject is {:.0f} times as far away as most cameras stand from their middle",
+                       distance / baseline);
+  return {};
+}
+
 std::vector<Finding> QuickFindings(const LightField& light_field) {
   std::vector<Finding> findings;
   const PointsFit fit = FitOfPoints(light_field);
@@ -137,12 +152,14 @@ std::vector<Finding> QuickFindings(const LightField& light_field) {
                      "another reconstruction? ulf refine measures new ones",
                      misfit),
          {}});
-  if (light_field.subject && !light_field.views.empty() &&
-      !IsInAnyPhotograph(*light_field.subject, light_field))
-    findings.push_back(
-        {Name(Check::kSubject),
-         "no photograph shows the middle of the subject; is it in another unit than the poses?",
-         {}});
+  if (light_field.subject && !light_field.views.empty())
+    if (const std::string misfit = SubjectMisfit(*light_field.subject, light_field, {}); !misfit.empty())
+      findings.push_back(
+          {Name(Check::kSubject),
+           fmt::format("{}; is it in another unit than the poses? ulf import makes a copy with the subject "
+                       "that --subject x,y,z,radius names",
+                       misfit),
+           {}});
   return findings;
 }
 

@@ -137,11 +137,18 @@ Beginning Begin(const RenderScene& scene, const ProxyOptions& options, Progress*
                 Counted(scene.views.size(), "view"));
   Beginning begun{StereoViews(scene, options.size_px, progress), {}};
   begun.tasks = TasksOf(begun.views, scene.subject, options);
-  if (begun.tasks.empty())
+  if (begun.tasks.empty()) {
+    const Eigen::Vector3d& first = begun.views.front().center_in_world;
+    double apart = 0;
+    for (const StereoView& view : begun.views) apart = std::max(apart, (view.center_in_world - first).norm());
     throw Error(
-        "no two of the {} views look at the same thing from different places, so that its distance cannot be "
-        "found: move the camera sideways between views",
-        scene.views.size());
+        "no two of the {} views look at the subject from different places, so that no distance can be found: "
+        "they stand at most {:.3g} from the first view, which is {:.3g} away from the subject. Where the "
+        "subject is elsewhere, give its place (--subject x,y,z,radius); else move the camera sideways "
+        "between "
+        "views",
+        scene.views.size(), apart, (scene.subject.center_in_world - first).norm());
+  }
   return begun;
 }
 

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "core/base/quantile.h"
+#include "core/light_field/quick_checks.h"
 
 namespace ulf {
 namespace {
@@ -116,7 +117,8 @@ bool InversesMeet(const LightField& light_field) {
 
 std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share) {
   const LightField& light_field = set.light_field;
-  const DepthsOfViews points = FromPoints(light_field);
+  const bool points_fit = MisfitInWords(FitOfPoints(light_field)).empty();
+  const DepthsOfViews points = points_fit ? FromPoints(light_field) : DepthsOfViews();
   const bool points_tell = std::ranges::any_of(points, [](const auto& depths) { return depths.has_value(); });
   const DepthsOfViews depths = points_tell ? points : FromBounds(set.depth_bounds);
   if (const auto subject = SubjectFromAxes(light_field, width_share);
@@ -150,8 +152,7 @@ std::string WhyNoSubject(const LightField& light_field) {
         kGiveIt);
   return fmt::format(
       "the cameras' axes are nearly parallel or do not meet in front of them, and the set has neither points "
-      "nor depth "
-      "bounds; {}",
+      "that belong to the poses nor depth bounds; {}",
       kGiveIt);
 }
 

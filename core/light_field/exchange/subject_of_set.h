@@ -16,6 +16,7 @@ struct SubjectOfSet {
 
 // The point nearest to the optical axes (SubjectFromAxes), unless points or bounds show that nothing is there. Else the
 // mean of the points on the axes at the depth in whose middle, counted by disparity, each view's points or bounds lie.
+// Points that do not belong to the poses (quick_checks.h) tell nothing.
 // The sphere's image is as wide as `width_share` of the pictures. None: none of these tells it.
 std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share = 0.28);
 

@@ -302,7 +302,7 @@ TEST(ProxyCommand, SaysWhatIsMissing) {
            Case{field("no_subject", {{0, 0, 2}}, false), 1, "at least two views"},
            Case{place, 1, "move the camera sideways"},
            Case{grid + " --leave-out-every 2 --subject 0,0,0", 2, "x,y,z,radius"},
-           Case{grid + " --subject 0,0,-900,1", 1, "from different places"},
+           Case{grid + " --subject 0,0,-900,1", 1, "Where the subject is elsewhere, give its place"},
            Case{grid + " --from " + (scratch / "none.ply").string(), 1, "none.ply"},
            Case{grid + " -o " + (scratch / "none/mesh.ply").string(), 2, "none"},
            Case{(scratch / "nowhere").string(), 1, "nowhere"},

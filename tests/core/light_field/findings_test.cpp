@@ -26,6 +26,7 @@ namespace ulf {
 namespace {
 
 using test::ScratchFolder;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -256,6 +257,16 @@ TEST(QuickChecks, ASubjectThatNoPhotographShowsIsSaid) {
   LightFieldWriter::Resume(scratch / "lf").SetSubject({{0, 0, -3000}, 400});
   EXPECT_THAT(WordsIn(scratch / "lf"),
               ElementsAre(HasSubstr("no photograph shows the middle of the subject")));
+}
+
+TEST(QuickChecks, ASubjectThatIsAbsurdlyFarAwayIsSaid) {
+  const ScratchFolder scratch;
+  LightField light_field = test::TrackedLightField(scratch / "lf", {test::Straight()});
+  light_field.subject = Subject{{0, 0, 3000}, 500};
+  EXPECT_THAT(Words(QuickFindings(light_field)), ElementsAre(HasSubstr("times as far away as")));
+  for (View& view : light_field.views) view.cam_from_world = light_field.views.front().cam_from_world;
+  EXPECT_THAT(Words(QuickFindings(light_field)), Not(Contains(HasSubstr("times as far away as"))))
+      << "cameras at one place say nothing of the subject";
 }
 
 TEST(QuickChecks, AForeignSetIsToldTheSame) {

@@ -27,6 +27,7 @@
 #include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/core/light_field/light_field_samples.h"
+#include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {
@@ -526,6 +527,20 @@ TEST(SubjectOfSet, AxesThatMeetWhereNothingIsDoNotCount) {
   set.depth_bounds.assign(wall.views.size(), {kNear, kFar});
   ASSERT_TRUE(FindSubject(set));
   EXPECT_EQ(FindSubject(set)->told_by, "the depth bounds");
+}
+
+TEST(SubjectOfSet, PointsThatDoNotBelongToThePosesTellNothing) {
+  const ScratchFolder scratch;
+  PosedSet set;
+  set.light_field = test::TrackedLightField(scratch / "lf", {test::Straight()});
+  const auto right = FindSubject(set);
+  ASSERT_TRUE(right);
+  EXPECT_EQ(right->told_by, "the optical axes");
+  for (ScenePoint& point : set.light_field.points) point.position_in_world *= 1000;
+  const auto found = FindSubject(set);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->told_by, "the optical axes");
+  EXPECT_EQ(found->subject, right->subject);
 }
 
 TEST(PosedSets, ARealSetThatFacesOneWayIsTakenInWithoutASubject) {
