@@ -379,8 +379,10 @@ int RunCaptureCommand(const coverage::CaptureArgs& args, const LensUseArgs& lens
     fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, live.size()));
     return kFailed;
   }
-  if (const std::string why = FewRecordedReason(summary); !why.empty()) fmt::print(stderr, "ulf: {}\n", why);
-  return masked ? kOk : kFailed;
+  const std::string why_few = FewRecordedReason(summary);
+  if (!why_few.empty()) fmt::print(stderr, "ulf: {}\n", why_few);
+  const bool added_nothing = summary.recorded == 0 && !why_few.empty() && !was_asked_to_end;
+  return masked && !added_nothing ? kOk : kFailed;
 }
 
 }  // namespace

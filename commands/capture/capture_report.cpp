@@ -260,7 +260,7 @@ std::string NothingRecorded(const coverage::CaptureSummary& summary, std::size_t
 std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
   using enum coverage::Reason;
   constexpr double kFew = 0.2, kMost = 0.5;  // shares of the frames; guessed
-  if (summary.stopped_because == coverage::StoppedBecause::kCovered || summary.recorded == 0) return {};
+  if (summary.stopped_because == coverage::StoppedBecause::kCovered) return {};
   const auto count = [&](coverage::Reason reason) {
     return summary.reasons[static_cast<std::size_t>(reason)];
   };
@@ -286,8 +286,10 @@ std::string FewRecordedReason(const coverage::CaptureSummary& summary) {
   if (static_cast<double>(summary.recorded) >= kFew * not_covered ||
       static_cast<double>(refused) < kMost * static_cast<double>(summary.frames))
     return {};
-  const std::string few =
-      fmt::format("only {} of {} recorded: for", summary.recorded, Counted(summary.frames, "frame"));
+  const std::string frames = Counted(summary.frames, "frame");
+  const std::string few = summary.recorded == 0
+                              ? fmt::format("nothing was recorded of {}: for", frames)
+                              : fmt::format("only {} of {} recorded: for", summary.recorded, frames);
   if (elsewhere == 0 || (commonest != kRecorded && count(commonest) > elsewhere))
     return fmt::format("{} {} {}", few, count(commonest), ReasonAndWayOut(commonest, summary));
   return fmt::format(

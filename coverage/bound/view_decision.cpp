@@ -48,9 +48,7 @@ double MotionBlurPx(const FrameToDecide& input) {
 Reason ImageReason(const FrameToDecide& input, const std::vector<Eigen::Vector2d>& outline,
                    const DecisionLimits& limits) {
   const auto light = LightInside(input.frame.image, outline);
-  if (light &&
-      (light->clipped_share > limits.max_clipped_share || light->brightest_tenth < limits.min_brightest))
-    return Reason::kExposure;
+  if (light && IsBadlyExposed(*light, limits)) return Reason::kExposure;
   if (!input.exposure_settled) return Reason::kUnsettled;
   if (MotionBlurPx(input) > limits.max_motion_blur_px) return Reason::kSpeed;
   if (input.track.sharpness < limits.min_sharpness) return Reason::kBlur;
@@ -58,6 +56,10 @@ Reason ImageReason(const FrameToDecide& input, const std::vector<Eigen::Vector2d
 }
 
 }  // namespace
+
+bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits) {
+  return light.clipped_share > limits.max_clipped_share || light.brightest_tenth < limits.min_brightest;
+}
 
 const char* Name(Reason reason) { return kTexts[static_cast<std::size_t>(reason)].name; }
 const char* InWords(Reason reason) { return kTexts[static_cast<std::size_t>(reason)].words; }

@@ -11,6 +11,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/image/frame.h"
 #include "coverage/bound/coverage_map.h"
+#include "coverage/bound/subject_light.h"
 #include "tracking/tracker/tracker.h"
 
 namespace ulf::coverage {
@@ -81,6 +82,9 @@ struct FrameToDecide {
   int coverage_width_px = 640;
   bool exposure_settled = true;
 };
+
+// Clipped or black, so that it is not recorded, and its fine detail tells nothing.
+bool IsBadlyExposed(const SubjectLight& light, const DecisionLimits& limits = {});
 
 // Whether a frame shows the whole subject from a known pose: all other reasons are the bound's or the image's.
 bool ShowsTheSubject(Reason reason);

@@ -127,6 +127,7 @@ void RunningCapture::LookForMistakes(const Frame& frame) {
                              subject_.IsPlaced() ? record_.subject() : std::nullopt);
   MistakeSigns signs{.held = device_.Held(),
                      .fine_detail = picture_.fine_detail,
+                     .badly_exposed = picture_.light && IsBadlyExposed(*picture_.light, options_.limits),
                      .subject_turns = options_.turntable.has_value()};
   // Another lens takes the contradicted one's place.
   if (options_.lens != tracking::LensUse::kRefine) signs.lens_contradicted = lens_.contradicted();
@@ -137,18 +138,19 @@ void RunningCapture::LookForMistakes(const Frame& frame) {
   }
   for (const NoticedMistake& noticed : mistakes_.After(frame, signs)) {
     const bool said_elsewhere = noticed.mistake == Mistake::kWrongLens ||
-                                (noticed.mistake != Mistake::kRollingShutter && record_.views().empty());
+                                (noticed.mistake != Mistake::kRollingShutter && AwaitsFirstView());
     if (!said_elsewhere) Say(noticed.InWords());
   }
 }
 
 void RunningCapture::UpdatePreflight(const Frame& frame) {
-  if (!record_.views().empty()) return;
+  if (!AwaitsFirstView()) return;
   const auto pixels = [](const CameraModel& camera) {
     return static_cast<double>(camera.width) * static_cast<double>(camera.height);
   };
   const double view_per_frame = pixels(lens_.recorded()) / pixels(lens_.live());
   outlook_.Check({.source = source_,
+                  .resumed = !record_.views().empty(),
                   .calibrated = options_.calibrated,
                   .calibration_source = options_.calibration_source,
                   .lens_is_sought = options_.lens == tracking::LensUse::kRefine,

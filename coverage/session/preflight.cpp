@@ -219,7 +219,8 @@ void CaptureOutlook::Check(PreflightInput input) {
                                 (item.name == "calibration" && input.lens_contradicted);
     if (item.in_order != false || said_elsewhere) continue;
     if (said_.insert(item.name).second)
-      say_(fmt::format("before the first view: {}: {}", item.name, item.words));
+      say_(
+          fmt::format("before the first {}view: {}: {}", input.resumed ? "new " : "", item.name, item.words));
   }
 }
 

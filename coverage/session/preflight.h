@@ -30,6 +30,7 @@ struct PreflightItem {
 
 struct PreflightInput {
   FrameSource source = FrameSource::kCamera;
+  bool resumed = false;            // there are views of earlier sessions
   std::optional<bool> calibrated;  // false: --focal-px and no distortion; none: poses and camera are given
   std::string calibration_source;
   bool lens_is_sought = false;  // --intrinsics refine
@@ -60,7 +61,7 @@ std::string HoldsInWords(const std::vector<PreflightItem>& items);
 
 struct CaptureState;
 
-// What a capture reports before its first view, once each: how many views to expect, and which checks fail.
+// What a capture reports before the session's first view, once each: how many views to expect, and which checks fail.
 class CaptureOutlook {
  public:
   explicit CaptureOutlook(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
@@ -71,7 +72,7 @@ class CaptureOutlook {
   bool IsDue() const { return !prediction_; }
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric,
               FrameSource source);
-  // While no view is recorded. `input` without its prediction. Reports each failed check the first time;
+  // While the session has recorded no view. `input` without its prediction. Reports each failed check the first time;
   // tracking only once a prediction is there: before, it is said why there is no pose. A lens that images contradict is
   // reported by whoever found that.
   void Check(PreflightInput input);

@@ -52,6 +52,8 @@ class RunningCapture {
   void FollowLens(const tracking::Track& track);
   void GoOverToLensFrom(const CameraModel& before, bool last);
   void NoteZoom(const tracking::Track& track);
+  // A resumed session awaits its own.
+  bool AwaitsFirstView() const { return record_.views().empty() || !recorder_.newest_view(); }
   void UpdatePreflight(const Frame& frame);
   void LookForMistakes(const Frame& frame);
   std::optional<double> PoseErrorNow() const;

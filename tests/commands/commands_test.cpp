@@ -251,6 +251,21 @@ TEST(CaptureCommand, ResumeAddsToWhatIsThere) {
   EXPECT_EQ(second["subject"], first["subject"]);
 }
 
+TEST(CaptureCommand, AResumedSessionThatIsTooBrightSaysSoAndFails) {
+  const ScratchFolder scratch;
+  const std::string tail = " --headless --json -o " + (scratch / "lf").string();
+  const auto first =
+      JsonOf(RunUlf("capture --no-geometry " + kStudio + kSubject + tail + " --quality fast --frames 30"));
+  const std::string bright = kStudio.substr(0, kStudio.size() - 1) + "&exposure_us=60000'";
+  const CommandResult second =
+      RunUlf("capture --no-geometry " + bright + " --poses known" + tail + " --resume --frames 120");
+  EXPECT_EQ(second.exit_code, 1);
+  EXPECT_THAT(second.errors, AllOf(HasSubstr("before the first new view: light: too bright"),
+                                   HasSubstr("nothing was recorded of 120 frames"),
+                                   HasSubstr("'badly exposed'"), Not(HasSubstr("auto focus"))));
+  EXPECT_EQ(ReadLightField(scratch / "lf").views.size(), first["views"].get<std::size_t>());
+}
+
 TEST(CaptureCommand, ResumeGoesOnToTheSameEnd) {
   const ScratchFolder scratch;
   const std::string capture = "capture --no-geometry " + kStudio +

@@ -129,7 +129,7 @@ std::vector<NoticedMistake> MistakeWatch::After(const Frame& frame, const Mistak
   now_s_ = frame.device_time_s - *first_frame_s_;
   NoteTold(frame, signs.held);
   NoteFocus(signs);
-  if (const auto pair = tracks_.After(frame.device_time_s, frame.image)) {
+  if (const auto pair = tracks_.After(frame.device_time_s, frame.image); pair && !signs.badly_exposed) {
     const double told =
         told_.size() > 1 && told_.back().time_s == pair->now_s && told_.rbegin()[1].time_s == pair->before_s
             ? told_.back().log_exposure - told_.rbegin()[1].log_exposure
@@ -237,7 +237,7 @@ void MistakeWatch::NoteLight(const LightFinding& light, const acquisition::HeldA
 // The best of two seconds decides (light_and_focus.h); a moment more, so that a hand before the lens does not.
 void MistakeWatch::NoteFocus(const MistakeSigns& signs) {
   constexpr double kStays_s = 2;
-  if (!signs.fine_detail || *signs.fine_detail >= signs.least_fine_detail) {
+  if (signs.badly_exposed || !signs.fine_detail || *signs.fine_detail >= signs.least_fine_detail) {
     blurred_since_s_.reset();
     return;
   }

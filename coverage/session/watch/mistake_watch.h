@@ -58,6 +58,8 @@ struct MistakeSigns {
   acquisition::HeldAutomatics held = {};
   std::optional<double> fine_detail = {};  // of the best of the last frames (light_and_focus.h)
   double least_fine_detail = 0.8;
+  // By IsBadlyExposed(): what clips or is lost in the dark tells nothing of light, lens and dust.
+  bool badly_exposed = false;
   std::optional<tracking::CalibrationCheck> lens_contradicted = {};
   std::optional<tracking::Readout> rolling_shutter = {};
   // The camera stands and the subject turns: what stays where it is in the picture is no dust.

@@ -118,6 +118,8 @@ TEST(CaptureReport, FewRecordedSaysWhatStoodInTheWayAndWhatToGive) {
   CaptureSummary dark = With(Reason::kExposure, 200);
   dark.frames = 300, dark.recorded = 7;
   EXPECT_THAT(FewRecordedReason(dark), AllOf(HasSubstr("ulf features"), Not(HasSubstr("--no-subject"))));
+  dark.recorded = 0;
+  EXPECT_THAT(FewRecordedReason(dark), HasSubstr("nothing was recorded of 300 frames: for 200")) << "resumed";
   CaptureSummary good = With(Reason::kCovered, 290);
   good.frames = 300, good.recorded = 10;
   EXPECT_EQ(FewRecordedReason(good), "");

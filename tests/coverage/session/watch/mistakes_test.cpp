@@ -32,11 +32,11 @@ std::vector<NoticedMistake> NoticedIn(const std::string& scene_and_faults, doubl
   for (int i = 0; i < frames; ++i) {
     const auto frame = device->Next(std::chrono::milliseconds(1000));
     if (!frame) throw std::runtime_error("no frame");
+    const PictureFinding& picture = light_and_focus.After(frame->device_time_s, frame->image,
+                                                          *device->Camera(), std::nullopt, std::nullopt);
     watch.After(*frame, {.held = device->Held(),
-                         .fine_detail = light_and_focus
-                                            .After(frame->device_time_s, frame->image, *device->Camera(),
-                                                   std::nullopt, std::nullopt)
-                                            .fine_detail});
+                         .fine_detail = picture.fine_detail,
+                         .badly_exposed = picture.light && IsBadlyExposed(*picture.light)});
   }
   return watch.noticed();
 }
@@ -64,6 +64,11 @@ TEST(Mistakes, AnAutomaticFocusThatHuntsIsNoticed) {
   const auto noticed = NoticedIn("studio?seed=7&fault=hunting=3:1.6", 6);
   ASSERT_THAT(Kinds(noticed), ElementsAre(Mistake::kFocusHunts));
   EXPECT_THAT(noticed[0].cure, HasSubstr("auto focus off"));
+}
+
+// Where nearly all clips, what is left turns soft and sharp as its edges clip, whatever the lens does.
+TEST(Mistakes, PicturesThatClipSayNothingOfTheFocus) {
+  EXPECT_THAT(NoticedIn("studio?seed=7&exposure_us=60000&fault=hunting=3:1.6", 8), IsEmpty());
 }
 
 TEST(Mistakes, LampsThatFlickerAreNoticedFromPictureToPictureAndInBands) {
