@@ -168,7 +168,7 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
   report.subject = options.subject ? options.subject : light_field.subject;
   if (!report.subject && !light_field.views.empty()) report.subject = SubjectFromAxes(light_field);
   // Directions from another subject mean something else.
-  if (report.subject == light_field.subject) report.measured = light_field.measured;
+  if (report.subject == light_field.subject) report.measured = coverage::StandingErrors(light_field);
   if (light_field.views.empty()) {
     if (report.cap) report.covered = 0;
     return report;

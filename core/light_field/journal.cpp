@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -252,7 +253,7 @@ void ApplyEvent(const JsonPlace& event, JournalContents& contents) {
   } else if (kind == "pose_update") {
     ApplyPoses(event, contents);
   } else if (kind == "subject") {
-    light_field.subject = Subject{Vector3FromJson(event, "center"), event.Positive("radius")};
+    PlaceSubject({Vector3FromJson(event, "center"), event.Positive("radius")}, light_field);
   } else if (kind == "up") {
     light_field.up_in_world = Vector3FromJson(event, "up").normalized();
   } else if (kind == "goal") {
@@ -350,6 +351,14 @@ void NameMissingViews(JournalContents& contents) {
 }
 
 }  // namespace
+
+void PlaceSubject(const Subject& subject, LightField& light_field) {
+  constexpr double kSame = 0.05;  // of the radius; corrected maps move a subject by less. Guessed.
+  const std::optional<Subject> before = std::exchange(light_field.subject, subject);
+  if (before && ((subject.center_in_world - before->center_in_world).norm() > kSame * before->radius ||
+                 std::abs(subject.radius - before->radius) > kSame * before->radius))
+    light_field.measured.reset();
+}
 
 std::optional<JournalStamp> StampOf(const fs::path& file, std::uint64_t bytes) {
   std::ifstream stream(file, std::ios::binary);

@@ -47,6 +47,9 @@ namespace ulf {
 inline constexpr const char* kJournalFile = "journal.jsonl";
 inline constexpr int kJournalVersion = 1;
 
+// Exchanges the subject. Errors that were measured about another one lapse.
+void PlaceSubject(const Subject& subject, LightField& light_field);
+
 // Identifies the journal that a derived file was made from: its length and the CRC-32 of that many bytes. It
 // reveals a journal that has lost its end or was changed.
 struct JournalStamp {

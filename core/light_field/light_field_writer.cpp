@@ -195,7 +195,7 @@ void LightFieldWriter::UpdatePoses(const std::map<int, Rigid3>& cam_from_world_b
 
 void LightFieldWriter::SetSubject(const Subject& subject) {
   state_->journal.SetSubject(subject);
-  state_->light_field.subject = subject;
+  PlaceSubject(subject, state_->light_field);
 }
 
 void LightFieldWriter::SetUp(const Eigen::Vector3d& up_in_world) {

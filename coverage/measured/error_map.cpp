@@ -120,4 +120,17 @@ ErrorMap ErrorMapOf(const MeasuredErrors& measured) {
   return map;
 }
 
+std::optional<MeasuredErrors> StandingErrors(const LightField& light_field) {
+  if (!light_field.measured || !light_field.subject) return std::nullopt;
+  constexpr double kMoved = Radians(0.5);  // corrections of poses move views by less. Guessed.
+  MeasuredErrors standing = *light_field.measured;
+  std::erase_if(standing.directions, [&](const MeasuredDirection& at) {
+    return std::ranges::none_of(light_field.views, [&](const View& view) {
+      const Vector3d offset = view.CenterInWorld() - light_field.subject->center_in_world;
+      return AngleBetween(offset, at.direction) <= at.nearest_view_angle + kMoved;
+    });
+  });
+  return standing.directions.empty() ? std::nullopt : std::optional(standing);
+}
+
 }  // namespace ulf::coverage

@@ -93,5 +93,7 @@ const char* QualityInWords(double db);
 MeasuredErrors ToMeasuredErrors(const ErrorMap& map, const std::string& cover, double goal_db,
                                 std::uint64_t frames);
 ErrorMap ErrorMapOf(const MeasuredErrors& measured);
+// What still holds of what was measured: not where the view that was nearest then is there no longer. None: nothing.
+std::optional<MeasuredErrors> StandingErrors(const LightField& light_field);
 
 }  // namespace ulf::coverage

@@ -17,6 +17,7 @@
 #include "core/light_field/exchange/raw_beside.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
+#include "core/light_field/journal.h"
 #include "core/light_field/kept_findings.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/quick_checks.h"
@@ -191,7 +192,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
         "pictures with alpha are laid over white, as in the papers (--background COLOUR)");
   }
   Imported imported{source, set.format, {}};
-  if (options.subject) source.subject = options.subject;
+  if (options.subject) PlaceSubject(*options.subject, source);
   if (!source.subject)
     if (const auto found = FindSubject(set)) {
       source.subject = found->subject;

@@ -100,7 +100,7 @@ CaptureRecord::CaptureRecord(LightFieldWriter writer, const CaptureLens& lens, c
       camera_index_(writer.CameraInUse()),
       earlier_s_(writer.Contents().capture_s),
       earlier_reasons_(writer.Contents().reasons),
-      earlier_measured_(writer.Contents().measured.value_or(MeasuredErrors{})),
+      earlier_measured_(StandingErrors(writer.Contents()).value_or(MeasuredErrors{})),
       frames_measured_(earlier_measured_.frames),
       resumed_subject_(writer.Contents().subject),
       views_(writer.Contents()),

@@ -109,6 +109,47 @@ TEST_F(AtTheDesk, NumbersThatAreNoViewsAreNamedAndNothingIsTakenOut) {
   EXPECT_TRUE(ReadWholeFile(dir_ / "journal.jsonl").starts_with(journal)) << "lines are added alone";
 }
 
+TEST_F(AtTheDesk, WithoutViewsNothingIsMeasuredOrAdvised) {
+  {
+    LightFieldWriter writer = LightFieldWriter::Resume(dir_);
+    const View& view = writer.Contents().views.front();
+    const Eigen::Vector3d offset = view.CenterInWorld() - writer.Contents().subject->center_in_world;
+    writer.SetMeasured({.goal_db = 33,
+                        .frames = 9,
+                        .directions = {{.direction = offset.normalized(),
+                                        .nearest_view_angle = 0.01,
+                                        .db = 40,
+                                        .db_outside = 40,
+                                        .cause = "none"}}});
+    writer.Close(1);
+  }
+  EXPECT_EQ(Json("info " + Dir())["measured"]["directions"], 1);
+  const CommandResult taken = RunUlf("take-back " + Dir() + " 1-24");
+  ASSERT_EQ(taken.exit_code, 0) << taken.errors;
+  const CommandResult info = RunUlf("info " + Dir());
+  EXPECT_THAT(info.output, AllOf(HasSubstr("views          0\n"), Not(HasSubstr("picture quality"))));
+  for (const std::string& said : {taken.output, info.output}) EXPECT_THAT(said, Not(HasSubstr("'ulf proxy")));
+  const CommandResult exported = RunUlf("export colmap " + Dir() + " -o " + (scratch_ / "out").string());
+  EXPECT_EQ(exported.exit_code, 1);
+  EXPECT_THAT(exported.errors, HasSubstr("holds no views"));
+  EXPECT_FALSE(fs::exists(scratch_ / "out"));
+}
+
+TEST_F(AtTheDesk, WhatWasMeasuredAboutAnotherSubjectLapses) {
+  LightFieldWriter writer = LightFieldWriter::Resume(dir_);
+  writer.SetMeasured({.goal_db = 33, .directions = {{.cause = "none"}}});
+  writer.Close(1);
+  Subject subject = *writer.Contents().subject;
+  subject.center_in_world.x() += 0.01 * subject.radius;  // as a corrected map moves it
+  writer.SetSubject(subject);
+  EXPECT_TRUE(ReadLightField(dir_).measured);
+  EXPECT_TRUE(writer.Contents().measured);
+  subject.center_in_world.x() += 0.5 * subject.radius;
+  writer.SetSubject(subject);
+  EXPECT_FALSE(ReadLightField(dir_).measured);
+  EXPECT_FALSE(writer.Contents().measured);
+}
+
 TEST_F(AtTheDesk, RangesOfViewsAreTakenOut) {
   const auto json = Json("take-back " + Dir() + " 4 7-9 8");
   EXPECT_EQ(json["taken_back"], nlohmann::json({4, 7, 8, 9}));

@@ -106,6 +106,30 @@ TEST(ErrorMap, ForgetsWhatAViewThatIsTakenBackHelped) {
   EXPECT_NE(map.At(Direction(20)), nullptr);
 }
 
+TEST(ErrorMap, WhatWasMeasuredOnViewsThatAreGoneStandsNoLonger) {
+  LightField light_field;
+  light_field.subject = Subject{{0.1, 0.2, 0.3}, 0.2};
+  for (const double azimuth_deg : {1.0, 20.0}) {
+    View& view = light_field.views.emplace_back();
+    view.cam_from_world.translation = -(light_field.subject->center_in_world + 2 * Direction(azimuth_deg));
+  }
+  EXPECT_FALSE(StandingErrors(light_field)) << "nothing was measured";
+  light_field.measured = MeasuredErrors{};
+  for (const double azimuth_deg : {0.0, 21.0})
+    light_field.measured->directions.push_back({.direction = Direction(azimuth_deg),
+                                                .nearest_view_angle = Radians(1),
+                                                .db = 40,
+                                                .cause = Name(render::ErrorCause::kNone)});
+  ASSERT_TRUE(StandingErrors(light_field));
+  EXPECT_EQ(StandingErrors(light_field)->directions.size(), 2u);
+  light_field.views.pop_back();
+  ASSERT_TRUE(StandingErrors(light_field));
+  ASSERT_EQ(StandingErrors(light_field)->directions.size(), 1u);
+  EXPECT_EQ(StandingErrors(light_field)->directions[0].direction, Direction(0));
+  light_field.views.clear();
+  EXPECT_FALSE(StandingErrors(light_field));
+}
+
 TEST(ErrorMap, WhatALowerGoalFoundGoodIsDetailBelowAHigherOne) {
   ErrorMap map;
   MeasuredFrame good_then = Frame(0, 30);
