@@ -16,8 +16,10 @@
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/angles.h"
+#include "core/light_field/folder_check.h"
 #include "core/light_field/kept_findings.h"
 #include "core/light_field/unposed_photographs.h"
+#include "core/light_field/view_numbers.h"
 #include "coverage/bound/view_decision.h"
 #include "coverage/measured/error_meter.h"
 #include "coverage/measured/threshold_by_errors.h"
@@ -217,6 +219,11 @@ PoseReport CheckedPoses(LightField& light_field, bool silent) {
     report.check = tracking::CheckPoses(tracking::RefineInputOf(light_field), options);
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  LightField doubted = light_field;
+  doubted.views.clear();
+  for (const tracking::ContradictedView& each : report.check.contradicted)
+    doubted.views.push_back(light_field.views[At(each.view)]);
+  report.exchanged = CheckPictures(doubted).others;
   const std::vector<Finding> found = FindingsOf(report.check, light_field.views);
   const std::string why = Keep(light_field.root, Check::kPoses, found);
   const bool was_found = std::ranges::any_of(
@@ -260,6 +267,12 @@ std::string ToText(const PoseReport& report, const LightField& light_field) {
     text += fmt::format("not judged     {}: {}\n", name(view.view), view.why);
   if (check.contradicted.empty()) return text;
   const std::string dir = ShellWord(light_field.root.string());
+  if (!report.exchanged.empty())
+    return text + fmt::format(
+                      "               the photographs in images/ of {} differ from their masters: 'ulf "
+                      "repair {}' shows "
+                      "how they are made again; then check again\n",
+                      ViewNumbers(report.exchanged), dir);
   if (!std::filesystem::exists(light_field.root / "journal.jsonl"))
     return text +
            fmt::format(
@@ -285,6 +298,7 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
                       {"convention", check.convention},
                       {"seconds", report.seconds},
                       {"contradicted", nlohmann::json::array()},
+                      {"differ_from_masters", report.exchanged},
                       {"not_judged", nlohmann::json::array()}};
   for (const tracking::ContradictedView& view : check.contradicted) {
     nlohmann::json one = view_json(view.view);

@@ -75,8 +75,10 @@ LightFieldReport Describe(const LightField& light_field, const ReportOptions& op
 // Which views' poses the pictures contradict (ulf info --check-poses).
 struct PoseReport {
   tracking::PoseCheck check;
-  double seconds = 0;           // that it took
-  std::string lapsed{};         // what an earlier check found and this one does not; empty: nothing
+  double seconds = 0;  // that it took
+  std::set<int>
+      exchanged{};       // views whose poses are contradicted and whose photograph differs from its master
+  std::string lapsed{};  // what an earlier check found and this one does not; empty: nothing
   std::string not_withdrawn{};  // why it stays kept all the same; empty: it does not
   std::string
       not_kept{};  // why what is wrong is not kept with the light field; empty: it is, or nothing is wrong

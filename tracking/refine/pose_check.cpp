@@ -462,7 +462,7 @@ std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>&
         "the poses of {{views}} disagree with what the photographs show, and those of {} agree: {}",
         Counted(agree, "view"),
         wrong > agree ? "are the photographs in another order than the poses, or cropped, or by another lens?"
-                      : "are they others than those that were posed?");
+                      : "are these photographs others than those that were posed?");
     for (const ContradictedView& each : check.contradicted)
       of_views.views[views[At(each.view)].id] = views[At(each.view)].image_path;
   }

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
@@ -191,6 +192,29 @@ TEST_F(KnownFaults, EndWithTheExchangeOfPhotographs) {
 
 TEST_F(KnownFaults, OfARealSetAreSaidAgain) {
   ULF_NEED_TEST_DATA(fox, "fox_half");
+TEST_F(KnownFaults, PhotographsThatDifferFromTheirMastersAreSentToRepair) {
+  WriteSet({0, 1, 2, 3, 4, 5, 6, 7}, 1);
+  for (int v = 1; v <= 8; ++v) {  // of more than 8 bits: they become masters
+    const std::string file = (set_ / fmt::format("images/{}.", v)).string();
+    cv::Mat deep;
+    cv::imread(file + "png", cv::IMREAD_COLOR).convertTo(deep, CV_16U, 257);
+    cv::imwrite(file + "tif", deep);
+  }
+  std::string poses = ReadWholeFile(set_ / kTransformsFile);
+  for (std::size_t at = 0; (at = poses.find(".png", at)) != std::string::npos;) poses.replace(at, 4, ".tif");
+  WriteFileAtomically(set_ / kTransformsFile, poses);
+  ASSERT_EQ(RunUlf("import " + set_.string() + " -o " + Dir()).exit_code, 0);
+  fs::rename(dir_ / "images/3.png", dir_ / "images/other.png");
+  fs::rename(dir_ / "images/6.png", dir_ / "images/3.png");
+  fs::rename(dir_ / "images/other.png", dir_ / "images/6.png");
+  const CommandResult told = RunUlf("info " + Dir() + " --check-poses");
+  EXPECT_THAT(told.output,
+              AllOf(HasSubstr("of views 3 and 6 differ from their masters"), HasSubstr("'ulf repair "),
+                    Not(HasSubstr("finds better poses")), Not(HasSubstr("take-back"))));
+  EXPECT_EQ(RunUlf("repair " + Dir() + " --write").exit_code, 0);
+  EXPECT_THAT(RunUlf("info " + Dir() + " --check-poses").output, Not(HasSubstr("contradicted")));
+}
+
   fs::copy(fox, set_, fs::copy_options::recursive);
   const LightField right = ReadLightField(set_);
   fs::rename(set_ / right.views[10].image_path, set_ / "other");
