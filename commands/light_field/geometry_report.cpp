@@ -20,31 +20,44 @@ std::string MapsInWords(const render::GeometryState& state) {
 
 std::string FitInWords(const render::GeometryState& state, std::size_t views) {
   if (!state.origin) return "the file does not tell what made it, and of which views";
-  const std::size_t then = state.origin->views, left_out = state.origin->left_out;
-  const std::string by = fmt::format(
-      "by {} of {}{}", state.origin->made_by,
-      left_out > 0 && left_out <= then ? fmt::format("{} of ", then - left_out) : "", Counted(then, "view"));
-  if (state.has_views_of_mesh) return by + ", as they are now";
+  const std::string by =
+      fmt::format("by {} of {}", state.origin->made_by, Counted(state.origin->views, "view"));
+  if (*state.mesh_fits) return by + ", as they are now";
   return state.origin->views == views ? by + " when views, poses or lenses were others"
                                       : fmt::format("{}, where there are {} now", by, views);
+}
+
+// Empty where the views are too few for a mesh.
+std::string MeshAdvice(const char* before, const LightField& light_field, const char* makes) {
+  constexpr std::size_t kFewestViews = 2;
+  return light_field.views.size() < kFewestViews
+             ? std::string()
+             : fmt::format("{}'{}' makes {}", before, render::ProxyCommand(light_field.root), makes);
 }
 
 }  // namespace
 
 std::string GeometryText(const std::optional<render::GeometryState>& state, const LightField& light_field) {
-  const std::string command = render::ProxyCommand(light_field.root);
-  if (!state) return fmt::format("geometry       no mesh; '{}' makes one, with depth maps\n", command);
+  const auto advice = [&](const char* before, const char* makes) {
+    return MeshAdvice(before, light_field, makes);
+  };
+  if (!state) return "geometry       no mesh" + advice("; ", "one, with depth maps") + "\n";
   const bool has_mesh = state->triangles > 0;
   std::string text = "geometry       ";
-  if (has_mesh)
-    text += fmt::format("{} of {} ({}); {}\n", render::kMeshProxyFile, Counted(state->triangles, "triangle"),
-                        FitInWords(*state, light_field.views.size()),
-                        state->problem.empty() ? MapsInWords(*state) : "depth maps that are not used");
+  if (!has_mesh)
+    return text +
+           (state->problem.empty() ? render::kMeshProxyFile + std::string(" has no triangles")
+                                   : state->problem) +
+           advice("; ", "it again") + "\n";
+  text += fmt::format("{} of {} ({}); {}\n", render::kMeshProxyFile, Counted(state->triangles, "triangle"),
+                      FitInWords(*state, light_field.views.size()),
+                      state->problem.empty() ? MapsInWords(*state) : "depth maps that are not used");
   if (!state->problem.empty())
-    return text + (has_mesh ? fmt::format("               {}; the mesh is used; '{}' makes both anew\n",
-                                          state->problem, command)
-                            : fmt::format("{}; '{}' makes it again\n", state->problem, command));
-  if (state->IsOutdated()) text += fmt::format("               '{}' makes both anew\n", command);
+    return text + "               " + state->problem + "; the mesh is used" + advice("; ", "both anew") +
+           "\n";
+  if (state->IsOutdated())
+    if (const std::string words = advice("               ", "both anew"); !words.empty())
+      text += words + "\n";
   return text;
 }
 
@@ -55,7 +68,6 @@ nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state) {
                       {"vertices", state->vertices},
                       {"made_by", nullptr},
                       {"views", nullptr},
-                      {"left_out", nullptr},
                       {"fits", nullptr},
                       {"depth_maps", state->maps},
                       {"stale_depth_maps", state->stale_maps},
@@ -63,7 +75,6 @@ nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state) {
   if (state->origin) {
     json["made_by"] = state->origin->made_by;
     json["views"] = state->origin->views;
-    json["left_out"] = state->origin->left_out;
   }
   if (state->mesh_fits) json["fits"] = *state->mesh_fits;
   if (!state->problem.empty()) json["problem"] = state->problem;
@@ -87,10 +98,10 @@ std::string OutdatedText(const std::optional<render::GeometryState>& before,
                          const LightField& light_field) {
   if (Outdated(before, after).empty()) return "";
   const std::size_t maps = before->maps - after->maps;
-  return fmt::format("outdated: the mesh ({}){} made for {}{}; '{}' makes {} anew\n", render::kMeshProxyFile,
+  return fmt::format("outdated: the mesh ({}){} made for {}{}{}\n", render::kMeshProxyFile,
                      maps > 0 ? fmt::format(" and {} (depth/) were", Counted(maps, "depth map")) : " was",
                      made_for, maps > 0 ? ", and these maps are not used any more" : "",
-                     render::ProxyCommand(light_field.root), maps > 0 ? "both" : "it");
+                     MeshAdvice("; ", light_field, maps > 0 ? "both anew" : "it anew"));
 }
 
 }  // namespace ulf::commands

@@ -195,8 +195,13 @@ std::string ToText(const std::string& dir, const LightField& before, const track
     text += fmt::format("{} in unposed/ without a pose: ulf refine {} --unposed looks for their places\n",
                         Counted(unposed.not_looked_for, "photograph"), ShellWord(dir));
   std::set<int> found;
+  const std::size_t taken_back = CountTakenBack(before);
   if (unposed.looked_for && before.views.size() == unposed.first && unposed.not_found.empty())
-    text += "no photograph in unposed/ to look for\n";
+    text += "no photograph in unposed/ to look for" +
+            (taken_back > 0 ? fmt::format(": those of {} that {} taken back stay out until they are renamed",
+                                          Counted(taken_back, "view"), taken_back == 1 ? "was" : "were")
+                            : std::string()) +
+            "\n";
   for (std::size_t v = unposed.first; v < before.views.size(); ++v)
     if (result.views[v].registered) found.insert(before.views[v].id);
   if (!found.empty() || !unposed.not_found.empty())

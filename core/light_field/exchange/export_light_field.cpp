@@ -375,6 +375,9 @@ void RequireExportable(const LightField& light_field, const fs::path& out, const
   if (options.form == ExportForm::kNerfSynthetic) SubjectForExport(light_field, "nerf-synthetic");
   if (options.undistort) return;
   if (options.form == ExportForm::kNerfstudio) RequireOneKind(light_field);
+  if (light_field.views.empty())
+    throw Error("{}: the light field holds no views to export; capture or import some first",
+                light_field.root.string());
   if (options.form == ExportForm::kInstantNgp) RequireNoSixthOrder(light_field);
   if (options.form == ExportForm::kRealityScan) RequireRealityScanLenses(light_field);
 }
