@@ -400,7 +400,8 @@ nlohmann::json ToJson(const LightFieldReport& report) {
                               {"views", lens.views},
                               {"calibration_source", lens.source}});
   json["taken_back"] = report.taken_back;
-  json["capture_s"] = report.capture_s;
+  json["capture_s"] = nullptr;  // unknown
+  if (report.capture_s > 0) json["capture_s"] = report.capture_s;
   json["angular_range_deg"] = nullptr;
   if (report.angular_range_deg)
     json["angular_range_deg"] = {report.angular_range_deg->x(), report.angular_range_deg->y()};

@@ -47,12 +47,13 @@ std::string PlaceInWords(const CapGap& gap, const char* degree) {
 
 std::string InWords(const std::vector<CapGap>& gaps, const Cap& cap, const char* degree) {
   // Guessed: from where on a gap is large, and lies on no side; and from where on it is all that matters of what is open.
-  constexpr double kLarge = 0.1, kMost = 0.6, kNearlyAll = 0.9;
+  constexpr double kLarge = 0.1, kMost = 0.6, kNearlyAll = 0.9, kWhole = 0.995;
   if (gaps.empty()) return {};
   double open_deg2 = 0;
   for (const CapGap& gap : gaps) open_deg2 += gap.area_deg2;
   const double cap_deg2 = cap.SolidAngle() * Degrees(1) * Degrees(1);
-  const std::string place = gaps[0].area_deg2 > kMost * cap_deg2
+  const std::string place = gaps[0].area_deg2 > kWhole * cap_deg2 ? "the whole cap"
+                            : gaps[0].area_deg2 > kMost * cap_deg2
                                 ? "most of the cap"
                                 : fmt::format("{}, {}", HalfOf(gaps[0], cap), PlaceInWords(gaps[0], degree));
   const bool is_large = gaps[0].area_deg2 >= kLarge * cap_deg2;

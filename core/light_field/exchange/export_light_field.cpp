@@ -27,6 +27,7 @@
 #include "core/light_field/exchange/writers/unit_cube.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
+#include "core/light_field/points/point_tracks.h"
 
 namespace ulf {
 namespace {
@@ -58,6 +59,10 @@ FormRules RulesOf(ExportForm form) {
       return {.masks = FormRules::Masks::kSuffix, .by_stem = true};
   }
   return {};
+}
+
+bool IsColmap(ExportForm form) {
+  return form == ExportForm::kColmapText || form == ExportForm::kColmapBinary;
 }
 
 bool IsUndistorted(const ExportOptions& options) {
@@ -353,6 +358,8 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
   }
   if (undistort) MoveObservations(light_field, cameras, exported);
   MeasurePoints(exported);
+  if (IsColmap(options.form) && StatisticsOf(exported.points).tracked > 0)  // else as colmap_model.h has it
+    std::erase_if(exported.points, [](const ScenePoint& point) { return point.track.empty(); });
   return exported;
 }
 
@@ -368,6 +375,9 @@ void RequireOutside(const fs::path& light_field, const fs::path& out, const char
 }
 
 void RequireExportable(const LightField& light_field, const fs::path& out, const ExportOptions& options) {
+  if (light_field.views.empty())
+    throw Error("{}: the light field holds no views to export; capture or import some first",
+                light_field.root.string());
   RequireOutside(light_field.root, out);
   const StagedFolder tried(out);
   if (IsUndistorted(options)) UndistortAll(light_field, RulesOf(options.form).one_lens);
@@ -375,9 +385,6 @@ void RequireExportable(const LightField& light_field, const fs::path& out, const
   if (options.form == ExportForm::kNerfSynthetic) SubjectForExport(light_field, "nerf-synthetic");
   if (options.undistort) return;
   if (options.form == ExportForm::kNerfstudio) RequireOneKind(light_field);
-  if (light_field.views.empty())
-    throw Error("{}: the light field holds no views to export; capture or import some first",
-                light_field.root.string());
   if (options.form == ExportForm::kInstantNgp) RequireNoSixthOrder(light_field);
   if (options.form == ExportForm::kRealityScan) RequireRealityScanLenses(light_field);
 }

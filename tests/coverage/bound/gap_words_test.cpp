@@ -20,6 +20,7 @@ TEST(GapWords, SayHowManyHowMuchAndWhereTheLargestIs) {
       "2 gaps, 1.8 % of the cap in all; the largest: lower half, 2° right and 15° down of the first view");
   EXPECT_EQ(InWords({{5, 0.3, -0.2}}, cap), "one small gap: in the middle, at the first view");
   EXPECT_EQ(InWords({{1800, -1, -4}}, cap), "one large gap: most of the cap");
+  EXPECT_EQ(InWords({{2349, -1, -4}}, cap), "one large gap: the whole cap");
   EXPECT_EQ(PlaceInWords(small, " degrees"), "20 degrees left of the first view");
 }
 

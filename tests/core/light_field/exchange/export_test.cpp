@@ -89,6 +89,22 @@ TEST(Export, PosesAndProjectionsAreTheSources) {
     }
 }
 
+// COLMAP's files hold no points without a track beside those that have one.
+TEST(Export, ThePointsThatAreCountedAreThoseInTheFiles) {
+  const ScratchFolder scratch;
+  LightField source = test::TrackedLightField(scratch / "lf", {test::Straight()});
+  const std::size_t tracked = source.points.size();
+  source.points.push_back({{0, 0, 3}});
+  const auto points_in = [&](ExportForm form, const char* name) {
+    return ExportLightField(source, scratch / name, {.form = form}).points.points;
+  };
+  EXPECT_EQ(points_in(ExportForm::kColmapText, "text"), tracked);
+  EXPECT_EQ(points_in(ExportForm::kColmapBinary, "binary"), tracked);
+  EXPECT_EQ(points_in(ExportForm::kNerfstudio, "nerfstudio"), tracked + 1) << "points.ply holds all";
+  for (ScenePoint& point : source.points) point.track.clear();
+  EXPECT_EQ(points_in(ExportForm::kColmapText, "untracked"), tracked + 1);
+}
+
 TEST(Export, NerfstudiosPosesAreTheSources) {
   ScratchFolder scratch;
   const LightField source = TrackedLightField(scratch / "lf", {test::Straight(), test::Lens()});
