@@ -146,9 +146,11 @@ void GoOnUnder(const NewCamera& camera, LightFieldWriter& writer) {
                camera.calibration_source);
   if (!writer.Contents().views.empty())
     spdlog::info(
-        "new views are placed in the map of those so far, whose poses belong to their lens: where it is the "
-        "same "
-        "lens, calibrated better, 'ulf refine {} --intrinsics' before going on puts views and map right",
+        "new views are placed in the map of those so far, whose poses belong to their lens: the check of the "
+        "lens "
+        "sees mostly those, and may miss that this one is wrong; 'ulf refine {} --intrinsics' tells, and "
+        "where it "
+        "is the same lens, calibrated better, puts views and map right before you go on",
         ShellWord(writer.Contents().root.string()));
 }
 

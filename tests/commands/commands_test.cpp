@@ -307,6 +307,7 @@ TEST(CaptureCommand, ABetterLensIsASecondCamera) {
   const CommandResult second = RunUlf(resume + " --frames 60");
   EXPECT_THAT(second.errors, ContainsRegex("the views from " + std::to_string(views + 1) +
                                            " on have a second camera: f 290.0 px instead of 28[0-9.]+ "));
+  EXPECT_THAT(second.errors, HasSubstr("may miss that this one is wrong; 'ulf refine"));
   EXPECT_GT(JsonOf(second)["recorded"], 0);
   const LightField light_field = ReadLightField(dir);
   EXPECT_THAT(light_field.doubts, IsEmpty());
