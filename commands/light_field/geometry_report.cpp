@@ -20,9 +20,11 @@ std::string MapsInWords(const render::GeometryState& state) {
 
 std::string FitInWords(const render::GeometryState& state, std::size_t views) {
   if (!state.origin) return "the file does not tell what made it, and of which views";
-  const std::string by =
-      fmt::format("by {} of {}", state.origin->made_by, Counted(state.origin->views, "view"));
-  if (*state.mesh_fits) return by + ", as they are now";
+  const std::size_t then = state.origin->views, left_out = state.origin->left_out;
+  const std::string by = fmt::format(
+      "by {} of {}{}", state.origin->made_by,
+      left_out > 0 && left_out <= then ? fmt::format("{} of ", then - left_out) : "", Counted(then, "view"));
+  if (state.has_views_of_mesh) return by + ", as they are now";
   return state.origin->views == views ? by + " when views, poses or lenses were others"
                                       : fmt::format("{}, where there are {} now", by, views);
 }
