@@ -74,7 +74,10 @@ void ForEachImage(const std::filesystem::path& images_txt,
       throw Error("{}, line {}: is no row of an image (IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME)",
                   images_txt.string(), number);
     if (image.name.ends_with('\r')) image.name.pop_back();
-    image.cam_from_world.rotation.normalize();
+    // A pose that ulf wrote comes back to the last digit.
+    constexpr double kRounding = 1e-12;
+    if (std::abs(image.cam_from_world.rotation.norm() - 1) > kRounding)
+      image.cam_from_world.rotation.normalize();
     const int at = number;
     line.clear();
     std::getline(file, line);  // its points, which may be none

@@ -272,9 +272,10 @@ TEST_F(Folder, WhatALostJournalToldComesBackToTheLastDigit) {
       cv::RNG random(3);
       std::map<int, Rigid3> poses;
       for (int i = 0; i < 40; ++i) writer.AddView(NoiseFrame(10 + i), ViewNumber(10 + i));
-      for (const View& view : writer.Contents().views)
-        poses[view.id] =
-            LookAt({random.uniform(-1., 1.), random.uniform(-1., 1.), -2}, {0, 0, 0}, {0, -1, 0});
+      const auto look = [&] {
+        return LookAt({random.uniform(-1., 1.), random.uniform(-1., 1.), -2}, {0, 0, 0}, {0, -1, 0});
+      };
+      for (const View& view : writer.Contents().views) poses[view.id] = look() * look().Inverse() * look();
       writer.UpdatePoses(poses);
       writer.SetMeasured({.cover = "measured",
                           .goal_db = 35,

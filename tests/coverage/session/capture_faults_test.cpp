@@ -6,6 +6,7 @@
 #include <sys/mount.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <future>
 #include <set>
 #include <thread>
@@ -16,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "tests/coverage/session/kept_views.h"
+#include "tests/support/child_process.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/host_clock.h"
 #include "tests/support/scripted_device.h"
@@ -289,6 +291,30 @@ TEST(CaptureFaults, AFolderThatIsRemovedIsNotMadeAnew) {
       if (deleted) continue;
       EXPECT_GE(Photographs(elsewhere).size(), 1u) << at;
     }
+}
+
+TEST(CaptureFaults, AFolderThatIsRemovedIsSaidByTheCommand) {
+  const char* const ulf = std::getenv("ULF_BINARY");
+  if (!ulf) GTEST_SKIP() << "ULF_BINARY names no program";
+  const ScratchFolder scratch;
+  const fs::path dir = scratch / "lf", elsewhere = scratch / "elsewhere";
+  ChildProcess capture(
+      {"/bin/sh", "-c",
+       fmt::format(
+           "exec '{}' capture 'sim:studio?width=160&height=120&seed=5&speed_deg_s=30&look_away=0' "
+           "--headless --no-geometry --poses known --subject 0,0,0.07,0.162 --max-seconds 60 -o '{}' 2>&1",
+           ulf, dir.string())});
+  for (const auto until = Clock::now() + 60s; !fs::exists(dir / "masters/000003.tif");) {
+    ASSERT_LT(Clock::now(), until);
+    std::this_thread::sleep_for(20ms);
+  }
+  fs::rename(dir, elsewhere);
+  const std::string said = capture.ReadUntil("no such line", 60);
+  EXPECT_EQ(capture.Wait(10), 1);
+  EXPECT_THAT(said,
+              AllOf(HasSubstr("ulf: " + dir.string() + ": the folder was moved to " + elsewhere.string()),
+                    Not(HasSubstr("complete")), Not(HasSubstr("recording goes on"))));
+  EXPECT_FALSE(fs::exists(dir));
 }
 
 // ---- The clock. ----

@@ -424,7 +424,7 @@ TEST(LiveGeometry, PicturesInMemoryThatWaitAreFew) {
   EXPECT_LE(held.use_count(), 1 + 3);
   const auto problem = geometry.TakeProblem();
   ASSERT_TRUE(problem);
-  EXPECT_THAT(*problem, HasSubstr("left out from view 3 on"));
+  EXPECT_THAT(*problem, HasSubstr("view 3 is left out, and so is every view that comes while 3 others wait"));
   EXPECT_THAT(*problem, HasSubstr("'ulf proxy \"my vase\"' makes a mesh of all"));
   EXPECT_FALSE(geometry.TakeProblem()) << "once";
   for (int id = 10; id < 20; ++id) add(id, LiveGeometry::Picture::kIsRead);
