@@ -75,7 +75,7 @@ std::shared_ptr<const render::Proxy> ProxyFor(const WebArgs& args, const Subject
   return render::ProxyFromName(names.front(), subject, args.dir);
 }
 
-// As --budget takes it, rounded up.
+// Writes the size as --budget takes it, rounded up.
 std::string BudgetText(std::size_t bytes) {
   const bool is_small = bytes < 10'000'000;
   return fmt::format("{:.0f}{}", std::ceil((is_small ? 1e-3 : 1e-6) * static_cast<double>(bytes)),

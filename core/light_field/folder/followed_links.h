@@ -18,7 +18,7 @@ inline constexpr const char* kLinksFile = "links.json";
 void FollowLinksFromNowOn(bool follow = true);
 
 struct OutsideLink {
-  std::string link;              // relative to the light field's folder: "images", "images/000007.png"
+  std::string link;  // relative to the light field's folder: "images", "images/000007.png"
   // The folder that it leads to, or that holds the file that it leads to; where nothing is there, that place.
   std::filesystem::path target;
   bool is_there = false, is_of_same_owner = false;
