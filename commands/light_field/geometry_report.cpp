@@ -70,6 +70,7 @@ nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state) {
                       {"vertices", state->vertices},
                       {"made_by", nullptr},
                       {"views", nullptr},
+                      {"left_out", nullptr},
                       {"fits", nullptr},
                       {"depth_maps", state->maps},
                       {"stale_depth_maps", state->stale_maps},
@@ -77,6 +78,7 @@ nlohmann::json GeometryJson(const std::optional<render::GeometryState>& state) {
   if (state->origin) {
     json["made_by"] = state->origin->made_by;
     json["views"] = state->origin->views;
+    json["left_out"] = state->origin->left_out;
   }
   if (state->mesh_fits) json["fits"] = *state->mesh_fits;
   if (!state->problem.empty()) json["problem"] = state->problem;

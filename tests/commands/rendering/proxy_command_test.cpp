@@ -142,8 +142,11 @@ TEST(ProxyCommand, NamesWhatIsNoMeshFileAndHowToMakeADamagedOneAnew) {
   EXPECT_THAT(stl.errors, HasSubstr("ending in .ply"));
   std::ofstream(scratch / "my wall/proxy.ply") << "ply\nformat ascii 1.0\nelement vertex 9\n";
   const auto render = RunUlf("render " + dir + " --frames 1 -o " + (scratch / "x.png").string());
-  EXPECT_EQ(render.exit_code, 1);
+  EXPECT_EQ(render.exit_code, 0) << "without the mesh: " << render.errors;
   EXPECT_THAT(render.errors, HasSubstr("ulf proxy " + dir));
+  const auto asked = RunUlf("render " + dir + " --proxy mesh --frames 1 -o " + (scratch / "y.png").string());
+  EXPECT_EQ(asked.exit_code, 1);
+  EXPECT_THAT(asked.errors, HasSubstr("ulf proxy " + dir));
 }
 
 TEST(ProxyCommand, WorksWithoutOpenGl) {
