@@ -54,10 +54,16 @@ void Disc(cv::Mat& image, const Vector2d& at, double radius, const cv::Scalar& c
     }
 }
 
+// Smaller where it would not fit between `at` and the right edge.
 void Text(cv::Mat& image, const std::string& text, const Vector2d& at, double size, const cv::Scalar& color,
           double align = 0) {
+  constexpr int kMargin = 4;
   int baseline = 0;
-  const cv::Size extent = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, &baseline);
+  cv::Size extent = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, &baseline);
+  if (const double room = image.cols - kMargin - at.x(); align == 0 && extent.width > room) {
+    size *= room / extent.width;
+    extent = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, &baseline);
+  }
   cv::putText(image, text, {static_cast<int>(at.x() - align * extent.width), static_cast<int>(at.y())},
               cv::FONT_HERSHEY_SIMPLEX, size, color, 1, cv::LINE_AA);
 }

@@ -46,6 +46,9 @@ TEST(CoverageDrawing, WhatIsOpenIsSeenAsTheMapCountsIt) {
   ASSERT_TRUE(map->options().cap);
   ASSERT_GT(map->Holes().size(), 0u);
   const cv::Mat chart = DrawCoverageMap(*map);
+  const cv::Mat right = chart.colRange(chart.cols - 3, chart.cols);
+  EXPECT_EQ(cv::norm(right, cv::Mat(right.size(), CV_8UC3, cv::Scalar::all(250)), cv::NORM_INF), 0)
+      << "no words are cut";
   const auto count = [&](const cv::Vec3b& color) {
     cv::Mat same;
     cv::inRange(chart, color, color, same);
