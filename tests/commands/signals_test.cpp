@@ -252,7 +252,7 @@ std::vector<Writer> Writers() {
   writers.push_back(
       {"`ulf mask`", "mask {lf}", Ends::kAtOnce, "",
        "capture 'sim:turntable?cap=60x10&row_deg=12&fps=3' -o {lf} --headless --no-geometry --turntable "
-       "charuco:5x5:54:40:DICT_4X4_50 --quality fast --max-seconds 5"});
+       "charuco:5x5:54:40:DICT_4X4_50 --quality fast --max-seconds 14"});
   return writers;
 }
 
