@@ -2,11 +2,10 @@
 # Version:  FFmpeg 5.1 (Debian 12), its decoder of H.264.
 # Expected: a picture that was decoded with errors bears the mark of that (AVFrame.decode_error_flags), which the ffmpeg
 #           program reports as "corrupt decoded frame". The same file gives the same marks whenever it is decoded.
-# Seen:     with one thread the damaged picture is always marked. With two threads, each decoding a picture of its own (which
-#           is what "threads 0", the usual setting, chooses), the mark is there or missing by chance: the picture is handed
-#           out before the thread that decoded it has noted its error.
-# Matters:  whoever leaves out damaged pictures by these marks, as a capture must, keeps some of them. Slices as the unit of
-#           threads (FF_THREAD_SLICE) mark reliably.
+# Seen:     with one thread the damaged picture is always marked. With two threads, each decoding a picture of its own, the
+#           mark is there or missing by chance. Why is not known here; a picture that is handed out before the thread that
+#           decodes it has noted its error would explain it.
+# Matters:  whoever leaves out damaged pictures by these marks, as a capture must, keeps some of them.
 set -uo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

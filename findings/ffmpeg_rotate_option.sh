@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
 # Version:  FFmpeg 5.1 (Debian 12), and a build of 2018 (npm: @ffmpeg-installer/linux-x64 4.1.0).
-# Expected: "-metadata:s:v rotate=90" writes a file that players turn by 90 degrees clockwise, as the number that the same
-#           programs printed for a telephone's portrait videos ("rotate: 90") meant.
+# Expected: "-metadata:s:v rotate=90" writes a file that is shown turned by 90 degrees clockwise.
 # Seen:     it is turned counter-clockwise, by both, and ffprobe then says "rotation=90", which counts counter-clockwise.
-# Matters:  who makes test videos "as a telephone does" with this option tests the other turn.
+# Matters:  who makes test videos of a turn with this option, and takes it for clockwise, tests the other turn.
 set -uo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -87,7 +87,7 @@ double PeakMemoryMib() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-// Where a lens is from that refining found.
+// Says where a lens is from that refining found.
 std::string RefinedSource(const tracking::RefineResult& result, int camera) {
   const auto fit = result.lens_fits.find(camera);
   return fit != result.lens_fits.end() && fit->second.free.focal

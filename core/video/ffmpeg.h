@@ -1,4 +1,4 @@
-// What reading and writing videos share of FFmpeg's libraries.
+// Reading and writing videos share this use of FFmpeg's libraries.
 #pragma once
 
 #include <string>

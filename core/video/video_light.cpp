@@ -38,7 +38,7 @@ const cv::Matx33f kFromP3(1.224940F, -0.224940F, 0, -0.042057F, 1.042057F, 0, -0
 
 const char* Word(const char* name) { return name ? name : "unknown"; }
 
-// Of a stream that does not say it: as players do.
+// Chooses for a stream that does not say it, as players do.
 AVColorSpace UsualMatrix(int height) {
   constexpr int kHighDefinition = 720;
   return height >= kHighDefinition ? AVCOL_SPC_BT709 : AVCOL_SPC_SMPTE170M;
