@@ -38,11 +38,12 @@ int Run(int argc, char** argv) {
       "ulf: captures, measures and renders unstructured light fields with one camera held in the hand.",
       "ulf"};
   app.require_subcommand(1);
-  app.set_version_flag("--version", ulf::commands::VersionText,
-                       "Print the version, those of the libraries, and the renderer of OpenGL");
-  app.set_help_all_flag("--help-all", "Help of every command");
   bool verbose = false;
   app.add_flag("-v,--verbose", verbose, "Say more");
+  app.set_version_flag(
+      "--version", [&verbose] { return ulf::commands::VersionText(verbose); },
+      "Print the version and those of the libraries; with --verbose the renderer of OpenGL, too");
+  app.set_help_all_flag("--help-all", "Help of every command");
 
   ulf::commands::ChosenCommand chosen;
   ulf::commands::AddCommands(app, chosen);

@@ -74,28 +74,6 @@ ssize_t WriteOutput(void*, const char* text, std::size_t size) {
   return static_cast<ssize_t>(size);
 }
 
-// OpenCV says on standard error, in its own words, that it cannot decode a picture; whoever asked it says so, too, with the
-// file and the way out. Each such line ends with the first character that is put alone, its line end.
-class ErrorsWithoutDecoders : public __gnu_cxx::stdio_sync_filebuf<char> {
- public:
-  using __gnu_cxx::stdio_sync_filebuf<char>::stdio_sync_filebuf;
-
- protected:
-  std::streamsize xsputn(const char* text, std::streamsize size) override {
-    const std::string_view piece(text, static_cast<std::size_t>(size));
-    if (piece.starts_with("imread_('") || piece.starts_with("imdecode_('")) drops_ = true;
-    return drops_ ? size : stdio_sync_filebuf::xsputn(text, size);
-  }
-  int_type overflow(int_type character) override {
-    return std::exchange(drops_, false) ? traits_type::not_eof(character)
-                                        : stdio_sync_filebuf::overflow(character);
-  }
-
- private:
-  static thread_local bool drops_;
-};
-thread_local bool ErrorsWithoutDecoders::drops_ = false;
-
 }  // namespace
 
 void FillStandardDescriptors() {
@@ -122,7 +100,7 @@ void GuardStandardStreams() {
   }
   // They are used until the very end of the process.
   static auto* const output = new __gnu_cxx::stdio_sync_filebuf<char>(stdout);
-  static auto* const errors = new ErrorsWithoutDecoders(stderr);
+  static auto* const errors = new __gnu_cxx::stdio_sync_filebuf<char>(stderr);
   std::cout.rdbuf(output);
   std::cerr.rdbuf(errors);
   std::clog.rdbuf(errors);

@@ -8,7 +8,8 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/name_order.h"
-#include "core/image/raw_file.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/raw_file.h"
 
 namespace ulf::acquisition {
 namespace {

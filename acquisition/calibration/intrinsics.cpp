@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/sensor_window.h"
-#include "core/image/jpeg_file.h"
+#include "core/image/files/jpeg_file.h"
 
 namespace ulf::acquisition {
 namespace {

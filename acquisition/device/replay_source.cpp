@@ -6,14 +6,20 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <fstream>
+#include <map>
+#include <set>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
-#include "core/image/image_header.h"
-#include "core/image/raw_file.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/jpeg_file.h"
+#include "core/image/files/picture_end.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/raw_file.h"
 #include "core/light_field/light_field_io.h"
 #include "core/video/video_reader.h"
 
@@ -33,9 +39,47 @@ EncodedImage JpegFile(const fs::path& path) {
   return {".jpg", std::make_shared<const std::string>(ReadWholeFile(path))};
 }
 
+// When a photograph was taken, as text whose order is that of the times; empty: the file does not say.
+std::string TimeTaken(const fs::path& file) {
+  if (IsRawFile(file)) return ReadRawFacts(file.string()).exif.taken;
+  constexpr std::streamsize kExifBytes = 1 << 17;  // a segment has at most half of it
+  std::string head(kExifBytes, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), kExifBytes);
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  return head.starts_with("\xFF\xD8") ? ReadExif(head).taken : std::string();
+}
+
+// A camera that counts to 9999 and goes on with 1 puts its last photographs first: where the order of the names differs from that
+// of the times by such a step alone, the photographs are put into the order of their times.
+void PutInOrderOfTimes(const std::string& uri, std::vector<fs::path>& files) {
+  std::vector<std::string> times;
+  for (const fs::path& file : files) {
+    times.push_back(TimeTaken(file));
+    if (times.back().empty()) return;
+  }
+  std::vector<std::size_t> steps_back;
+  for (std::size_t i = 1; i < times.size(); ++i)
+    if (times[i] < times[i - 1]) steps_back.push_back(i);
+  if (steps_back.empty()) return;
+  if (steps_back.size() > 1 || times.back() > times.front()) {
+    spdlog::info(
+        "{}: the photographs' names and their times are in different orders; they are played by name", uri);
+    return;
+  }
+  const auto first = files.begin() + static_cast<std::ptrdiff_t>(steps_back.front());
+  spdlog::info(
+      "{}: the photographs' numbers begin again at {}; they are played in the order of their times, from {} "
+      "to {}",
+      uri, files.front().filename().string(), first->filename().string(),
+      std::prev(first)->filename().string());
+  std::rotate(files.begin(), first, files.end());
+}
+
 std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
   std::vector<fs::path> files;
   std::size_t others = 0;
+  std::map<std::string, std::size_t> unread;
   for (const auto& entry : fs::directory_iterator(options.path)) {
     if (!entry.is_regular_file()) continue;
     const std::string name = entry.path().filename().string();
@@ -45,19 +89,28 @@ std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
       files.push_back(entry.path());
     else
       ++others;
+    if (const auto words = UnreadPicture(entry.path()); words && !chosen && !options.glob) ++unread[*words];
   }
   if (!options.glob) LeaveOutRawTwins(files);
   if (files.empty() && options.glob)
     throw Error("{}: none of the {} files in the folder matches '{}'; correct ?glob= or leave it out",
                 options.uri, others, *options.glob);
+  if (files.empty() && !unread.empty())
+    throw Error("{}: the folder contains no images that are read: {} {} {}", options.uri,
+                Counted(unread.begin()->second, "file"), unread.begin()->second == 1 ? "is" : "are",
+                unread.begin()->first);
   if (files.empty())
     throw Error(
         "{}: the folder contains no images ({} other files); name a folder of photographs, a video or a "
         "light field",
         options.uri, others);
+  for (const auto& [words, count] : unread)
+    spdlog::warn("{}: {} {} left out: {}", options.uri, Counted(count, "file"), count == 1 ? "is" : "are",
+                 words);
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return NameOrder(a.filename().string(), b.filename().string());
   });
+  PutInOrderOfTimes(options.uri, files);
   return files;
 }
 
@@ -85,7 +138,7 @@ class FolderSource : public ReplaySource {
       const auto header = ReadImageHeader(file.string());
       if (header != header_) ThrowMixed(file, header ? header->Text() : "another kind of file");
     }
-    first_ = ReadImageFile(files_.front().string());
+    first_ = Read(files_.front());
     if (!options.fps && files_.size() > 1)
       spdlog::info(
           "{}: images of a folder have no times; they are taken for {:g} a second, ?fps= says otherwise",
@@ -107,7 +160,7 @@ class FolderSource : public ReplaySource {
     if (IsRawFile(file))
       Develop(file, frame);
     else
-      frame.image.pixels = next_ == 0 ? first_.clone() : ReadImageFile(file.string());
+      frame.image.pixels = next_ == 0 ? first_.clone() : Read(file);
     const cv::Mat& pixels = frame.image.pixels;
     if (pixels.size() != first_.size() || pixels.type() != first_.type())
       ThrowMixed(file, fmt::format("{}x{}, {} channels", pixels.cols, pixels.rows, pixels.channels()));
@@ -120,6 +173,16 @@ class FolderSource : public ReplaySource {
   }
 
  private:
+  // What was converted, and what was not understood, is said once for the folder.
+  cv::Mat Read(const fs::path& file) {
+    if (IsRawFile(file)) return ReadImageFile(file.string());
+    StoredPicture picture = ReadPicture(file.string());
+    for (const std::string& note : picture.notes)
+      if (said_.insert(note).second) spdlog::info("{}: {}", file.string(), note);
+    for (const std::string& warning : picture.warnings)
+      if (said_.insert(warning).second) spdlog::warn("{}: {}", file.string(), warning);
+    return picture.pixels;
+  }
   [[noreturn]] void ThrowMixed(const fs::path& file, const std::string& what) const {
     const std::string first =
         header_ ? header_->Text()
@@ -132,6 +195,7 @@ class FolderSource : public ReplaySource {
   std::vector<fs::path> files_;
   std::optional<ImageHeader> header_;
   cv::Mat first_;
+  std::set<std::string> said_;
   std::size_t next_ = 0;
 };
 

@@ -23,8 +23,8 @@
 #include "core/base/mutex.h"
 #include "core/base/quantile.h"
 #include "core/base/signal_stack.h"
-#include "core/image/jpeg_file.h"
-#include "core/image/raw_file.h"
+#include "core/image/files/jpeg_file.h"
+#include "core/image/files/raw_file.h"
 
 namespace ulf::acquisition {
 namespace {

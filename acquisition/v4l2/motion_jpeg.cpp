@@ -1,6 +1,7 @@
 #include "acquisition/v4l2/motion_jpeg.h"
 
-#include <opencv2/imgcodecs.hpp>
+#include "core/image/files/jpeg_codec.h"
+
 #include <vector>
 
 namespace ulf::acquisition {
@@ -29,8 +30,8 @@ std::vector<Segment> Segments(std::span<const std::uint8_t> jpeg) {
 // The standard's tables (ITU-T T.81, Annex K.3), taken from an encoder that does not optimise.
 const std::string& StandardTables() {
   static const std::string tables = [] {
-    std::vector<std::uint8_t> jpeg;
-    cv::imencode(".jpg", cv::Mat(16, 16, CV_8UC3, cv::Scalar(1, 2, 3)), jpeg, {cv::IMWRITE_JPEG_OPTIMIZE, 0});
+    const std::string encoded = JpegBytes(cv::Mat(16, 16, CV_8UC3, cv::Scalar(1, 2, 3)));
+    const std::vector<std::uint8_t> jpeg(encoded.begin(), encoded.end());
     std::string found;
     for (const Segment& segment : Segments(jpeg))
       if (segment.marker == kHuffmanTables)

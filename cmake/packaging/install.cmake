@@ -21,6 +21,20 @@ install(FILES ${packaging}/ulfConfig.cmake ${PROJECT_SOURCE_DIR}/cmake/library_p
   ${CMAKE_BINARY_DIR}/generated/ulfConfigVersion.cmake DESTINATION ${package_files} COMPONENT dev)
 
 # --- program
+# Debian's package of OpenCV's contributed modules brings Qt, Tesseract, HDF5 and some 170 packages more; ulf links two small
+# modules of it. A package has its own copies of those, as Debian built them, and needs what they need.
+option(ULF_PRIVATE_MODULES "Install copies of those two" OFF)
+if(ULF_PRIVATE_MODULES)
+  set(private_folder ${CMAKE_BINARY_DIR}/private_libraries)
+  foreach(module aruco mcc)
+    get_target_property(module_file opencv_${module} IMPORTED_LOCATION_RELEASE)
+    get_target_property(module_name opencv_${module} IMPORTED_SONAME_RELEASE)
+    file(REAL_PATH ${module_file} module_file)
+    configure_file(${module_file} ${private_folder}/${module_name} COPYONLY)
+    install(PROGRAMS ${private_folder}/${module_name} DESTINATION ${CMAKE_INSTALL_LIBDIR}/ulf COMPONENT program)
+  endforeach()
+  set_target_properties(ulf PROPERTIES INSTALL_RPATH "\$ORIGIN/../${CMAKE_INSTALL_LIBDIR}/ulf")
+endif()
 install(TARGETS ulf RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 
 # The manual and the completions come from the options that the program itself declares. What they are depends on the

@@ -15,10 +15,17 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 # The libraries that the program links are read from it, with the versions that it needs.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME ulf)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+# Copies of two modules of OpenCV that come with it (install.cmake): no package has to bring them.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/private_libraries)
 # It opens these two by name (libepoxy does): no linker knows of them.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libegl1, libgl1")
 # OpenGL where no GPU's driver is, letters on the display, plots (--plot), man, completion in bash.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libgl1-mesa-dri, fonts-dejavu-core, gnuplot-nox | gnuplot, man-db, bash-completion")
+# What reads and writes videos, opened by name when it is needed (core/video/ffmpeg_calls): of the versions whose headers were there.
+foreach(library avformat avcodec avutil swscale)
+  string(REGEX MATCH "^[0-9]+" major "${ffmpeg_lib${library}_VERSION}")
+  string(APPEND CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS ", lib${library}${major}")
+endforeach()
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ulf-dev, colmap")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
 "captures and renders unstructured light fields

@@ -19,8 +19,9 @@ std::string OpenGlText() {
 
 }  // namespace
 
-std::string VersionText() {
-  return fmt::format("ulf {}\nbuilt with: {}\nOpenGL: {}", ULF_VERSION, ULF_LIBRARIES, OpenGlText());
+std::string VersionText(bool asks_opengl) {
+  const std::string text = fmt::format("ulf {}\nbuilt with: {}", ULF_VERSION, ULF_LIBRARIES);
+  return asks_opengl ? text + "\nOpenGL: " + OpenGlText() : text;
 }
 
 }  // namespace ulf::commands

@@ -23,8 +23,10 @@
 #include "core/base/stop_signal.h"
 #include "core/geometry/sensor_window.h"
 #include "core/image/clipped.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/png_picture.h"
+#include "core/image/files/raw_file.h"
 #include "core/image/image.h"
-#include "core/image/raw_file.h"
 
 namespace ulf::commands {
 namespace {

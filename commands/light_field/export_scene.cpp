@@ -21,6 +21,7 @@
 #include "core/base/progress.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/angles.h"
+#include "core/image/files/png_picture.h"
 #include "core/image/undistortion.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/staged_folder.h"

@@ -11,6 +11,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 #include "coverage/bound/coverage_map.h"

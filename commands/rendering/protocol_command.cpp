@@ -20,6 +20,7 @@
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/stopwatch.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/light_field_io.h"

@@ -12,6 +12,7 @@
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 #include "render/gl/make_renderer.h"

@@ -24,6 +24,7 @@
 #include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "render/display/key_names.h"
 #include "render/display/surface.h"

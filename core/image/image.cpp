@@ -3,19 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <set>
 #include <vector>
-
-#include "core/base/atomic_file.h"
-#include "core/base/error.h"
-#include "core/base/lowercase.h"
-#include "core/image/claimed_size.h"
-#include "core/image/exr_file.h"
-#include "core/image/image_header.h"
-#include "core/image/raw_file.h"
 
 namespace ulf {
 namespace {
@@ -181,122 +170,5 @@ cv::Mat LinearFloat(const Image& image) {
 }
 
 cv::Mat Srgb8FromLinear(const cv::Mat& linear) { return EncodedFromLinear(linear); }
-
-bool ImageFileIsWhole(const std::string& path) {
-  std::error_code unknown;
-  if (!std::filesystem::is_regular_file(path, unknown)) return false;
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) return false;
-  const std::streamoff size = file.tellg();
-  if (size < 12) return false;
-  std::array<unsigned char, 8> head{};
-  file.seekg(0);
-  file.read(reinterpret_cast<char*>(head.data()), head.size());
-  const bool is_png = head[0] == 0x89 && head[1] == 'P';
-  const bool is_jpeg = head[0] == 0xFF && head[1] == 0xD8;
-  if (!is_png && !is_jpeg) return true;  // other decoders report truncation themselves
-  // The end marker may be followed by padding or a trailer of the camera's: look for it from the end.
-  const std::streamoff window = std::min<std::streamoff>(size, is_png ? 64 : 65536);
-  std::string tail(static_cast<std::size_t>(window), '\0');
-  file.seekg(size - window);
-  file.read(tail.data(), window);
-  return is_png ? tail.find("IEND") != std::string::npos : tail.rfind("\xFF\xD9") != std::string::npos;
-}
-
-bool HasImageEnding(const std::filesystem::path& path) {
-  static const std::set<std::string> kEndings = {".png",  ".jpg", ".jpeg", ".tif", ".tiff", ".bmp",
-                                                 ".webp", ".exr", ".ppm",  ".pgm", ".hdr"};
-  return kEndings.contains(Lowercase(path.extension().string())) || IsRawFile(path);
-}
-
-std::string PngBytes(const cv::Mat& pixels) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(".png", pixels, bytes);
-  return {bytes.begin(), bytes.end()};
-}
-
-void WritePictureFile(const std::string& path, const cv::Mat& srgb8) {
-  std::vector<unsigned char> bytes;
-  bool encoded = false;
-  try {
-    encoded = cv::imencode(Lowercase(std::filesystem::path(path).extension().string()), srgb8, bytes);
-  } catch (const cv::Exception&) {
-  }
-  if (!encoded) throw Error("{}: give a picture's name, ending in .png or .jpg", path);
-  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
-
-namespace {
-
-void RequireWholeFile(const std::string& path) {
-  if (std::error_code unknown; std::filesystem::exists(path, unknown)) RequireRegularFile(path);
-  if (!std::ifstream(path))
-    throw Error("{}: the image is missing or cannot be read; restore it (of a light field: ulf repair DIR)",
-                path);
-  if (!ImageFileIsWhole(path))
-    throw Error(
-        "{}: the image is truncated; copy it again from its source (of a light field: ulf repair DIR)", path);
-}
-
-cv::Mat Decoded(const std::string& path) {
-  const std::uintmax_t bytes = std::filesystem::file_size(path);
-  std::ifstream file(path, std::ios::binary);
-  bool is_known = true;
-  constexpr double kBytesOfPixel =
-      6;  // of the largest Netpbm; Radiance's floats are twice that, the others half
-  if (const auto header = ReadImageHeader(path))
-    RequirePixelsOfFile(path, bytes, static_cast<double>(header->width) * static_cast<double>(header->height),
-                        header->channels * header->bits / 8.0);
-  else if (const auto size = ClaimedSize(file))
-    RequirePixelsOfFile(path, bytes, size->area(), kBytesOfPixel);
-  else
-    is_known = false;
-  // OpenCV would decode other kinds, too, but takes the memory that they claim.
-  cv::Mat pixels;
-  try {
-    if (is_known) pixels = cv::imread(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-  }
-  if (pixels.empty())
-    throw Error(
-        "{}: cannot be decoded as an image: it is damaged, or of another kind than PNG, JPEG, TIFF, EXR, "
-        "BMP, WebP, "
-        "PPM, PGM, HDR and raw; copy it again from its source, or convert it (of a light field: ulf repair "
-        "DIR)",
-        path);
-  return pixels;
-}
-
-}  // namespace
-
-cv::Mat ReadImageFile(const std::string& path) {
-  RequireWholeFile(path);
-  if (IsRawFile(path)) return ReadRawFile(path);
-  if (path.ends_with(".exr")) return ReadExr(path);
-  cv::Mat pixels = Decoded(path);
-  if (pixels.channels() == 4) cv::cvtColor(pixels, pixels, cv::COLOR_BGRA2BGR);
-  return pixels;
-}
-
-Transfer TransferOfFile(const std::filesystem::path& path) {
-  return path.extension() == ".exr" || IsRawFile(path) ? Transfer::kLinear : Transfer::kSrgb;
-}
-
-cv::Mat ReadAlpha(const std::string& path) {
-  RequireWholeFile(path);
-  if (path.ends_with(".exr") || IsRawFile(path)) return {};
-  const cv::Mat pixels = Decoded(path);
-  cv::Mat alpha;
-  if (pixels.channels() != 4) {
-    const auto header = ReadImageHeader(path);
-    if (!header || !header->transparent_color) return {};
-    const auto& [red, green, blue] = *header->transparent_color;
-    const cv::Scalar color = pixels.channels() == 1 ? cv::Scalar::all(red) : cv::Scalar(blue, green, red);
-    cv::inRange(pixels, color, color, alpha);
-    return ~alpha;
-  }
-  cv::extractChannel(pixels, alpha, 3);
-  return alpha >= (alpha.depth() == CV_16U ? 1 << 15 : alpha.depth() == CV_8U ? 128 : 0.5);
-}
 
 }  // namespace ulf

@@ -2,10 +2,8 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <string>
 #include <string_view>
 
 namespace ulf {
@@ -52,26 +50,5 @@ cv::Mat Srgb8FromLinear(const cv::Mat& linear);
 float SrgbFromLinear(float linear);
 float LinearFromSrgb(float srgb);
 const std::array<float, 256>& LinearFromSrgb8();  // for every 8-bit value
-
-// Reads an image file without conversion (8 or 16 bits or float, colour or grey; alpha is dropped, Exif
-// orientation ignored); a camera's raw file as raw_file.h reads it. Throws Error naming the file when it is missing, truncated or not an image.
-cv::Mat ReadImageFile(const std::string& path);
-// How the numbers of such a file relate to light, by the ending of its name: linear in EXR and raw files.
-Transfer TransferOfFile(const std::filesystem::path& path);
-
-// The alpha channel of an image file, CV_8UC1: 255 where a pixel is at least half opaque, else 0. Empty where
-// the file has none. Throws as ReadImageFile() does.
-cv::Mat ReadAlpha(const std::string& path);
-
-// Whether a PNG or JPEG file has its end marker; true for other kinds, whose decoders report truncation.
-bool ImageFileIsWhole(const std::string& path);
-// Whether the file's name has the ending of a picture that ReadImageFile() reads, in lower or upper case.
-bool HasImageEnding(const std::filesystem::path& path);
-
-// The picture as a PNG file: 8 or 16 bits, one, three or four channels.
-std::string PngBytes(const cv::Mat& pixels);
-// Encodes by the ending of `path`. Throws DiskFullError or Error; then the file at `path`, if there was one,
-// is unchanged.
-void WritePictureFile(const std::string& path, const cv::Mat& srgb8);
 
 }  // namespace ulf

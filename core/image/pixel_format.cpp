@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
-#include "core/image/jpeg_decoder.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/unpack.h"
 
 namespace ulf {

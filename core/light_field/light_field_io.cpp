@@ -14,7 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 #include "core/base/shell_word.h"
-#include "core/image/raw_file.h"
+#include "core/image/files/raw_file.h"
 #include "core/light_field/derived_files.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"

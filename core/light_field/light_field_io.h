@@ -54,7 +54,7 @@ bool HasMask(const LightField& light_field, const View& view);
 cv::Mat ReadViewMask(const LightField& light_field, const View& view);
 
 // The view's master with its transfer and mosaic, or the photograph if there is no master; the black level is
-// in the view. A camera's raw file is developed (core/image/raw_file.h), cropped to the camera model's size. Throws
+// in the view. A camera's raw file is developed (core/image/files/raw_file.h), cropped to the camera model's size. Throws
 // Error as ReadViewImage does.
 Image ReadViewMaster(const LightField& light_field, const View& view);
 

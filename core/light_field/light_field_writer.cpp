@@ -7,6 +7,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/image/files/png_picture.h"
 #include "core/light_field/derived_files.h"
 #include "core/light_field/folder_check.h"
 #include "core/light_field/light_field_io.h"

@@ -12,7 +12,8 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/image/image_header.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/picture_file.h"
 
 namespace ulf {
 namespace {

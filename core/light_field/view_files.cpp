@@ -3,8 +3,10 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/image/raw_file.h"
-#include "core/image/tiff_file.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/png_picture.h"
+#include "core/image/files/raw_file.h"
+#include "core/image/files/tiff_file.h"
 
 namespace ulf {
 namespace {

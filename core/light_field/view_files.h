@@ -10,8 +10,8 @@
 #include <string>
 
 #include "core/base/atomic_file.h"
+#include "core/image/files/raw_file.h"
 #include "core/image/frame.h"
-#include "core/image/raw_file.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {

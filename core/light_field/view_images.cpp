@@ -6,9 +6,10 @@
 
 #include "core/base/error.h"
 #include "core/image/clipped.h"
-#include "core/image/exr_file.h"
-#include "core/image/image_header.h"
-#include "core/image/raw_file.h"
+#include "core/image/files/exr_file.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/raw_file.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/view_exposures.h"
 #include "core/light_field/view_files.h"

@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "core/image/raw_file.h"
+#include "core/image/files/raw_file.h"
 #include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/journal.h"
 #include "core/light_field/light_field_io.h"

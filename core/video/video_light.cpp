@@ -1,13 +1,11 @@
 #include "core/video/video_light.h"
 
-extern "C" {
-#include <libavutil/pixdesc.h>
-}
-
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "core/video/ffmpeg_calls.h"
 
 namespace ulf {
 namespace {
@@ -81,7 +79,7 @@ bool VideoLight::IsOf(const AVFrame& frame) const {
 }
 
 void VideoLight::Judge(const AVFrame& frame) {
-  const AVPixFmtDescriptor* layout = av_pix_fmt_desc_get(format_);
+  const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(format_);
   is_rgb_ = layout && (layout->flags & (AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL)) != 0;
   const bool is_gray = layout && layout->nb_components <= 2 && !is_rgb_;
   is_full_ = is_rgb_ || IsMarkedFull(format_) || range_ == AVCOL_RANGE_JPEG;
@@ -110,7 +108,7 @@ void VideoLight::Judge(const AVFrame& frame) {
     case AVCOL_TRC_SMPTE240M:
       warnings_.push_back(
           fmt::format("its transfer curve ({}) is not understood and taken for that of BT.709",
-                      Word(av_color_transfer_name(curve_))));
+                      Word(Ffmpeg().av_color_transfer_name(curve_))));
       break;
     default:
       break;  // curves for displays, which players show as they are
@@ -130,7 +128,7 @@ void VideoLight::Judge(const AVFrame& frame) {
     case AVCOL_PRI_EBU3213:
     case AVCOL_PRI_BT470M:
       warnings_.push_back(fmt::format("its primaries ({}) are not understood and taken for those of BT.709",
-                                      Word(av_color_primaries_name(primaries_))));
+                                      Word(Ffmpeg().av_color_primaries_name(primaries_))));
       break;
     default:
       break;  // BT.601's differ from BT.709's by less than cameras do
@@ -157,14 +155,14 @@ void VideoLight::Judge(const AVFrame& frame) {
     default:
       used_matrix_ = usual;
       warnings_.push_back(fmt::format("its colour matrix ({}) is not understood and taken for {}",
-                                      Word(av_color_space_name(matrix_)), usual_name));
+                                      Word(Ffmpeg().av_color_space_name(matrix_)), usual_name));
   }
 }
 
 void VideoLight::Set(SwsContext& scaler) const {
   constexpr int kAsIs = 1 << 16;
-  sws_setColorspaceDetails(&scaler, sws_getCoefficients(used_matrix_), is_full_ ? 1 : 0,
-                           sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, kAsIs, kAsIs);
+  Ffmpeg().sws_setColorspaceDetails(&scaler, Ffmpeg().sws_getCoefficients(used_matrix_), is_full_ ? 1 : 0,
+                                    Ffmpeg().sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, kAsIs, kAsIs);
 }
 
 void VideoLight::MakeCurve() {

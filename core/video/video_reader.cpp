@@ -1,13 +1,5 @@
 #include "core/video/video_reader.h"
 
-extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-#include <libavutil/display.h>
-#include <libavutil/pixdesc.h>
-#include <libswscale/swscale.h>
-}
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,6 +11,7 @@ extern "C" {
 #include "core/base/error.h"
 #include "core/video/container_end.h"
 #include "core/video/ffmpeg.h"
+#include "core/video/ffmpeg_calls.h"
 #include "core/video/video_light.h"
 
 namespace ulf {
@@ -27,13 +20,13 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CloseInput {
-  void operator()(AVFormatContext* input) const { avformat_close_input(&input); }
+  void operator()(AVFormatContext* input) const { Ffmpeg().avformat_close_input(&input); }
 };
 struct FreeCodec {
-  void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
+  void operator()(AVCodecContext* codec) const { Ffmpeg().avcodec_free_context(&codec); }
 };
 struct FreeScaler {
-  void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
+  void operator()(SwsContext* scaler) const { Ffmpeg().sws_freeContext(scaler); }
 };
 using Input = std::unique_ptr<AVFormatContext, CloseInput>;
 using Codec = std::unique_ptr<AVCodecContext, FreeCodec>;
@@ -43,10 +36,11 @@ using Scaler = std::unique_ptr<SwsContext, FreeScaler>;
 Input Open(const fs::path& file) {
   RouteFfmpegLog();
   AVDictionary* options = nullptr;
-  av_dict_set(&options, "protocol_whitelist", "file", 0);
+  Ffmpeg().av_dict_set(&options, "protocol_whitelist", "file", 0);
   AVFormatContext* opened = nullptr;
-  const int status = avformat_open_input(&opened, ("file:" + file.string()).c_str(), nullptr, &options);
-  av_dict_free(&options);
+  const int status =
+      Ffmpeg().avformat_open_input(&opened, ("file:" + file.string()).c_str(), nullptr, &options);
+  Ffmpeg().av_dict_free(&options);
   if (status < 0) {
     const std::string missing = MissingEnd(file);
     throw Error("{}: is no video that can be opened: {}", file.string(),
@@ -62,7 +56,7 @@ bool IsPictureFormat(const AVFormatContext& input) {
 }
 
 int StreamOf(AVFormatContext& input) {
-  const int stream = av_find_best_stream(&input, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+  const int stream = Ffmpeg().av_find_best_stream(&input, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   const bool is_cover =
       stream >= 0 && (input.streams[stream]->disposition & AV_DISPOSITION_ATTACHED_PIC) != 0;
   return is_cover ? -1 : stream;
@@ -143,13 +137,13 @@ struct VideoReader::State {
       : name(file.string()),
         input(Open(file)),
         missing_end(MissingEnd(file)),
-        packet(av_packet_alloc()),
-        frame(av_frame_alloc()) {
+        packet(Ffmpeg().av_packet_alloc()),
+        frame(Ffmpeg().av_frame_alloc()) {
     if (IsPictureFormat(*input))
       throw Error(
           "{}: is one picture and no video; name the folder that holds it (?glob= chooses among its files)",
           name);
-    if (const int status = avformat_find_stream_info(input.get(), nullptr); status < 0)
+    if (const int status = Ffmpeg().avformat_find_stream_info(input.get(), nullptr); status < 0)
       throw Error("{}: is no video that can be read: {}", name, FfmpegWords(status));
     index = StreamOf(*input);
     if (index < 0) throw Error("{}: holds no video stream", name);
@@ -164,8 +158,8 @@ struct VideoReader::State {
     has_first = true;
   }
   ~State() {
-    av_packet_free(&packet);
-    av_frame_free(&frame);
+    Ffmpeg().av_packet_free(&packet);
+    Ffmpeg().av_frame_free(&frame);
   }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
@@ -174,17 +168,17 @@ struct VideoReader::State {
 
   void OpenCodec() {
     const AVCodecParameters* parameters = Stream().codecpar;
-    const AVCodec* decoder = avcodec_find_decoder(parameters->codec_id);
+    const AVCodec* decoder = Ffmpeg().avcodec_find_decoder(parameters->codec_id);
     if (!decoder)
       throw Error(
           "{}: its pictures are coded as {}, which FFmpeg's libraries here cannot decode; export it as H.264",
-          name, avcodec_get_name(parameters->codec_id));
-    codec.reset(avcodec_alloc_context3(decoder));
+          name, Ffmpeg().avcodec_get_name(parameters->codec_id));
+    codec.reset(Ffmpeg().avcodec_alloc_context3(decoder));
     codec->pkt_timebase = Stream().time_base;
     codec->thread_type = FF_THREAD_SLICE;
     codec->thread_count = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 16);
-    int status = avcodec_parameters_to_context(codec.get(), parameters);
-    if (status >= 0) status = avcodec_open2(codec.get(), decoder, nullptr);
+    int status = Ffmpeg().avcodec_parameters_to_context(codec.get(), parameters);
+    if (status >= 0) status = Ffmpeg().avcodec_open2(codec.get(), decoder, nullptr);
     if (status < 0)
       throw Error("{}: the decoder of {} cannot be opened: {}", name, decoder->name, FfmpegWords(status));
   }
@@ -192,7 +186,7 @@ struct VideoReader::State {
   // The next picture into `frame`; false at the end.
   bool Decode() {
     while (true) {
-      const int status = avcodec_receive_frame(codec.get(), frame);
+      const int status = Ffmpeg().avcodec_receive_frame(codec.get(), frame);
       if (status == 0) {
         if (frame->decode_error_flags == 0 && (frame->flags & AV_FRAME_FLAG_CORRUPT) == 0) return true;
         ++damaged;
@@ -211,20 +205,20 @@ struct VideoReader::State {
   bool Feed() {
     if (drains) return false;
     while (true) {
-      const int status = av_read_frame(input.get(), packet);
+      const int status = Ffmpeg().av_read_frame(input.get(), packet);
       if (status < 0) {
         if (status != AVERROR_EOF) problem = FfmpegWords(status);
         drains = true;
-        avcodec_send_packet(codec.get(), nullptr);
+        Ffmpeg().avcodec_send_packet(codec.get(), nullptr);
         return true;
       }
       const bool is_ours = packet->stream_index == index;
       int sent = 0;
       if (is_ours) {
         if ((packet->flags & AV_PKT_FLAG_CORRUPT) != 0) problem = "a part of it is missing";
-        sent = avcodec_send_packet(codec.get(), packet);
+        sent = Ffmpeg().avcodec_send_packet(codec.get(), packet);
       }
-      av_packet_unref(packet);
+      Ffmpeg().av_packet_unref(packet);
       if (!is_ours) continue;
       if (sent < 0 && sent != AVERROR(EAGAIN)) ++damaged;
       return true;
@@ -234,9 +228,10 @@ struct VideoReader::State {
   void TellFacts() {
     stored = {frame->width, frame->height};
     light.emplace(*frame);
-    facts.frame_rate = Ratio(av_guess_frame_rate(input.get(), input->streams[index], nullptr));
+    facts.frame_rate = Ratio(Ffmpeg().av_guess_frame_rate(input.get(), input->streams[index], nullptr));
     facts.frames = Stream().nb_frames > 0 ? static_cast<double>(Stream().nb_frames) : LengthByDuration();
-    facts.pixel_aspect = Ratio(av_guess_sample_aspect_ratio(input.get(), input->streams[index], frame));
+    facts.pixel_aspect =
+        Ratio(Ffmpeg().av_guess_sample_aspect_ratio(input.get(), input->streams[index], frame));
     if (facts.pixel_aspect == 0) facts.pixel_aspect = 1;
     TellTurn();
     facts.width = turn.transposes ? stored.height : stored.width;
@@ -269,8 +264,9 @@ struct VideoReader::State {
   }
 
   void TellTurn() {
-    const std::uint8_t* data = av_stream_get_side_data(&Stream(), AV_PKT_DATA_DISPLAYMATRIX, nullptr);
-    if (const AVFrameSideData* of_frame = av_frame_get_side_data(frame, AV_FRAME_DATA_DISPLAYMATRIX))
+    const std::uint8_t* data =
+        Ffmpeg().av_stream_get_side_data(&Stream(), AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+    if (const AVFrameSideData* of_frame = Ffmpeg().av_frame_get_side_data(frame, AV_FRAME_DATA_DISPLAYMATRIX))
       data = of_frame->data;
     if (!data) return;
     std::array<std::int32_t, 9> matrix{};
@@ -311,20 +307,21 @@ struct VideoReader::State {
     const auto format = static_cast<AVPixelFormat>(frame->format);
     const AVPixelFormat wanted = light->is_deep() ? AV_PIX_FMT_BGR48 : AV_PIX_FMT_BGR24;
     if (!scaler) {
-      scaler.reset(
-          sws_getContext(frame->width, field.height, WithoutRange(format), frame->width, field.height, wanted,
-                         light->is_deep() ? SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT : SWS_BICUBIC,
-                         nullptr, nullptr, nullptr));
+      scaler.reset(Ffmpeg().sws_getContext(
+          frame->width, field.height, WithoutRange(format), frame->width, field.height, wanted,
+          light->is_deep() ? SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT : SWS_BICUBIC, nullptr,
+          nullptr, nullptr));
       if (!scaler)
         throw Error("{}: its pixels are stored as {}, which cannot be converted", name,
-                    av_get_pix_fmt_name(format) ? av_get_pix_fmt_name(format) : "an unknown format");
+                    Ffmpeg().av_get_pix_fmt_name(format) ? Ffmpeg().av_get_pix_fmt_name(format)
+                                                         : "an unknown format");
       light->Set(*scaler);
     }
     cv::Mat pixels(field.height, frame->width, light->is_deep() ? CV_16UC3 : CV_8UC3);
     std::array<std::uint8_t*, 4> data{pixels.data};
     std::array<int, 4> line_bytes{static_cast<int>(pixels.step)};
-    const int lines = sws_scale(scaler.get(), field.data.data(), field.line_bytes.data(), 0, field.height,
-                                data.data(), line_bytes.data());
+    const int lines = Ffmpeg().sws_scale(scaler.get(), field.data.data(), field.line_bytes.data(), 0,
+                                         field.height, data.data(), line_bytes.data());
     if (lines != field.height) throw Error("{}: a picture cannot be converted: {}", name, FfmpegWords(lines));
     return pixels;
   }
@@ -351,9 +348,9 @@ struct VideoReader::State {
       has_first = false;
       if (frame->width != stored.width || frame->height != stored.height || !light->IsOf(*frame)) {
         if (others++ == 0)
-          first_other =
-              fmt::format("from picture {} on some are {}x{} ({})", delivered + 1, frame->width,
-                          frame->height, av_get_pix_fmt_name(static_cast<AVPixelFormat>(frame->format)));
+          first_other = fmt::format("from picture {} on some are {}x{} ({})", delivered + 1, frame->width,
+                                    frame->height,
+                                    Ffmpeg().av_get_pix_fmt_name(static_cast<AVPixelFormat>(frame->format)));
         continue;
       }
       VideoPicture picture{Picture(), TimeOfFrame()};

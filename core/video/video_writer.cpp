@@ -1,18 +1,12 @@
 #include "core/video/video_writer.h"
 
-extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-#include <libavutil/opt.h>
-#include <libswscale/swscale.h>
-}
-
 #include <cerrno>
 #include <string>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/video/ffmpeg.h"
+#include "core/video/ffmpeg_calls.h"
 
 namespace ulf {
 
@@ -20,21 +14,24 @@ namespace fs = std::filesystem;
 
 struct VideoWriter::State {
   State(const fs::path& mp4, const cv::Size& wanted, double frame_rate)
-      : name(mp4.string()), size(wanted), packet(av_packet_alloc()), frame(av_frame_alloc()) {
+      : name(mp4.string()),
+        size(wanted),
+        packet(Ffmpeg().av_packet_alloc()),
+        frame(Ffmpeg().av_frame_alloc()) {
     try {
       OpenCodec(frame_rate);
       OpenFile();
       frame->format = codec->pix_fmt;
       frame->width = size.width;
       frame->height = size.height;
-      Require(av_frame_get_buffer(frame, 0), "no memory for a picture");
-      scaler =
-          sws_getContext(size.width, size.height, AV_PIX_FMT_BGR24, size.width, size.height, codec->pix_fmt,
-                         SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP, nullptr, nullptr, nullptr);
+      Require(Ffmpeg().av_frame_get_buffer(frame, 0), "no memory for a picture");
+      scaler = Ffmpeg().sws_getContext(size.width, size.height, AV_PIX_FMT_BGR24, size.width, size.height,
+                                       codec->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP,
+                                       nullptr, nullptr, nullptr);
       if (!scaler) throw Error("{}: pictures of {}x{} cannot be converted", name, size.width, size.height);
       constexpr int kAsIs = 1 << 16;
-      sws_setColorspaceDetails(scaler, sws_getCoefficients(SWS_CS_DEFAULT), 1,
-                               sws_getCoefficients(SWS_CS_ITU709), 0, 0, kAsIs, kAsIs);
+      Ffmpeg().sws_setColorspaceDetails(scaler, Ffmpeg().sws_getCoefficients(SWS_CS_DEFAULT), 1,
+                                        Ffmpeg().sws_getCoefficients(SWS_CS_ITU709), 0, 0, kAsIs, kAsIs);
     } catch (...) {
       Free();
       throw;
@@ -45,12 +42,12 @@ struct VideoWriter::State {
   State& operator=(const State&) = delete;
 
   void Free() {
-    if (file && file->pb) avio_closep(&file->pb);
-    avformat_free_context(file);
-    avcodec_free_context(&codec);
-    sws_freeContext(scaler);
-    av_frame_free(&frame);
-    av_packet_free(&packet);
+    if (file && file->pb) Ffmpeg().avio_closep(&file->pb);
+    Ffmpeg().avformat_free_context(file);
+    Ffmpeg().avcodec_free_context(&codec);
+    Ffmpeg().sws_freeContext(scaler);
+    Ffmpeg().av_frame_free(&frame);
+    Ffmpeg().av_packet_free(&packet);
     file = nullptr;
     scaler = nullptr;
   }
@@ -63,12 +60,12 @@ struct VideoWriter::State {
 
   void OpenCodec(double frame_rate) {
     constexpr int kMostTerm = 1'000'000;
-    const AVRational rate = av_d2q(frame_rate, kMostTerm);
+    const AVRational rate = Ffmpeg().av_d2q(frame_rate, kMostTerm);
     for (const char* encoder_name : {"libx264", "libopenh264", "mpeg4"}) {
-      const AVCodec* encoder = avcodec_find_encoder_by_name(encoder_name);
+      const AVCodec* encoder = Ffmpeg().avcodec_find_encoder_by_name(encoder_name);
       if (!encoder) continue;
-      avcodec_free_context(&codec);
-      codec = avcodec_alloc_context3(encoder);
+      Ffmpeg().avcodec_free_context(&codec);
+      codec = Ffmpeg().avcodec_alloc_context3(encoder);
       codec->width = size.width;
       codec->height = size.height;
       codec->time_base = av_inv_q(rate);
@@ -80,13 +77,13 @@ struct VideoWriter::State {
       codec->color_trc = AVCOL_TRC_BT709;
       codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
       if (encoder->id == AV_CODEC_ID_H264) {
-        av_opt_set(codec->priv_data, "crf", "17", 0);  // differences are hardly seen
-        av_opt_set(codec->priv_data, "preset", "medium", 0);
+        Ffmpeg().av_opt_set(codec->priv_data, "crf", "17", 0);  // differences are hardly seen
+        Ffmpeg().av_opt_set(codec->priv_data, "preset", "medium", 0);
       } else {
         codec->flags |= AV_CODEC_FLAG_QSCALE;
         codec->global_quality = 2 * FF_QP2LAMBDA;
       }
-      status = avcodec_open2(codec, encoder, nullptr);
+      status = Ffmpeg().avcodec_open2(codec, encoder, nullptr);
       if (status >= 0) return;
     }
     if (!codec)
@@ -97,32 +94,32 @@ struct VideoWriter::State {
   }
 
   void OpenFile() {
-    Require(avformat_alloc_output_context2(&file, nullptr, "mp4", ("file:" + name).c_str()),
+    Require(Ffmpeg().avformat_alloc_output_context2(&file, nullptr, "mp4", ("file:" + name).c_str()),
             "cannot be written");
-    AVStream* stream = avformat_new_stream(file, nullptr);
-    Require(stream ? avcodec_parameters_from_context(stream->codecpar, codec) : AVERROR(ENOMEM),
+    AVStream* stream = Ffmpeg().avformat_new_stream(file, nullptr);
+    Require(stream ? Ffmpeg().avcodec_parameters_from_context(stream->codecpar, codec) : AVERROR(ENOMEM),
             "cannot be written");
     stream->time_base = codec->time_base;
     stream->avg_frame_rate = codec->framerate;
-    Require(avio_open(&file->pb, file->url, AVIO_FLAG_WRITE), "cannot be written");
+    Require(Ffmpeg().avio_open(&file->pb, file->url, AVIO_FLAG_WRITE), "cannot be written");
     AVDictionary* options = nullptr;
-    av_dict_set(&options, "movflags", "+faststart+write_colr", 0);
-    const int written = avformat_write_header(file, &options);
-    av_dict_free(&options);
+    Ffmpeg().av_dict_set(&options, "movflags", "+faststart+write_colr", 0);
+    const int written = Ffmpeg().avformat_write_header(file, &options);
+    Ffmpeg().av_dict_free(&options);
     Require(written, "cannot be written");
   }
 
   // Gives the encoder a picture, or the end; writes what it has made.
   void Encode(AVFrame* picture) {
-    Require(avcodec_send_frame(codec, picture), "a picture cannot be encoded");
+    Require(Ffmpeg().avcodec_send_frame(codec, picture), "a picture cannot be encoded");
     while (true) {
-      const int received = avcodec_receive_packet(codec, packet);
+      const int received = Ffmpeg().avcodec_receive_packet(codec, packet);
       if (received == AVERROR(EAGAIN) || received == AVERROR_EOF) return;
       Require(received, "a picture cannot be encoded");
       packet->stream_index = 0;
       packet->duration = 1;
-      av_packet_rescale_ts(packet, codec->time_base, file->streams[0]->time_base);
-      Require(av_interleaved_write_frame(file, packet), "a picture cannot be written");
+      Ffmpeg().av_packet_rescale_ts(packet, codec->time_base, file->streams[0]->time_base);
+      Require(Ffmpeg().av_interleaved_write_frame(file, packet), "a picture cannot be written");
       Require(file->pb->error, "a picture cannot be written");
     }
   }
@@ -150,10 +147,10 @@ void VideoWriter::Add(const cv::Mat& srgb8) {
   if (srgb8.size() != state.size || srgb8.type() != CV_8UC3)
     throw Error("{}: a picture is {}x{}, the video {}x{}", state.name, srgb8.cols, srgb8.rows,
                 state.size.width, state.size.height);
-  state.Require(av_frame_make_writable(state.frame), "no memory for a picture");
+  state.Require(Ffmpeg().av_frame_make_writable(state.frame), "no memory for a picture");
   const std::uint8_t* const data[]{srgb8.data};
   const int line_bytes[]{static_cast<int>(srgb8.step)};
-  sws_scale(state.scaler, data, line_bytes, 0, srgb8.rows, state.frame->data, state.frame->linesize);
+  Ffmpeg().sws_scale(state.scaler, data, line_bytes, 0, srgb8.rows, state.frame->data, state.frame->linesize);
   state.frame->pts = state.count++;
   state.Encode(state.frame);
 }
@@ -161,9 +158,9 @@ void VideoWriter::Add(const cv::Mat& srgb8) {
 void VideoWriter::Close() {
   State& state = *state_;
   state.Encode(nullptr);
-  state.Require(av_write_trailer(state.file), "the end cannot be written");
+  state.Require(Ffmpeg().av_write_trailer(state.file), "the end cannot be written");
   const int failed = state.file->pb->error;
-  const int closed = avio_closep(&state.file->pb);
+  const int closed = Ffmpeg().avio_closep(&state.file->pb);
   state.Require(failed < 0 ? failed : closed, "the end cannot be written");
 }
 

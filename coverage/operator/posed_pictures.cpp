@@ -1,11 +1,11 @@
 #include "coverage/operator/posed_pictures.h"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "core/base/quantile.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/image.h"
 
 namespace ulf::coverage {
@@ -22,12 +22,13 @@ PosedPicture PosedPicture::Of(const Image& image, const CameraModel& camera, con
   picture.key = key;
   picture.camera = camera.ScaledTo(size.width, size.height);
   picture.cam_from_world = cam_from_world;
-  cv::imencode(".jpg", small, picture.jpeg, {cv::IMWRITE_JPEG_QUALITY, 92});
+  constexpr int kJpegQuality = 92;
+  picture.jpeg = JpegBytes(small, kJpegQuality);
   picture.jpeg.shrink_to_fit();  // RecordedPictures counts its size
   return picture;
 }
 
-cv::Mat PosedPicture::Srgb8() const { return cv::imdecode(jpeg, cv::IMREAD_COLOR); }
+cv::Mat PosedPicture::Srgb8() const { return ReadJpeg(jpeg, "a small picture of a view").pixels; }
 
 std::vector<WeightedPicture> SpreadPictures::pictures() const {
   std::vector<WeightedPicture> pictures;

@@ -16,7 +16,7 @@ struct PosedPicture {
   std::uint64_t key = 0;  // its own: two pictures never share one
   CameraModel camera;     // of the copy, with its distortion
   Rigid3 cam_from_world;
-  std::vector<unsigned char> jpeg;
+  std::string jpeg;
 
   // Of `image`, which `camera` took, at most kLongerSide pixels.
   static PosedPicture Of(const Image& image, const CameraModel& camera, const Rigid3& cam_from_world,

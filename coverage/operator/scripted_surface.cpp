@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/output_path.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "render/display/key_names.h"
 

@@ -15,6 +15,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
+#include "core/image/files/png_picture.h"
 #include "render/output/narrow_gaps.h"
 #include "render/output/tiled_rendering.h"
 

@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-#include "core/image/exr_file.h"
+#include "core/image/files/exr_file.h"
 #include "render/renderer/renderer.h"
 
 namespace ulf::render {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/geometry/digest.h"
-#include "core/image/exr_file.h"
+#include "core/image/files/exr_file.h"
 #include "core/image/image.h"
 
 namespace ulf::render {

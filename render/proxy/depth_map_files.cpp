@@ -9,7 +9,6 @@
 #include <deque>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <regex>
 #include <set>
 #include <string>
@@ -20,8 +19,9 @@
 #include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
 #include "core/geometry/digest.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/png_picture.h"
 #include "core/image/image.h"
-#include "core/image/image_header.h"
 #include "core/light_field/folder/opened_folder.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/indexed_file.h"
@@ -58,12 +58,7 @@ ViewDepthMap ReadMap(const MapFile& file) {
   if (!header || header->kind != "PNG" || header->bits != 16 || header->channels != 1 ||
       header->width != file.camera.width || header->height != file.camera.height)
     throw Error("{}: no depth map of {}x{}", file.path.string(), file.camera.width, file.camera.height);
-  cv::Mat pixels;
-  try {
-    pixels =
-        cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8U, bytes.data()), cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {
-  }
+  const cv::Mat pixels = ReadPng(bytes, file.path.string()).pixels;
   if (pixels.type() != CV_16UC1) throw Error("{}: cannot be decoded", file.path.string());
   return {file.camera, pixels, file.unit, file.step};
 }

@@ -5,7 +5,8 @@
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/image/exr_file.h"
+#include "core/image/files/exr_file.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 
 namespace ulf::render {

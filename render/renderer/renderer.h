@@ -5,7 +5,7 @@
 //   auto scene = LoadScene(ReadLightField(dir), {});
 //   auto renderer = MakeRenderer(scene, {});  // render/gl/make_renderer.h
 //   const Rendering picture = renderer->Render(camera, cam_from_world);
-//   cv::imwrite("picture.png", Srgb8FromLinear(picture.linear));
+//   WritePictureFile("picture.png", Srgb8FromLinear(picture.linear));
 //
 // For each pixel the proxy gives the point P, and the blending field gives the weights of the views. A view
 // that does not see P loses its weight, gradually over kFeatherShare at the edge of its image. The remaining

@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/digest.h"
-#include "core/image/tiff_file.h"
+#include "core/image/files/tiff_file.h"
 #include "render/proxy/indexed_file.h"
 
 namespace ulf::render {

@@ -11,6 +11,7 @@
 #include "core/base/json_text.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_json.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 
 namespace ulf::render {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <utility>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
+#include "core/image/files/webp_picture.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/xml_file.h"
 #include "render/fields/mesh_field.h"
@@ -265,9 +265,7 @@ std::string PosterHtml(const ViewerCamera& start, double radius) {
 
 std::string PosterBytes(const cv::Mat& poster) {
   constexpr int kPosterQuality = 75;  // Guessed.
-  std::vector<unsigned char> bytes;
-  if (!poster.empty()) cv::imencode(".webp", poster, bytes, {cv::IMWRITE_WEBP_QUALITY, kPosterQuality});
-  return {bytes.begin(), bytes.end()};
+  return poster.empty() ? std::string() : WebpBytes(poster, kPosterQuality);
 }
 
 std::string PageHtml(const std::string& title, const std::string& poster) {

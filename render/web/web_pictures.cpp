@@ -6,12 +6,12 @@
 #include <cmath>
 #include <exception>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/parallel_for.h"
+#include "core/image/files/webp_picture.h"
 #include "core/image/image.h"
 #include "core/image/undistortion.h"
 
@@ -126,23 +126,16 @@ class PicturesOfViews {
   std::vector<cv::Mat> kept_;  // of the size that was drawn last
 };
 
-std::string WebP(const cv::Mat& picture, int quality) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".webp", picture, bytes, {cv::IMWRITE_WEBP_QUALITY, quality}))
-    throw Error("a picture of {}x{} could not be encoded as WebP", picture.cols, picture.rows);
-  return {bytes.begin(), bytes.end()};
-}
-
 WebPicture Encoded(PicturesOfViews& views, std::size_t index, int longest_px, int quality) {
   WebPicture encoded{.camera = views.CameraOf(index, longest_px), .fine = {}, .small = {}};
   const cv::Mat picture = views.Draw(index, encoded.camera);
   encoded.has_gaps = picture.channels() == 4;
-  encoded.fine = WebP(picture, quality);
+  encoded.fine = WebpBytes(picture, quality);
   const cv::Size small(std::max(1, encoded.camera.width / kSmallWebPicture),
                        std::max(1, encoded.camera.height / kSmallWebPicture));
   cv::Mat reduced;
   cv::resize(picture, reduced, small, 0, 0, cv::INTER_AREA);
-  encoded.small = WebP(reduced, kSmallQuality);
+  encoded.small = WebpBytes(reduced, kSmallQuality);
   return encoded;
 }
 

@@ -25,7 +25,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
 #include "core/base/error.h"
-#include "core/image/tiff_file.h"
+#include "core/image/files/tiff_file.h"
 #include "coverage/session/record/view_spool.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/child_process.h"

@@ -19,6 +19,7 @@
 #include "core/base/host_time.h"
 #include "core/base/json_text.h"
 #include "core/geometry/digest.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/child_process.h"

@@ -107,7 +107,9 @@ Eigen::Matrix3d BalancedFromSrgb(const std::array<double, 9>& matrix) {
 }  // namespace
 
 std::string DngBytes(const DngCamera& camera, const DngLight& light) {
-  const int side = camera.pattern.size() == 36 ? 6 : 2;
+  const bool is_linear = camera.pattern.empty();
+  const int side = is_linear ? 1 : static_cast<int>(std::lround(std::sqrt(camera.pattern.size())));
+  const int samples = is_linear ? 3 : 1;
   const auto color = [&](int x, int y) {
     const char name = camera.pattern[static_cast<std::size_t>(Modulo(y, side) * side + Modulo(x, side))];
     return name == 'R' ? 0 : name == 'G' ? 1 : 2;
@@ -116,24 +118,35 @@ std::string DngBytes(const DngCamera& camera, const DngLight& light) {
   const Eigen::Matrix3d balanced_from_srgb = BalancedFromSrgb(camera.matrix);
   std::string pixels;
   const double most = std::ldexp(1, camera.bits) - 1;
-  for (int y = 0; y < camera.sensor.height; ++y) {
-    std::vector<std::uint32_t> row;
-    for (int x = 0; x < camera.sensor.width; ++x) {
-      const int u = x - camera.visible.x, v = y - camera.visible.y;
-      const int c = color(u, v);
-      double level = camera.black;
+  const auto put_pixel = [&](int x, int y, std::vector<std::uint32_t>& row) {
+    const int u = x - camera.visible.x, v = y - camera.visible.y;
+    for (int sample = 0; sample < samples; ++sample) {
+      const int c = is_linear ? sample : color(u, v);
+      const int black = camera.blacks ? (*camera.blacks)[static_cast<std::size_t>(c)] : camera.black;
+      double level = black;
       if (camera.visible.contains({x, y})) {
         const cv::Vec3d rgb = light(u, v);
         const double balanced = balanced_from_srgb.row(c).dot(Eigen::Vector3d(rgb[0], rgb[1], rgb[2]));
         const double full = says_neutral ? camera.neutral[static_cast<std::size_t>(c)] : 1;
-        level += (camera.white - camera.black) * full * balanced;
+        level += (camera.white - black) * full * balanced;
       }
       // The sensor is full at its white level.
       row.push_back(static_cast<std::uint32_t>(
           std::lround(std::clamp(level, 0.0, std::min<double>(camera.white, most)))));
     }
-    pixels += Packed(row, camera.bits);
-  }
+  };
+  const cv::Size block = camera.tile > 0 ? cv::Size(camera.tile, camera.tile) : camera.sensor;
+  std::vector<std::uint32_t> places, sizes;
+  for (int top = 0; top < camera.sensor.height; top += block.height)
+    for (int left = 0; left < camera.sensor.width; left += block.width) {
+      places.push_back(static_cast<std::uint32_t>(pixels.size()));
+      for (int y = top; y < top + block.height; ++y) {
+        std::vector<std::uint32_t> row;
+        for (int x = left; x < left + block.width; ++x) put_pixel(x, y, row);
+        pixels += Packed(row, camera.bits);
+      }
+      sizes.push_back(static_cast<std::uint32_t>(pixels.size()) - places.back());
+    }
 
   const auto whole = [](int value) { return static_cast<std::uint32_t>(value); };
   Directory exif;
@@ -148,27 +161,40 @@ std::string DngBytes(const DngCamera& camera, const DngLight& light) {
   main.Whole(254, kLong, {0});
   main.Whole(256, kLong, {whole(camera.sensor.width)});
   main.Whole(257, kLong, {whole(camera.sensor.height)});
-  main.Whole(258, kShort, {whole(camera.bits)});
+  main.Whole(258, kShort, std::vector<std::uint32_t>(static_cast<std::size_t>(samples), whole(camera.bits)));
   main.Whole(259, kShort, {1});
-  main.Whole(262, kShort, {32803});
+  main.Whole(262, kShort, {is_linear ? 34892U : 32803U});
   main.Text(271, "Acme");
   main.Text(272, "Acme Studio 1");
-  main.Whole(273, kLong, {0});
   main.Whole(274, kShort, {whole(camera.orientation)});
-  main.Whole(277, kShort, {1});
-  main.Whole(278, kLong, {whole(camera.sensor.height)});
-  main.Whole(279, kLong, {static_cast<std::uint32_t>(pixels.size())});
+  main.Whole(277, kShort, {whole(samples)});
+  const std::uint16_t places_tag = camera.tile > 0 ? 324 : 273;
+  main.Whole(places_tag, kLong, places);
+  if (camera.tile > 0) {
+    main.Whole(322, kLong, {whole(camera.tile)});
+    main.Whole(323, kLong, {whole(camera.tile)});
+    main.Whole(325, kLong, sizes);
+  } else {
+    main.Whole(278, kLong, {whole(camera.sensor.height)});
+    main.Whole(279, kLong, sizes);
+  }
   main.Whole(284, kShort, {1});
-  main.Whole(33421, kShort, {whole(side), whole(side)});
+  if (!is_linear) main.Whole(33421, kShort, {whole(side), whole(side)});
   std::vector<std::uint32_t> pattern;
-  for (int y = 0; y < side; ++y)
+  for (int y = 0; !is_linear && y < side; ++y)
     for (int x = 0; x < side; ++x) pattern.push_back(whole(color(x, y)));
-  main.Whole(33422, kByte, pattern);
+  if (!is_linear) main.Whole(33422, kByte, pattern);
   main.Whole(34665, kLong, {0});
   main.Whole(50706, kByte, {1, 4, 0, 0});
   main.Whole(50707, kByte, {1, 1, 0, 0});
   main.Text(50708, "Acme Studio 1");
-  main.Whole(50714, kLong, {whole(camera.black)});
+  if (!is_linear) main.Whole(50711, kShort, {whole(camera.mosaic_layout)});
+  if (camera.blacks)
+    main.Whole(50714, kLong,
+               {whole((*camera.blacks)[0]), whole((*camera.blacks)[1]), whole((*camera.blacks)[2])});
+  else
+    main.Whole(50714, kLong,
+               std::vector<std::uint32_t>(static_cast<std::size_t>(samples), whole(camera.black)));
   main.Whole(50717, kLong, {whole(camera.white)});
   if (camera.crop) {
     main.Whole(50719, kLong, {whole(camera.crop->x), whole(camera.crop->y)});
@@ -187,7 +213,8 @@ std::string DngBytes(const DngCamera& camera, const DngLight& light) {
   constexpr std::uint32_t kHead = 8;
   const std::uint32_t exif_at = kHead + main.Size(), pixels_at = exif_at + exif.Size();
   main.Whole(34665, kLong, {exif_at});
-  main.Whole(273, kLong, {pixels_at});
+  for (std::uint32_t& place : places) place += pixels_at;
+  main.Whole(places_tag, kLong, places);
   return "II*" + std::string(1, '\0') + Little(kHead, 4) + main.BytesAt(kHead) + exif.BytesAt(exif_at) +
          pixels;
 }

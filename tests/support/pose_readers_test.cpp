@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/base/quantile.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

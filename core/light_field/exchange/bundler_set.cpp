@@ -15,7 +15,8 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/image/image_header.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/points/ply_reader.h"
 #include "core/light_field/view_json.h"
 

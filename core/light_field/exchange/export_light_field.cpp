@@ -14,8 +14,9 @@
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/parallel_for.h"
-#include "core/image/exr_file.h"
-#include "core/image/raw_file.h"
+#include "core/image/files/exr_file.h"
+#include "core/image/files/png_picture.h"
+#include "core/image/files/raw_file.h"
 #include "core/light_field/exchange/colmap_binary.h"
 #include "core/light_field/exchange/colmap_text.h"
 #include "core/light_field/exchange/image_names.h"
@@ -139,6 +140,11 @@ std::string Encoded(const std::string& ending, const cv::Mat& pixels, const ExrC
   return PngBytes(pixels);
 }
 
+// Then its pixels have been converted to sRGB's primaries.
+bool IsExrWithColors(const fs::path& original) {
+  return Ending(original) == ".exr" && fs::exists(original) && ExrColorsOf(original);
+}
+
 // If one view has a mask, every view gets one: nerfstudio takes all or none.
 cv::Mat MaskOf(const LightField& light_field, const View& view) {
   const CameraModel& camera = light_field.CameraOf(view);
@@ -187,13 +193,12 @@ class Pictures {
     const bool is_raw = IsRawFile(original);  // no other program takes it
     if (is_raw) image.pixels = Srgb8(image);
     files.copied = stays && !is_raw && fs::is_regular_file(original);
-    files.contents.emplace_back(
-        folder_ / exported.image_path,
-        files.copied
-            ? ReadWholeFile(original)
-            : Encoded(
-                  Ending(exported.image_path), stays ? image.pixels : Undistorted(MapFor(view), image.pixels),
-                  Ending(original) == ".exr" && fs::exists(original) ? ExrColorsOf(original) : std::nullopt));
+    files.contents.emplace_back(folder_ / exported.image_path,
+                                files.copied
+                                    ? ReadWholeFile(original)
+                                    : Encoded(Ending(exported.image_path),
+                                              stays ? image.pixels : Undistorted(MapFor(view), image.pixels),
+                                              IsExrWithColors(original) ? ExrColors(kRec709) : std::nullopt));
     if (exported.mask_path.empty()) return files;
     cv::Mat mask = MaskOf(from_, view);
     if (!stays) mask = UndistortedMask(MapFor(view), mask);

@@ -13,9 +13,10 @@
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
 #include "core/geometry/small_matrices.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/raw_file.h"
 #include "core/image/image.h"
-#include "core/image/image_header.h"
-#include "core/image/raw_file.h"
 #include "core/light_field/view_files.h"
 
 namespace ulf {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/image/raw_file.h"
+#include "core/image/files/raw_file.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {

@@ -13,6 +13,7 @@
 #include "core/base/lowercase.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/rigid3.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "core/light_field/exchange/bundler_set.h"
 #include "core/light_field/exchange/colmap_set.h"

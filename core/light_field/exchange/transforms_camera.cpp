@@ -8,7 +8,8 @@
 
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/image/image_header.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/picture_file.h"
 
 namespace ulf {
 namespace {

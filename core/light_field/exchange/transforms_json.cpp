@@ -19,7 +19,7 @@
 #include "core/base/lowercase.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
-#include "core/image/image_header.h"
+#include "core/image/files/image_header.h"
 #include "core/light_field/exchange/frame_files.h"
 #include "core/light_field/exchange/transforms_camera.h"
 #include "core/light_field/newer_format.h"

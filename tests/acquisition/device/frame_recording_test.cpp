@@ -1,5 +1,5 @@
 // Tests: acquisition/device/frame_recording, acquisition/device/replay_device,
-// acquisition/device/paced_device, core/image/jpeg_file.
+// acquisition/device/paced_device, core/image/files/jpeg_file.
 #include "acquisition/device/frame_recording.h"
 
 #include <gmock/gmock.h>
@@ -11,8 +11,8 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/image/jpeg_file.h"
-#include "core/image/raw_file.h"
+#include "core/image/files/jpeg_file.h"
+#include "core/image/files/raw_file.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/slow_disk.h"

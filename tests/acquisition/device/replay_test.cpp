@@ -1,4 +1,4 @@
-// Tests: acquisition/device/replay_device, acquisition/device/replay_source, acquisition/device/paced_device, core/image/image_header,
+// Tests: acquisition/device/replay_device, acquisition/device/replay_source, acquisition/device/paced_device, core/image/files/image_header,
 // core/base/name_order.
 #include <gmock/gmock.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -16,9 +16,11 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/name_order.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
+#include "tests/support/pictures/sample_pictures.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/video/sample_video.h"
 
@@ -238,6 +240,50 @@ TEST(ReplayFolder, MixedSizesNameBothFiles) {
                 AllOf(HasSubstr(fmt::format("a.{}", kind)), HasSubstr(fmt::format("c.{}", kind)),
                       HasSubstr("64x48"), HasSubstr("65x48")));
   }
+}
+
+std::string JpegTakenAt(int number, const std::string& time) {
+  return test::WithSegment(JpegBytes(Numbered(number)), test::ExifSegment(time));
+}
+
+std::vector<int> NumbersOf(const std::string& uri) {
+  std::vector<int> numbers;
+  for (const Frame& frame : Replay(uri)) numbers.push_back(NumberOf(frame));
+  return numbers;
+}
+
+// A camera counts IMG_9999, then IMG_0001.
+TEST(ReplayFolder, WhereNumbersBeginAgainPhotographsPlayInTheOrderOfTheirTimes) {
+  using ::testing::ElementsAre;
+  const test::ScratchFolder scratch;
+  const std::string uri = "replay:" + scratch.path().string();
+  const auto write = [&](const char* name, int number, const char* time) {
+    WriteFileAtomically(scratch / name, JpegTakenAt(number, fmt::format("2026:11:29 10:00:{}", time)));
+  };
+  write("IMG_9998.JPG", 0, "01");
+  write("IMG_9999.JPG", 1, "02");
+  write("IMG_0001.JPG", 2, "02");  // two in a second
+  write("IMG_0002.JPG", 3, "05");
+  EXPECT_THAT(NumbersOf(uri), ElementsAre(0, 1, 2, 3));
+  write("IMG_0002.JPG", 3, "00");
+  write("IMG_9999.JPG", 1, "00");
+  EXPECT_THAT(NumbersOf(uri), ElementsAre(2, 3, 0, 1))
+      << "by name: the times are not in order but for one step";
+  write("IMG_0002.JPG", 3, "05");
+  write("IMG_9999.JPG", 1, "02");
+  WriteFileAtomically(scratch / "IMG_0003.JPG", JpegBytes(Numbered(4)));
+  EXPECT_THAT(NumbersOf(uri), ElementsAre(2, 3, 4, 0, 1)) << "one does not say when";
+}
+
+TEST(ReplayFolder, OtherEndingsOfJpegAreReadAndOtherKindsNamed) {
+  const test::ScratchFolder scratch;
+  const std::string uri = "replay:" + scratch.path().string();
+  WriteFileAtomically(scratch / "IMG_1.HEIC", std::string(40, 'h'));
+  WriteFileAtomically(scratch / "IMG_2.heic", std::string(40, 'h'));
+  EXPECT_THAT(ErrorOf(uri), AllOf(HasSubstr("2 files are HEIC"), HasSubstr("heif-convert")));
+  WriteFileAtomically(scratch / "a.jfif", JpegBytes(Numbered(1)));
+  WriteFileAtomically(scratch / "b.JPE", JpegBytes(Numbered(2)));
+  EXPECT_THAT(NumbersOf(uri), ::testing::ElementsAre(1, 2));
 }
 
 TEST(ReplayFolder, MixedFormatsNameBothFiles) {

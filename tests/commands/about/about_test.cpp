@@ -96,7 +96,8 @@ fs::path PageOf(const ScratchFolder& folder, std::string command) {
 }
 
 TEST(Version, TellsTheLibrariesAndTheRenderer) {
-  const CommandResult result = RunUlf("--version");
+  EXPECT_THAT(RunUlf("--version").output, ::testing::Not(HasSubstr("OpenGL")));
+  const CommandResult result = RunUlf("--verbose --version");
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.output, StartsWith("ulf "));
   EXPECT_THAT(result.output, ::testing::ContainsRegex("OpenCV [0-9]+\\.[0-9]+"));
@@ -120,7 +121,7 @@ TEST(Help, ListsTheKeys) {
 
 TEST(Version, IsToldWithoutOpenGl) {
   const WithoutOpenGl machine;
-  const CommandResult result = RunUlf("--version");
+  const CommandResult result = RunUlf("--verbose --version");
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.output, AllOf(StartsWith("ulf "), HasSubstr("OpenGL: none: ")));
 }

@@ -20,7 +20,7 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/sensor_window.h"
-#include "core/image/exr_file.h"
+#include "core/image/files/exr_file.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

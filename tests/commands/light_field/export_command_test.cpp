@@ -12,6 +12,7 @@
 #include <regex>
 
 #include "core/base/json_text.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/undistortion.h"
 #include "core/light_field/light_field_io.h"
 #include "core/light_field/points/point_tracks.h"

@@ -18,6 +18,7 @@
 #include "commands/commands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
+#include "core/image/files/png_picture.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/test_paths.h"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json_text.h"
-#include "core/image/exr_file.h"
+#include "core/image/files/exr_file.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/test_paths.h"
 

@@ -17,6 +17,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/geometry/small_matrices.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "core/light_field/view_numbers.h"
 #include "tests/support/floors.h"

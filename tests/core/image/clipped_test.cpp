@@ -1,11 +1,11 @@
-// Tests: core/image/clipped, core/image/raw_file.
+// Tests: core/image/clipped, core/image/files/raw_file.
 #include "core/image/clipped.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "core/image/raw_file.h"
+#include "core/image/files/raw_file.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/test_paths.h"
 

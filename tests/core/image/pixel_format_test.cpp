@@ -1,4 +1,4 @@
-// Tests: core/image/pixel_format, core/image/unpack, core/image/jpeg_decoder.
+// Tests: core/image/pixel_format, core/image/unpack, core/image/files/jpeg_codec.
 #include "core/image/pixel_format.h"
 
 #include <gmock/gmock.h>

@@ -7,7 +7,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/image/exr_file.h"
+#include "core/image/files/exr_file.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

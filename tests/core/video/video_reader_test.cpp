@@ -344,6 +344,34 @@ TEST(VideoReader, PicturesOfAnotherSizeAreLeftOutAndNamed) {
   EXPECT_THAT(reader.Problem(), AllOf(HasSubstr("some are 96x32"), HasSubstr("pictures left out")));
 }
 
+TEST(VideoReader, TagsThatContradictThePixelsAreNamed) {
+  const ScratchFolder scratch;
+  VideoSample sample = Patches(kBt601, false, AV_PIX_FMT_YUV420P, 8);
+  sample.matrix = AVCOL_SPC_RGB;
+  WriteVideo(scratch / "video.mkv", sample);
+  ExpectPatches(scratch / "video.mkv", "as if nothing were said");
+  EXPECT_THAT(VideoReader(scratch / "video.mkv").Facts().warnings,
+              Contains(HasSubstr("colour matrix (gbr)")));
+}
+
+TEST(VideoReader, AVideoWithoutAKeyFrameIsNamed) {
+  const ScratchFolder scratch;
+  for (const char* name : {"video.mkv", "video.mp4"}) {
+    VideoSample sample = Corners();
+    sample.encoder = "libx264";
+    sample.pictures = 20;
+    sample.drops_key_frames = true;
+    WriteVideo(scratch / name, sample);
+    EXPECT_THAT(
+        [&] {
+          VideoReader reader(scratch / name);
+          Count(reader);
+        },
+        ThrowsMessage<Error>(AllOf(HasSubstr(name), HasSubstr("no picture"))))
+        << name;
+  }
+}
+
 TEST(VideoReader, WhatIsNoVideoIsNamed) {
   const ScratchFolder scratch;
   std::ofstream(scratch / "text.mp4") << "no video at all";

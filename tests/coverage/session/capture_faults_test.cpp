@@ -16,6 +16,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/image/files/picture_file.h"
 #include "tests/coverage/session/kept_views.h"
 #include "tests/support/child_process.h"
 #include "tests/support/fault_row.h"

@@ -1,4 +1,4 @@
-// Tests: acquisition/v4l2/v4l2_device, core/image/jpeg_decoder, coverage/session/capture_session.
+// Tests: acquisition/v4l2/v4l2_device, core/image/files/jpeg_codec, coverage/session/capture_session.
 //
 // A webcam whose JPEG pictures lose data on the cable, of which nobody tells: what is captured from it. A row of
 // docs/reliability.md.

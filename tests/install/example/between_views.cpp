@@ -1,8 +1,8 @@
 // between_views FOLDER PICTURE.png: what a camera sees halfway between the first two viewpoints of a light field.
 #include <cstdio>
 #include <exception>
-#include <opencv2/imgcodecs.hpp>
 
+#include "core/image/files/picture_file.h"
 #include "core/light_field/light_field_io.h"
 #include "render/gl/make_renderer.h"
 
@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
         ulf::render::MakeRenderer(scene, {.renderer = ulf::render::RendererKind::kReference});
     const ulf::CameraModel camera = light_field.cameras.at(0).WithoutDistortion();
     const auto picture = renderer->Render(camera, between);
-    cv::imwrite(argv[2], ulf::Srgb8FromLinear(picture.linear));
+    ulf::WritePictureFile(argv[2], ulf::Srgb8FromLinear(picture.linear));
     std::printf("%d x %d, %ld pixels empty\n", picture.linear.cols, picture.linear.rows, picture.empty_px);
   } catch (const std::exception& error) {
     return std::fprintf(stderr, "between_views: %s\n", error.what()), 1;

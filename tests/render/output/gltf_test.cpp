@@ -17,6 +17,7 @@
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"
+#include "core/image/files/png_picture.h"
 #include "render/output/gltf_file.h"
 #include "render/output/mesh_resolution.h"
 #include "render/output/texture_atlas.h"

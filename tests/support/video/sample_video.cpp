@@ -86,6 +86,10 @@ void WriteVideo(const std::filesystem::path& file, const VideoSample& sample) {
   const auto encode = [&](AVFrame* frame) {
     Require(avcodec_send_frame(codec, frame), "picture");
     while (avcodec_receive_packet(codec, packet) >= 0) {
+      if (sample.drops_key_frames && (packet->flags & AV_PKT_FLAG_KEY) != 0) {
+        av_packet_unref(packet);
+        continue;
+      }
       packet->stream_index = 0;
       av_packet_rescale_ts(packet, codec->time_base, stream->time_base);
       Require(av_interleaved_write_frame(output, packet), "packet");

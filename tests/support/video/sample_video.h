@@ -26,6 +26,7 @@ struct VideoSample {
   int aspect_num = 0, aspect_den = 1;                     // of a pixel; 0: not said
   std::optional<std::array<int, 4>> display_matrix = {};  // a, b, c, d: x' = a x + c y, y' = b x + d y
   bool is_interlaced = false;
+  bool drops_key_frames = false;
   std::vector<std::int64_t> times = {};  // of the pictures, in 1/rate s; empty: one after the other
   // The number stored for plane `plane` of picture `number` at x, y of that plane.
   std::function<int(int number, int plane, int x, int y)> value;

@@ -15,6 +15,7 @@
 #include "acquisition/device/device.h"
 #include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/floors.h"

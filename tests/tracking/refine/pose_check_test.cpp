@@ -13,6 +13,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
+#include "core/image/files/png_picture.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/quantile.h"
+#include "core/image/files/picture_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"

@@ -15,6 +15,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/colmap_model.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "tests/core/light_field/reader_rules.h"

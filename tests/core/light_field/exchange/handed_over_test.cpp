@@ -20,6 +20,7 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/similarity3.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "tests/core/light_field/reader_rules.h"

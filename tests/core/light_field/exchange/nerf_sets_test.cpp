@@ -1,6 +1,6 @@
 // Tests: core/light_field/exchange/transforms_json, core/light_field/exchange/frame_files,
 // core/light_field/exchange/nerf_synthetic_set,
-// core/light_field/exchange/posed_set, core/image/over_background.
+// core/light_field/exchange/posed_set, core/image/files/over_background.
 //
 // Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those whose photographs lie
 // elsewhere, because the set comes from another computer or its photographs were made smaller.
@@ -14,7 +14,8 @@
 
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/image/over_background.h"
+#include "core/image/files/over_background.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/transforms_json.h"

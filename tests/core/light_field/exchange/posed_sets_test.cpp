@@ -5,6 +5,7 @@
 // The same cameras before the same wall in every format: what is read is what was written, and what is damaged is
 // refused by name.
 #include "core/base/json_text.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/read_posed_set.h"
 
 #include <gmock/gmock.h>
@@ -19,8 +20,8 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/image/exr_file.h"
-#include "core/image/over_background.h"
+#include "core/image/files/exr_file.h"
+#include "core/image/files/over_background.h"
 #include "core/light_field/exchange/colmap_binary.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/npy_file.h"
@@ -259,6 +260,22 @@ TEST_F(LlffSet, SixteenBitsAndExrAmongEightBitsKeepTheirLight) {
   EXPECT_NEAR(ReadViewMaster(imported, imported.views[2]).pixels.at<cv::Vec3f>(1, 1)[2], 3.5, 1e-2);
   for (const View& view : imported.views)
     EXPECT_EQ(ReadImageFile((scratch_ / "lf" / view.image_path).string()).type(), CV_8UC3) << view.image_path;
+}
+
+// As a replay takes them: what is floating point is light.
+TEST_F(LlffSet, FloatingPointIsLinearLightWhateverTheKindOfFile) {
+  const cv::Mat light(kHeight, kWidth, CV_32FC3, cv::Scalar(0.03, 0.2, 0.5));
+  for (const char* name : {"shot2.tif", "shot3.hdr", "shot4.TIFF"})
+    cv::imwrite((set() / "images" / name).string(), light);
+  for (const char* name : {"shot2.png", "shot3.png", "shot4.png"}) fs::remove(set() / "images" / name);
+  const LightField imported = Import(set(), scratch_ / "lf", {}).light_field;
+  for (const std::size_t i : {1UL, 2UL, 3UL}) {
+    const View& view = imported.views[i];
+    EXPECT_EQ(view.master_transfer, Transfer::kLinear) << view.master_path;
+    EXPECT_NEAR(ReadViewMaster(imported, view).pixels.at<cv::Vec3f>(1, 1)[2], 0.5, 5e-3);
+    EXPECT_NEAR(ReadImageFile((scratch_ / "lf" / view.image_path).string()).at<cv::Vec3b>(1, 1)[2],
+                255 * SrgbFromLinear(0.5F), 1.5);
+  }
 }
 
 TEST_F(LlffSet, DamageIsRefusedByName) {

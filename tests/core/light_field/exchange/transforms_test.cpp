@@ -20,6 +20,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"

@@ -16,6 +16,7 @@
 #include <fstream>
 
 #include "core/base/error.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/folder/leftovers.h"
 #include "core/light_field/folder_repair.h"
 #include "core/light_field/journal.h"

@@ -21,6 +21,7 @@
 #include <random>
 
 #include "core/base/atomic_file.h"
+#include "core/image/files/picture_file.h"
 #include "core/light_field/folder_repair.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"

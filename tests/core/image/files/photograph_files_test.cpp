@@ -1,4 +1,4 @@
-// Tests: core/image/claimed_size, core/image/exr_file, core/image/exr_header, core/image/image_header, core/image/jpeg_file.
+// Tests: core/image/files/claimed_size, core/image/files/exr_file, core/image/files/exr_header, core/image/files/image_header, core/image/files/jpeg_file.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -9,12 +9,13 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/image/claimed_size.h"
-#include "core/image/exr_file.h"
-#include "core/image/exr_header.h"
+#include "core/image/files/claimed_size.h"
+#include "core/image/files/exr_file.h"
+#include "core/image/files/exr_header.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/jpeg_file.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/image/image_header.h"
-#include "core/image/jpeg_file.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {

@@ -1,4 +1,4 @@
-// Tests: core/image/tiff_file, core/base/atomic_file.
+// Tests: core/image/files/tiff_file, core/base/atomic_file.
 //
 // Files as they come to the disk: several at once, all or none; pictures that every reader opens.
 #include <gmock/gmock.h>
@@ -12,8 +12,9 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/tiff_file.h"
 #include "core/image/image.h"
-#include "core/image/tiff_file.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 

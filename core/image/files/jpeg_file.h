@@ -15,7 +15,9 @@ struct ExifFacts {
   std::optional<double> focal_mm;    // of the lens itself
   std::optional<double> focal_35mm;  // of a lens with the same field of view on 36 x 24 mm
   int orientation = 1;               // Exif's; 1: not rotated
-  std::string lens = {};             // its model in its maker's words, ASCII; empty: not known
+  std::string taken =
+      {};  // "2026:11:29 10:11:12.345", whose order as text is that of the times; empty: not known
+  std::string lens = {};  // its model in its maker's words, ASCII; empty: not known
 };
 
 // What a camera writes as text, as one line of ASCII; empty where it holds neither letter nor digit ("----").

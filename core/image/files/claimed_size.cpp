@@ -1,4 +1,4 @@
-#include "core/image/claimed_size.h"
+#include "core/image/files/claimed_size.h"
 
 #include <cctype>
 #include <cmath>
@@ -95,7 +95,8 @@ std::optional<cv::Size2d> ClaimedSize(std::istream& file) {
   file.read(head.data(), kHeadBytes);
   const auto read = file.gcount();
   file.clear();
-  if (head[0] == 'P' && head[1] >= '1' && head[1] <= '6') return OfNetpbm(file);
+  constexpr std::string_view kNetpbmKinds = "123456Ff";
+  if (head[0] == 'P' && kNetpbmKinds.find(head[1]) != std::string_view::npos) return OfNetpbm(file);
   if (head.starts_with("#?")) return OfRadiance(file);
   constexpr std::streamsize kBmpBytes = 26;
   if (head.starts_with("BM") && read >= kBmpBytes) return OfBmp(head);

@@ -1,5 +1,5 @@
-// Tests: core/image/raw_file.
-#include "core/image/raw_file.h"
+// Tests: core/image/files/raw_file, core/image/files/dng_layout.
+#include "core/image/files/raw_file.h"
 
 #include <gmock/gmock.h>
 
@@ -7,8 +7,9 @@
 #include <random>
 
 #include "core/base/error.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/image/image_header.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/test_paths.h"
 
@@ -67,6 +68,69 @@ TEST(RawFile, IsTheLightBehindTheMosaic) {
       EXPECT_LT(error, each.tolerance) << each.pattern << ", " << each.bits << " bits, black " << each.black;
     }
   }
+}
+
+// LibRaw 0.20 reads uncompressed tiles as if they were rows, and says nothing.
+TEST(RawFile, ReadsUncompressedTiles) {
+  for (const int bits : {12, 14, 16})
+    for (const int tile : {16, 32, 48}) {
+      DngCamera camera;
+      camera.bits = bits;
+      camera.black = 200;
+      camera.white = 4000;
+      camera.tile = tile;
+      EXPECT_LT(WorstError(Decode(DngBytes(camera, Slopes)).light, LightOf(Slopes, *camera.crop)), 0.0025)
+          << bits << " bits in tiles of " << tile;
+    }
+  DngCamera camera;
+  camera.tile = 32;
+  const std::string bytes = DngBytes(camera, Slopes);
+  EXPECT_THAT([&] { Decode(bytes.substr(0, bytes.size() - 3000)); },
+              ThrowsMessage<Error>(AllOf(StartsWith("scene.dng: "), HasSubstr("tiles reach beyond"))));
+  const ScratchFolder folder;
+  std::ofstream(folder / "a.dng", std::ios::binary) << bytes;
+  EXPECT_LT(WorstError(ReadRawFile((folder / "a.dng").string()), LightOf(Slopes, *camera.crop)), 0.0015);
+}
+
+// Of a linear DNG LibRaw 0.20 subtracts the black level and scales as if there were none: 13 % too dark at a black level of 13 %.
+TEST(RawFile, LinearFilesHaveTheirBlackLevelTakenOff) {
+  struct Case {
+    int bits, black, white;
+    std::optional<std::array<int, 3>> blacks;
+    int tile;
+  };
+  for (const Case& each :
+       {Case{16, 0, 65535, {}, 0}, Case{16, 8000, 65535, {}, 0}, Case{16, 8000, 60000, {}, 32},
+        Case{12, 256, 4095, {}, 0}, Case{16, 0, 65535, std::array{8000, 4000, 6000}, 0}}) {
+    DngCamera camera;
+    camera.pattern.clear();
+    camera.bits = each.bits;
+    camera.black = each.black;
+    camera.white = each.white;
+    camera.blacks = each.blacks;
+    camera.tile = each.tile;
+    EXPECT_LT(WorstError(Decode(DngBytes(camera, Slopes)).light, LightOf(Slopes, *camera.crop)), 0.0025)
+        << each.bits << " bits, black " << each.black << ", tiles " << each.tile;
+  }
+}
+
+TEST(RawFile, MosaicsThatLibRawTakesForOthersAreRefusedByName) {
+  for (const std::string pattern : {"RRGGRRGGGGBBGGBB", "RGRGGBGBRGRGGBGB"}) {
+    DngCamera camera;
+    camera.pattern = pattern;
+    EXPECT_THAT([&] { Decode(DngBytes(camera, Slopes)); },
+                ThrowsMessage<Error>(
+                    AllOf(StartsWith("scene.dng: "), HasSubstr("a 4x4 mosaic"), HasSubstr("16-bit TIFF"))));
+  }
+  DngCamera camera;
+  camera.pattern = std::string(64, 'G');
+  camera.pattern[0] = 'R';
+  camera.pattern[63] = 'B';
+  EXPECT_THAT([&] { Decode(DngBytes(camera, Slopes)); }, ThrowsMessage<Error>(HasSubstr("8x8 mosaic")));
+  camera = {};
+  camera.mosaic_layout = 2;
+  EXPECT_THAT([&] { Decode(DngBytes(camera, Slopes)); },
+              ThrowsMessage<Error>(HasSubstr("a staggered mosaic")));
 }
 
 // LibRaw interpolates this mosaic in tiles, and refuses pictures smaller than one.

@@ -17,9 +17,8 @@ struct ImageHeader {
   std::int64_t height = 0;
   int channels = 0;
   int bits = 0;        // per channel
-  bool alpha = false;  // a channel of its own, or colours that are transparent; not known of TIFF
-  // Of images without an alpha channel: the red, green, blue (or three times grey) that is transparent.
-  std::optional<std::array<int, 3>> transparent_color;
+  bool alpha = false;  // a channel of its own, or colours that are transparent
+  bool is_float = false;
 
   bool operator==(const ImageHeader&) const = default;
   std::string Text() const;  // "JPEG 640x480, 3 channels of 8 bits"
@@ -33,9 +32,5 @@ std::optional<ImageHeader> ReadImageHeader(std::istream& file);
 // stand for: what is damaged, or made to take all memory, is refused before it takes any.
 void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
                          double bytes_of_pixel);
-
-// Width and height of any picture that ulf reads; of a raw file as the camera crops it (raw_file.h); other kinds are
-// decoded for it. Throws Error as ReadImageFile().
-cv::Size ReadImageSize(const std::string& path);
 
 }  // namespace ulf

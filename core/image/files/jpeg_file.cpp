@@ -1,15 +1,17 @@
-#include "core/image/jpeg_file.h"
+#include "core/image/files/jpeg_file.h"
 
 #include <libexif/exif-data.h>
 
 #include <algorithm>
 #include <cctype>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/image/image_header.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/jpeg_codec.h"
+#include "core/image/files/picture_end.h"
 
 namespace ulf {
 namespace {
@@ -46,20 +48,16 @@ std::optional<double> Positive(std::optional<double> number) {
 }  // namespace
 
 cv::Mat DecodeJpeg(const std::string& bytes) {
-  if (bytes.size() < 4 || bytes.compare(0, 2, "\xFF\xD8") != 0) return {};
-  constexpr std::size_t kTrailer = 65536;  // bytes that some cameras append after the end marker
-  const std::size_t end = bytes.rfind("\xFF\xD9");
-  if (end == std::string::npos || end + kTrailer < bytes.size()) return {};
+  if (!JpegIsWhole(bytes)) return {};
   try {
     std::istringstream stream(bytes);
     if (const auto header = ReadImageHeader(stream))
       RequirePixelsOfFile("JPEG", bytes.size(),
                           static_cast<double>(header->width) * static_cast<double>(header->height), 3);
-    const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
-    return cv::imdecode(raw, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    cv::Mat pixels = ReadJpeg(bytes, "JPEG").pixels;
+    if (pixels.channels() == 1) cv::cvtColor(pixels, pixels, cv::COLOR_GRAY2BGR);
+    return pixels;
   } catch (const Error&) {
-    return {};
-  } catch (const cv::Exception&) {
     return {};
   }
 }
@@ -92,6 +90,10 @@ ExifFacts ReadExif(const std::string& jpeg) {
   if (const auto orientation = Number(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION);
       orientation && *orientation >= 1 && *orientation <= kLastOrientation)
     facts.orientation = static_cast<int>(*orientation);
+  facts.taken = TextOf(data.get(), EXIF_IFD_EXIF, EXIF_TAG_DATE_TIME_ORIGINAL);
+  if (const std::string parts = TextOf(data.get(), EXIF_IFD_EXIF, EXIF_TAG_SUB_SEC_TIME_ORIGINAL);
+      !facts.taken.empty() && !parts.empty())
+    facts.taken += "." + parts;
   facts.lens = TextOf(data.get(), EXIF_IFD_EXIF, EXIF_TAG_LENS_MODEL);
   return facts;
 }

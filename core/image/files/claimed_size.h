@@ -1,4 +1,4 @@
-// The size that pictures of the rarer kinds claim: BMP, Netpbm (PBM to PPM), Radiance HDR and WebP. image_header.h reads
+// The size that pictures of the rarer kinds claim: BMP, Netpbm (PBM to PPM, PFM), Radiance HDR and WebP. image_header.h reads
 // more of the common ones.
 #pragma once
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/image/files/stored_picture.h"
+
 namespace ulf {
 
 enum class ExrCompression { kZip, kPiz };
@@ -34,10 +36,12 @@ ExrColors ExrColorsOf(const std::string& path);
 // Such a text; empty where there is none of this name. Throws Error as ReadExr() does.
 std::string ExrAttribute(const std::string& path, const std::string& name);
 
-// The display window as CV_32FC3 (B, G, R) from the channels R, G and B, or from Y, whatever the file claims of
-// its colours. Infinities and NaN stay as they are. Throws Error naming the file when it is truncated, is no EXR or
-// has no such channels.
-cv::Mat ReadExr(const std::string& path);
+// The display window as CV_32FC3 (B, G, R) from the channels R, G and B, or from Y, or from luminance and chroma (Y, RY, BY); of
+// the first part that has them, else of the one layer that has. Colours are converted to sRGB's primaries from those that the
+// file claims. Infinities and NaN stay as they are. Throws Error naming the file when it is truncated, is no EXR or has no such
+// channels.
+StoredPicture ReadExrPicture(const std::string& path);
+cv::Mat ReadExr(const std::string& path);  // its pixels
 
 // The data window of one channel as CV_32FC1; empty where the file has none of this name. Throws as ReadExr().
 cv::Mat ReadExrChannel(const std::string& path, const std::string& name);

@@ -1,21 +1,24 @@
-#include "core/image/raw_file.h"
+#include "core/image/files/raw_file.h"
 
 #include <libraw/libraw.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <set>
 #include <system_error>
 #include <utility>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/clipped.h"
+#include "core/image/files/dng_layout.h"
+#include "core/image/files/image_header.h"
 #include "core/image/image.h"
-#include "core/image/image_header.h"
 
 namespace ulf {
 namespace {
@@ -49,11 +52,29 @@ class RawDecoder {
     if (!std::filesystem::is_regular_file(name_, unknown))
       throw Error("{}: the raw file is missing or cannot be read; restore it", name_);
     file_bytes_ = std::filesystem::file_size(name_);
-    Open([this](LibRaw& raw) { return raw.open_file(name_.c_str()); });
+    std::ifstream file(name_, std::ios::binary);
+    const bool has_tiles = CheckLayout([&](std::uint64_t at, std::size_t count) {
+      std::string bytes(count, '\0');
+      file.clear();
+      file.seekg(static_cast<std::streamoff>(at));
+      file.read(bytes.data(), static_cast<std::streamsize>(count));
+      bytes.resize(static_cast<std::size_t>(file.gcount()));
+      return bytes;
+    });
+    if (has_tiles)
+      OpenTiles(ReadWholeFile(name_));
+    else
+      Open([this](LibRaw& raw) { return raw.open_file(name_.c_str()); });
   }
   void OpenBytes(const std::string& bytes) {
     file_bytes_ = bytes.size();
-    Open([&](LibRaw& raw) { return raw.open_buffer(const_cast<char*>(bytes.data()), bytes.size()); });
+    const bool has_tiles = CheckLayout([&](std::uint64_t at, std::size_t count) {
+      return at < bytes.size() ? bytes.substr(at, count) : std::string();
+    });
+    if (has_tiles)
+      OpenTiles(bytes);
+    else
+      Open([&](LibRaw& raw) { return raw.open_buffer(const_cast<char*>(bytes.data()), bytes.size()); });
   }
 
   RawFacts Facts() const;
@@ -63,6 +84,14 @@ class RawDecoder {
   cv::Mat Clipped(std::optional<cv::Size> wanted) const;
 
  private:
+  // Refuses mosaics that LibRaw takes for others. Whether the pixels are in tiles that it misreads.
+  bool CheckLayout(const ReadBytesAt& read) const;
+  void OpenTiles(const std::string& bytes) {
+    without_tiles_ = DngWithoutTiles(bytes, name_);
+    Open([this](LibRaw& raw) { return raw.open_buffer(without_tiles_.data(), without_tiles_.size()); });
+  }
+  // Of a picture whose pixels have all colours: LibRaw subtracts the black level, and scales as if it were none.
+  void SubtractBlackOfLinear();
   void Open(const std::function<int(LibRaw&)>& open);
   void Require(int result) const;
   void CheckKind() const;
@@ -72,6 +101,7 @@ class RawDecoder {
 
   const std::string name_;
   const std::unique_ptr<LibRaw> raw_;
+  std::string without_tiles_;  // LibRaw reads from it
   std::uint64_t file_bytes_ = 0;
   int data_errors_ = 0;
   cv::Rect crop_of_camera_;  // in pixels of the visible area; empty: the file does not say
@@ -105,6 +135,46 @@ void RawDecoder::CheckKind() const {
         "{}: the pixels of this sensor ({} {}) are not square, and its pictures are resampled; use the "
         "camera's JPEG",
         name_, raw_->imgdata.idata.make, raw_->imgdata.idata.model);
+}
+
+bool RawDecoder::CheckLayout(const ReadBytesAt& read) const {
+  const auto layout = DngLayoutOf(read);
+  if (!layout) return false;
+  constexpr int kBayer = 2, kXtrans = 6;
+  const cv::Size& mosaic = layout->mosaic;
+  const bool is_known =
+      mosaic.empty() || mosaic == cv::Size(kBayer, kBayer) || mosaic == cv::Size(kXtrans, kXtrans);
+  if (!is_known || layout->is_staggered)
+    throw Error(
+        "{}: its sensor has a {} mosaic, which is not read (2x2 and X-Trans are); develop it elsewhere and "
+        "take "
+        "16-bit TIFF, or let the camera combine its pixels",
+        name_, layout->is_staggered ? "staggered" : SizeText(mosaic));
+  return layout->has_plain_tiles;
+}
+
+void RawDecoder::SubtractBlackOfLinear() {
+  libraw_rawdata_t& data = raw_->imgdata.rawdata;
+  libraw_colordata_t& color = data.color;
+  std::uint16_t* const pixels = data.color4_image   ? data.color4_image[0]
+                                : data.color3_image ? data.color3_image[0]
+                                                    : nullptr;
+  if (raw_->imgdata.idata.filters != 0 || !pixels) return;
+  const std::size_t samples = data.color4_image ? 4 : 3;
+  const libraw_image_sizes_t& sizes = data.sizes;
+  const unsigned rows = color.cblack[4], columns = color.cblack[5];
+  const double white = color.maximum;
+  for (unsigned y = 0; y < sizes.raw_height; ++y)
+    for (unsigned x = 0; x < sizes.raw_width; ++x)
+      for (std::size_t c = 0; c < 3; ++c) {
+        double black = color.black + color.cblack[c];
+        if (rows > 0 && columns > 0) black += color.cblack[6 + y % rows * columns + x % columns];
+        if (black <= 0 || black >= white) continue;
+        std::uint16_t& sample = pixels[(static_cast<std::size_t>(y) * sizes.raw_width + x) * samples + c];
+        sample = cv::saturate_cast<std::uint16_t>((sample - black) * white / (white - black));
+      }
+  color.black = 0;
+  std::ranges::fill(color.cblack, 0);
 }
 
 // As makers' notes tell it, in pixels of the visible area.
@@ -159,6 +229,8 @@ RawFacts RawDecoder::Facts() const {
   facts.exif.focal_mm = positive(data.other.focal_len);
   facts.exif.focal_35mm = positive(data.lens.FocalLengthIn35mmFormat);
   facts.exif.orientation = data.sizes.flip == 3 ? 3 : data.sizes.flip == 5 ? 8 : data.sizes.flip == 6 ? 6 : 1;
+  if (data.other.timestamp > 0)
+    facts.exif.taken = fmt::format("{:020}", static_cast<std::int64_t>(data.other.timestamp));
   facts.exif.lens = ExifText(data.lens.Lens);
   if (facts.exif.lens.empty()) facts.exif.lens = ExifText(data.lens.makernotes.Lens);
   facts.maker = data.idata.make;
@@ -221,6 +293,7 @@ cv::Mat RawDecoder::Light(RawQuality quality, std::optional<cv::Size> wanted,
   const cv::Rect crop = CropTo(wanted);
   Require(raw_->unpack());
   if (data_errors_ > 0) RefuseDamaged(name_, "its pixels end too early or make no sense");
+  SubtractBlackOfLinear();
   Develop(quality, white_balance);
   const libraw_data_t& data = raw_->imgdata;
   if (!data.image || data.sizes.iwidth < crop.br().x || data.sizes.iheight < crop.br().y)

@@ -1,6 +1,6 @@
-// Decodes a JPEG picture of a webcam and tells whether it is complete.
+// Reads and writes JPEG pictures through libjpeg, and tells whether one is complete.
 //
-// A lost USB packet leaves a gap in the data: the picture is shifted or smeared after it, and nothing marks
+// A lost USB packet leaves a gap in a webcam's data: the picture is shifted or smeared after it, and nothing marks
 // the gap. Only the decoder notices, when the data end before the picture does (libjpeg warns and fills the
 // rest). libjpeg also warns of filling bytes before a marker, which many webcams send; such pictures are
 // complete.
@@ -10,6 +10,9 @@
 #include <opencv2/core.hpp>
 #include <span>
 #include <string>
+#include <string_view>
+
+#include "core/image/files/stored_picture.h"
 
 namespace ulf {
 
@@ -19,5 +22,12 @@ struct DecodedJpeg {
   std::string damage;  // what is wrong, for messages; empty: nothing
 };
 DecodedJpeg DecodeWebcamJpeg(std::span<const std::uint8_t> bytes, cv::Size expected);
+
+// A photograph, converted to sRGB; Exif's rotation is ignored. What the decoder says of damaged data inside becomes a warning.
+// Throws Error, which begins with `name`, where there is no whole picture in the bytes.
+StoredPicture ReadJpeg(std::string_view bytes, const std::string& name);
+
+// Of 8 bits, one channel or B, G, R; quality 1 to 100.
+std::string JpegBytes(const cv::Mat& pixels, int quality = 95);
 
 }  // namespace ulf

@@ -1,4 +1,4 @@
-#include "core/image/image_header.h"
+#include "core/image/files/image_header.h"
 
 #include <fmt/core.h>
 
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/image/files/raw_file.h"
 #include "core/image/image.h"
-#include "core/image/raw_file.h"
 
 namespace ulf {
 namespace {
@@ -30,26 +30,20 @@ std::int64_t BigEndian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
-// The chunk tRNS, which comes before the pixels; none without it. Each chunk: length, name, content, checksum.
-std::optional<std::vector<std::uint8_t>> TransparentColors(std::istream& file) {
-  constexpr std::int64_t kMost = 256;
+// Whether there is a chunk tRNS, which comes before the pixels. Each chunk: length, name, content, checksum.
+bool HasTransparentColors(std::istream& file) {
   file.seekg(8);
   for (Bytes8 chunk{}; Read(file, chunk);) {
-    const std::int64_t length = BigEndian(chunk.data(), 4);
     const std::string_view name(reinterpret_cast<const char*>(&chunk[4]), 4);
     if (name == "IDAT") break;
-    if (name == "tRNS" && length <= kMost) {
-      std::vector<std::uint8_t> content(static_cast<std::size_t>(length));
-      if (!file.read(reinterpret_cast<char*>(content.data()), length)) break;
-      return content;
-    }
-    file.seekg(length + 4, std::ios::cur);
+    if (name == "tRNS") return true;
+    file.seekg(BigEndian(chunk.data(), 4) + 4, std::ios::cur);
   }
-  return std::nullopt;
+  return false;
 }
 
 // ISO 15948: the signature, then IHDR with width, height, depth and colour type.
-std::optional<ImageHeader> ReadPng(std::istream& file) {
+std::optional<ImageHeader> ReadPngHeader(std::istream& file) {
   std::array<std::uint8_t, 26> head{};
   file.seekg(0);
   if (!Read(file, head)) return std::nullopt;
@@ -58,24 +52,14 @@ std::optional<ImageHeader> ReadPng(std::istream& file) {
   const int color_type = head[25];
   if (color_type >= static_cast<int>(kChannels.size()) || head[24] == 0 || head[24] > 16) return std::nullopt;
   const int channels = kChannels[static_cast<std::size_t>(color_type)];
-  ImageHeader header{"PNG",    BigEndian(&head[16], 4),     BigEndian(&head[20], 4),
-                     channels, head[24] < 8 ? 8 : head[24], channels == 2 || channels == 4,
-                     {}};
-  if (const auto transparent = TransparentColors(file); transparent && !header.alpha) {
-    header.alpha = true;
-    const auto level = [&](std::size_t at) { return static_cast<int>(BigEndian(&(*transparent)[at], 2)); };
-    // Grey of less than 8 bits decodes to levels up to 255.
-    const int grey = head[24] < 8 ? 255 / ((1 << head[24]) - 1) : 1;
-    if (color_type == 0 && transparent->size() == 2)
-      header.transparent_color = {grey * level(0), grey * level(0), grey * level(0)};
-    if (color_type == 2 && transparent->size() == 6)
-      header.transparent_color = {level(0), level(2), level(4)};
-  }
-  return header;
+  const bool alpha = channels == 2 || channels == 4 || HasTransparentColors(file);
+  return ImageHeader{"PNG",    BigEndian(&head[16], 4),     BigEndian(&head[20], 4),
+                     channels, head[24] < 8 ? 8 : head[24], alpha,
+                     false};
 }
 
 // ITU T.81: segments up to the start of frame, which says precision, height, width and components.
-std::optional<ImageHeader> ReadJpeg(std::istream& file) {
+std::optional<ImageHeader> ReadJpegHeader(std::istream& file) {
   file.seekg(2);
   for (;;) {
     std::array<std::uint8_t, 4> segment{};
@@ -93,46 +77,67 @@ std::optional<ImageHeader> ReadJpeg(std::istream& file) {
       std::array<std::uint8_t, 6> frame{};
       if (!Read(file, frame)) return std::nullopt;
       return ImageHeader{"JPEG", BigEndian(&frame[3], 2), BigEndian(&frame[1], 2), frame[5], frame[0], false,
-                         {}};
+                         false};
     }
     file.seekg(BigEndian(&segment[2], 2) - 2, std::ios::cur);
   }
 }
 
-// TIFF 6.0, and BigTIFF: the first directory's entries, of which each has a tag, a type, a count, and its value or where
+// TIFF 6.0, and BigTIFF: directories of entries, of which each has a tag, a type, a count, and its value or where
 // that is.
 class Tiff {
  public:
   Tiff(std::istream& file, const Bytes8& begin)
       : file_(file), is_little_(begin[0] == 'I'), is_big_(Number(&begin[2], 2) == 43) {}
 
+  // Of the first directory that is no thumbnail.
   std::optional<ImageHeader> Read() {
     const int wide = is_big_ ? 8 : 4;
-    const auto directory = NumberAt(is_big_ ? 8 : 4, wide);
-    const auto entries = directory ? NumberAt(*directory, is_big_ ? 8 : 2) : std::nullopt;
+    auto directory = NumberAt(is_big_ ? 8 : 4, wide);
+    constexpr int kMostDirectories = 64;
+    std::optional<ImageHeader> first;
+    for (int i = 0; i < kMostDirectories && directory && *directory > 0; ++i) {
+      bool is_picture = true;
+      const auto header = ReadDirectory(*directory, wide, is_picture);
+      if (!header) break;
+      if (is_picture) return header;
+      if (!first) first = header;
+      directory = next_;
+    }
+    return first;
+  }
+
+ private:
+  std::optional<ImageHeader> ReadDirectory(std::int64_t directory, int wide, bool& is_picture) {
+    const auto entries = NumberAt(directory, is_big_ ? 8 : 2);
     if (!entries) return std::nullopt;
     constexpr std::int64_t kMostEntries = 4096;
-    ImageHeader header{"TIFF", 0, 0, 1, 1, false, {}};
-    const std::int64_t first = *directory + (is_big_ ? 8 : 2), step = is_big_ ? 20 : 12;
-    for (std::int64_t i = 0; i < std::min(*entries, kMostEntries); ++i) {
+    ImageHeader header{"TIFF", 0, 0, 1, 1, false, false};
+    const std::int64_t first = directory + (is_big_ ? 8 : 2), step = is_big_ ? 20 : 12;
+    const std::int64_t count_read = std::min(*entries, kMostEntries);
+    for (std::int64_t i = 0; i < count_read; ++i) {
       const std::int64_t at = first + i * step;
       const auto tag = NumberAt(at, 2), type = NumberAt(at + 2, 2), count = NumberAt(at + 4, wide);
       if (!tag || !type || !count) return std::nullopt;
-      constexpr int kWidth = 256, kHeight = 257, kBits = 258, kChannels = 277;
+      constexpr int kSubfileType = 254, kWidth = 256, kHeight = 257, kBits = 258, kChannels = 277,
+                    kExtra = 338, kSampleFormat = 339;
       const int size = BytesOfNumber(*type);
       const std::int64_t value = at + 4 + wide;
       const bool is_inside = *count <= wide / size;
       const std::int64_t place = is_inside ? value : NumberAt(value, wide).value_or(-1);
       const std::int64_t number = NumberAt(place, size).value_or(0);
+      constexpr std::int64_t kThumbnail = 1, kMask = 4, kFloat = 3;
+      if (*tag == kSubfileType) is_picture = (number & (kThumbnail | kMask)) == 0;
       if (*tag == kWidth) header.width = number;
       if (*tag == kHeight) header.height = number;
       if (*tag == kBits) header.bits = static_cast<int>(std::clamp<std::int64_t>(number, 1, 64));
       if (*tag == kChannels) header.channels = static_cast<int>(std::clamp<std::int64_t>(number, 1, 64));
+      if (*tag == kExtra) header.alpha = number == 1 || number == 2;
+      if (*tag == kSampleFormat) header.is_float = number == kFloat;
     }
+    next_ = NumberAt(first + *entries * step, wide);
     return header.width > 0 && header.height > 0 ? std::optional(header) : std::nullopt;
   }
-
- private:
   // Of a value of that type, which is any kind of whole number for a width.
   static int BytesOfNumber(std::int64_t type) {
     constexpr int kByte = 1, kShort = 3, kLong = 4, kSignedByte = 6, kSignedShort = 8, kSignedLong = 9,
@@ -156,6 +161,7 @@ class Tiff {
 
   std::istream& file_;
   bool is_little_, is_big_;
+  std::optional<std::int64_t> next_;  // the directory behind the one that was read
 };
 
 }  // namespace
@@ -168,8 +174,8 @@ std::string ImageHeader::Text() const {
 std::optional<ImageHeader> ReadImageHeader(std::istream& file) {
   Bytes8 signature{};
   if (!Read(file, signature)) return std::nullopt;
-  if (signature == Bytes8{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}) return ReadPng(file);
-  if (signature[0] == 0xFF && signature[1] == 0xD8) return ReadJpeg(file);
+  if (signature == Bytes8{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}) return ReadPngHeader(file);
+  if (signature[0] == 0xFF && signature[1] == 0xD8) return ReadJpegHeader(file);
   const std::string_view order(reinterpret_cast<const char*>(signature.data()), 4);
   for (const std::string_view tiff : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4),
                                       std::string_view("II+\0", 4), std::string_view("MM\0+", 4)})
@@ -196,14 +202,6 @@ void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, doub
         "{}: says that it holds {:.0f} million pixels, which do not fit into {} bytes; it is damaged: "
         "copy it again from its source",
         path, 1e-6 * pixels, file_bytes);
-}
-
-cv::Size ReadImageSize(const std::string& path) {
-  constexpr std::int64_t kMostPx = 1 << 20;
-  if (const auto header = ReadImageHeader(path);
-      header && header->width <= kMostPx && header->height <= kMostPx)
-    return {static_cast<int>(header->width), static_cast<int>(header->height)};
-  return IsRawFile(path) ? ReadRawFacts(path).size : ReadImageFile(path).size();
 }
 
 }  // namespace ulf

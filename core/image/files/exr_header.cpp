@@ -1,4 +1,4 @@
-#include "core/image/exr_header.h"
+#include "core/image/files/exr_header.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/image/image_header.h"
+#include "core/image/files/image_header.h"
 
 namespace ulf {
 namespace {

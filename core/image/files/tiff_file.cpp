@@ -1,4 +1,4 @@
-#include "core/image/tiff_file.h"
+#include "core/image/files/tiff_file.h"
 
 #include <algorithm>
 #include <array>

@@ -1,0 +1,322 @@
+#include "core/image/files/exr_file.h"
+
+#include <Iex.h>
+#include <ImathBox.h>
+#include <ImfArray.h>
+#include <ImfChannelList.h>
+#include <ImfChromaticities.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfPartType.h>
+#include <ImfRgbaFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <system_error>
+
+#include "core/base/error.h"
+#include "core/image/files/exr_header.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/jpeg_file.h"
+#include "core/image/files/picture_colors.h"
+
+namespace ulf {
+namespace {
+
+constexpr float kLargestHalf = 65504.0f;
+
+class BytesStream : public Imf::OStream {
+ public:
+  BytesStream() : Imf::OStream("picture.exr") {}
+  void write(const char from[], int count) override {
+    const auto size = static_cast<std::size_t>(count);
+    if (position_ + size > bytes_.size()) bytes_.resize(position_ + size);
+    std::memcpy(bytes_.data() + position_, from, size);
+    position_ += size;
+  }
+  std::uint64_t tellp() override { return position_; }
+  void seekp(std::uint64_t position) override { position_ = position; }
+  std::string Take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+  std::size_t position_ = 0;
+};
+
+cv::Size2d SizeOf(const Imath::Box2i& window) {
+  return {static_cast<double>(window.max.x) - window.min.x + 1,
+          static_cast<double>(window.max.y) - window.min.y + 1};
+}
+
+// For as many numbers a pixel as floats.
+void RequireRoom(const std::string& path, const cv::Size2d& size, int channels) {
+  constexpr double kMostPx = 1 << 20;
+  std::error_code unknown;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, unknown);
+  if (!(size.width >= 1 && size.height >= 1 && size.width <= kMostPx && size.height <= kMostPx))
+    throw Error("{}: is {:.0f}x{:.0f}, which is no picture's size; write it again", path, size.width,
+                size.height);
+  RequirePixelsOfFile(path, unknown ? 0 : bytes, size.area(), channels * sizeof(float));
+}
+
+// The names of a picture's channels in one part of a file.
+struct ColorChannels {
+  std::string layer;  // with its point: "beauty."; empty: none
+  bool has_colors = false, has_luminance = false, has_chroma = false;
+  bool any() const { return has_colors || has_luminance; }
+};
+
+ColorChannels ChannelsOf(const Imf::Header& header, const std::string& layer) {
+  const auto has = [&](const char* name) { return header.channels().findChannel(layer + name) != nullptr; };
+  return {layer, has("R") && has("G") && has("B"), has("Y"), has("RY") && has("BY")};
+}
+
+struct ExrPicturePlace {
+  int part = 0;
+  ColorChannels channels;
+};
+
+[[noreturn]] void RefuseWithoutColors(const std::string& path, const std::set<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  throw Error("{}: holds no picture: neither R, G and B nor Y among its channels ({}); write those channels",
+              path, list);
+}
+
+// The first part with plain names; else the layer whose name comes first, which a note says.
+ExrPicturePlace PlaceOfPicture(const Imf::MultiPartInputFile& file, const std::string& path,
+                               StoredPicture& picture) {
+  std::set<std::string> names;
+  std::map<std::string, ExrPicturePlace> layers;
+  for (int part = 0; part < file.parts(); ++part) {
+    const Imf::Header& header = file.header(part);
+    if (header.hasType() && Imf::isDeepData(header.type())) {
+      names.insert("deep samples");
+      continue;
+    }
+    if (const ColorChannels plain = ChannelsOf(header, ""); plain.any()) {
+      if (part > 0)
+        picture.notes.push_back(fmt::format("its picture is in part {} of {}{}", part + 1, file.parts(),
+                                            header.hasName() ? " (" + ExifText(header.name()) + ")" : ""));
+      return {part, plain};
+    }
+    for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
+      const std::string name = channel.name();
+      names.insert(ExifText(name));
+      const std::size_t point = name.rfind('.');
+      if (point == std::string::npos) continue;
+      if (const ColorChannels of_layer = ChannelsOf(header, name.substr(0, point + 1)); of_layer.any())
+        layers.try_emplace(of_layer.layer, ExrPicturePlace{part, of_layer});
+    }
+  }
+  if (layers.empty()) RefuseWithoutColors(path, names);
+  const auto& [layer, place] = *layers.begin();
+  const std::string words =
+      fmt::format("its picture is taken from the layer '{}'{}", ExifText(layer.substr(0, layer.size() - 1)),
+                  layers.size() > 1 ? fmt::format(", the first of {}", layers.size()) : "");
+  (layers.size() > 1 ? picture.warnings : picture.notes).push_back(words);
+  return place;
+}
+
+// Chroma has half the size; the library's reader of RGBA brings it to full size, in half floats.
+cv::Mat ReadLuminanceAndChroma(const std::string& path, const cv::Size& size, const std::string& layer) {
+  Imf::RgbaInputFile file(path.c_str(), layer);
+  const Imath::Box2i data = file.dataWindow();
+  std::vector<Imf::Rgba> line(static_cast<std::size_t>(size.width));
+  cv::Mat stored(size, CV_32FC3);
+  for (int y = 0; y < size.height; ++y) {
+    file.setFrameBuffer(line.data() - data.min.x, 1, 0);
+    file.readPixels(data.min.y + y);
+    for (int x = 0; x < size.width; ++x) {
+      const Imf::Rgba& pixel = line[static_cast<std::size_t>(x)];
+      stored.at<cv::Vec3f>(y, x) = {pixel.b, pixel.g, pixel.r};
+    }
+  }
+  return stored;
+}
+
+cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, const cv::Size& size) {
+  const Imath::Box2i data = file.header(place.part).dataWindow();
+  // Indexed from the data window's corner.
+  cv::Mat stored(size, CV_32FC3, cv::Scalar::all(0));
+  Imf::FrameBuffer buffer;
+  const bool color = place.channels.has_colors;
+  for (const auto& [name, at] : {std::pair{"B", 0}, {"G", 1}, {"R", 2}, {"Y", 0}}) {
+    if ((name[0] != 'Y') != color) continue;
+    const auto x_stride = static_cast<std::ptrdiff_t>(3 * sizeof(float)),
+               y_stride = static_cast<std::ptrdiff_t>(stored.step);
+    char* base = reinterpret_cast<char*>(stored.data) + at * static_cast<std::ptrdiff_t>(sizeof(float)) -
+                 data.min.x * x_stride - data.min.y * y_stride;
+    buffer.insert(place.channels.layer + name, Imf::Slice(Imf::FLOAT, base, 3 * sizeof(float), stored.step));
+  }
+  Imf::InputPart part(file, place.part);
+  part.setFrameBuffer(buffer);
+  part.readPixels(data.min.y, data.max.y);
+  if (!color)
+    for (int y = 0; y < stored.rows; ++y)
+      for (int x = 0; x < stored.cols; ++x)
+        stored.at<cv::Vec3f>(y, x) = cv::Vec3f::all(stored.at<cv::Vec3f>(y, x)[0]);
+  return stored;
+}
+
+void RequireLight(const Imf::Header& header, const ColorChannels& channels, const std::string& path) {
+  const std::string name = channels.layer + (channels.has_colors ? "G" : "Y");
+  if (header.channels().findChannel(name)->type == Imf::UINT)
+    throw Error("{}: its colours are whole numbers (UINT), which say no light; write them as half or float",
+                path);
+}
+
+StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path) {
+  StoredPicture picture;
+  const ExrPicturePlace place = PlaceOfPicture(file, path, picture);
+  const Imf::Header& header = file.header(place.part);
+  RequireLight(header, place.channels, path);
+  const Imath::Box2i shown = header.displayWindow(), data = header.dataWindow();
+  const cv::Size2d claimed = SizeOf(data), shown_size = SizeOf(shown);
+  RequireRoom(path, claimed, 3);
+  RequireRoom(path, shown_size, 3);
+  const cv::Size size(static_cast<int>(claimed.width), static_cast<int>(claimed.height));
+  cv::Mat stored;
+  if (!place.channels.has_colors && place.channels.has_chroma) {
+    if (place.part > 0)
+      throw Error("{}: its picture is luminance and chroma in part {}; write it as R, G and B", path,
+                  place.part + 1);
+    const std::string& layer = place.channels.layer;
+    stored = ReadLuminanceAndChroma(path, size, layer.substr(0, layer.empty() ? 0 : layer.size() - 1));
+    picture.notes.emplace_back(
+        "its colours are luminance and chroma (Y, RY, BY) and converted to R, G and B");
+  } else {
+    stored = ReadStored(file, place, size);
+  }
+  picture.pixels = stored;
+  if (shown != data) {
+    picture.pixels = cv::Mat(static_cast<int>(shown_size.height), static_cast<int>(shown_size.width),
+                             CV_32FC3, cv::Scalar::all(0));
+    const cv::Rect data_in_shown(data.min.x - shown.min.x, data.min.y - shown.min.y, stored.cols,
+                                 stored.rows);
+    const cv::Rect both = data_in_shown & cv::Rect(0, 0, picture.pixels.cols, picture.pixels.rows);
+    if (!both.empty()) stored(both - data_in_shown.tl()).copyTo(picture.pixels(both));
+  }
+  if (Imf::hasChromaticities(header) && (place.channels.has_colors || place.channels.has_chroma)) {
+    const Imf::Chromaticities& told = Imf::chromaticities(header);
+    ConvertToSrgb({.primaries = Primaries{told.red.x, told.red.y, told.green.x, told.green.y, told.blue.x,
+                                          told.blue.y, told.white.x, told.white.y},
+                   .exponent = 1.0},
+                  picture);
+  }
+  return picture;
+}
+
+}  // namespace
+
+cv::Mat HalfFromFloat(const cv::Mat& pixels) {
+  const cv::Mat clipped = cv::max(cv::min(pixels.reshape(1), kLargestHalf), -kLargestHalf);
+  cv::Mat half;
+  clipped.convertTo(half, CV_16F);
+  return half.reshape(pixels.channels());
+}
+
+std::string ExrBytes(const std::vector<ExrChannel>& channels, ExrCompression compression,
+                     const ExrColors& colors, const std::map<std::string, std::string>& attributes) {
+  const cv::Size size = channels.front().pixels.size();
+  Imf::Header header(size.width, size.height);
+  header.compression() = compression == ExrCompression::kPiz ? Imf::PIZ_COMPRESSION : Imf::ZIP_COMPRESSION;
+  if (colors) {
+    const std::array<float, 8>& xy = *colors;
+    Imf::addChromaticities(
+        header, Imf::Chromaticities({xy[0], xy[1]}, {xy[2], xy[3]}, {xy[4], xy[5]}, {xy[6], xy[7]}));
+    if (xy == kRec709) header.insert("colorInteropID", Imf::StringAttribute("lin_rec709_scene"));
+  }
+  for (const auto& [name, text] : attributes) header.insert(name, Imf::StringAttribute(text));
+  Imf::FrameBuffer buffer;
+  for (const ExrChannel& channel : channels) {
+    const Imf::PixelType type = channel.pixels.depth() == CV_16F ? Imf::HALF : Imf::FLOAT;
+    header.channels().insert(channel.name, Imf::Channel(type));
+    char* base = const_cast<char*>(reinterpret_cast<const char*>(channel.pixels.data)) +
+                 static_cast<std::size_t>(channel.channel) * channel.pixels.elemSize1();
+    buffer.insert(channel.name, Imf::Slice(type, base, channel.pixels.elemSize(), channel.pixels.step));
+  }
+  BytesStream stream;
+  try {
+    Imf::OutputFile file(stream, header);
+    file.setFrameBuffer(buffer);
+    file.writePixels(size.height);
+  } catch (const Iex::BaseExc& error) {
+    throw Error("a picture of {}x{} with {} channels cannot be written as EXR: {}", size.width, size.height,
+                channels.size(), error.what());
+  }
+  return stream.Take();
+}
+
+StoredPicture ReadExrPicture(const std::string& path) {
+  try {
+    RequireExrHeader(path);
+    Imf::MultiPartInputFile file(path.c_str());
+    return ReadColours(file, path);
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
+}
+
+cv::Mat ReadExr(const std::string& path) { return ReadExrPicture(path).pixels; }
+
+cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
+  try {
+    RequireExrHeader(path);
+    Imf::InputFile file(path.c_str());
+    if (!file.header().channels().findChannel(name)) return {};
+    const Imath::Box2i data = file.header().dataWindow();
+    const cv::Size2d size = SizeOf(data);
+    RequireRoom(path, size, 1);
+    cv::Mat stored(static_cast<int>(size.height), static_cast<int>(size.width), CV_32FC1);
+    char* base = reinterpret_cast<char*>(stored.data) -
+                 data.min.x * static_cast<std::ptrdiff_t>(sizeof(float)) -
+                 data.min.y * static_cast<std::ptrdiff_t>(stored.step);
+    Imf::FrameBuffer buffer;
+    buffer.insert(name, Imf::Slice(Imf::FLOAT, base, sizeof(float), stored.step));
+    file.setFrameBuffer(buffer);
+    file.readPixels(data.min.y, data.max.y);
+    return stored;
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
+}
+
+ExrColors ExrColorsOf(const std::string& path) {
+  try {
+    RequireExrHeader(path);
+    const Imf::InputFile file(path.c_str());
+    if (!Imf::hasChromaticities(file.header())) return std::nullopt;
+    const Imf::Chromaticities& told = Imf::chromaticities(file.header());
+    return std::array{told.red.x,  told.red.y,  told.green.x, told.green.y,
+                      told.blue.x, told.blue.y, told.white.x, told.white.y};
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
+}
+
+std::string ExrAttribute(const std::string& path, const std::string& name) {
+  try {
+    RequireExrHeader(path);
+    const Imf::InputFile file(path.c_str());
+    const auto* text = file.header().findTypedAttribute<Imf::StringAttribute>(name);
+    return text ? text->value() : "";
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
+}
+
+}  // namespace ulf

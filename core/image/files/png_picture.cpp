@@ -1,0 +1,238 @@
+#include "core/image/files/png_picture.h"
+
+#include <fmt/core.h>
+#include <png.h>
+
+#include <array>
+#include <cmath>
+#include <csetjmp>
+#include <cstring>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "core/base/error.h"
+#include "core/image/files/picture_colors.h"
+
+namespace ulf {
+namespace {
+
+struct PngInput {
+  std::string_view bytes;
+  std::size_t at = 0;
+};
+
+struct PngContent {
+  cv::Mat pixels;  // as libpng gives them: grey, grey and alpha, B G R, or B G R A
+  ColorClaim claim;
+  bool is_srgb = false, has_code = false;
+  std::array<png_byte, 4> code{};  // cICP: primaries, curve, matrix, range
+  std::array<char, 256> error{};
+};
+
+void KeepError(png_structp png, png_const_charp words) {
+  auto& error = *static_cast<std::array<char, 256>*>(png_get_error_ptr(png));
+  std::strncpy(error.data(), words, error.size() - 1);
+  std::longjmp(png_jmpbuf(png), 1);
+}
+
+void IgnoreWarning(png_structp, png_const_charp) {}
+
+void ReadBytes(png_structp png, png_bytep to, std::size_t size) {
+  auto& input = *static_cast<PngInput*>(png_get_io_ptr(png));
+  if (size > input.bytes.size() - input.at) png_error(png, "the file ends too early");
+  std::memcpy(to, input.bytes.data() + input.at, size);
+  input.at += size;
+}
+
+void ReadClaim(png_structp png, png_infop info, PngContent& content) {
+  png_unknown_chunkp unknown = nullptr;
+  const int count = png_get_unknown_chunks(png, info, &unknown);
+  for (int i = 0; i < count; ++i)
+    if (std::memcmp(unknown[i].name, "cICP", 4) == 0 && unknown[i].size == content.code.size()) {
+      content.has_code = true;
+      std::memcpy(content.code.data(), unknown[i].data, content.code.size());
+    }
+  png_charp name = nullptr;
+  png_bytep profile = nullptr;
+  png_uint_32 size = 0;
+  int method = 0, intent = 0;
+  if (png_get_iCCP(png, info, &name, &method, &profile, &size) != 0) {
+    content.claim.icc.assign(reinterpret_cast<const char*>(profile), size);
+    return;
+  }
+  if (png_get_sRGB(png, info, &intent) != 0) {
+    content.is_srgb = true;
+    return;
+  }
+  double gamma = 0;
+  if (png_get_gAMA(png, info, &gamma) != 0 && gamma > 0) content.claim.exponent = 1 / gamma;
+  Primaries xy{};
+  bool has_other_primaries = false;
+  if (png_get_cHRM(png, info, &xy[6], &xy[7], &xy[0], &xy[1], &xy[2], &xy[3], &xy[4], &xy[5]) != 0) {
+    content.claim.primaries = xy;
+    constexpr double kSame = 0.002;
+    for (std::size_t i = 0; i < xy.size(); ++i)
+      has_other_primaries = has_other_primaries || std::abs(xy[i] - kSrgbPrimaries[i]) > kSame;
+  }
+  // 1/2.2 is what programs write who mean sRGB (the standard's own advice for sRGB is this number).
+  constexpr double kOfSrgb = 0.45455, kNear = 0.0015;
+  if (std::abs(gamma - kOfSrgb) < kNear && !has_other_primaries) content.claim.exponent.reset();
+}
+
+// libpng reports an error by a longjmp out of this function: nothing here may have a destructor. The same holds for Encode().
+bool DecodePng(png_structp png, png_infop info, PngContent& content) {
+  if (setjmp(png_jmpbuf(png))) return false;
+  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_ALWAYS, reinterpret_cast<png_const_bytep>("cICP"), 1);
+  png_read_info(png, info);
+  ReadClaim(png, info, content);
+  png_set_expand(png);
+  if (png_get_bit_depth(png, info) == 16) png_set_swap(png);
+  png_set_bgr(png);
+  const int passes = png_set_interlace_handling(png);
+  png_read_update_info(png, info);
+  const int depth = png_get_bit_depth(png, info) == 16 ? CV_16U : CV_8U;
+  content.pixels.create(static_cast<int>(png_get_image_height(png, info)),
+                        static_cast<int>(png_get_image_width(png, info)),
+                        CV_MAKETYPE(depth, png_get_channels(png, info)));
+  for (int pass = 0; pass < passes; ++pass)
+    for (int y = 0; y < content.pixels.rows; ++y) png_read_row(png, content.pixels.ptr(y), nullptr);
+  png_read_end(png, nullptr);
+  return true;
+}
+
+// ITU-T H.273. An empty claim: sRGB.
+std::optional<ColorClaim> ClaimOfCode(const std::array<png_byte, 4>& code) {
+  constexpr Primaries kBt2020{0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290},
+      kDisplayP3{0.680, 0.320, 0.265, 0.690, 0.150, 0.060, 0.3127, 0.3290};
+  ColorClaim claim;
+  switch (code[0]) {
+    case 1:
+    case 2:
+      break;
+    case 9:
+      claim.primaries = kBt2020;
+      claim.name = "BT.2020 (cICP)";
+      break;
+    case 12:
+      claim.primaries = kDisplayP3;
+      claim.name = "Display P3 (cICP)";
+      break;
+    default:
+      return std::nullopt;
+  }
+  switch (code[1]) {
+    case 1:
+    case 2:
+    case 6:
+    case 13:
+    case 14:
+    case 15:
+      break;  // sRGB, and curves of television, which players show as they are
+    case 4:
+      claim.exponent = 2.2;
+      break;
+    case 5:
+      claim.exponent = 2.8;
+      break;
+    case 8:
+      claim.exponent = 1.0;
+      break;
+    default:
+      return std::nullopt;
+  }
+  return code[2] == 0 && code[3] == 1 ? std::optional(claim) : std::nullopt;
+}
+
+void WriteBytes(png_structp png, png_bytep from, std::size_t size) {
+  static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(from), size);
+}
+
+void NothingToFlush(png_structp) {}
+
+bool Encode(png_structp png, png_infop info, const cv::Mat& pixels) {
+  if (setjmp(png_jmpbuf(png))) return false;
+  constexpr int kRunLengths = 3, kFastest = 1;
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
+  png_set_compression_level(png, kFastest);
+  png_set_compression_strategy(png, kRunLengths);
+  const int color = pixels.channels() == 1   ? PNG_COLOR_TYPE_GRAY
+                    : pixels.channels() == 3 ? PNG_COLOR_TYPE_RGB
+                                             : PNG_COLOR_TYPE_RGB_ALPHA;
+  png_set_IHDR(png, info, static_cast<png_uint_32>(pixels.cols), static_cast<png_uint_32>(pixels.rows),
+               pixels.depth() == CV_16U ? 16 : 8, color, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(png, info);
+  png_set_bgr(png);
+  if (pixels.depth() == CV_16U) png_set_swap(png);
+  for (int y = 0; y < pixels.rows; ++y) png_write_row(png, const_cast<png_bytep>(pixels.ptr(y)));
+  png_write_end(png, info);
+  return true;
+}
+
+}  // namespace
+
+StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
+  PngInput input{bytes};
+  PngContent content;
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &content.error, KeepError, IgnoreWarning);
+  png_infop info = png_create_info_struct(png);
+  png_set_read_fn(png, &input, ReadBytes);
+  const bool is_whole = DecodePng(png, info, content);
+  png_destroy_read_struct(&png, &info, nullptr);
+  if (!is_whole)
+    throw Error(
+        "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
+        "repair "
+        "DIR)",
+        name, content.error.data());
+  StoredPicture picture;
+  const int channels = content.pixels.channels();
+  if (channels == 2 || channels == 4) {
+    cv::extractChannel(content.pixels, picture.alpha, channels - 1);
+    if (channels == 2)
+      cv::extractChannel(content.pixels, picture.pixels, 0);
+    else
+      cv::cvtColor(content.pixels, picture.pixels, cv::COLOR_BGRA2BGR);
+  } else {
+    picture.pixels = content.pixels;
+  }
+  if (content.has_code) {
+    constexpr int kPq = 16, kHlg = 18;
+    if (content.code[1] == kPq || content.code[1] == kHlg)
+      throw Error(
+          "{}: has a high dynamic range ({} by its chunk cICP), which is not read from PNG; convert it to "
+          "OpenEXR, or "
+          "to PNG with sRGB",
+          name, content.code[1] == kPq ? "PQ" : "HLG");
+    if (const auto claim = ClaimOfCode(content.code))
+      content.claim = *claim;
+    else
+      picture.warnings.push_back(
+          fmt::format("its chunk cICP ({}, {}, {}, {}) is not understood: its colours are taken for sRGB",
+                      content.code[0], content.code[1], content.code[2], content.code[3]));
+  }
+  if (!content.is_srgb || content.has_code) ConvertToSrgb(content.claim, picture);
+  return picture;
+}
+
+std::string PngBytes(const cv::Mat& pixels) {
+  const int channels = pixels.channels(), depth = pixels.depth();
+  std::string bytes;
+  std::array<char, 256> error{};
+  bool is_done = false;
+  if (!pixels.empty() && (depth == CV_8U || depth == CV_16U) &&
+      (channels == 1 || channels == 3 || channels == 4)) {
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &error, KeepError, IgnoreWarning);
+    png_infop info = png_create_info_struct(png);
+    png_set_write_fn(png, &bytes, WriteBytes, NothingToFlush);
+    is_done = Encode(png, info, pixels);
+    png_destroy_write_struct(&png, &info);
+  }
+  if (!is_done)
+    throw Error("a picture of {}x{} with {} channels of OpenCV's depth {} cannot be written as PNG{}",
+                pixels.cols, pixels.rows, channels, depth,
+                error[0] != '\0' ? fmt::format(": {}", error.data()) : "");
+  return bytes;
+}
+
+}  // namespace ulf

@@ -1,0 +1,210 @@
+#include "core/image/files/rare_pictures.h"
+
+#include <fmt/core.h>
+#include <stb_image.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/video/ffmpeg.h"
+#include "core/video/ffmpeg_calls.h"
+
+namespace ulf {
+namespace {
+
+struct FreePictureCodec {
+  void operator()(AVCodecContext* codec) const { Ffmpeg().avcodec_free_context(&codec); }
+};
+struct FreePacket {
+  void operator()(AVPacket* packet) const { Ffmpeg().av_packet_free(&packet); }
+};
+struct FreeFrame {
+  void operator()(AVFrame* frame) const { Ffmpeg().av_frame_free(&frame); }
+};
+using PictureFrame = std::unique_ptr<AVFrame, FreeFrame>;
+
+[[noreturn]] void RefuseDamagedPicture(const std::string& name, const std::string& words) {
+  throw Error(
+      "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
+      "repair DIR)",
+      name, words);
+}
+
+PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string& name) {
+  RouteFfmpegLog();
+  const AVCodec* decoder = Ffmpeg().avcodec_find_decoder(kind);
+  if (!decoder) throw Error("{}: FFmpeg has no decoder for this kind of picture; convert it to PNG", name);
+  const std::unique_ptr<AVCodecContext, FreePictureCodec> codec(Ffmpeg().avcodec_alloc_context3(decoder));
+  const std::unique_ptr<AVPacket, FreePacket> packet(Ffmpeg().av_packet_alloc());
+  PictureFrame frame(Ffmpeg().av_frame_alloc());
+  codec->thread_count = 1;
+  int status = Ffmpeg().avcodec_open2(codec.get(), decoder, nullptr);
+  if (status >= 0) status = Ffmpeg().av_new_packet(packet.get(), static_cast<int>(bytes.size()));
+  if (status >= 0) {
+    std::memcpy(packet->data, bytes.data(), bytes.size());
+    status = Ffmpeg().avcodec_send_packet(codec.get(), packet.get());
+  }
+  if (status >= 0) status = Ffmpeg().avcodec_receive_frame(codec.get(), frame.get());
+  if (status < 0) RefuseDamagedPicture(name, FfmpegWords(status));
+  return frame;
+}
+
+// Rows of a frame's plane.
+cv::Mat Plane(const AVFrame& frame, int plane, int type) {
+  cv::Mat rows(frame.height, frame.width, type);
+  for (int y = 0; y < frame.height; ++y)
+    std::memcpy(rows.ptr(y), frame.data[plane] + static_cast<std::ptrdiff_t>(y) * frame.linesize[plane],
+                rows.elemSize() * static_cast<std::size_t>(frame.width));
+  return rows;
+}
+
+cv::Mat FromBigEndian(cv::Mat numbers) {
+  for (int y = 0; y < numbers.rows; ++y) {
+    auto* row = numbers.ptr<std::uint16_t>(y);
+    for (int i = 0; i < numbers.cols * numbers.channels(); ++i)
+      row[i] = static_cast<std::uint16_t>(row[i] << 8 | row[i] >> 8);
+  }
+  return numbers;
+}
+
+cv::Mat Turned(const cv::Mat& pixels, int code) {
+  cv::Mat turned;
+  cv::cvtColor(pixels, turned, code);
+  return turned;
+}
+
+// Any other layout of 8 bits, as the library makes B G R of it.
+cv::Mat Scaled(const AVFrame& frame, const std::string& name) {
+  SwsContext* scaler = Ffmpeg().sws_getContext(
+      frame.width, frame.height, static_cast<AVPixelFormat>(frame.format), frame.width, frame.height,
+      AV_PIX_FMT_BGR24, SWS_POINT, nullptr, nullptr, nullptr);
+  if (!scaler) RefuseDamagedPicture(name, "its layout is not known");
+  cv::Mat bgr(frame.height, frame.width, CV_8UC3);
+  std::uint8_t* const to[1] = {bgr.data};
+  const int line_bytes[1] = {static_cast<int>(bgr.step)};
+  Ffmpeg().sws_scale(scaler, frame.data, frame.linesize, 0, frame.height, to, line_bytes);
+  Ffmpeg().sws_freeContext(scaler);
+  return bgr;
+}
+
+StoredPicture FromFrame(const AVFrame& frame, const std::string& name) {
+  StoredPicture picture;
+  switch (frame.format) {
+    case AV_PIX_FMT_GRAY8:
+      picture.pixels = Plane(frame, 0, CV_8UC1);
+      break;
+    case AV_PIX_FMT_GRAY16BE:
+      picture.pixels = FromBigEndian(Plane(frame, 0, CV_16UC1));
+      break;
+    case AV_PIX_FMT_GRAY16LE:
+      picture.pixels = Plane(frame, 0, CV_16UC1);
+      break;
+    case AV_PIX_FMT_RGB24:
+      picture.pixels = Turned(Plane(frame, 0, CV_8UC3), cv::COLOR_RGB2BGR);
+      break;
+    case AV_PIX_FMT_BGR24:
+      picture.pixels = Plane(frame, 0, CV_8UC3);
+      break;
+    case AV_PIX_FMT_RGB48BE:
+      picture.pixels = Turned(FromBigEndian(Plane(frame, 0, CV_16UC3)), cv::COLOR_RGB2BGR);
+      break;
+    case AV_PIX_FMT_BGRA: {
+      const cv::Mat bgra = Plane(frame, 0, CV_8UC4);
+      cv::extractChannel(bgra, picture.alpha, 3);
+      picture.pixels = Turned(bgra, cv::COLOR_BGRA2BGR);
+      break;
+    }
+    default:
+      picture.pixels = Scaled(frame, name);
+  }
+  return picture;
+}
+
+// The kind, width, height, and a number whose sign says the order of bytes; then rows from the last to the first, which FFmpeg's
+// decoder does not turn round.
+StoredPicture ReadPfm(std::string_view bytes, const std::string& name) {
+  std::istringstream head{std::string(bytes.substr(0, 256))};
+  std::string kind;
+  int width = 0, height = 0;
+  double scale = 0;
+  if (!(head >> kind >> width >> height >> scale) || width <= 0 || height <= 0 || scale == 0)
+    RefuseDamagedPicture(name, "its header");
+  const auto pixels_at = static_cast<std::size_t>(head.tellg()) + 1;
+  cv::Mat rows(height, width, kind == "PF" ? CV_32FC3 : CV_32FC1);
+  const std::size_t size = rows.total() * rows.elemSize();
+  if (bytes.size() < pixels_at || bytes.size() - pixels_at < size)
+    RefuseDamagedPicture(name, "its pixels end too early");
+  std::memcpy(rows.data, bytes.data() + pixels_at, size);
+  if (scale > 0)
+    for (std::size_t i = 0; i < size; i += 4) std::reverse(rows.data + i, rows.data + i + 4);
+  StoredPicture picture;
+  cv::flip(rows, picture.pixels, 0);
+  if (rows.channels() == 3) cv::cvtColor(picture.pixels, picture.pixels, cv::COLOR_RGB2BGR);
+  return picture;
+}
+
+// Whether coded rows reach their end, which the library does not tell: it takes what is missing for zeros. Rows of which each
+// channel is coded by runs begin with 2, 2 and the width.
+bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, int height) {
+  const auto byte = [&](std::size_t at) {
+    return static_cast<unsigned>(static_cast<std::uint8_t>(bytes[at]));
+  };
+  constexpr std::size_t kPixelBytes = 4;
+  const auto columns = static_cast<std::size_t>(width);
+  std::size_t at = pixels_at;
+  for (int y = 0; y < height; ++y) {
+    if (at + kPixelBytes > bytes.size()) return false;
+    const bool has_runs = byte(at) == 2 && byte(at + 1) == 2 && (byte(at + 2) << 8 | byte(at + 3)) == columns;
+    if (!has_runs)
+      return y > 0 || bytes.size() - at >= columns * kPixelBytes * static_cast<std::size_t>(height);
+    at += kPixelBytes;
+    for (std::size_t done = 0; done < columns * kPixelBytes;) {
+      if (at >= bytes.size()) return false;
+      constexpr unsigned kRun = 128;
+      const unsigned count = byte(at);
+      at += count > kRun ? 2 : 1 + count;
+      done += count > kRun ? count - kRun : std::max(count, 1U);
+    }
+    if (at > bytes.size()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
+  return FromFrame(*DecodeOne(AV_CODEC_ID_BMP, bytes, name), name);
+}
+
+StoredPicture ReadNetpbm(std::string_view bytes, const std::string& name) {
+  const char kind = bytes.size() > 1 ? bytes[1] : '0';
+  if (kind == 'F' || kind == 'f') return ReadPfm(bytes, name);
+  const AVCodecID codec = kind == '1' || kind == '4'   ? AV_CODEC_ID_PBM
+                          : kind == '2' || kind == '5' ? AV_CODEC_ID_PGM
+                                                       : AV_CODEC_ID_PPM;
+  return FromFrame(*DecodeOne(codec, bytes, name), name);
+}
+
+StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
+  int width = 0, height = 0, channels = 0;
+  constexpr int kColors = 3;
+  const std::unique_ptr<float, void (*)(void*)> rgb(
+      stbi_loadf_from_memory(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()),
+                             &width, &height, &channels, kColors),
+      stbi_image_free);
+  if (!rgb) RefuseDamagedPicture(name, stbi_failure_reason());
+  // The line of the size ends the header.
+  const std::size_t size_at = bytes.find("\n\n"), line_end = bytes.find('\n', size_at + 2);
+  if (size_at != std::string_view::npos && line_end != std::string_view::npos &&
+      !RadianceIsWhole(bytes, line_end + 1, width, height))
+    RefuseDamagedPicture(name, "its pixels end too early");
+  StoredPicture picture;
+  cv::cvtColor(cv::Mat(height, width, CV_32FC3, rgb.get()), picture.pixels, cv::COLOR_RGB2BGR);
+  return picture;
+}
+
+}  // namespace ulf

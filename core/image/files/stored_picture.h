@@ -1,0 +1,22 @@
+// What one picture file holds, in one form whatever the file's kind.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace ulf {
+
+struct StoredPicture {
+  // The file's own order of rows and columns: marks that turn a picture for display are not applied. One channel, or B, G, R.
+  // CV_8U and CV_16U are encoded as sRGB, CV_32F is linear light with sRGB's primaries, 1 at full scale.
+  cv::Mat pixels;
+  cv::Mat alpha;  // one channel of the same depth, colours not multiplied by it; empty: opaque
+  // Sentences that begin with "its" or "it": what was converted, and what was not understood and how it was taken.
+  std::vector<std::string> notes = {}, warnings = {};
+};
+
+// Notes a mark (Exif's numbers, 1 to 8) that turns or mirrors the picture for display, which is not applied.
+void NoteOrientation(int orientation, StoredPicture& picture);
+
+}  // namespace ulf

@@ -1,0 +1,444 @@
+#include "core/image/files/tiff_picture.h"
+
+#include <fmt/core.h>
+#include <tiffio.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/image/files/image_header.h"
+#include "core/image/files/picture_colors.h"
+#include "core/image/image.h"
+
+namespace ulf {
+namespace {
+
+int KeepTiffError(TIFF*, void* kept, const char*, const char* format, std::va_list arguments) {
+  auto& words = *static_cast<std::string*>(kept);
+  std::string text(512, '\0');
+  const int size = std::vsnprintf(text.data(), text.size(), format, arguments);
+  text.resize(static_cast<std::size_t>(std::clamp(size, 0, static_cast<int>(text.size()) - 1)));
+  if (words.empty()) words = text;
+  return 1;
+}
+
+int IgnoreTiffWarning(TIFF*, void*, const char*, const char*, std::va_list) { return 1; }
+
+double FloatOf24Bits(std::uint32_t bits) {
+  const int exponent = static_cast<int>(bits >> 16 & 0x7F);
+  const double fraction = bits & 0xFFFF, sign = (bits & 0x800000) != 0 ? -1 : 1;
+  constexpr int kBias = 63, kFractionBits = 16, kLast = 127;
+  if (exponent == kLast) return fraction == 0 ? sign * INFINITY : NAN;
+  return exponent == 0 ? sign * std::ldexp(fraction, 1 - kBias - kFractionBits)
+                       : sign * std::ldexp(fraction + 65536.0, exponent - kBias - kFractionBits);
+}
+
+// One page of a file, decoded step by step.
+class TiffPage {
+ public:
+  explicit TiffPage(const std::string& path) : path_(path), options_(TIFFOpenOptionsAlloc()) {
+    TIFFOpenOptionsSetErrorHandlerExtR(options_.get(), KeepTiffError, &words_);
+    TIFFOpenOptionsSetWarningHandlerExtR(options_.get(), IgnoreTiffWarning, nullptr);
+    file_.reset(TIFFOpenExt(path.c_str(), "rm", options_.get()));
+    if (!file_) Refuse();
+    ChoosePage();
+    ReadTags();
+  }
+  StoredPicture Read();
+
+ private:
+  struct CloseTiff {
+    void operator()(TIFF* file) const { TIFFClose(file); }
+  };
+  struct FreeOptions {
+    void operator()(TIFFOpenOptions* options) const { TIFFOpenOptionsFree(options); }
+  };
+
+  [[noreturn]] void Refuse() const {
+    throw Error(
+        "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
+        "repair "
+        "DIR)",
+        path_, words_.empty() ? "no TIFF" : words_);
+  }
+  [[noreturn]] void RefuseKind(const std::string& what, const std::string& remedy) const {
+    throw Error("{}: is a TIFF {}, which is not read; {}", path_, what, remedy);
+  }
+  std::uint16_t Short(std::uint32_t tag, std::uint16_t otherwise) {
+    std::uint16_t value = otherwise;
+    return TIFFGetFieldDefaulted(file_.get(), tag, &value) == 1 ? value : otherwise;
+  }
+
+  void ChoosePage();
+  void ReadTags();
+  int StoredDepth() const;
+  cv::Mat Samples();
+  void CopyBlock(const std::vector<std::uint8_t>& block, std::size_t row_bytes, const cv::Rect& place,
+                 int first_channel, int block_channels, cv::Mat& samples) const;
+  template <typename Number>
+  void CopyRow(const std::uint8_t* row, int count, int block_channels, Number* to, int stride) const;
+  cv::Mat DecodedByLibrary();
+  void Colors(const cv::Mat& samples, StoredPicture& picture);
+  void Alpha(const cv::Mat& samples, int colors, StoredPicture& picture);
+  cv::Mat FromPalette(const cv::Mat& indices);
+  ColorClaim Claim();
+  std::optional<std::array<double, 2>> White();
+
+  const std::string path_;
+  std::string words_;
+  std::unique_ptr<TIFFOpenOptions, FreeOptions> options_;
+  std::unique_ptr<TIFF, CloseTiff> file_;
+  int width_ = 0, height_ = 0, channels_ = 1, bits_ = 1, format_ = SAMPLEFORMAT_UINT,
+      light_ = PHOTOMETRIC_MINISBLACK;
+  bool has_planes_ = false;
+  std::vector<int> extras_;  // EXTRASAMPLE_* of the channels after the colours
+  std::vector<std::string> warnings_;
+};
+
+void TiffPage::ChoosePage() {
+  int pages = 0, chosen = -1, others = 0;
+  constexpr int kMostPages = 64;
+  do {
+    std::uint32_t kind = 0;
+    TIFFGetField(file_.get(), TIFFTAG_SUBFILETYPE, &kind);
+    const bool is_picture = (kind & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0;
+    if (is_picture && chosen < 0)
+      chosen = pages;
+    else if (is_picture)
+      ++others;
+    ++pages;
+  } while (pages < kMostPages && TIFFReadDirectory(file_.get()) == 1);
+  words_.clear();  // of a directory after the last
+  if (TIFFSetDirectory(file_.get(), static_cast<tdir_t>(std::max(chosen, 0))) != 1) Refuse();
+  if (others > 0)
+    warnings_.push_back(fmt::format(
+        "it holds {} pages: the first is taken, export the others as files of their own", others + 1));
+}
+
+void TiffPage::ReadTags() {
+  std::uint32_t width = 0, height = 0;
+  TIFFGetField(file_.get(), TIFFTAG_IMAGEWIDTH, &width);
+  TIFFGetField(file_.get(), TIFFTAG_IMAGELENGTH, &height);
+  constexpr std::uint32_t kMostPx = 1 << 20;
+  if (width == 0 || height == 0 || width > kMostPx || height > kMostPx)
+    throw Error(
+        "{}: says that it is {}x{}, which is no picture's size; it is damaged: copy it again from its source",
+        path_, width, height);
+  width_ = static_cast<int>(width);
+  height_ = static_cast<int>(height);
+  channels_ = Short(TIFFTAG_SAMPLESPERPIXEL, 1);
+  bits_ = Short(TIFFTAG_BITSPERSAMPLE, 1);
+  format_ = Short(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
+  has_planes_ = channels_ > 1 && Short(TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) == PLANARCONFIG_SEPARATE;
+  std::uint16_t light = 0;
+  if (TIFFGetField(file_.get(), TIFFTAG_PHOTOMETRIC, &light) == 1)
+    light_ = light;
+  else
+    light_ = channels_ >= 3 ? PHOTOMETRIC_RGB : PHOTOMETRIC_MINISBLACK;
+  std::uint16_t extras = 0;
+  std::uint16_t* kinds = nullptr;
+  if (TIFFGetField(file_.get(), TIFFTAG_EXTRASAMPLES, &extras, &kinds) == 1)
+    extras_.assign(kinds, kinds + extras);
+  constexpr int kMostChannels = 32;
+  if (channels_ < 1 || channels_ > kMostChannels)
+    RefuseKind(fmt::format("of {} channels", channels_), "export its colours as RGB");
+  constexpr double kDecoded = 4;
+  RequirePixelsOfFile(path_, std::filesystem::file_size(path_), 1.0 * width_ * height_,
+                      channels_ * std::max(kDecoded, bits_ / 8.0));
+}
+
+int TiffPage::StoredDepth() const {
+  const char* const as_whole = "write it as unsigned whole numbers of 8 or 16 bits, or as floating point";
+  switch (format_) {
+    case SAMPLEFORMAT_IEEEFP:
+      if (bits_ == 16 || bits_ == 24 || bits_ == 32 || bits_ == 64) return CV_32F;
+      RefuseKind(fmt::format("of floating point of {} bits", bits_), as_whole);
+    case SAMPLEFORMAT_UINT:
+    case SAMPLEFORMAT_VOID:
+      if (bits_ <= 8) return CV_8U;
+      if (bits_ <= 16 || bits_ == 32) return CV_16U;
+      RefuseKind(fmt::format("of whole numbers of {} bits", bits_), as_whole);
+    case SAMPLEFORMAT_INT:
+      if (light_ == PHOTOMETRIC_CIELAB && bits_ <= 16) return bits_ <= 8 ? CV_8U : CV_16U;
+      RefuseKind("of signed numbers, as measurements and heights are stored", as_whole);
+    default:
+      RefuseKind("of complex numbers", as_whole);
+  }
+}
+
+// Samples of a row to every `stride`th number of `to`. Whole numbers are spread to full scale, but for indices and such.
+template <typename Number>
+void TiffPage::CopyRow(const std::uint8_t* row, int count, int block_channels, Number* to, int stride) const {
+  const int samples = count * block_channels;
+  const auto put = [&](int i, Number value) { to[i / block_channels * stride + i % block_channels] = value; };
+  const auto at = [&]<typename T>(int i, T) {
+    T value;
+    std::memcpy(&value, row + static_cast<std::size_t>(i) * sizeof(T), sizeof(T));
+    return value;
+  };
+  if (format_ == SAMPLEFORMAT_IEEEFP) {
+    for (int i = 0; i < samples; ++i) {
+      double value = 0;
+      if (bits_ == 16)
+        value = static_cast<float>(at(i, cv::float16_t()));
+      else if (bits_ == 24)
+        value = FloatOf24Bits(row[3 * i] | row[3 * i + 1] << 8 |
+                              static_cast<std::uint32_t>(row[3 * i + 2]) << 16);
+      else
+        value = bits_ == 32 ? static_cast<double>(at(i, float())) : at(i, double());
+      put(i, static_cast<Number>(value));
+    }
+    return;
+  }
+  if (bits_ == 8 || bits_ == 16 || bits_ == 32) {
+    constexpr int kToSixteen = 16;
+    for (int i = 0; i < samples; ++i)
+      put(i, static_cast<Number>(bits_ == 8    ? row[i]
+                                 : bits_ == 16 ? at(i, std::uint16_t())
+                                               : at(i, std::uint32_t()) >> kToSixteen));
+    return;
+  }
+  const std::uint32_t most = (1U << bits_) - 1;
+  const bool is_index = light_ == PHOTOMETRIC_PALETTE;
+  const std::uint32_t full = sizeof(Number) == 1 ? 255 : 65535;
+  for (int i = 0, bit = 0; i < samples; ++i, bit += bits_) {
+    std::uint32_t value = 0;
+    for (int b = bit; b < bit + bits_; ++b) value = value << 1 | (row[b / 8] >> (7 - b % 8) & 1U);
+    put(i, static_cast<Number>(is_index ? value : (value * full + most / 2) / most));
+  }
+}
+
+void TiffPage::CopyBlock(const std::vector<std::uint8_t>& block, std::size_t row_bytes, const cv::Rect& place,
+                         int first_channel, int block_channels, cv::Mat& samples) const {
+  for (int y = 0; y < place.height; ++y) {
+    const std::uint8_t* row = block.data() + static_cast<std::size_t>(y) * row_bytes;
+    const int at = place.x * channels_ + first_channel;
+    if (samples.depth() == CV_8U)
+      CopyRow(row, place.width, block_channels, samples.ptr<std::uint8_t>(place.y + y) + at, channels_);
+    else if (samples.depth() == CV_16U)
+      CopyRow(row, place.width, block_channels, samples.ptr<std::uint16_t>(place.y + y) + at, channels_);
+    else
+      CopyRow(row, place.width, block_channels, samples.ptr<float>(place.y + y) + at, channels_);
+  }
+}
+
+cv::Mat TiffPage::Samples() {
+  cv::Mat samples(height_, width_, CV_MAKETYPE(StoredDepth(), channels_));
+  TIFF* file = file_.get();
+  const bool has_tiles = TIFFIsTiled(file) != 0;
+  std::uint32_t block_width = static_cast<std::uint32_t>(width_), block_height = 0;
+  TIFFGetFieldDefaulted(file, has_tiles ? TIFFTAG_TILELENGTH : TIFFTAG_ROWSPERSTRIP, &block_height);
+  if (has_tiles) TIFFGetField(file, TIFFTAG_TILEWIDTH, &block_width);
+  if (!has_tiles) block_height = std::min(block_height, static_cast<std::uint32_t>(height_));
+  constexpr std::uint32_t kMostTilePx = 1 << 16;
+  if (block_width == 0 || block_height == 0 ||
+      (has_tiles && std::max(block_width, block_height) > kMostTilePx))
+    Refuse();
+  const auto size = static_cast<std::uint64_t>(has_tiles ? TIFFTileSize64(file) : TIFFStripSize64(file));
+  const auto row_bytes =
+      static_cast<std::size_t>(has_tiles ? TIFFTileRowSize64(file) : TIFFScanlineSize64(file));
+  const int block_channels = has_planes_ ? 1 : channels_;
+  const std::size_t needed =
+      (static_cast<std::size_t>(block_width) * static_cast<std::size_t>(block_channels * bits_) + 7) / 8;
+  if (row_bytes < needed || size < row_bytes * block_height) Refuse();
+  RequirePixelsOfFile(path_, std::filesystem::file_size(path_), static_cast<double>(size), 1);
+  std::vector<std::uint8_t> block(size);
+  const int wide = static_cast<int>(block_width), high = static_cast<int>(block_height);
+  for (int plane = 0; plane < (has_planes_ ? channels_ : 1); ++plane)
+    for (int y = 0; y < height_; y += high)
+      for (int x = 0; x < width_; x += wide) {
+        const auto sample = static_cast<std::uint16_t>(plane);
+        const auto ux = static_cast<std::uint32_t>(x), uy = static_cast<std::uint32_t>(y);
+        const cv::Rect place(x, y, std::min(wide, width_ - x), std::min(high, height_ - y));
+        const tmsize_t read =
+            has_tiles ? TIFFReadEncodedTile(file, TIFFComputeTile(file, ux, uy, 0, sample), block.data(),
+                                            static_cast<tmsize_t>(size))
+                      : TIFFReadEncodedStrip(file, TIFFComputeStrip(file, uy, sample), block.data(),
+                                             static_cast<tmsize_t>(row_bytes) * place.height);
+        if (read < static_cast<tmsize_t>(row_bytes) * place.height) Refuse();
+        CopyBlock(block, row_bytes, place, plane, block_channels, samples);
+      }
+  return samples;
+}
+
+// Of layouts that the library alone takes apart (subsampled YCbCr without JPEG): 8 bits, B G R.
+cv::Mat TiffPage::DecodedByLibrary() {
+  std::vector<std::uint32_t> pixels(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  const auto own_order = static_cast<int>(Short(TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT));
+  if (TIFFReadRGBAImageOriented(file_.get(), static_cast<std::uint32_t>(width_),
+                                static_cast<std::uint32_t>(height_), pixels.data(), own_order, 1) != 1)
+    Refuse();
+  const cv::Mat rgba(height_, width_, CV_8UC4, pixels.data());
+  cv::Mat bgr;
+  cv::cvtColor(rgba, bgr, cv::COLOR_RGBA2BGR);
+  return bgr;
+}
+
+// Palettes have 16 bits; a few programs write 8, in which no entry is above 255.
+cv::Mat TiffPage::FromPalette(const cv::Mat& indices) {
+  std::uint16_t *red = nullptr, *green = nullptr, *blue = nullptr;
+  if (bits_ > 8 || TIFFGetField(file_.get(), TIFFTAG_COLORMAP, &red, &green, &blue) != 1)
+    RefuseKind("with a palette of another kind than 8 bits", "write it as RGB");
+  const int count = 1 << bits_;
+  std::uint16_t most = 0;
+  for (int i = 0; i < count; ++i) most = std::max({most, red[i], green[i], blue[i]});
+  const int divisor = most > 255 ? 257 : 1;
+  const auto level = [&](std::uint16_t value) {
+    return cv::saturate_cast<std::uint8_t>((value + divisor / 2) / divisor);
+  };
+  cv::Mat bgr(indices.size(), CV_8UC3);
+  for (int y = 0; y < bgr.rows; ++y)
+    for (int x = 0; x < bgr.cols; ++x) {
+      const int i = indices.at<std::uint8_t>(y, x);
+      bgr.at<cv::Vec3b>(y, x) = {level(blue[i]), level(green[i]), level(red[i])};
+    }
+  return bgr;
+}
+
+std::optional<std::array<double, 2>> TiffPage::White() {
+  float* white = nullptr;
+  if (TIFFGetField(file_.get(), TIFFTAG_WHITEPOINT, &white) != 1 || !(white[1] > 0)) return std::nullopt;
+  return std::array<double, 2>{white[0], white[1]};
+}
+
+ColorClaim TiffPage::Claim() {
+  std::uint32_t size = 0;
+  void* profile = nullptr;
+  ColorClaim claim;
+  if (TIFFGetField(file_.get(), TIFFTAG_ICCPROFILE, &size, &profile) == 1 && size > 0) {
+    claim.icc.assign(static_cast<const char*>(profile), size);
+    return claim;
+  }
+  float* colors = nullptr;
+  if (const auto white = White();
+      white && TIFFGetField(file_.get(), TIFFTAG_PRIMARYCHROMATICITIES, &colors) == 1)
+    claim.primaries =
+        Primaries{colors[0], colors[1], colors[2], colors[3], colors[4], colors[5], (*white)[0], (*white)[1]};
+  return claim;
+}
+
+void TiffPage::Alpha(const cv::Mat& samples, int colors, StoredPicture& picture) {
+  if (channels_ == colors) return;
+  const int kind = extras_.empty() ? EXTRASAMPLE_UNSPECIFIED : extras_.front();
+  if (kind == EXTRASAMPLE_UNSPECIFIED || channels_ > colors + 1)
+    picture.warnings.push_back(fmt::format(
+        "it has {} channels: the first {} taken, and {}", channels_, colors == 1 ? "is" : "three are",
+        kind == EXTRASAMPLE_UNSPECIFIED ? "the others are not said to be alpha" : "the next as alpha"));
+  if (kind == EXTRASAMPLE_UNSPECIFIED) return;
+  cv::extractChannel(samples, picture.alpha, colors);
+  if (kind != EXTRASAMPLE_ASSOCALPHA) return;
+  const double full = FullScale(picture.pixels.depth());
+  const auto divide = [&]<typename Number>(Number) {
+    for (int y = 0; y < picture.pixels.rows; ++y)
+      for (int x = 0; x < picture.pixels.cols; ++x) {
+        const double opaque = static_cast<double>(picture.alpha.at<Number>(y, x)) / full;
+        auto* pixel = picture.pixels.ptr<Number>(y) + x * colors;
+        if (opaque > 0 && opaque < 1)
+          for (int c = 0; c < colors; ++c)
+            pixel[c] = cv::saturate_cast<Number>(static_cast<double>(pixel[c]) / opaque);
+      }
+  };
+  if (picture.pixels.depth() == CV_8U) divide(std::uint8_t());
+  if (picture.pixels.depth() == CV_16U) divide(std::uint16_t());
+  if (picture.pixels.depth() == CV_32F) divide(float());
+}
+
+void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
+  const char* const as_rgb = "write it as RGB or grey";
+  const auto require = [&](int channels) {
+    if (channels_ < channels)
+      RefuseKind(fmt::format("of {} channels where its colours need {}", channels_, channels), as_rgb);
+  };
+  const auto first_three = [&](int code) {
+    cv::Mat colors, rest = samples;
+    if (channels_ > 3) {
+      std::vector<cv::Mat> planes;
+      cv::split(samples, planes);
+      planes.resize(3);
+      cv::merge(planes, rest);
+    }
+    if (code < 0) return rest;
+    cv::cvtColor(rest, colors, code);
+    return colors;
+  };
+  switch (light_) {
+    case PHOTOMETRIC_MINISWHITE:
+    case PHOTOMETRIC_MINISBLACK:
+      if (channels_ - static_cast<int>(extras_.size()) > 2)
+        RefuseKind(fmt::format("of {} grey channels", channels_),
+                   "write each as a file, or its colours as RGB");
+      cv::extractChannel(samples, picture.pixels, 0);
+      if (light_ == PHOTOMETRIC_MINISWHITE)
+        picture.pixels = cv::Scalar::all(FullScale(samples.depth())) - picture.pixels;
+      Alpha(samples, 1, picture);
+      break;
+    case PHOTOMETRIC_RGB:
+    case PHOTOMETRIC_YCBCR:  // made RGB by the decoder of JPEG
+      require(3);
+      picture.pixels = first_three(cv::COLOR_RGB2BGR);
+      Alpha(samples, 3, picture);
+      break;
+    case PHOTOMETRIC_PALETTE:
+      cv::extractChannel(samples, picture.pixels, 0);
+      picture.pixels = FromPalette(picture.pixels);
+      break;
+    case PHOTOMETRIC_SEPARATED: {
+      require(4);
+      if (samples.depth() == CV_32F) RefuseKind("of inks in floating point", as_rgb);
+      std::vector<cv::Mat> planes;
+      cv::split(samples, planes);
+      planes.resize(4);
+      cv::Mat inks;
+      cv::merge(planes, inks);
+      picture.pixels = SrgbOfInks(inks, false, Claim().icc, picture);
+      return;
+    }
+    case PHOTOMETRIC_CIELAB:
+    case PHOTOMETRIC_ICCLAB:
+      require(3);
+      if (samples.depth() == CV_32F) RefuseKind("of CIE L*a*b* in floating point", as_rgb);
+      picture.pixels = SrgbOfLab(first_three(-1), light_ == PHOTOMETRIC_CIELAB, White());
+      picture.notes.emplace_back("its colours are CIE L*a*b* and converted to sRGB");
+      return;
+    case PHOTOMETRIC_CFA:
+      RefuseKind("of a sensor's mosaic", "name it .dng, if it is one, or develop it with a raw converter");
+    case PHOTOMETRIC_LOGL:
+    case PHOTOMETRIC_LOGLUV:
+      RefuseKind("of LogLuv", "convert it to OpenEXR");
+    default:
+      RefuseKind(fmt::format("of another kind of colours (photometric interpretation {})", light_), as_rgb);
+  }
+  ConvertToSrgb(Claim(), picture);
+}
+
+StoredPicture TiffPage::Read() {
+  StoredPicture picture;
+  NoteOrientation(Short(TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT), picture);
+  if (light_ == PHOTOMETRIC_YCBCR) {
+    if (Short(TIFFTAG_COMPRESSION, COMPRESSION_NONE) == COMPRESSION_JPEG) {
+      TIFFSetField(file_.get(), TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+    } else {
+      picture.pixels = DecodedByLibrary();
+      ConvertToSrgb(Claim(), picture);
+      return picture;
+    }
+  }
+  Colors(Samples(), picture);
+  picture.warnings.insert(picture.warnings.begin(), warnings_.begin(), warnings_.end());
+  return picture;
+}
+
+}  // namespace
+
+StoredPicture ReadTiff(const std::string& path) { return TiffPage(path).Read(); }
+
+}  // namespace ulf

@@ -1,0 +1,61 @@
+// Picture files of many layouts with six patches of known colours, written by the libraries of their formats, for tests of reading.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace ulf::test {
+
+// sRGB of 8 bits, R G B; three in the upper row, three in the lower one, each kPatchPx wide and high.
+inline constexpr std::array<std::array<int, 3>, 6> kPatches{
+    {{200, 50, 50}, {50, 200, 50}, {50, 50, 200}, {200, 200, 50}, {128, 128, 128}, {235, 160, 120}}};
+inline constexpr int kPatchPx = 20;
+
+// The picture itself: B G R, CV_8UC3; and its luminance-like grey for grey pictures (the green channel).
+cv::Mat PatchPicture();
+cv::Mat PatchGrey();
+
+// The largest difference in the middle of any patch, in levels of 255; `read` is sRGB of 8 or 16 bits or linear float, with one
+// channel (compared with the green one) or three.
+double LargestPatchError(const cv::Mat& read);
+
+struct TiffLayout {
+  int bits = 8;
+  int format = 1;       // SampleFormat: 1 whole numbers, 3 floating point
+  int photometric = 2;  // 0 white is zero, 1 black is zero, 2 RGB, 3 palette, 5 inks, 8 CIE L*a*b*
+  bool planes = false, tiles = false;
+  int predictor = 1, compression = 1;
+  const char* mode = "w";  // of TIFFOpen: "wb" big-endian, "w8" BigTIFF
+  int orientation = 1;
+  int alpha = -1;  // ExtraSamples' kind of a further channel at 128 of 255; -1: none
+  std::string icc = {};
+  int thumbnail_first = 0;  // pages of half the size before it, marked as such
+  int further_pages = 0;
+};
+void WriteTiffSample(const std::filesystem::path& path, const TiffLayout& layout);
+
+struct PngLayout {
+  int bits = 8;
+  bool grey = false, palette = false, interlaced = false;
+  double gamma = 0;                    // chunk gAMA, and the numbers are light to this power; 0: none
+  std::vector<double> primaries = {};  // chunk cHRM: white, red, green, blue; the numbers stay
+  std::string icc = {};
+  std::string code = {};  // chunk cICP, four bytes
+};
+void WritePngSample(const std::filesystem::path& path, const PngLayout& layout);
+
+// An ICC profile: "sRGB", "P3" (Display P3), "linear" (sRGB's primaries), "grey" (exponent 1.8), "CMYK" or "Lab".
+std::string IccProfile(const std::string& kind);
+// What numbers mean those colours in that RGB space: B G R.
+cv::Mat EncodedIn(const std::string& kind, const cv::Mat& srgb8);
+
+// A JPEG segment APP1 with an Exif block that says when the picture was taken ("2026:11:29 10:11:12"), and its orientation.
+std::string ExifSegment(const std::string& taken, int orientation = 1,
+                        const std::string& thumbnail_jpeg = {});
+// The JPEG with that segment behind its start.
+std::string WithSegment(const std::string& jpeg, const std::string& segment);
+
+}  // namespace ulf::test
