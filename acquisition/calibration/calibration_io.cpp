@@ -1,9 +1,12 @@
 #include "acquisition/calibration/calibration_io.h"
 
+#include <spdlog/spdlog.h>
+
+#include <optional>
 #include <sstream>
 #include <vector>
 
-#include "acquisition/calibration/calibration_formats.h"
+#include "acquisition/calibration/lens_files/lens_files.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
@@ -16,10 +19,13 @@ std::string ReadText(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path))
     throw Error("{}: there is no such calibration file; check the path, or calibrate (ulf calibrate)",
                 path.string());
-  return ReadWholeFile(path);
+  const std::string text = ReadWholeFile(path);
+  // Windows puts a mark before text.
+  return text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text;
 }
 
-CameraModel FromNumbers(const std::string& text, const std::string& where) {
+// The words of a line of numbers; none: something else stands there.
+std::optional<std::vector<double>> LineOfNumbers(const std::string& text) {
   std::istringstream lines(text);
   std::vector<double> numbers;
   for (std::string line; std::getline(lines, line);) {
@@ -32,12 +38,14 @@ CameraModel FromNumbers(const std::string& text, const std::string& where) {
       } catch (const std::exception&) {
         used = 0;
       }
-      if (used != word.size())
-        throw Error("{}: neither JSON nor numbers: '{}'; expected fx fy cx cy k1 k2 p1 p2 width height",
-                    where, word.substr(0, 40));
+      if (used != word.size()) return std::nullopt;
       numbers.push_back(value);
     }
   }
+  return numbers;
+}
+
+CameraModel FromNumbers(const std::vector<double>& numbers, const std::string& where) {
   if (numbers.size() != 10 && numbers.size() != 11)
     throw Error("{}: {} numbers where 10 or 11 are expected: fx fy cx cy k1 k2 p1 p2 width height [fps]",
                 where, numbers.size());
@@ -77,8 +85,7 @@ ModeCalibration ModeFromJson(const JsonPlace& place) {
   return mode;
 }
 
-CalibrationFile FromJson(const std::string& text, const std::string& where) {
-  const nlohmann::json json = ParseJson(text, where, "write the calibration again");
+CalibrationFile FromJson(const nlohmann::json& json, const std::string& where) {
   const JsonPlace top{json, where};
   const JsonPlace modes{top.Raw("modes"), where + ", modes"};
   CalibrationFile file;
@@ -90,18 +97,37 @@ CalibrationFile FromJson(const std::string& text, const std::string& where) {
   return file;
 }
 
+// None: JSON of another program.
+std::optional<CalibrationFile> OursFromJson(const std::string& text, const std::string& where) {
+  // What is no JSON may be YAML in braces, which is read or named elsewhere.
+  if (!IsJson(text) && text.find("LENSMODEL_") != std::string::npos) return std::nullopt;
+  const nlohmann::json json = ParseJson(text, where, "write the calibration again");
+  if (!json.contains("modes") && !json.empty()) return std::nullopt;
+  return FromJson(json, where);
+}
+
 }  // namespace
 
-CalibrationFile ReadCalibrationFile(const std::filesystem::path& path) {
+CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std::string& camera) {
   const std::string text = ReadText(path), where = path.string();
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) throw Error("{}: the calibration file is empty; calibrate again", where);
-  if (text[first] == '{') return FromJson(text, where);
-  const auto format = DetectCalibrationFormat(text);
-  if (format)
-    return {
-        {}, std::string(Name(*format)) + " file", {{"live", {ReadCalibrationText(*format, text, where)}}}};
-  return {{}, "line of numbers", {{"live", {FromNumbers(text, where)}}}};
+  const auto require_no_choice = [&] {
+    if (!camera.empty()) throw UsageError("--camera {}: {} contains only one camera", camera, where);
+  };
+  if (text[first] == '{')
+    if (auto ours = OursFromJson(text, where)) {
+      require_no_choice();
+      return *ours;
+    }
+  if (const auto numbers = LineOfNumbers(text)) {
+    require_no_choice();
+    return {{}, "line of numbers", {{"live", {FromNumbers(*numbers, where)}}}, {}};
+  }
+  const auto read = ReadLensText(text, where, camera);
+  if (!read)
+    throw Error("{}: is no calibration that ulf knows. Read are the files of {}", where, ReadableLensFiles());
+  return {{}, read->program + " file", {{"live", {read->lens.camera}}}, read->lens.warnings};
 }
 
 ModeCalibration ModeOf(const CalibrationFile& file, const std::string& mode, const std::string& where) {
@@ -153,7 +179,9 @@ void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& 
 }
 
 CameraModel ReadCalibration(const std::filesystem::path& path, const std::string& mode) {
-  return ModeOf(ReadCalibrationFile(path), mode, path.string()).camera;
+  const CalibrationFile file = ReadCalibrationFile(path);
+  for (const std::string& warning : file.warnings) spdlog::warn("{}", warning);
+  return ModeOf(file, mode, path.string()).camera;
 }
 
 void WriteCalibration(const std::filesystem::path& path, const CameraModel& camera, const std::string& serial,

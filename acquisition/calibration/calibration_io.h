@@ -10,8 +10,8 @@
 //                       "rms_px": ...,
 //                       "flat_field": {...}, "color_profile": {...}}}}
 //
-// Everything except the modes' intrinsics may be missing. ReadCalibrationFile() also reads files of Kalibr,
-// ROS, OpenCV and COLMAP (calibration_formats.h), and text files with one line `fx fy cx cy k1 k2 p1 p2 width
+// Everything except the modes' intrinsics may be missing. ReadCalibrationFile() also reads the files of other
+// programs (lens_files/lens_files.h), and text files with one line `fx fy cx cy k1 k2 p1 p2 width
 // height [fps]` and comments after '#'; their principal point has pixel centres at integers, as in OpenCV, so
 // 0.5 is added.
 #pragma once
@@ -21,6 +21,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/device/device.h"
 #include "core/geometry/camera_model.h"
@@ -50,10 +51,12 @@ struct CalibrationFile {
   CameraIdentity identity = {};
   std::string source = {};
   std::map<std::string, ModeCalibration> modes = {};  // "live", "still"
+  std::vector<std::string> warnings = {};  // of reading, for the user: what another program's file left open
 };
 
-// Throws Error that names the file and the missing or invalid key.
-CalibrationFile ReadCalibrationFile(const std::filesystem::path& path);
+// `camera`: one of several in another program's file; empty: it must contain only one. Throws Error that names the file
+// and the missing or invalid key.
+CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std::string& camera = "");
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationFile& file);
 
 // One mode of a file. Throws Error that lists the modes of the file.
@@ -65,7 +68,7 @@ void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& 
                        const std::string& source, const std::string& mode,
                        const ModeCalibration& calibration);
 
-// Intrinsics only.
+// Intrinsics only; warnings go to the log.
 CameraModel ReadCalibration(const std::filesystem::path& path, const std::string& mode = "live");
 void WriteCalibration(const std::filesystem::path& path, const CameraModel& camera, const std::string& serial,
                       const std::string& source, const std::string& mode = "live");

@@ -24,11 +24,31 @@ fs::path ConfigurationFolder() {
   return home && *home ? fs::path(home) / ".config" : fs::path(".config");
 }
 
+constexpr double kSameShape = 0.005;  // relative difference of aspect ratios; guessed: rounding of sizes
+
+// Whether the frames have the shape of the lens's pictures after a quarter turn.
+bool IsTurned(const CameraModel& camera, int width, int height) {
+  const double turned = static_cast<double>(width) / camera.height * camera.width / height;
+  const bool is_square = std::abs(static_cast<double>(width) / height - 1) < kSameShape;
+  return std::abs(turned - 1) < kSameShape && !is_square;
+}
+
+void RefuseTurned(const CameraModel& camera, int width, int height, const std::string& owner) {
+  if (IsTurned(camera, width, height))
+    throw Error(
+        "{}: made for {}x{}, but the frames are {}x{}: width and height are exchanged, so the pictures of "
+        "one of the "
+        "two are turned by a quarter turn, and it is unknown to which side. Calibrate with pictures that are "
+        "upright "
+        "as these frames are (ulf calibrate), or turn the frames back",
+        owner, camera.width, camera.height, width, height);
+}
+
 CameraModel ForSize(const CameraModel& camera, int width, int height, const std::string& owner) {
   if (camera.width == width && camera.height == height) return camera;
   const double wide = static_cast<double>(width) / camera.width,
                high = static_cast<double>(height) / camera.height;
-  constexpr double kSameShape = 0.005;  // relative difference of aspect ratios; guessed: rounding of sizes
+  RefuseTurned(camera, width, height, owner);
   if (std::abs(wide / high - 1) > kSameShape)
     throw Error(
         "{}: made for {}x{}, but the frames are {}x{}, another shape: they were cropped at an unknown place; "
@@ -80,6 +100,7 @@ SensorWindow AssumedWindow(const CameraModel& camera, const SensorWindow& used, 
                            std::vector<std::string>& warnings) {
   if (camera.width == used.sensor_width && camera.height == used.sensor_height)
     return {used.sensor_width, used.sensor_height, 0, 0, used.sensor_width, used.sensor_height};
+  RefuseTurned(camera, used.width / used.binning_x, used.height / used.binning_y, owner);
   const std::string how =
       fmt::format("ulf calibration FILE --sensor {}x{} --roi WIDTHxHEIGHT+X+Y --binning 1x1 -o NEW_FILE",
                   used.sensor_width, used.sensor_height);
@@ -174,7 +195,7 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
   const auto window = mode == "live" ? device.Window() : std::nullopt;
   const auto from_file = [&](const fs::path& path, const std::string& from) {
     const CalibrationFile file = ReadCalibrationFile(path);
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings = file.warnings;
     RequireSameCamera(file.identity, identity, from, args.force, warnings);
     ResolvedCalibration resolved = Fit(ModeOf(file, mode, path.string()), window, width, height, from);
     resolved.warnings.insert(resolved.warnings.begin(), warnings.begin(), warnings.end());

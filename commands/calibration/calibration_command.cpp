@@ -1,5 +1,6 @@
 // `ulf calibration`: prints a calibration file and converts it to other formats.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -10,6 +11,7 @@
 #include "acquisition/calibration/calibration_formats.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
+#include "acquisition/calibration/lens_files/lens_files.h"
 #include "commands/commands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -30,16 +32,6 @@ struct CalibrationArgs {
     return !serial.empty() || !model.empty() || !sensor.empty() || !roi.empty() || !binning.empty();
   }
 };
-
-acquisition::CalibrationFile Read(const CalibrationArgs& args) {
-  if (args.camera.empty()) return acquisition::ReadCalibrationFile(args.path);
-  const std::string text = ReadWholeFile(args.path);
-  const auto format = acquisition::DetectCalibrationFormat(text);
-  if (!format) throw UsageError("--camera {}: {} contains only one camera", args.camera, args.path);
-  return {{},
-          std::string(Name(*format)) + " file",
-          {{"live", {acquisition::ReadCalibrationText(*format, text, args.path, args.camera)}}}};
-}
 
 template <typename... Numbers>
 bool Parse(const std::string& text, const char* form, int count, Numbers*... numbers) {
@@ -166,7 +158,8 @@ int RunCalibration(const CalibrationArgs& args) {
   } else {
     RequireWritable(args.output);
   }
-  acquisition::CalibrationFile file = Read(args);
+  acquisition::CalibrationFile file = acquisition::ReadCalibrationFile(args.path, args.camera);
+  for (const std::string& warning : file.warnings) spdlog::warn("{}", warning);
   Bind(args, file);
   if (args.output.empty()) {
     if (!args.json) {
@@ -204,14 +197,13 @@ int RunCalibration(const CalibrationArgs& args) {
 void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen) {
   auto args = std::make_shared<CalibrationArgs>();
   CLI::App* command = app.add_subcommand(
-      "calibration",
-      "Show a calibration file (ulf, Kalibr, ROS, OpenCV, COLMAP), or write it for another program");
+      "calibration", "Show a calibration file of ulf or another program, or write it for another program");
   command->add_option("FILE", args->path, "Calibration file; its format is detected")->required();
   command->add_option("--to", args->to,
                       "Format to write: ulf, kalibr, ros, opencv (.yml or .xml) or colmap (cameras.txt) "
                       "(default: by the name of the output)");
   command->add_option("-o,--output", args->output, "File to write");
-  command->add_option("--camera", args->camera, "Camera of a file with several: cam1, or COLMAP's number");
+  command->add_option("--camera", args->camera, "Camera of a file with several: cam1, left, or its number");
   command->add_option("--mode", args->mode, "Mode to write")
       ->check(CLI::IsMember({"live", "still"}))
       ->capture_default_str();
@@ -225,11 +217,12 @@ void AddCalibrationCommand(CLI::App& app, ChosenCommand& chosen) {
       "Part of the sensor of this calibration, WIDTHxHEIGHT+X+Y after binning, as in the device's URI");
   command->add_option("--binning", args->binning, "Binning of this calibration, such as 2x2 (default: none)");
   command->add_flag("--json", args->json, "Print one JSON object");
-  command->footer(
-      "Example: ulf calibration camera.json --to kalibr -o camchain.yaml\n"
-      "         ulf calibration camchain.yaml --camera cam1 --serial 21234567 -o camera.json\n"
-      "         ulf calibration cameras.txt --serial S1 --sensor 2048x2048 --roi 640x480+16+8 -o "
-      "camera.json");
+  command->footer("Files of: " + fmt::format("{}", fmt::join(acquisition::ReadableLensPrograms(), ", ")) +
+                  ".\n"
+                  "Example: ulf calibration camera.json --to kalibr -o camchain.yaml\n"
+                  "         ulf calibration camchain.yaml --camera cam1 --serial 21234567 -o camera.json\n"
+                  "         ulf calibration cameras.txt --serial S1 --sensor 2048x2048 --roi 640x480+16+8 -o "
+                  "camera.json");
   command->callback([args, &chosen] { chosen = [args] { return RunCalibration(*args); }; });
 }
 

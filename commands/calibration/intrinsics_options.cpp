@@ -7,10 +7,10 @@
 namespace ulf::commands {
 
 void AddIntrinsicsOptions(CLI::App& command, acquisition::IntrinsicsArgs& args) {
-  command.add_option(
-      "--calibration", args.calibration_path,
-      "Calibration file of ulf, Kalibr, ROS, OpenCV or COLMAP (default: the one stored for this camera, "
-      "else the device's own)");
+  command.add_option("--calibration", args.calibration_path,
+                     "Calibration file of ulf or another program, see 'ulf calibration' (default: the one "
+                     "stored for this camera, "
+                     "else the device's own)");
   command
       .add_option("--focal-px", args.focal_px,
                   "Focal length in pixels, without a calibration; the principal point is the image centre")

@@ -61,6 +61,7 @@ PlannedCamera CameraFrom(const PlanArgs& args) {
   }
   if (!args.calibration_path.empty()) {
     const acquisition::CalibrationFile file = acquisition::ReadCalibrationFile(args.calibration_path);
+    for (const std::string& warning : file.warnings) spdlog::warn("{}", warning);
     // A file of photographs alone is of a tethered camera.
     const std::string mode =
         file.modes.contains("live") || file.modes.empty() ? "live" : file.modes.begin()->first;

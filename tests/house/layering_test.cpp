@@ -434,7 +434,7 @@ TEST(Layering, FindsALibraryOutsideItsRoom) {
            Case{"opencv2/aruco/charuco.hpp", "tracking/sources/marker_locator.cpp",
                 "core/fiducials/board.cpp"},
            Case{"yaml-cpp/yaml.h", "acquisition/calibration/intrinsics.cpp",
-                "acquisition/calibration/calibration_formats.cpp"},
+                "acquisition/calibration/lens_files/lens_tree.cpp"},
            Case{"CLI/CLI.hpp", "coverage/session/capture_start.h", "commands/number_checks.h"},
        }) {
     const ScratchFolder scratch;

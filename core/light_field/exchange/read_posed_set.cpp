@@ -160,7 +160,7 @@ void RequireOneSourceOfIntrinsics(SetFormat format, const fs::path& source, bool
   if (!HasIntrinsics(format) && !is_camera_given)
     throw UsageError(
         "{}: a set in the format {} holds no intrinsics; give those of its camera with --calibration FILE: a "
-        "file of 'ulf calibrate', Kalibr, ROS, OpenCV or COLMAP, or a line `fx fy cx cy k1 k2 p1 p2 width "
+        "file of 'ulf calibrate' or of another program, or a line `fx fy cx cy k1 k2 p1 p2 width "
         "height` with the numbers of whoever published the set (docs/calibration.md)",
         source.string(), Name(format));
 }

@@ -106,6 +106,13 @@ std::vector<XmlElement> XmlElement::Children(const char* name) const {
   return found;
 }
 
+std::vector<XmlElement> XmlElement::AllChildren() const {
+  std::vector<XmlElement> found;
+  for (const pugi::xml_node child : NodeOf(node_).children())
+    if (child.type() == pugi::node_element) found.push_back(XmlElement(document_, child.internal_object()));
+  return found;
+}
+
 // One step after the other instead of a call for each depth: a file may be as deep as it likes.
 std::vector<XmlElement> XmlElement::Below(const char* name) const {
   std::vector<XmlElement> found;
@@ -148,17 +155,19 @@ std::vector<double> XmlElement::Numbers(std::size_t count) const {
   return NumbersOf(Text(), count, Where(), "its text");
 }
 
-XmlElement ReadXmlFile(const fs::path& file) {
+XmlElement ReadXmlFile(const fs::path& file) { return ReadXmlText(BytesOfXml(file), file.string()); }
+
+XmlElement ReadXmlText(std::string text, const std::string& where) {
   const auto document = std::make_shared<XmlDocument>();
-  document->file = file.string();
-  document->bytes = BytesOfXml(file);
+  document->file = where;
+  document->bytes = std::move(text);
   for (std::size_t i = 0; i < document->bytes.size(); ++i)
     if (document->bytes[i] == '\n') document->line_ends.push_back(i);
   const pugi::xml_parse_result result =
       document->parsed.load_buffer_inplace(document->bytes.data(), document->bytes.size());
   if (!result)
     throw Error("{}, line {}: is no valid XML ({}); the file may be cut short: copy or export it again",
-                file.string(), document->LineAt(result.offset), result.description());
+                where, document->LineAt(result.offset), result.description());
   return {document, document->parsed.document_element().internal_object()};
 }
 

@@ -31,6 +31,8 @@ class XmlElement {
   // The first child of this name. Throws Error where there is none.
   XmlElement Child(const char* name) const;
   std::vector<XmlElement> Children(const char* name) const;
+  // Those of every name.
+  std::vector<XmlElement> AllChildren() const;
   // All of this name inside this element, at any depth, in the file's order.
   std::vector<XmlElement> Below(const char* name) const;
 
@@ -44,7 +46,7 @@ class XmlElement {
   std::vector<double> Numbers(std::size_t count) const;
 
  private:
-  friend XmlElement ReadXmlFile(const std::filesystem::path& file);
+  friend XmlElement ReadXmlText(std::string text, const std::string& where);
   XmlElement(std::shared_ptr<const XmlDocument> document, void* node)
       : document_(std::move(document)), node_(node) {}
 
@@ -55,6 +57,8 @@ class XmlElement {
 // The outermost element. Throws Error for a file that cannot be read, is larger than 256 MB or is no XML,
 // with the line at which it ceases to be one.
 XmlElement ReadXmlFile(const std::filesystem::path& file);
+// The same of a text that was read already; `where` stands for the file.
+XmlElement ReadXmlText(std::string text, const std::string& where);
 
 // Text as it may stand in an element or an attribute, of XML and of HTML.
 std::string XmlEscaped(std::string_view text);

@@ -88,7 +88,7 @@ TEST(CalibrationIo, ErrorsNameFileAndTrouble) {
   const test::ScratchFolder scratch;
   const std::pair<const char*, const char*> kCases[] = {
       {"", "empty"},
-      {"hello", "neither JSON nor numbers"},
+      {"hello", "no calibration that ulf knows. Read are the files of ulf"},
       {"500 500 320 240", "4 numbers"},
       {"-500 500 320 240 0 0 0 0 640 480", "focal"},
       {"500 500 320 240 0 0 0 0 1e118 480", "width and height"},

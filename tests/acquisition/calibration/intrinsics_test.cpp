@@ -1,6 +1,7 @@
 // Tests: acquisition/calibration/intrinsics, core/geometry/sensor_window.
 #include "acquisition/calibration/intrinsics.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -114,6 +115,19 @@ TEST_F(Intrinsics, ScaleWithTheFrameButNotToAnotherShape) {
   EXPECT_EQ(half, WithFocal(600).ScaledTo(320, 240));
   EXPECT_DOUBLE_EQ(half.fx, 300);
   EXPECT_THAT(ErrorOf(device, {}, 640, 360), AllOf(HasSubstr("640x480"), HasSubstr("640x360")));
+}
+
+// A telephone's video is shown upright; the lens was found from pictures as they are stored, or the other way round.
+TEST_F(Intrinsics, ALensOfThePicturesBeforeTheirTurnIsNamedAsThat) {
+  const StillDevice device("", WithFocal(600));
+  for (const auto& [width, height] : {std::pair{480, 640}, std::pair{960, 1280}})
+    EXPECT_THAT(ErrorOf(device, {}, width, height),
+                AllOf(HasSubstr("made for 640x480"), HasSubstr(fmt::format("{}x{}", width, height)),
+                      HasSubstr("width and height are exchanged"), HasSubstr("upright")));
+  EXPECT_THAT(ErrorOf(StillDevice("S1"), {.calibration_path = WriteFile("lens.json", 600)}, 480, 640),
+              AllOf(HasSubstr("lens.json"), HasSubstr("exchanged")));
+  EXPECT_THAT(ErrorOf(device, {}, 480, 600), HasSubstr("another shape"));
+  EXPECT_THAT(ErrorOf(device, {}, 480, 480), HasSubstr("another shape"));
 }
 
 TEST_F(Intrinsics, ABadFileIsAnErrorNotAFallback) {

@@ -1,0 +1,203 @@
+#include "acquisition/calibration/lens_files/lens_numbers.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace ulf::acquisition {
+namespace {
+
+bool AreZeroFrom(const std::vector<double>& values, std::size_t first) {
+  return std::all_of(values.begin() + static_cast<std::ptrdiff_t>(std::min(first, values.size())),
+                     values.end(), [](double value) { return value == 0; });
+}
+
+int LensSide(double side, const LensNumbers& numbers, const std::string& where) {
+  if (numbers.width == 0 && numbers.height == 0)
+    throw Error("{}: the size of the pictures is missing; add it to the file ({})", where, numbers.size_keys);
+  constexpr double kMostPx = 1 << 20;
+  if (!(side >= 1 && side <= kMostPx) || side != std::floor(side))
+    throw Error("{}: a size of {} x {} px; width and height are whole numbers from 1 to {:.0f}", where,
+                numbers.width, numbers.height, kMostPx);
+  return static_cast<int>(side);
+}
+
+// The model by the word, else by the number of coefficients; with its warnings.
+LensModel ModelOfNumbers(const LensNumbers& numbers, const std::string& where,
+                         std::vector<std::string>& warnings) {
+  const std::size_t count = numbers.coefficients.size();
+  if (numbers.said) return numbers.said->model;
+  const bool is_plain = AreZeroFrom(numbers.coefficients, 0);
+  if (count == 4 && !is_plain) {
+    warnings.push_back(
+        fmt::format("{}: four coefficients and no word for the model: they may be k1 k2 p1 p2 or a fisheye's "
+                    "k1 k2 k3 k4. Taken "
+                    "as k1 k2 p1 p2{}; if they are a fisheye's, add the line fisheye_model: 1 (or "
+                    "distortion_model: equidistant), "
+                    "if not, distortion_model: plumb_bob",
+                    where, numbers.is_ros ? ", plumb_bob, as ROS takes it" : ""));
+  } else if (numbers.is_ros) {
+    warnings.push_back(
+        fmt::format("{}: no distortion_model; taken as plumb_bob, as ROS takes it. If the lens is a fisheye, "
+                    "the file must say "
+                    "distortion_model: equidistant",
+                    where));
+  }
+  if (count == 0) return LensModel::kNone;
+  return count <= 5 ? LensModel::kRadialTangential : LensModel::kRational;
+}
+
+// Throws Error where the number of coefficients does not belong to the model.
+void RequireCount(const LensNumbers& numbers, LensModel model, const std::string& where) {
+  const std::vector<double>& d = numbers.coefficients;
+  const std::string said = numbers.said ? " (" + numbers.said->said + ")" : "";
+  const auto contradicts = [&](const char* name, const char* counts) {
+    throw Error(
+        "{}: a {} lens{} has {} coefficients, but there are {}; correct the model's word or the coefficients",
+        where, name, said, counts, d.size());
+  };
+  switch (model) {
+    case LensModel::kNone:
+      if (!AreZeroFrom(d, 0))
+        throw Error(
+            "{}: a lens without distortion{} has {} coefficients that are not zero; correct one of the two",
+            where, said, d.size());
+      return;
+    case LensModel::kFisheye:
+      if (d.size() < 4 || !AreZeroFrom(d, 4)) contradicts("fisheye", "4");
+      return;
+    case LensModel::kRadialTangential:
+      if (!d.empty() && (d.size() < 4 || !AreZeroFrom(d, 5))) contradicts("radial-tangential", "4 or 5");
+      return;
+    default:
+      constexpr std::array<std::size_t, 3> kCounts = {8, 12, 14};
+      if (std::ranges::find(kCounts, d.size()) == kCounts.end())
+        throw Error(
+            "{}: {} coefficients{}; a rational model has 8, 12 or 14, k1 k2 p1 p2 k3 are 4 or 5: correct the "
+            "model's word or the coefficients",
+            where, d.size(), said);
+      if (!AreZeroFrom(d, 5))
+        throw Error(
+            "{}: a rational, thin prism or tilted model ({} coefficients, and those after the fifth are not "
+            "zero); calibrate again without CALIB_RATIONAL_MODEL and similar flags: {}",
+            where, d.size(), kLensWayOut);
+  }
+}
+
+void WarnOfPrincipalPoint(Lens& lens, const std::string& where) {
+  const CameraModel& c = lens.camera;
+  if (!c.Contains({c.cx, c.cy})) {
+    lens.warnings.push_back(
+        fmt::format("{}: the principal point ({:.1f}, {:.1f}) lies outside the picture of {}x{}: is that the "
+                    "size of the pictures "
+                    "from which the lens was found?",
+                    where, c.cx, c.cy, c.width, c.height));
+    return;
+  }
+  // Half of the difference of the sides off the middle, each axis towards the other's: the size was written height
+  // first, as arrays have it.
+  const double off = std::hypot(c.cx - 0.5 * c.width, c.cy - 0.5 * c.height),
+               off_exchanged = std::hypot(c.cx - 0.5 * c.height, c.cy - 0.5 * c.width);
+  const double apart = std::abs(c.width - c.height) * 0.5 * std::sqrt(2.0);
+  if (apart > 0.05 * c.width && off_exchanged < 0.25 * apart && off > 0.75 * apart)
+    lens.warnings.push_back(fmt::format(
+        "{}: the principal point ({:.1f}, {:.1f}) is the middle of a picture of {}x{}, not of {}x{}: are "
+        "width and height exchanged?",
+        where, c.cx, c.cy, c.height, c.width, c.width, c.height));
+}
+
+}  // namespace
+
+void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::string& key,
+                     const std::string& where) {
+  std::vector<double> k = matrix.numbers;
+  const bool is_square = (matrix.rows == 3 && matrix.cols == 3) || (std::min(matrix.rows, matrix.cols) == 1);
+  if (k.size() != 9 || !is_square)
+    throw Error("{}: '{}' is no 3x3 camera matrix: it has {} x {} values", where, key, matrix.rows,
+                matrix.cols);
+  for (const double value : k)
+    if (!std::isfinite(value))
+      throw Error("{}: '{}' has a value that is not finite ({}); calibrate again or correct the file", where,
+                  key, value);
+  if (AreZeroFrom(k, 0))
+    throw Error(
+        "{}: all values of '{}' are zero: the camera is not calibrated (ROS publishes such messages until it "
+        "is); calibrate it, and take the file of that",
+        where, key);
+  if (k[2] == 0 && k[5] == 0 && k[8] == 1 && (k[6] != 0 || k[7] != 0)) {
+    std::swap(k[1], k[3]);
+    std::swap(k[2], k[6]);
+    std::swap(k[5], k[7]);
+    numbers.warnings.push_back(
+        fmt::format("{}: '{}' has its columns first, as MATLAB and Open3D write it; taken so", where, key));
+  }
+  if (k[6] != 0 || k[7] != 0 || k[8] != 1)
+    throw Error(
+        "{}: the last row of '{}' is {} {} {}, not 0 0 1; divide the matrix by its last value, or correct it",
+        where, key, k[6], k[7], k[8]);
+  if (k[3] != 0)
+    throw Error("{}: '{}' has {} below its first focal length, where 0 belongs", where, key, k[3]);
+  // Skew moves points by itself times their height over the focal length.
+  constexpr double kNoSkew_px = 1e-3;
+  if (std::abs(k[1]) > kNoSkew_px)
+    throw Error("{}: '{}' has skew ({}), which ulf does not support; calibrate again with CALIB_FIX_SKEW",
+                where, key, k[1]);
+  numbers.fx = k[0];
+  numbers.fy = k[4];
+  numbers.cx = k[2];
+  numbers.cy = k[5];
+}
+
+Lens FinishedLens(const LensNumbers& numbers, const std::string& where) {
+  Lens lens{.warnings = numbers.warnings};
+  CameraModel& camera = lens.camera;
+  camera.width = LensSide(numbers.width, numbers, where);
+  camera.height = LensSide(numbers.height, numbers, where);
+  const LensModel model = ModelOfNumbers(numbers, where, lens.warnings);
+  RequireCount(numbers, model, where);
+  const double half = numbers.from_corner ? 0 : 0.5;
+  camera.fx = numbers.fx;
+  camera.fy = numbers.fy;
+  camera.cx = numbers.cx + half;
+  camera.cy = numbers.cy + half;
+  if (model == LensModel::kFisheye)
+    camera.distortion = Distortion::kFisheye;
+  else if (!AreZeroFrom(numbers.coefficients, 0))
+    camera.distortion = Distortion::kRadialTangential;
+  std::copy_n(numbers.coefficients.begin(), std::min<std::size_t>(5, numbers.coefficients.size()),
+              camera.coefficients.begin());
+  camera.Validate(where);
+  // Shorter than any lens: a focal length in millimetres, or in widths of the picture.
+  constexpr double kShortest = 0.1;
+  const double longest = std::max(camera.width, camera.height);
+  if (std::max(camera.fx, camera.fy) < kShortest * longest)
+    throw Error(
+        "{}: focal lengths of {} and {} px with pictures of {}x{}; no lens has that: is it in millimetres or "
+        "in widths of the picture? Write pixels",
+        where, camera.fx, camera.fy, camera.width, camera.height);
+  WarnOfPrincipalPoint(lens, where);
+  return lens;
+}
+
+std::string PickLens(const std::vector<std::string>& names, const std::string& wanted,
+                     const std::string& where) {
+  if (names.empty()) throw Error("{}: contains no camera", where);
+  if (wanted.empty() && names.size() > 1)
+    throw Error(
+        "{}: contains {} cameras ({}); extract one with ulf calibration {} --camera {} -o camera.json", where,
+        names.size(), fmt::join(names, ", "), where, names[0]);
+  if (wanted.empty()) return names[0];
+  const auto found = std::ranges::find_if(
+      names, [&](const std::string& name) { return LensWord(name) == LensWord(wanted); });
+  if (found == names.end())
+    throw Error("{}: there is no camera '{}' (there {}: {})", where, wanted,
+                names.size() == 1 ? "is only" : "are", fmt::join(names, ", "));
+  return *found;
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,44 @@
+// From the numbers of a lens file to a camera model, with the checks that all dialects share: counts that contradict
+// each other, and numbers that no lens has.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/calibration/lens_files/lens_tree.h"
+#include "acquisition/calibration/lens_files/lens_words.h"
+#include "core/geometry/camera_model.h"
+
+namespace ulf::acquisition {
+
+struct Lens {
+  CameraModel camera = {};
+  std::vector<std::string> warnings = {};  // what was assumed, for the user; each names the file
+};
+
+struct LensNumbers {
+  double width = 0, height = 0;  // 0: the file does not say
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  // Whether the principal point counts from the picture's corner, as ulf does; else from the middle of the first pixel.
+  bool from_corner = false;
+  std::vector<double> coefficients = {};  // in OpenCV's order
+  std::optional<SaidLensModel> said = {};
+  bool is_ros = false;                                           // no word is plumb_bob there
+  std::string size_keys = "image_width: W and image_height: H";  // lines to add where the size is missing
+  std::vector<std::string> warnings = {};
+};
+
+// Sets focal lengths and principal point. Throws Error for a matrix that is no camera matrix, has skew, or is empty; one
+// with its columns first, as MATLAB and Open3D write it, is turned, with a warning.
+void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::string& key,
+                     const std::string& where);
+
+// Throws Error that begins with `where`.
+Lens FinishedLens(const LensNumbers& numbers, const std::string& where);
+
+// The wanted one of a file's cameras, or the only one; cases do not matter. Throws Error that lists them.
+std::string PickLens(const std::vector<std::string>& names, const std::string& wanted,
+                     const std::string& where);
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,59 @@
+// The text of a lens file as one tree, whatever its syntax: YAML with or without OpenCV's head, JSON, XML (OpenCV's
+// storage and others), or the sections of ROS's ost.ini. What a file means is thereby looked for once and not once for
+// each syntax.
+#pragma once
+
+#include <cstddef>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace ulf::acquisition {
+
+struct LensNode {
+  enum class Kind { kNothing, kText, kList, kMap };
+  Kind kind = Kind::kNothing;
+  std::string text = {};  // of a text or a number, as it stands in the file, without quotation marks
+  std::vector<std::string> keys = {};  // of a map, in the file's order
+  std::vector<LensNode> items = {};    // of a list, or what stands behind the keys
+
+  bool IsText() const { return kind == Kind::kText; }
+  bool IsMap() const { return kind == Kind::kMap; }
+  bool IsList() const { return kind == Kind::kList; }
+  // Null where this is no map or has no such key.
+  const LensNode* Find(std::string_view key) const;
+  const LensNode* FindPath(std::initializer_list<std::string_view> keys) const;
+  bool Has(std::string_view key) const { return Find(key) != nullptr; }
+
+  bool operator==(const LensNode&) const = default;
+};
+
+// A matrix of any of the dialects' forms: rows, cols and data; a list of rows; or numbers alone, which are one row.
+struct LensMatrix {
+  int rows = 0, cols = 0;
+  std::vector<double> numbers = {};
+};
+
+// The documents of the text: one, or as many as YAML's marks part. None: the text has none of these syntaxes. Throws
+// Error that begins with `where` for text that ends too early, nests deeply, or has a key twice with different values.
+std::optional<std::vector<LensNode>> LensTreesOf(const std::string& text, const std::string& where);
+
+// Lower case without blanks, underlines, dots, colons and hyphens, by which keys and words are compared.
+std::string LensWord(std::string_view text);
+
+// Numbers that are not finite come through as such.
+std::optional<double> LensNumber(const LensNode& node);
+// All numbers inside a list, a list of lists, or a text with blanks; none: something else stands there.
+std::optional<std::vector<double>> LensNumbersIn(const LensNode& node);
+bool LooksLikeLensMatrix(const LensNode& node);
+// Throws Error that begins with `where` and names `key` where rows, columns and numbers contradict each other.
+LensMatrix LensMatrixOf(const LensNode& node, std::string_view key, const std::string& where);
+
+// Of a map that must have the key. Throw Error that begins with `where`.
+const LensNode& RequiredLensNode(const LensNode& map, std::string_view key, const std::string& where);
+double RequiredLensNumber(const LensNode& map, std::string_view key, const std::string& where);
+std::vector<double> RequiredLensNumbers(const LensNode& map, std::string_view key, const std::string& where);
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,236 @@
+#include "acquisition/calibration/lens_files/lens_words.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace ulf::acquisition {
+
+const char* const kLensWayOut =
+    "ulf has pinholes with k1 k2 p1 p2 k3 (plumb_bob, radtan) and fisheyes with k1 k2 k3 k4 of Kannala and "
+    "Brandt "
+    "(equidistant): calibrate again with one of them (Kalibr: pinhole-radtan, pinhole-equi; OpenCV: "
+    "calibrateCamera, "
+    "fisheye::calibrate), or with ulf calibrate";
+
+namespace {
+
+enum class WordMeaning { kProjectionOnly, kModel, kOther, kUnknown };
+
+using LensWords = std::pair<std::string_view, LensModel>;
+
+// As LensWord() makes them.
+constexpr std::array kModelWords = {
+    LensWords{"none", LensModel::kNone},
+    LensWords{"nodistortion", LensModel::kNone},
+    LensWords{"undistorted", LensModel::kNone},
+    LensWords{"rectified", LensModel::kNone},
+    LensWords{"plumbbob", LensModel::kRadialTangential},
+    LensWords{"radtan", LensModel::kRadialTangential},
+    LensWords{"radtan4", LensModel::kRadialTangential},
+    LensWords{"radtan5", LensModel::kRadialTangential},
+    LensWords{"pinholeradtan", LensModel::kRadialTangential},
+    LensWords{"radialtangential", LensModel::kRadialTangential},
+    LensWords{"brown", LensModel::kRadialTangential},
+    LensWords{"brownconrady", LensModel::kRadialTangential},
+    LensWords{"opencv", LensModel::kRadialTangential},
+    LensWords{"opencv4", LensModel::kRadialTangential},
+    LensWords{"opencv5", LensModel::kRadialTangential},
+    LensWords{"rational", LensModel::kRational},
+    LensWords{"rationalpolynomial", LensModel::kRational},
+    LensWords{"radtan8", LensModel::kRational},
+    LensWords{"pinholeradtan8", LensModel::kRational},
+    LensWords{"opencv8", LensModel::kRational},
+    LensWords{"fullopencv", LensModel::kRational},
+    LensWords{"pinholefull", LensModel::kRational},
+    LensWords{"equidistant", LensModel::kFisheye},
+    LensWords{"equidistant4", LensModel::kFisheye},
+    LensWords{"equi", LensModel::kFisheye},
+    LensWords{"equidist", LensModel::kFisheye},
+    LensWords{"pinholeequi", LensModel::kFisheye},
+    LensWords{"pinholeequidistant", LensModel::kFisheye},
+    LensWords{"equidistantfisheye", LensModel::kFisheye},
+    LensWords{"fisheyeequidistant", LensModel::kFisheye},
+    LensWords{"fisheye", LensModel::kFisheye},
+    LensWords{"fisheye4", LensModel::kFisheye},
+    LensWords{"cvfisheye", LensModel::kFisheye},
+    LensWords{"opencvfisheye", LensModel::kFisheye},
+    LensWords{"fisheyeopencv", LensModel::kFisheye},
+    LensWords{"pinholefisheye", LensModel::kFisheye},
+    LensWords{"kannalabrandt", LensModel::kFisheye},
+    LensWords{"kannalabrandt4", LensModel::kFisheye},
+    LensWords{"kannalabrandt8", LensModel::kFisheye},
+    LensWords{"kb", LensModel::kFisheye},
+    LensWords{"kb4", LensModel::kFisheye},
+    LensWords{"kb8", LensModel::kFisheye},
+};
+
+constexpr std::array<std::string_view, 6> kProjectionWords = {"pinhole",     "perspective", "frame",
+                                                              "rectilinear", "standard",    "normal"};
+
+// Models that ulf does not have, for keys that may be of anything else as well.
+constexpr std::array<std::string_view, 42> kOtherModels = {"omni",
+                                                           "omnidirectional",
+                                                           "omniradtan",
+                                                           "omnidir",
+                                                           "mei",
+                                                           "unified",
+                                                           "ucm",
+                                                           "eucm",
+                                                           "extendedunified",
+                                                           "catadioptric",
+                                                           "ds",
+                                                           "doublesphere",
+                                                           "scaramuzza",
+                                                           "ocam",
+                                                           "ocamcalib",
+                                                           "polynomial",
+                                                           "division",
+                                                           "ftheta",
+                                                           "thinprism",
+                                                           "thinprismfisheye",
+                                                           "radtanthinprismfisheye",
+                                                           "tilted",
+                                                           "fov",
+                                                           "atan",
+                                                           "equisolid",
+                                                           "equisolidfisheye",
+                                                           "stereographic",
+                                                           "orthographic",
+                                                           "equirectangular",
+                                                           "spherical",
+                                                           "panoramic",
+                                                           "cylindrical",
+                                                           "cylinder",
+                                                           "inversebrownconrady",
+                                                           "modifiedbrownconrady",
+                                                           "rational6kt",
+                                                           "fisheye62",
+                                                           "fisheye624",
+                                                           "cahvor",
+                                                           "cahvore",
+                                                           "splinedstereographic",
+                                                           "genericcamera"};
+
+WordMeaning MeaningOf(std::string_view word, LensModel& model) {
+  if (std::ranges::find(kProjectionWords, word) != kProjectionWords.end())
+    return WordMeaning::kProjectionOnly;
+  if (const auto found = std::ranges::find(kModelWords, word, &LensWords::first);
+      found != kModelWords.end()) {
+    model = found->second;
+    return WordMeaning::kModel;
+  }
+  return std::ranges::find(kOtherModels, word) != kOtherModels.end() ? WordMeaning::kOther
+                                                                     : WordMeaning::kUnknown;
+}
+
+// Keys whose words are of models alone; and those that may be of anything, such as the camera's maker.
+constexpr std::array<std::string_view, 17> kModelKeys = {
+    "distortionmodel",  "distortiontype",  "cameramodel",     "modeltype",           "lensmodel",
+    "lenstype",         "projectionmodel", "projectiontype",  "projection",          "distortion",
+    "calibrationmodel", "intrinsicmodel",  "intrinsicsmodel", "intrinsicsmodeltype", "distmodel",
+    "disttype",         "cameramodeltype"};
+constexpr std::array<std::string_view, 5> kAnyKeys = {"model", "type", "cameratype", "lens", "modelname"};
+constexpr std::array<std::string_view, 6> kFisheyeSwitches = {
+    "fisheyemodel", "isfisheye", "fisheye", "usefisheye", "usefisheyemodel", "calibrateusefisheyemodel"};
+
+template <std::size_t kCount>
+bool IsOneOf(const std::array<std::string_view, kCount>& keys, std::string_view key) {
+  return std::ranges::find(keys, key) != keys.end();
+}
+
+// 1, true, yes, on and their opposites; none: another word.
+std::optional<bool> SwitchOf(const std::string& text) {
+  const std::string word = LensWord(text);
+  for (const std::string_view yes : {"1", "10", "true", "yes", "on"})
+    if (word == yes) return true;
+  for (const std::string_view no : {"0", "00", "false", "no", "off"})
+    if (word == no) return false;
+  return std::nullopt;
+}
+
+bool IsSame(LensModel a, LensModel b) {
+  const auto is_polynomial = [](LensModel model) {
+    return model == LensModel::kRadialTangential || model == LensModel::kRational;
+  };
+  return a == b || (is_polynomial(a) && is_polynomial(b));
+}
+
+}  // namespace
+
+std::optional<SaidLensModel> LensModelOfWord(std::string_view text, const std::string& said,
+                                             const std::string& where) {
+  const std::string word = LensWord(text);
+  if (word.empty()) return std::nullopt;
+  LensModel model = LensModel::kNone;
+  switch (MeaningOf(word, model)) {
+    case WordMeaning::kProjectionOnly:
+      return std::nullopt;
+    case WordMeaning::kModel:
+      return SaidLensModel{model, said};
+    case WordMeaning::kOther:
+      throw Error("{}: the lens model '{}' ({}) is not one of ulf's; {}", where, text.substr(0, 60), said,
+                  kLensWayOut);
+    default:
+      throw Error(
+          "{}: the lens model '{}' ({}) is unknown to ulf; {}. If it is no lens model, delete the line",
+          where, text.substr(0, 60), said, kLensWayOut);
+  }
+}
+
+std::optional<SaidLensModel> SaidLensModelOf(const LensNode& map, const std::string& where) {
+  std::optional<SaidLensModel> found;
+  std::optional<SaidLensModel> no_fisheye;  // fisheye_model: 0
+  const auto add = [&](const std::optional<SaidLensModel>& more) {
+    if (!more) return;
+    if (found && !IsSame(found->model, more->model))
+      throw Error("{}: '{}' and '{}' contradict each other; correct the wrong one", where, found->said,
+                  more->said);
+    // Of radtan and rational the first remains.
+    if (!found) found = more;
+  };
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const LensNode& value = map.items[i];
+    const std::string key = LensWord(map.keys[i]);
+    if (key == "xi" && !value.IsMap())
+      throw Error("{}: '{}' is the mirror's parameter of an omnidirectional lens model; {}", where,
+                  map.keys[i], kLensWayOut);
+    if (!value.IsText()) continue;
+    const std::string said = map.keys[i] + ": " + value.text.substr(0, 60);
+    if (IsOneOf(kFisheyeSwitches, key)) {
+      const auto is_on = SwitchOf(value.text);
+      if (!is_on)
+        throw Error("{}: '{}' must be 1 or 0, not '{}'", where, map.keys[i], value.text.substr(0, 40));
+      if (*is_on)
+        add(SaidLensModel{LensModel::kFisheye, said});
+      else
+        no_fisheye = SaidLensModel{LensModel::kRadialTangential, said};
+    } else if (IsOneOf(kModelKeys, key)) {
+      // In some files the coefficients, or the projection's matrix.
+      if ((key == "distortion" || key == "projection") && LensNumbersIn(value)) continue;
+      add(LensModelOfWord(value.text, said, where));
+    } else if (IsOneOf(kAnyKeys, key)) {
+      LensModel model = LensModel::kNone;
+      const WordMeaning meaning = MeaningOf(LensWord(value.text), model);
+      if (meaning == WordMeaning::kModel || meaning == WordMeaning::kOther)
+        add(LensModelOfWord(value.text, said, where));
+    }
+  }
+  if (no_fisheye && found && found->model == LensModel::kFisheye)
+    throw Error("{}: '{}' and '{}' contradict each other; correct the wrong one", where, no_fisheye->said,
+                found->said);
+  return found ? found : no_fisheye;
+}
+
+bool HasEmptyLensModel(const LensNode& map) {
+  for (std::size_t i = 0; i < map.keys.size(); ++i)
+    if (LensWord(map.keys[i]) == "distortionmodel" &&
+        (map.items[i].kind == LensNode::Kind::kNothing ||
+         (map.items[i].IsText() && LensWord(map.items[i].text).empty())))
+      return true;
+  return false;
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,354 @@
+#include "acquisition/calibration/lens_files/matrix_files.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <optional>
+
+#include "core/base/error.h"
+
+namespace ulf::acquisition {
+namespace {
+
+// As LensWord() makes them. With one of two cameras' marks before or behind they are a stereo pair's.
+constexpr std::array<std::string_view, 9> kMatrixKeys = {"cameramatrix",
+                                                         "intrinsicmatrix",
+                                                         "intrinsicsmatrix",
+                                                         "intrinsics",
+                                                         "intrinsic",
+                                                         "mtx",
+                                                         "cammatrix",
+                                                         "k",
+                                                         "m"};
+constexpr std::array<std::string_view, 14> kCoefficientKeys = {"distortioncoefficients",
+                                                               "distortioncoeffs",
+                                                               "distortioncoeff",
+                                                               "distortionparameters",
+                                                               "distortionvector",
+                                                               "distcoefficients",
+                                                               "distcoeffs",
+                                                               "distcoeff",
+                                                               "distcoefs",
+                                                               "distortion",
+                                                               "coeffs",
+                                                               "dist",
+                                                               "distortions",
+                                                               "d"};
+constexpr std::array<std::string_view, 4> kWidthKeys = {"imagewidth", "imgwidth", "width", "w"};
+constexpr std::array<std::string_view, 4> kHeightKeys = {"imageheight", "imgheight", "height", "h"};
+constexpr std::array<std::string_view, 6> kSizeKeys = {"imagesize", "imgsize",         "resolution",
+                                                       "size",      "imageresolution", "s"};
+
+bool IsMark(std::string_view word) {
+  for (const std::string_view mark : {"left", "right", "l", "r", "rgb", "color", "colour", "ir", "depth"})
+    if (word == mark) return true;
+  if (word.starts_with("camera")) word.remove_prefix(6);
+  if (word.starts_with("cam")) word.remove_prefix(3);
+  return !word.empty() && word.size() <= 2 &&
+         std::ranges::all_of(word, [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+// A key's word, and the camera's mark before or behind it: "k" and "1" of K1, "k" and "left" of LEFT.K.
+struct MarkedKey {
+  std::string_view base;
+  std::string mark;  // empty: none
+};
+
+// None: another key.
+template <std::size_t kCount>
+std::optional<MarkedKey> MarkedAs(const std::string& key, const std::array<std::string_view, kCount>& bases) {
+  const std::string word = LensWord(key);
+  for (const std::string_view base : bases)
+    if (word == base) return MarkedKey{base, ""};
+  for (const std::string_view base : bases) {
+    if (word.size() <= base.size()) continue;
+    const std::string behind = word.substr(base.size()), before = word.substr(0, word.size() - base.size());
+    if (word.starts_with(base) && IsMark(behind)) return MarkedKey{base, behind};
+    if (word.ends_with(base) && IsMark(before)) return MarkedKey{base, before};
+  }
+  return std::nullopt;
+}
+
+// The value behind the key that has the mark and passes the test. Throws Error for two such keys with different values.
+template <std::size_t kCount, typename Test>
+std::pair<std::string, const LensNode*> FindMarked(const LensNode& map,
+                                                   const std::array<std::string_view, kCount>& bases,
+                                                   const std::string& mark, const std::string& where,
+                                                   const Test& test) {
+  std::pair<std::string, const LensNode*> found{"", nullptr};
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const auto marked = MarkedAs(map.keys[i], bases);
+    if (!marked || marked->mark != mark || !test(map.items[i])) continue;
+    if (!found.second) {
+      found = {map.keys[i], &map.items[i]};
+      continue;
+    }
+    const auto first = LensNumbersIn(*found.second), second = LensNumbersIn(map.items[i]);
+    if (first && second ? *first != *second : *found.second != map.items[i])
+      throw Error("{}: '{}' and '{}' are of the same thing and have different values; delete the wrong one",
+                  where, found.first, map.keys[i]);
+  }
+  return found;
+}
+
+std::vector<std::string> MarksOfMatrices(const LensNode& map) {
+  std::vector<std::string> marks;
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const auto marked = MarkedAs(map.keys[i], kMatrixKeys);
+    if (marked && LooksLikeLensMatrix(map.items[i]) && std::ranges::find(marks, marked->mark) == marks.end())
+      marks.push_back(marked->mark);
+  }
+  return marks;
+}
+
+// A camera of the file: its map, those that this lies in, and its mark in there.
+struct FoundLens {
+  std::string name;
+  std::vector<const LensNode*> maps;  // the innermost first
+  std::string mark;
+};
+
+void FindLenses(const LensNode& node, const std::string& name, std::vector<const LensNode*> outer, int levels,
+                std::vector<FoundLens>& found) {
+  if (node.IsMap()) outer.insert(outer.begin(), &node);
+  if (node.IsMap())
+    for (const std::string& mark : MarksOfMatrices(node))
+      found.push_back({name.empty() ? mark : mark.empty() ? name : name + "." + mark, outer, mark});
+  if (levels == 0) return;
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    const LensNode& item = node.items[i];
+    // The numbers of a matrix are no cameras.
+    if ((!item.IsMap() && !item.IsList()) || (item.IsMap() && item.Has("data"))) continue;
+    const std::string inner = node.IsMap() ? node.keys[i] : std::to_string(i + 1);
+    FindLenses(item, name.empty() ? inner : name + "." + inner, outer, levels - 1, found);
+  }
+}
+
+constexpr int kLevelsOfLenses = 3;
+
+std::vector<FoundLens> LensesIn(const LensNode& document) {
+  std::vector<FoundLens> found;
+  FindLenses(document, "", {}, kLevelsOfLenses, found);
+  return found;
+}
+
+void ReadLensSize(const FoundLens& found, LensNumbers& numbers, const std::string& where) {
+  const auto side = [&](const LensNode& map, const auto& bases,
+                        const std::string& mark) -> std::optional<double> {
+    const auto [key, node] =
+        FindMarked(map, bases, mark, where, [](const LensNode& value) { return value.IsText(); });
+    if (!node) return std::nullopt;
+    const auto value = LensNumber(*node);
+    if (!value) throw Error("{}: '{}' must be a number, not '{}'", where, key, node->text.substr(0, 40));
+    return value;
+  };
+  for (const LensNode* map : found.maps)
+    for (const std::string& mark : {found.mark, std::string()}) {
+      const auto width = side(*map, kWidthKeys, mark), height = side(*map, kHeightKeys, mark);
+      if (width && height) {
+        numbers.width = *width;
+        numbers.height = *height;
+        // 0 is a size of nothing, not one that the file does not say.
+        if (*width == 0 && *height == 0)
+          throw Error("{}: the size of the pictures is 0x0; calibrate again", where);
+        return;
+      }
+      const auto [key, both] = FindMarked(*map, kSizeKeys, mark, where, [](const LensNode& value) {
+        return value.kind != LensNode::Kind::kNothing;
+      });
+      if (!both) continue;
+      if (both->IsMap() && both->Has("width") && both->Has("height")) {
+        numbers.width = RequiredLensNumber(*both, "width", where);
+        numbers.height = RequiredLensNumber(*both, "height", where);
+        return;
+      }
+      const auto sides = both->IsMap() ? LensMatrixOf(*both, key, where).numbers
+                                       : LensNumbersIn(*both).value_or(std::vector<double>());
+      if (sides.size() != 2) {
+        if (LensWord(key) == "s" || LensWord(key) == "size") continue;
+        throw Error("{}: '{}' must be width and height, two numbers", where, key);
+      }
+      numbers.width = sides[0];
+      numbers.height = sides[1];
+      if (sides[0] == 0 && sides[1] == 0)
+        throw Error("{}: the size of the pictures is 0x0; calibrate again", where);
+      return;
+    }
+}
+
+// Distortion under a key that is not known would be left out silently.
+void RefuseUnknownDistortion(const LensNode& map, const std::string& where) {
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const std::string key = LensWord(map.keys[i]);
+    const bool is_coefficient = key.size() == 2 && (key[0] == 'k' || key[0] == 'p') && key[1] >= '1' &&
+                                key[1] <= '6' && LensNumber(map.items[i]);
+    const bool is_distortion = key.find("distortion") != std::string::npos && !map.items[i].IsText() &&
+                               map.items[i].kind != LensNode::Kind::kNothing;
+    if (is_coefficient || is_distortion)
+      throw Error(
+          "{}: '{}' holds distortion in a form that ulf does not read beside a camera matrix; write it as "
+          "distortion_coefficients: [k1, k2, p1, p2, k3]",
+          where, map.keys[i]);
+  }
+}
+
+std::vector<double> LensCoefficients(const FoundLens& found, LensNumbers& numbers, const std::string& where) {
+  const LensNode& map = *found.maps.front();
+  // A text without numbers is a word for the model.
+  const auto [key, node] = FindMarked(map, kCoefficientKeys, found.mark, where, [](const LensNode& value) {
+    return value.kind == LensNode::Kind::kNothing || value.IsList() || (value.IsMap() && value.Has("data")) ||
+           (value.IsText() && LensNumbersIn(value));
+  });
+  if (!node) {
+    RefuseUnknownDistortion(map, where);
+    numbers.warnings.push_back(
+        fmt::format("{}: holds no distortion coefficients; taken as a lens without distortion", where));
+    return {};
+  }
+  const LensMatrix matrix = LensMatrixOf(*node, key, where);
+  if (std::min(matrix.rows, matrix.cols) > 1)
+    throw Error("{}: '{}' has {} x {} values; distortion coefficients are one row or one column", where, key,
+                matrix.rows, matrix.cols);
+  for (const double value : matrix.numbers)
+    if (!std::isfinite(value))
+      throw Error("{}: '{}' has a value that is not finite ({}); calibrate again or correct the file", where,
+                  key, value);
+  return matrix.numbers;
+}
+
+// `flags` of OpenCV's calibrateCamera: what they say must not contradict the coefficients. fisheye::calibrate has other
+// meanings for the same bits.
+void CheckFlags(const FoundLens& found, const LensNumbers& numbers, const std::string& where) {
+  const LensNode* node = nullptr;
+  std::string key;
+  for (const char* name : {"flags", "flagValue", "calibration_flags", "calib_flags"})
+    if (!node && found.maps.front()->Has(name)) node = found.maps.front()->Find(key = name);
+  const auto value = node ? LensNumber(*node) : std::nullopt;
+  if (!value || !(*value >= 0 && *value < 1e9)) return;
+  const auto flags = static_cast<unsigned>(*value);
+  const std::vector<double>& d = numbers.coefficients;
+  constexpr unsigned kNoTangential = 8, kRational = 16384, kThinPrism = 32768, kTilted = 262144;
+  if (numbers.said && numbers.said->model == LensModel::kFisheye) return;
+  if ((flags & kNoTangential) != 0 && d.size() >= 4 && (d[2] != 0 || d[3] != 0))
+    throw Error(
+        "{}: '{}: {}' is without tangential distortion (CALIB_ZERO_TANGENT_DIST), but the third and fourth "
+        "coefficient, {} and {}, are not zero. If they are a fisheye's, whose flag of this value is "
+        "CALIB_FIX_SKEW, add the line fisheye_model: 1; else delete the flags",
+        where, key, flags, d[2], d[3]);
+  const std::size_t least = (flags & kTilted) != 0      ? 14
+                            : (flags & kThinPrism) != 0 ? 12
+                            : (flags & kRational) != 0  ? 8
+                                                        : 0;
+  if (d.size() < least)
+    throw Error(
+        "{}: '{}: {}' is of a model with {} coefficients (CALIB_RATIONAL_MODEL, THIN_PRISM or TILTED), but "
+        "there "
+        "are {}; write the file again",
+        where, key, flags, least, d.size());
+}
+
+void WarnOfWindow(const LensNode& map, LensNumbers& numbers, const std::string& where) {
+  const auto value = [&](const LensNode* node) { return node ? LensNumber(*node).value_or(0) : 0; };
+  const double x = value(map.Find("binning_x")), y = value(map.Find("binning_y"));
+  if (x > 1 || y > 1)
+    numbers.warnings.push_back(
+        fmt::format("{}: binning {:g}x{:g}: the lens is that of pictures without binning, of {:g}x{:g}; "
+                    "pictures of the same shape "
+                    "are scaled to",
+                    where, std::max(1.0, x), std::max(1.0, y), numbers.width, numbers.height));
+  const LensNode* roi = map.Find("roi");
+  if (!roi) return;
+  const double width = value(roi->Find("width")), height = value(roi->Find("height")),
+               left = value(roi->Find("x_offset")), top = value(roi->Find("y_offset"));
+  const bool is_whole = left == 0 && top == 0 &&
+                        ((width == 0 && height == 0) || (width == numbers.width && height == numbers.height));
+  if (!is_whole)
+    numbers.warnings.push_back(
+        fmt::format("{}: roi {:g}x{:g}+{:g}+{:g}: the lens is that of the whole picture of {:g}x{:g}; "
+                    "pictures of the region alone "
+                    "need a calibration of their own, or --sensor and --roi",
+                    where, width, height, left, top, numbers.width, numbers.height));
+}
+
+// The map without what is said of another camera in it, as distortion_model_right.
+LensNode WordsOfLens(const LensNode& map, const std::string& mark) {
+  constexpr std::array<std::string_view, 4> kWords = {"distortionmodel", "cameramodel", "model", "xi"};
+  LensNode words{.kind = LensNode::Kind::kMap};
+  for (std::size_t i = 0; i < map.keys.size(); ++i) {
+    const auto marked = MarkedAs(map.keys[i], kWords);
+    const bool has_mark = marked && !marked->mark.empty();
+    if (has_mark && marked->mark != mark) continue;
+    words.keys.push_back(has_mark ? std::string(marked->base) : map.keys[i]);
+    words.items.push_back(map.items[i]);
+  }
+  return words;
+}
+
+Lens ReadFoundLens(const FoundLens& found, const std::string& where) {
+  LensNumbers numbers;
+  const LensNode& map = *found.maps.front();
+  const auto [key, matrix] = FindMarked(map, kMatrixKeys, found.mark, where, LooksLikeLensMatrix);
+  numbers.is_ros = IsRosLens(map);
+  // A word stands beside the numbers or in a map around them.
+  for (const LensNode* outer : found.maps)
+    if (!numbers.said) numbers.said = SaidLensModelOf(WordsOfLens(*outer, found.mark), where);
+  for (std::size_t i = 0; i < map.keys.size(); ++i)
+    if (const auto skew = LensNumber(map.items[i]); skew && *skew != 0 && LensWord(map.keys[i]) == "skew")
+      throw Error("{}: '{}' is {}, which ulf does not support; calibrate again with CALIB_FIX_SKEW", where,
+                  map.keys[i], *skew);
+  SetCameraMatrix(numbers, LensMatrixOf(*matrix, key, where), key, where);
+  ReadLensSize(found, numbers, where);
+  numbers.coefficients = LensCoefficients(found, numbers, where);
+  CheckFlags(found, numbers, where);
+  WarnOfWindow(map, numbers, where);
+  return FinishedLens(numbers, where);
+}
+
+}  // namespace
+
+bool HasCameraMatrix(const LensNode& top) { return !LensesIn(top).empty(); }
+
+bool IsRosLens(const LensNode& top) {
+  const auto is = [](const LensNode& map) {
+    if (!map.IsMap()) return false;
+    if (HasEmptyLensModel(map)) return true;
+    for (const char* key :
+         {"rectification_matrix", "projection_matrix", "binning_x", "header", "rectification"})
+      if (map.Has(key)) return true;
+    return (map.Has("camera_name") && map.Has("distortion_model")) || (map.Has("R") && map.Has("P")) ||
+           (map.Has("r") && map.Has("p"));
+  };
+  return is(top) || std::ranges::any_of(top.items, is);
+}
+
+Lens ReadMatrixLens(const std::vector<LensNode>& documents, const std::string& where,
+                    const std::string& wanted) {
+  std::vector<FoundLens> all;
+  for (std::size_t i = 0; i < documents.size(); ++i)
+    for (FoundLens& found : LensesIn(documents[i])) {
+      const bool is_numbered = documents.size() > 1;
+      if (is_numbered) found.name = std::to_string(i + 1) + (found.name.empty() ? "" : "." + found.name);
+      all.push_back(std::move(found));
+    }
+  if (all.size() > 1 && wanted.empty() && documents.size() > 1) {
+    // Messages of one topic, one after the other: the same lens, unless it was set anew.
+    const Lens first = ReadFoundLens(all[0], where + ", message " + all[0].name);
+    const bool are_equal = std::all_of(all.begin() + 1, all.end(), [&](const FoundLens& found) {
+      return ReadFoundLens(found, where + ", message " + found.name).camera == first.camera;
+    });
+    if (are_equal) return ReadFoundLens(all[0], where);
+  }
+  if (all.size() == 1 && all[0].name.empty() && !wanted.empty())
+    throw Error("{}: contains only one camera; leave out --camera {}", where, wanted);
+  std::vector<std::string> names;
+  for (const FoundLens& found : all) names.push_back(found.name);
+  const std::string name = PickLens(names, wanted, where);
+  const auto chosen = std::ranges::find(all, name, &FoundLens::name);
+  return ReadFoundLens(*chosen, all.size() == 1 ? where : where + ", camera " + name);
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,126 @@
+#include "acquisition/calibration/lens_files/other_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <initializer_list>
+#include <string_view>
+
+#include "acquisition/calibration/lens_files/matrix_files.h"
+
+namespace ulf::acquisition {
+namespace {
+
+struct OtherText {
+  const char* mark;  // in the text
+  const char* what;
+};
+
+constexpr const char* kAsOpenCv =
+    "write its numbers as an OpenCV file (image_width, image_height, camera_matrix, distortion_coefficients)";
+
+constexpr std::array kOtherTexts = {
+    OtherText{"LENSMODEL_",
+              "a camera model of mrcal; convert it to LENSMODEL_OPENCV5 (mrcal-convert-lensmodel) and {}"},
+    OtherText{"stCamera:",
+              "an Adobe lens profile (LCP), which does not tell pixels; calibrate with ulf calibrate"},
+    OtherText{"#polynomial coefficients for the DIRECT mapping",
+              "a calibration of Scaramuzza's OCamCalib, a lens model that ulf does not have; calibrate again "
+              "with a "
+              "fisheye of four coefficients (ulf calibrate, Kalibr's pinhole-equi)"},
+    OtherText{"ParGroup: Cam",
+              "a camera of HALCON, whose lens model (division or polynomial, in metres) ulf does not "
+              "have; calibrate with ulf calibrate or OpenCV"},
+    OtherText{"sensor_msgs.msg.CameraInfo(",
+              "a message of ROS as Python prints it; write it by ros2 topic echo --once "
+              "TOPIC > camera_info.yaml"},
+    OtherText{"Camera-system parameters",
+              "Kalibr's report in words; give its camchain YAML file (camchain-*.yaml)"},
+    OtherText{"[LEFT_CAM_", "a settings file of a ZED camera; {}"},
+    OtherText{
+        "fc = [",
+        "a result of the calibration toolbox for MATLAB (Calib_Results.m); {}, with cc less 0 and kc as "
+        "it is: both count pixels from 0"},
+};
+
+bool BeginsWithBytes(const std::string& text, std::string_view bytes) {
+  return text.compare(0, bytes.size(), bytes) == 0;
+}
+
+bool HasAny(const LensNode& map, std::initializer_list<std::string_view> keys) {
+  return std::any_of(keys.begin(), keys.end(), [&](std::string_view key) { return map.Has(key); });
+}
+
+// Whether the map or anything in its values has the key.
+bool HasBelow(const LensNode& top, std::string_view key) {
+  return top.Has(key) || std::ranges::any_of(top.items, [key](const LensNode& item) {
+           return item.Has(key) || (item.IsList() && !item.items.empty() && item.items.front().Has(key));
+         });
+}
+
+}  // namespace
+
+std::optional<std::string> OtherLensText(const std::string& text) {
+  using namespace std::string_view_literals;
+  if (BeginsWithBytes(text, "\x1f\x8b"sv))
+    return "is packed by gzip; unpack it first (of ROS's calibrationdata.tar.gz, give ost.yaml)";
+  if (BeginsWithBytes(text, "\x93NUMPY"sv) || BeginsWithBytes(text, "PK\x03\x04"sv))
+    return fmt::format("is an archive (of NumPy, or zip); {}", kAsOpenCv);
+  if (BeginsWithBytes(text, "MATLAB 5.0"sv))
+    return fmt::format("is a MATLAB file; write the camera with cameraIntrinsicsToOpenCV and {}", kAsOpenCv);
+  if (BeginsWithBytes(text, "\xff\xfe"sv) || BeginsWithBytes(text, "\xfe\xff"sv))
+    return "is text of 16 bits a letter, as PowerShell writes it; save it as UTF-8";
+  constexpr std::size_t kBeginning = 4096;
+  if (text.substr(0, kBeginning).find('\0') != std::string::npos)
+    return "is no text (of COLMAP's binary models, write text: colmap model_converter --output_type TXT)";
+  for (const OtherText& other : kOtherTexts)
+    if (text.find(other.mark) != std::string::npos)
+      return "is " + fmt::format(fmt::runtime(other.what), kAsOpenCv);
+  const std::string first = text.substr(0, text.find_first_of(" \t\r\n"));
+  for (const char* model : {"RadTan", "FOV", "EquiDistant", "KannalaBrandt", "Pinhole"})
+    if (first == model) return fmt::format("is a camera of DSO; {}", kAsOpenCv);
+  return std::nullopt;
+}
+
+std::optional<std::string> OtherLensTree(const LensNode& top) {
+  if (HasBelow(top, "RadialDistortion") || HasBelow(top, "IntrinsicMatrix"))
+    return fmt::format(
+        "is a camera of MATLAB, which counts pixels from 1; convert it with cameraIntrinsicsToOpenCV and {}",
+        kAsOpenCv);
+  if (HasCameraMatrix(top)) return std::nullopt;
+  if (HasBelow(top, "CameraIntrinsicsPrior") || top.Has("priors"))
+    return fmt::format("is a calibration of Theia; {}", kAsOpenCv);
+  if (top.Has("sfm_data_version"))
+    return "is a scene of OpenMVG; export it to COLMAP (openMVG_main_openMVG2Colmap), and give its "
+           "cameras.txt";
+  if (top.Has("views") && top.Has("intrinsics"))
+    return "is a scene of AliceVision (Meshroom); export it to COLMAP (ExportColmap), and give its "
+           "cameras.txt";
+  if (HasBelow(top, "projection_type"))
+    return "is of OpenSfM, in parts of the picture's longer side; export it to COLMAP (bin/export_colmap), "
+           "and give "
+           "its cameras.txt";
+  if (top.Has("CalibrationInformation"))
+    return fmt::format(
+        "is a calibration of Azure Kinect, in parts of the picture and with a rational lens model; {}",
+        "calibrate with ulf calibrate");
+  if (top.Has("cameraData")) return fmt::format("is a calibration of DepthAI (OAK cameras); {}", kAsOpenCv);
+  if (top.Has("target_type"))
+    return "is a calibration target of Kalibr and no lens; give its camchain YAML file";
+  if (HasAny(top, {"accelerometer_noise_density", "gyroscope_noise_density"}))
+    return "is an inertial sensor's calibration and no lens; give the camera's file";
+  if (HasAny(top, {"cam0_calib", "cam1_calib"}))
+    return "is the configuration of VINS; give the camera's file that it names (cam0_calib)";
+  if (HasBelow(top, "Calibrate_Pattern"))
+    return "is the settings of OpenCV's calibration program; give what it wrote (Write_outputFileName)";
+  if (top.Has("Q") || (HasAny(top, {"R1", "P1"}) && HasAny(top, {"R2", "P2"})))
+    return "is a stereo pair's rectification (OpenCV's extrinsics.yml) and no lens; give intrinsics.yml";
+  if (top.FindPath({"document", "chunk"}))
+    return "is Metashape's cameras (Export Cameras); ulf import takes them with their photographs. For the "
+           "lens alone, "
+           "save it by Tools > Camera Calibration";
+  return std::nullopt;
+}
+
+}  // namespace ulf::acquisition

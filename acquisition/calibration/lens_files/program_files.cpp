@@ -1,0 +1,297 @@
+#include "acquisition/calibration/lens_files/program_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+
+#include "acquisition/calibration/lens_files/matrix_files.h"
+#include "core/base/error.h"
+
+namespace ulf::acquisition {
+namespace {
+
+// The wanted camera of a file that numbers them from 0.
+std::size_t NumberOfLens(std::size_t count, const std::string& wanted, const std::string& where) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < count; ++i) names.push_back(std::to_string(i));
+  return std::stoul(PickLens(names, wanted, where));
+}
+
+void RequireOnlyLens(const std::string& wanted, const std::string& where) {
+  if (!wanted.empty()) throw Error("{}: contains only one camera; leave out --camera {}", where, wanted);
+}
+
+// The numbers behind these keys; 0 for those that are not there, unless all must be.
+std::vector<double> NumbersBehind(const LensNode& map, std::initializer_list<const char*> keys,
+                                  const std::string& where, bool all_required) {
+  std::vector<double> numbers;
+  for (const char* key : keys)
+    numbers.push_back(all_required || map.Has(key) ? RequiredLensNumber(map, key, where) : 0);
+  return numbers;
+}
+
+void SetPinhole(LensNumbers& numbers, const std::vector<double>& fx_fy_cx_cy) {
+  numbers.fx = fx_fy_cx_cy[0];
+  numbers.fy = fx_fy_cx_cy[1];
+  numbers.cx = fx_fy_cx_cy[2];
+  numbers.cy = fx_fy_cx_cy[3];
+}
+
+// A camera of Kalibr or EuRoC: lists of four intrinsics, of the coefficients, and of width and height.
+Lens LensOfLists(const LensNode& camera, const std::string& where) {
+  LensNumbers numbers{.size_keys = "resolution: [W, H]"};
+  // Before the numbers: those of other models have other counts.
+  numbers.said = SaidLensModelOf(camera, where);
+  if (!numbers.said) RequiredLensNode(camera, "distortion_model", where);
+  const auto intrinsics = RequiredLensNumbers(camera, "intrinsics", where);
+  if (intrinsics.size() != 4)
+    throw Error("{}: a pinhole has 4 intrinsics, not {}; correct the file or calibrate again", where,
+                intrinsics.size());
+  SetPinhole(numbers, intrinsics);
+  if (camera.Has("resolution")) {
+    const auto size = RequiredLensNumbers(camera, "resolution", where);
+    if (size.size() != 2) throw Error("{}: 'resolution' must be width and height, two numbers", where);
+    numbers.width = size[0];
+    numbers.height = size[1];
+  }
+  for (const char* key : {"distortion_coeffs", "distortion_coefficients"})
+    if (camera.Has(key)) numbers.coefficients = RequiredLensNumbers(camera, key, where);
+  const bool needs_coefficients = !numbers.said || numbers.said->model != LensModel::kNone;
+  if (needs_coefficients && numbers.coefficients.empty())
+    throw Error("{}: the distortion coefficients are missing; write the file again", where);
+  return FinishedLens(numbers, where);
+}
+
+bool IsLensOfLists(const LensNode& node) {
+  return node.Has("intrinsics") && !LooksLikeLensMatrix(*node.Find("intrinsics")) &&
+         (node.Has("camera_model") || node.Has("distortion_model") || node.Has("distortion_coeffs"));
+}
+
+}  // namespace
+
+bool IsKalibrLens(const LensNode& top) {
+  return top.IsMap() && std::ranges::any_of(top.items, IsLensOfLists);
+}
+
+Lens ReadKalibrLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < top.keys.size(); ++i)
+    if (IsLensOfLists(top.items[i])) names.push_back(top.keys[i]);
+  const std::string name = PickLens(names, wanted, where), place = where + ", " + name;
+  return LensOfLists(*top.Find(name), place);
+}
+
+bool IsEurocLens(const LensNode& top) { return IsLensOfLists(top); }
+
+Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  RequireOnlyLens(wanted, where);
+  return LensOfLists(top, where);
+}
+
+bool IsOrbSlamLens(const LensNode& top) {
+  return top.Has("Camera.fx") || top.Has("Camera1.fx") || top.Has("Camera.type");
+}
+
+Lens ReadOrbSlamLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  std::vector<std::string> names;
+  for (const char* name : {"Camera", "Camera1", "Camera2"})
+    if (top.Has(std::string(name) + ".fx")) names.push_back(name);
+  // ORB-SLAM2 for stereo pairs: Camera is what remains after rectifying, LEFT and RIGHT are the lenses.
+  for (const char* name : {"LEFT", "RIGHT"})
+    if (top.Has(std::string(name) + ".K")) names.push_back(name);
+  const std::string name = PickLens(names, wanted, where);
+  if (name == "LEFT" || name == "RIGHT") return ReadMatrixLens({top}, where, name);
+  const std::string place = where + ", " + name;
+  LensNumbers numbers{.size_keys = "Camera.width: W and Camera.height: H"};
+  const std::string type = top.Has("Camera.type") ? top.Find("Camera.type")->text : "PinHole";
+  numbers.said = LensModelOfWord(type, "Camera.type: " + type, where);
+  const auto number = [&](const char* key, bool required) {
+    const std::string full = name + "." + key;
+    return required || top.Has(full) ? RequiredLensNumber(top, full, where) : 0.0;
+  };
+  SetPinhole(numbers, {number("fx", true), number("fy", true), number("cx", true), number("cy", true)});
+  const bool is_fisheye = numbers.said && numbers.said->model == LensModel::kFisheye;
+  if (is_fisheye) {
+    numbers.coefficients = {number("k1", true), number("k2", true), number("k3", true), number("k4", true)};
+  } else {
+    if (top.Has(name + ".k4"))
+      throw Error(
+          "{}: '{}.k4' belongs to a fisheye, but Camera.type is {}; write KannalaBrandt8 there, or leave out "
+          "k4",
+          place, name, type);
+    numbers.coefficients = {number("k1", false), number("k2", false), number("p1", false),
+                            number("p2", false), number("k3", false)};
+    if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, "Camera.type: " + type};
+  }
+  for (const auto& [key, side] : {std::pair{"width", &numbers.width}, std::pair{"height", &numbers.height}})
+    for (const std::string& owner : {name, std::string("Camera")})
+      if (*side == 0 && top.Has(owner + "." + key)) *side = RequiredLensNumber(top, owner + "." + key, where);
+  return FinishedLens(numbers, place);
+}
+
+bool IsVinsLens(const LensNode& top) {
+  for (const char* key : {"projection_parameters", "mirror_parameters", "poly_parameters"})
+    if (top.Has(key)) return true;
+  return top.Has("model_type") && !HasCameraMatrix(top);
+}
+
+Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  RequireOnlyLens(wanted, where);
+  LensNumbers numbers;
+  const LensNode& type = RequiredLensNode(top, "model_type", where);
+  const std::string word = LensWord(type.text), said = "model_type: " + type.text;
+  numbers.said = LensModelOfWord(type.text, said, where);
+  if (top.Has("image_width")) numbers.width = RequiredLensNumber(top, "image_width", where);
+  if (top.Has("image_height")) numbers.height = RequiredLensNumber(top, "image_height", where);
+  const LensNode& projection = RequiredLensNode(top, "projection_parameters", where);
+  const LensNode nothing{.kind = LensNode::Kind::kMap};
+  const LensNode* found = top.Find("distortion_parameters");
+  const LensNode& distortion = found && found->IsMap() ? *found : nothing;
+  if (numbers.said && numbers.said->model == LensModel::kFisheye) {
+    SetPinhole(numbers, NumbersBehind(projection, {"mu", "mv", "u0", "v0"}, where, true));
+    // VINS has them in the projection, converters write them into the distortion.
+    const LensNode& coefficients = projection.Has("k2") ? projection : distortion;
+    numbers.coefficients = NumbersBehind(coefficients, {"k2", "k3", "k4", "k5"}, where, true);
+    if (projection.Has("k2") && distortion.Has("k2") &&
+        NumbersBehind(distortion, {"k2", "k3", "k4", "k5"}, where, true) != numbers.coefficients)
+      throw Error(
+          "{}: k2 k3 k4 k5 of projection_parameters and distortion_parameters differ; delete the wrong ones",
+          where);
+    return FinishedLens(numbers, where);
+  }
+  SetPinhole(numbers, NumbersBehind(projection, {"fx", "fy", "cx", "cy"}, where, true));
+  numbers.coefficients =
+      word == "pinholefull"
+          ? NumbersBehind(distortion, {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}, where, false)
+          : NumbersBehind(distortion, {"k1", "k2", "p1", "p2"}, where, false);
+  if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, said};
+  return FinishedLens(numbers, where);
+}
+
+bool IsBasaltLens(const LensNode& top) { return top.FindPath({"value0", "intrinsics"}) != nullptr; }
+
+Lens ReadBasaltLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  const LensNode& cameras = *top.FindPath({"value0", "intrinsics"});
+  const LensNode* sizes = top.FindPath({"value0", "resolution"});
+  const std::size_t count = cameras.items.size();
+  if (sizes && sizes->items.size() != count)
+    throw Error("{}: {} cameras, but {} sizes ('resolution'); write the file again", where, count,
+                sizes->items.size());
+  const std::size_t at = NumberOfLens(count, wanted, where);
+  const std::string place = fmt::format("{}, camera {}", where, at);
+  LensNumbers numbers{.size_keys = "resolution: [[W, H]]"};
+  const LensNode& type = RequiredLensNode(cameras.items[at], "camera_type", place);
+  const LensNode& values = RequiredLensNode(cameras.items[at], "intrinsics", place);
+  const std::string word = LensWord(type.text), said = "camera_type: " + type.text;
+  numbers.said = LensModelOfWord(type.text, said, place);
+  SetPinhole(numbers, NumbersBehind(values, {"fx", "fy", "cx", "cy"}, place, true));
+  if (numbers.said && numbers.said->model == LensModel::kFisheye)
+    numbers.coefficients = NumbersBehind(values, {"k1", "k2", "k3", "k4"}, place, true);
+  else if (numbers.said)
+    numbers.coefficients =
+        NumbersBehind(values, {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}, place, true);
+  else
+    numbers.said = SaidLensModel{LensModel::kNone, said};
+  if (sizes) {
+    const auto size = LensNumbersIn(sizes->items[at]);
+    if (!size || size->size() != 2)
+      throw Error("{}: 'resolution' must be width and height, two numbers", place);
+    numbers.width = (*size)[0];
+    numbers.height = (*size)[1];
+  }
+  return FinishedLens(numbers, place);
+}
+
+bool IsCalibIoLens(const LensNode& top) { return top.FindPath({"Calibration", "cameras"}) != nullptr; }
+
+Lens ReadCalibIoLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  const LensNode& cameras = *top.FindPath({"Calibration", "cameras"});
+  const std::size_t at = NumberOfLens(cameras.items.size(), wanted, where);
+  const std::string place = fmt::format("{}, camera {}", where, at);
+  // The kind's name stands with the first camera of the kind, whose number has the topmost bit; others have the number.
+  std::string kind;
+  const auto number_of = [](const LensNode& camera) {
+    const LensNode* id = camera.FindPath({"model", "polymorphic_id"});
+    return id ? std::fmod(LensNumber(*id).value_or(0), 2147483648.0) : 0;
+  };
+  for (const LensNode& camera : cameras.items)
+    if (const LensNode* name = camera.FindPath({"model", "polymorphic_name"});
+        name && number_of(camera) == number_of(cameras.items[at]))
+      kind = name->text;
+  if (kind != "libCalib::CameraModelOpenCV")
+    throw Error(
+        "{}: the lens model '{}' is not one of ulf's; export the calibration with the OpenCV model, or: {}",
+        place, kind.empty() ? "unknown" : kind, kLensWayOut);
+  const LensNode* data = cameras.items[at].FindPath({"model", "ptr_wrapper", "data"});
+  if (!data) throw Error("{}: the camera's data ('ptr_wrapper') is missing; write the file again", place);
+  const LensNode& parameters = RequiredLensNode(*data, "parameters", place);
+  const auto value = [&](const char* key, bool required) {
+    if (!required && !parameters.Has(key)) return 0.0;
+    return RequiredLensNumber(RequiredLensNode(parameters, key, place), "val", place + ", " + key);
+  };
+  LensNumbers numbers{.size_keys = "imageSize"};
+  const double f = value("f", true), ratio = value("ar", true);
+  SetPinhole(numbers, {f, f * ratio, value("cx", true), value("cy", true)});
+  numbers.said = SaidLensModel{LensModel::kRational, kind};
+  for (const char* key :
+       {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tauX", "tauY"})
+    numbers.coefficients.push_back(value(key, false));
+  if (const LensNode* size = data->FindPath({"CameraModelCRT", "CameraModelBase", "imageSize"})) {
+    numbers.width = RequiredLensNumber(*size, "width", place);
+    numbers.height = RequiredLensNumber(*size, "height", place);
+  }
+  return FinishedLens(numbers, place);
+}
+
+bool IsMetashapeLens(const LensNode& top) {
+  const LensNode* calibration = top.Find("calibration");
+  return calibration && (calibration->Has("projection") || calibration->Has("f") || calibration->Has("fx"));
+}
+
+Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  RequireOnlyLens(wanted, where);
+  const LensNode& calibration = *top.Find("calibration");
+  if (!calibration.Has("f") && calibration.Has("fx"))
+    throw Error(
+        "{}: is of an older PhotoScan (fx and no f); open the project in Metashape and save the calibration "
+        "again",
+        where);
+  LensNumbers numbers{.from_corner = true, .size_keys = "<width> and <height>"};
+  const LensNode* projection = calibration.Find("projection");
+  const std::string type = projection ? projection->text : "frame", said = "projection: " + type;
+  numbers.said = LensModelOfWord(type, said, where);
+  const auto value = [&](const char* key) {
+    return calibration.Has(key) ? RequiredLensNumber(calibration, key, where) : 0.0;
+  };
+  const bool is_fisheye = numbers.said && numbers.said->model == LensModel::kFisheye;
+  const auto refuse = [&](std::initializer_list<const char*> keys) {
+    for (const char* key : keys)
+      if (value(key) != 0)
+        throw Error(
+            "{}: {} is {}, which ulf does not have for '{}'; optimise the cameras without it (Tools > "
+            "Optimize "
+            "Cameras), and save the calibration again",
+            where, key, value(key), type);
+  };
+  refuse({"b2", "p3", "p4"});
+  if (is_fisheye)
+    refuse({"p1", "p2"});
+  else
+    refuse({"k4"});
+  numbers.width = RequiredLensNumber(calibration, "width", where);
+  numbers.height = RequiredLensNumber(calibration, "height", where);
+  const double f = RequiredLensNumber(calibration, "f", where);
+  SetPinhole(numbers,
+             {f + value("b1"), f, 0.5 * numbers.width + value("cx"), 0.5 * numbers.height + value("cy")});
+  if (is_fisheye)
+    numbers.coefficients = {value("k1"), value("k2"), value("k3"), value("k4")};
+  else
+    numbers.coefficients = {value("k1"), value("k2"), value("p2"), value("p1"), value("k3")};
+  if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, said};
+  return FinishedLens(numbers, where);
+}
+
+}  // namespace ulf::acquisition

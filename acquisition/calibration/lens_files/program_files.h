@@ -1,0 +1,40 @@
+// Lens files of single programs, each with names and forms of its own. Each function takes the file's first document
+// and throws Error that begins with `where`; `wanted` selects one of several cameras.
+//
+// Kalibr, EuRoC, ORB-SLAM, VINS, Basalt and calib.io have pixel centres at integers. Metashape counts the principal
+// point from the picture's middle, pixel centres at integer + 0.5, has p1 and p2 in the other order than OpenCV, and fx
+// is f + b1.
+#pragma once
+
+#include <string>
+
+#include "acquisition/calibration/lens_files/lens_numbers.h"
+#include "acquisition/calibration/lens_files/lens_tree.h"
+
+namespace ulf::acquisition {
+
+bool IsKalibrLens(const LensNode& top);
+Lens ReadKalibrLens(const LensNode& top, const std::string& where, const std::string& wanted);
+
+// One camera's sensor.yaml: as one of Kalibr's, at the top.
+bool IsEurocLens(const LensNode& top);
+Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::string& wanted);
+
+// Settings of ORB-SLAM2 and 3, Camera.fx or Camera1.fx.
+bool IsOrbSlamLens(const LensNode& top);
+Lens ReadOrbSlamLens(const LensNode& top, const std::string& where, const std::string& wanted);
+
+// Cameras of VINS-Mono, VINS-Fusion and camodocal.
+bool IsVinsLens(const LensNode& top);
+Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::string& wanted);
+
+bool IsBasaltLens(const LensNode& top);
+Lens ReadBasaltLens(const LensNode& top, const std::string& where, const std::string& wanted);
+
+bool IsCalibIoLens(const LensNode& top);
+Lens ReadCalibIoLens(const LensNode& top, const std::string& where, const std::string& wanted);
+
+bool IsMetashapeLens(const LensNode& top);
+Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std::string& wanted);
+
+}  // namespace ulf::acquisition

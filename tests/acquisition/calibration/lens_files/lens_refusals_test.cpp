@@ -1,0 +1,249 @@
+// Tests: acquisition/calibration/lens_files/other_files, acquisition/calibration/lens_files/lens_numbers,
+// acquisition/calibration/lens_files/lens_words, acquisition/calibration/lens_files/lens_tree.
+//
+// What is refused, or taken with a warning: by its own name, with the way out.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <string>
+
+#include "acquisition/calibration/lens_files/lens_files.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf::lens_refusals {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct LensOfTest {
+  std::string size = "image_width: 640\nimage_height: 480\n";
+  std::string k = "600, 0, 320, 0, 601, 240, 0, 0, 1";
+  int k_rows = 3, k_cols = 3;
+  std::string words = "";
+  std::string d = "-0.1, 0.05, 0.001, -0.002, 0";
+  int d_rows = 1, d_cols = 5;
+
+  std::string Text() const {
+    return fmt::format(
+        "%YAML:1.0\n---\n{}camera_matrix: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [ {} "
+        "]\n{}"
+        "distortion_coefficients: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [ {} ]\n",
+        size, k_rows, k_cols, k, words, d_rows, d_cols, d);
+  }
+};
+
+std::string ErrorOf(const std::string& text) {
+  try {
+    if (!ReadLensText(text, "the file")) return "not recognised";
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(LensRefusals, WordsOfOtherModelsAreNamedInEveryDialect) {
+  for (const char* word :
+       {"omnidirectional", "mei", "ds", "double_sphere", "eucm", "fov", "division", "ftheta", "f-theta",
+        "scaramuzza", "thin_prism", "inverse_brown_conrady", "equisolid", "cahvor"})
+    for (const std::string& text :
+         {LensOfTest{.words = fmt::format("distortion_model: {}\n", word)}.Text(),
+          LensOfTest{.words = fmt::format("camera_model: {}\n", word)}.Text(),
+          LensOfTest{.words = fmt::format("model: {}\n", word)}.Text(),
+          LensOfTest{.words = fmt::format("type: \"{}\"\n", word)}.Text(),
+          fmt::format("cam0:\n  camera_model: {}\n  intrinsics: [0.6, 500, 500, 320, 240]\n", word),
+          fmt::format("model_type: {}\nprojection_parameters:\n   gamma1: 600\n", word),
+          fmt::format("Camera.type: \"{}\"\nCamera.fx: 600\n", word),
+          fmt::format("{{\"value0\": {{\"intrinsics\": [{{\"camera_type\": \"{}\", \"intrinsics\": {{}}}}], "
+                      "\"resolution\": "
+                      "[[640, 480]]}}}}",
+                      word)})
+      EXPECT_THAT(ErrorOf(text), AllOf(HasSubstr("the file"), HasSubstr(fmt::format("'{}'", word)),
+                                       HasSubstr("is not one of ulf's"), HasSubstr("calibrate again"),
+                                       HasSubstr("pinhole-equi")))
+          << text;
+  // Unknown words are no models to be guessed at, unless they stand where a maker's may stand.
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "distortion_model: wobbly\n"}.Text()),
+              AllOf(HasSubstr("'wobbly'"), HasSubstr("unknown"), HasSubstr("delete the line")));
+  EXPECT_EQ(ErrorOf(LensOfTest{.words = "model: acA1300-60gm\ntype: camera\n"}.Text()), "accepted");
+  // A key of another model says as much as its word.
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "xi: 0.9\n"}.Text()),
+              AllOf(HasSubstr("'xi'"), HasSubstr("omnidirectional")));
+  EXPECT_THAT(ErrorOf("{\"Calibration\": {\"cameras\": [{\"model\": {\"polymorphic_id\": 2147483649, "
+                      "\"polymorphic_name\": "
+                      "\"libCalib::CameraModelKannalaBrandt\"}}]}}"),
+              AllOf(HasSubstr("libCalib::CameraModelKannalaBrandt"), HasSubstr("OpenCV model")));
+}
+
+TEST(LensRefusals, WordsThatContradictEachOther) {
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "distortion_model: plumb_bob\nfisheye_model: 1\n"}.Text()),
+              AllOf(HasSubstr("distortion_model: plumb_bob"), HasSubstr("fisheye_model: 1"),
+                    HasSubstr("contradict")));
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "fisheye_model: 0\ndistortion_model: equidistant\n"}.Text()),
+              HasSubstr("contradict"));
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "distortion_model: none\n"}.Text()),
+              HasSubstr("without distortion"));
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "width: 641\nheight: 480\n"}.Text()),
+              AllOf(HasSubstr("'image_width' and 'width'"), HasSubstr("different values")));
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "K: [600, 0, 321, 0, 601, 240, 0, 0, 1]\n"}.Text()),
+              HasSubstr("'camera_matrix' and 'K'"));
+  EXPECT_EQ(ErrorOf(LensOfTest{.words = "width: 640.\nheight: 480\nskew: 0\n"}.Text()), "accepted");
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "skew: 0.25\n"}.Text()), HasSubstr("'skew' is 0.25"));
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "fisheye_model: maybe\n"}.Text()), HasSubstr("must be 1 or 0"));
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "image_width: 641\n"}.Text()),
+              AllOf(HasSubstr("image_width"), HasSubstr("twice")));
+  // OpenCV's flags: 8 is without p1 and p2, or a fisheye's fixed skew; 16384 is a rational model.
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "flags: 10\n"}.Text()),
+              AllOf(HasSubstr("CALIB_ZERO_TANGENT_DIST"), HasSubstr("fisheye_model: 1")));
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "flags: 16384\n"}.Text()), HasSubstr("8 coefficients"));
+  EXPECT_EQ(ErrorOf(LensOfTest{.words = "flags: 10\n", .d = "-0.1, 0.05, 0, 0, 0.2"}.Text()), "accepted");
+}
+
+TEST(LensRefusals, CountsThatContradictTheNumbers) {
+  struct Case {
+    LensOfTest lens;
+    std::string_view mentioned;
+  };
+  const std::string fisheye = "distortion_model: equidistant\n", plumb_bob = "distortion_model: plumb_bob\n";
+  for (const Case& c : {
+           Case{{.k = "600, 0, 320, 0, 601, 240, 0, 0"}, "3 x 3 values, but 8"},
+           Case{{.k_rows = 3, .k_cols = 4}, "3 x 4 values, but 9"},
+           Case{{.k = "600, 0, 320, 0, 0, 601, 240, 0, 0, 0, 1, 0", .k_cols = 4}, "no 3x3 camera matrix"},
+           Case{{.d_cols = 4}, "1 x 4 values, but 5"},
+           Case{{.d_rows = 5}, "5 x 5 values, but 5"},
+           Case{{.d = "0.1, 0.2, 0.3, 0.4", .d_rows = 2, .d_cols = 2}, "one row or one column"},
+           Case{{.words = fisheye, .d = "0.1, 0.2, 0.3, 0.4, 0.5"}, "has 4 coefficients, but there are 5"},
+           Case{{.words = fisheye, .d = "0.1, 0.2, 0.3", .d_cols = 3}, "has 4 coefficients, but there are 3"},
+           Case{{.words = fisheye, .d = "", .d_cols = 0}, "has 4 coefficients, but there are 0"},
+           Case{{.words = plumb_bob, .d = "0.1, 0.2, 0.3, 0.4, 0.5, 0.6", .d_cols = 6},
+                "4 or 5 coefficients, but there are 6"},
+           Case{{.words = plumb_bob, .d = "0.1, 0.2", .d_cols = 2}, "4 or 5 coefficients, but there are 2"},
+           Case{{.words = "distortion_model: rational_polynomial\n"}, "a rational model has 8, 12 or 14"},
+           Case{{.d = "0.1, 0.2, 0.3, 0.4, 0.5, 0.6", .d_cols = 6}, "6 coefficients"},
+           Case{{.d = "1, 2, 3, 4, 5, 6, 7, 8", .d_cols = 8}, "CALIB_RATIONAL_MODEL"},
+           Case{{.size = "image_width: 0\nimage_height: 0\n"}, "0x0"},
+           Case{{.size = "image_width: -640\nimage_height: 480\n"}, "-640 x 480"},
+           Case{{.size = "image_width: 640.5\nimage_height: 480\n"}, "640.5 x 480"},
+           Case{{.size = "image_width: wide\nimage_height: 480\n"}, "'wide'"},
+           Case{{.size = "image_size: [640, 480, 3]\n"}, "two numbers"},
+           Case{{.size = ""}, "size of the pictures is missing"},
+           Case{{.k = "600, 0.5, 320, 0, 601, 240, 0, 0, 1"}, "skew (0.5)"},
+           Case{{.k = "600, 0, 320, 0, 601, 240, 0, 0, 2"}, "last row"},
+           Case{{.k = "600, 0, 320, 0, 601, 240, 0.1, 0, 1"}, "last row"},
+           Case{{.k = "600, 0, 320, 3, 601, 240, 0, 0, 1"}, "below its first focal length"},
+           Case{{.k = "-600, 0, 320, 0, 601, 240, 0, 0, 1"}, "must be positive"},
+           Case{{.k = ".Nan, 0, 320, 0, 601, 240, 0, 0, 1"}, "not finite"},
+           Case{{.d = "0.1, .Nan, 0, 0, 0"}, "not finite"},
+           Case{{.d = "0.1, -.Inf, 0, 0, 0"}, "not finite"},
+           Case{{.d = "0.1, much, 0, 0, 0"}, "numbers alone"},
+           Case{{.k = "0, 0, 0, 0, 0, 0, 0, 0, 0"}, "not calibrated"},
+           Case{{.k = "0.94, 0, 0.5, 0, 1.25, 0.5, 0, 0, 1"}, "no lens has that"},
+           Case{{.k = "8, 0, 320, 0, 8, 240, 0, 0, 1"}, "millimetres"},
+       })
+    EXPECT_THAT(ErrorOf(c.lens.Text()), AllOf(HasSubstr("the file"), HasSubstr(std::string(c.mentioned))))
+        << c.lens.Text();
+  EXPECT_THAT(
+      ErrorOf("cam0:\n  camera_model: pinhole\n  intrinsics: [500, 500, 320]\n  distortion_model: radtan\n"
+              "  distortion_coeffs: [0, 0, 0, 0]\n  resolution: [640, 480]\n"),
+      HasSubstr("4 intrinsics, not 3"));
+  EXPECT_THAT(ErrorOf("{\"value0\": {\"intrinsics\": [{\"camera_type\": \"kb4\", \"intrinsics\": {}}], "
+                      "\"resolution\": []}}"),
+              HasSubstr("1 cameras, but 0 sizes"));
+  // Distortion in a form that would be passed over.
+  for (const char* form :
+       {"distortion: {k1: 0.1}\n", "k1: 0.1\nk2: 0.2\n", "distortion_in_words: [0.1, 0.2]\n"})
+    EXPECT_THAT(
+        ErrorOf(fmt::format("image_size: [640, 480]\nK: [600, 0, 320, 0, 601, 240, 0, 0, 1]\n{}", form)),
+        HasSubstr("in a form that ulf does not read"))
+        << form;
+}
+
+TEST(LensRefusals, OtherProgramsAreNamed) {
+  using namespace std::string_literals;
+  struct Case {
+    std::string text, program, way_out;
+  };
+  for (const Case& c : {
+           Case{"# camera model\n{ 'lensmodel': 'LENSMODEL_OPENCV8', 'intrinsics': [600] }\n", "mrcal",
+                "mrcal-convert-lensmodel"},
+           Case{"<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:li stCamera:Make=\"A\"/></x:xmpmeta>", "Adobe",
+                "ulf calibrate"},
+           Case{"#polynomial coefficients for the DIRECT mapping function\n\n5 -1 0 0 0 0\n", "OCamCalib",
+                "pinhole-equi"},
+           Case{"ParGroup: Cam1: Internal parameters:\n", "HALCON", "OpenCV"},
+           Case{"sensor_msgs.msg.CameraInfo(header=std_msgs.msg.Header(\n", "ROS", "ros2 topic echo"},
+           Case{"Calibration results\n====\nCamera-system parameters:\ncam0 (/cam0):\n", "Kalibr",
+                "camchain"},
+           Case{"[LEFT_CAM_HD]\nfx=700\n", "ZED", "camera_matrix"},
+           Case{"fc = [ 657 ; 657 ];\ncc = [ 302 ; 242 ];\n", "MATLAB", "camera_matrix"},
+           Case{"RadTan 600 600 320 240 0 0 0 0\n640 480\ncrop\n640 480\n", "DSO", "camera_matrix"},
+           Case{"\x1f\x8b\x08\0\0"s, "gzip", "ost.yaml"},
+           Case{"\xff\xfeK\0:\0"s, "16 bits", "UTF-8"},
+           Case{"PK\x03\x04\x14\0"s, "NumPy", "camera_matrix"},
+           Case{"MATLAB 5.0 MAT-file", "MATLAB", "cameraIntrinsicsToOpenCV"},
+           Case{"\x01\0\0\0\0\0\0\0"s, "no text", "colmap model_converter"},
+           Case{"{\"priors\": [{\"CameraIntrinsicsPrior\": {}}]}", "Theia", "camera_matrix"},
+           Case{"{\"sfm_data_version\": \"0.3\", \"views\": []}", "OpenMVG", "cameras.txt"},
+           Case{"{\"version\": [], \"views\": [], \"intrinsics\": []}", "AliceVision", "cameras.txt"},
+           Case{"{\"v2 maker\": {\"projection_type\": \"brown\", \"width\": 640, \"focal_x\": 0.9}}",
+                "OpenSfM", "export_colmap"},
+           Case{"{\"IntrinsicMatrix\": [[600, 0, 0], [0, 600, 0], [320, 240, 1]], \"RadialDistortion\": [0, "
+                "0]}",
+                "MATLAB", "cameraIntrinsicsToOpenCV"},
+           Case{"{\"CalibrationInformation\": {}}", "Azure Kinect", "ulf calibrate"},
+           Case{"target_type: 'aprilgrid'\ntagCols: 6\n", "target", "camchain"},
+           Case{"rostopic: /imu0\naccelerometer_noise_density: 0.01\n", "inertial", "camera's file"},
+           Case{"%YAML:1.0\nimu: 1\ncam0_calib: \"cam0_mei.yaml\"\n", "VINS", "cam0_calib"},
+           Case{"%YAML:1.0\nR1: [1]\nP1: [1]\nR2: [1]\nP2: [1]\nQ: [1]\n", "rectification", "intrinsics.yml"},
+           Case{"<?xml "
+                "version=\"1.0\"?><opencv_storage><Settings><Calibrate_Pattern>\"CHESSBOARD\"</"
+                "Calibrate_Pattern>"
+                "</Settings></opencv_storage>",
+                "settings", "Write_outputFileName"},
+           Case{"<?xml version=\"1.0\"?><document><chunk/></document>", "Metashape", "ulf import"},
+           Case{"<calibration><fx>600</fx><fy>600</fy></calibration>", "PhotoScan",
+                "save the calibration again"},
+           Case{"shutter: 5\ngain: 3\n", "(it holds shutter, gain)", "Kalibr"},
+           Case{"<?xml version=\"1.0\"?><nothing/>", "no lens that ulf knows", "Kalibr"},
+       }) {
+    EXPECT_THAT(ErrorOf(c.text), AllOf(HasSubstr("the file"), HasSubstr(c.program), HasSubstr(c.way_out)))
+        << c.text;
+  }
+  // What follows is the one list.
+  EXPECT_THAT(ErrorOf("shutter: 5\n"), HasSubstr(ReadableLensFiles()));
+  EXPECT_THAT(ErrorOf("[LEFT_CAM_HD]\nfx=700\n"), HasSubstr(ReadableLensFiles()));
+  EXPECT_EQ(ErrorOf("words without any form\n"), "not recognised");
+}
+
+TEST(LensRefusals, DamagedTextIsNamedByItsLine) {
+  EXPECT_THAT(ErrorOf("cam0:\n  intrinsics: [500, 500\n"),
+              AllOf(HasSubstr("the file, line"), HasSubstr("YAML")));
+  EXPECT_THAT(ErrorOf("{\"K\": [1, 2"), AllOf(HasSubstr("the file"), HasSubstr("JSON")));
+  EXPECT_THAT(ErrorOf("<?xml version=\"1.0\"?>\n<calibration>\n<f>6"),
+              AllOf(HasSubstr("the file, line 3"), HasSubstr("XML")));
+  // A text that refers to itself must not become a tree without end.
+  std::string growing = "a0: &a0 [1, 1]\n";
+  for (int i = 1; i < 11; ++i) growing += fmt::format("a{0}: &a{0} [*a{1}, *a{1}, *a{1}, *a{1}]\n", i, i - 1);
+  EXPECT_THAT(ErrorOf(growing), HasSubstr("too many values"));
+}
+
+TEST(LensRefusals, TheCommandRefusesWithTheListAndWritesNothing) {
+  const test::ScratchFolder scratch;
+  const auto path = scratch / "notes.txt", out = scratch / "camera.json";
+  WriteFileAtomically(path, "words without any form\n");
+  for (const std::string& more : {std::string(), " -o " + out.string()}) {
+    const auto result = test::RunUlf("calibration " + path.string() + more);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_THAT(result.errors, AllOf(HasSubstr("notes.txt"), HasSubstr("Read are the files of ulf"),
+                                     HasSubstr("ROS"), Not(HasSubstr("neither JSON nor numbers"))));
+  }
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+}  // namespace
+}  // namespace ulf::lens_refusals
