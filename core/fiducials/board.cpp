@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
+#include <opencv2/core.hpp>
+#include <ranges>
 
 #include "core/base/error.h"
 #include "core/fiducials/aruco_calls.h"
@@ -19,6 +21,16 @@ constexpr std::array<std::string_view, 21> kDictionaries = {
     "DICT_ARUCO_ORIGINAL", "DICT_APRILTAG_16h5", "DICT_APRILTAG_25h9", "DICT_APRILTAG_36h10",
     "DICT_APRILTAG_36h11"};
 static_assert(cv::aruco::DICT_4X4_50 == 0 && cv::aruco::DICT_APRILTAG_36h11 == kDictionaries.size() - 1);
+
+constexpr MarkerOrder kAprilGridOrder{.upwards = true};
+constexpr std::array<MarkerOrder, 8> kOrders = {{{false, false, false},
+                                                 {false, false, true},
+                                                 {false, true, false},
+                                                 {false, true, true},
+                                                 {true, false, false},
+                                                 {true, false, true},
+                                                 {true, true, false},
+                                                 {true, true, true}}};
 
 std::vector<std::string> SplitAtColons(const std::string& text) {
   std::vector<std::string> parts(1);
@@ -51,18 +63,21 @@ void ParseCounts(const std::string& word, const std::string& text, Board& board)
     throw UsageError("board '{}': '{}' is not COLUMNSxROWS, as 7x5", text, word);
 }
 
-bool IsDarkSquare(int column, int row) { return (column + row) % 2 == 0; }
+bool IsDarkSquare(const Board& board, int column, int row) {
+  return (column + row) % 2 == (board.white_corner ? 1 : 0);
+}
 
 // The dark cells of one marker with its dark border, as runs along its rows.
-void AddMarker(const cv::aruco::Dictionary& dictionary, int id, double x_mm, double y_mm, double side_mm,
+void AddMarker(const Board& board, const cv::aruco::Dictionary& dictionary, int id, double x_mm, double y_mm,
                std::vector<RectangleMm>& dark) {
-  const int bits = dictionary.markerSize, cells = bits + 2;
-  const cv::Mat white =
-      cv::aruco::Dictionary::getBitsFromByteList(dictionary.bytesList.rowRange(id, id + 1), bits);
-  const double cell = side_mm / cells;
+  const int bits = dictionary.markerSize, border = board.BorderCells(), cells = bits + 2 * border;
+  cv::Mat white = cv::aruco::Dictionary::getBitsFromByteList(dictionary.bytesList.rowRange(id, id + 1), bits);
+  // OpenCV's tags stand on their heads.
+  if (board.kind == BoardKind::kAprilGrid) cv::flip(white.clone(), white, -1);
+  const double cell = board.marker_mm / cells;
   const auto is_dark = [&](int column, int row) {
-    const bool border = column == 0 || row == 0 || column == cells - 1 || row == cells - 1;
-    return border || white.at<unsigned char>(row - 1, column - 1) == 0;
+    const int x = column - border, y = row - border;
+    return x < 0 || y < 0 || x >= bits || y >= bits || white.at<unsigned char>(y, x) == 0;
   };
   for (int row = 0; row < cells; ++row)
     for (int column = 0; column < cells;) {
@@ -72,6 +87,28 @@ void AddMarker(const cv::aruco::Dictionary& dictionary, int id, double x_mm, dou
         dark.push_back({x_mm + column * cell, y_mm + row * cell, (end - column) * cell, cell});
       column = std::max(end, column + 1);
     }
+}
+
+// The words behind a board's lengths and dictionary.
+void ParseWords(const std::vector<std::string>& words, const std::string& text, Board& board) {
+  for (const std::string& word : words) {
+    char rest = 0;
+    if (std::sscanf(word.c_str(), "first=%d%c", &board.first_marker, &rest) == 1 && board.first_marker >= 0 &&
+        board.first_marker < 100000)
+      continue;
+    if (word == "white-corner" && board.kind == BoardKind::kCharuco) {
+      board.white_corner = true;
+      continue;
+    }
+    const auto named = std::ranges::find(kOrders, word, [](const MarkerOrder& o) { return o.Text(); });
+    if (named == kOrders.end())
+      throw UsageError(
+          "board '{}': what is '{}'? Behind the board there may be first=N, the way of numbering ({}) and, "
+          "of "
+          "a ChArUco board, white-corner",
+          text, word, fmt::join(kOrders | std::views::transform(&MarkerOrder::Text), ", "));
+    board.order = *named;
+  }
 }
 
 }  // namespace
@@ -84,12 +121,20 @@ int DictionaryNumber(const std::string& name) {
   return static_cast<int>(found - kDictionaries.begin());
 }
 
+std::string MarkerOrder::Text() const {
+  const char *across = leftwards ? "left" : "right", *along = upwards ? "up" : "down";
+  return fmt::format("{}-{}", by_columns ? along : across, by_columns ? across : along);
+}
+
 Board Board::Parse(const std::string& text) {
   const std::vector<std::string> parts = SplitAtColons(text);
   Board board;
   const std::string& kind = parts[0];
   const auto require_parts = [&](std::size_t count, const char* form) {
-    if (parts.size() != count) throw UsageError("board '{}': a {} is written as {}", text, kind, form);
+    const bool words = board.kind != BoardKind::kChessboard && parts.size() > count;
+    if (parts.size() != count && !words)
+      throw UsageError("board '{}': a {} is written as {}", text, kind, form);
+    if (words) ParseWords({parts.begin() + static_cast<std::ptrdiff_t>(count), parts.end()}, text, board);
   };
   if (kind == "charuco") {
     require_parts(5,
@@ -101,31 +146,39 @@ Board Board::Parse(const std::string& text) {
                        board.marker_mm, board.square_mm);
     board.dictionary = parts[4];
   } else if (kind == "aruco") {
-    require_parts(5, "aruco:4x5:37.5:5:DICT_6X6_1000 (columns x rows of markers, marker, gap, dictionary)");
     board.kind = BoardKind::kArucoGrid;
+    require_parts(5, "aruco:4x5:37.5:5:DICT_6X6_1000 (columns x rows of markers, marker, gap, dictionary)");
     board.square_mm = 0;
     board.marker_mm = LengthMm(parts[2], "marker", text);
     board.gap_mm = LengthMm(parts[3], "gap", text);
     board.dictionary = parts[4];
+  } else if (kind == "aprilgrid") {
+    board.kind = BoardKind::kAprilGrid;
+    board.order = kAprilGridOrder;
+    require_parts(4, "aprilgrid:6x6:30:9 (columns x rows of tags, tag, gap in mm)");
+    board.square_mm = 0;
+    board.marker_mm = LengthMm(parts[2], "tag", text);
+    board.gap_mm = LengthMm(parts[3], "gap", text);
+    board.dictionary = "DICT_APRILTAG_36h11";
   } else if (kind == "chessboard") {
-    require_parts(3, "chessboard:8x6:25 (columns x rows of squares, square)");
     board.kind = BoardKind::kChessboard;
+    require_parts(3, "chessboard:8x6:25 (columns x rows of squares, square)");
     board.square_mm = LengthMm(parts[2], "square", text);
     board.marker_mm = 0;
     board.dictionary.clear();
   } else {
-    throw UsageError("board '{}': there is no kind of board '{}'; there are charuco, aruco and chessboard",
-                     text, kind);
+    throw UsageError(
+        "board '{}': there is no kind of board '{}'; there are charuco, aruco, aprilgrid and chessboard",
+        text, kind);
   }
   ParseCounts(parts[1], text, board);
-  const int least = board.kind == BoardKind::kArucoGrid ? 1 : 3;
+  const int least = board.IsMarkerGrid() ? 1 : 3;
   if (board.columns < least || board.rows < least)
     throw UsageError("board '{}': needs at least {}x{} squares (counted are squares, not inner corners)",
                      text, least, least);
   if (board.kind != BoardKind::kChessboard) {
     const auto dictionary = ArucoDictionary(DictionaryNumber(board.dictionary));
-    const int all = board.columns * board.rows;
-    const int markers = board.kind == BoardKind::kArucoGrid ? all : all / 2;
+    const int markers = board.first_marker + static_cast<int>(board.MarkerPlaces().size());
     if (markers > dictionary->bytesList.rows)
       throw UsageError("board '{}': needs {} markers, {} has {}", text, markers, board.dictionary,
                        dictionary->bytesList.rows);
@@ -134,43 +187,72 @@ Board Board::Parse(const std::string& text) {
 }
 
 std::string Board::Text() const {
+  std::string text;
   switch (kind) {
     case BoardKind::kCharuco:
-      return fmt::format("charuco:{}x{}:{}:{}:{}", columns, rows, square_mm, marker_mm, dictionary);
+      text = fmt::format("charuco:{}x{}:{}:{}:{}", columns, rows, square_mm, marker_mm, dictionary);
+      break;
     case BoardKind::kArucoGrid:
-      return fmt::format("aruco:{}x{}:{}:{}:{}", columns, rows, marker_mm, gap_mm, dictionary);
-    default:
+      text = fmt::format("aruco:{}x{}:{}:{}:{}", columns, rows, marker_mm, gap_mm, dictionary);
+      break;
+    case BoardKind::kAprilGrid:
+      text = fmt::format("aprilgrid:{}x{}:{}:{}", columns, rows, marker_mm, gap_mm);
+      break;
+    case BoardKind::kChessboard:
       return fmt::format("chessboard:{}x{}:{}", columns, rows, square_mm);
   }
+  if (white_corner) text += ":white-corner";
+  if (order != (kind == BoardKind::kAprilGrid ? kAprilGridOrder : MarkerOrder{})) text += ":" + order.Text();
+  if (first_marker != 0) text += fmt::format(":first={}", first_marker);
+  return text;
 }
 
-double Board::WidthMm() const {
-  return kind == BoardKind::kArucoGrid ? columns * marker_mm + (columns - 1) * gap_mm : columns * square_mm;
+namespace {
+
+// The length of so many squares, or markers with the gaps between them, and around them where squares stand there.
+double LengthOf(const Board& board, int count) {
+  if (!board.IsMarkerGrid()) return count * board.square_mm;
+  const int gaps = board.kind == BoardKind::kAprilGrid ? count + 1 : count - 1;
+  return count * board.marker_mm + gaps * board.gap_mm;
 }
 
-double Board::HeightMm() const {
-  return kind == BoardKind::kArucoGrid ? rows * marker_mm + (rows - 1) * gap_mm : rows * square_mm;
+}  // namespace
+
+double Board::WidthMm() const { return LengthOf(*this, columns); }
+
+double Board::HeightMm() const { return LengthOf(*this, rows); }
+
+std::vector<Eigen::Vector2i> Board::MarkerPlaces() const {
+  std::vector<Eigen::Vector2i> places;
+  if (kind == BoardKind::kChessboard) return places;
+  const int along = order.by_columns ? rows : columns, across = order.by_columns ? columns : rows;
+  for (int j = 0; j < across; ++j)
+    for (int i = 0; i < along; ++i) {
+      Eigen::Vector2i place(order.by_columns ? j : i, order.by_columns ? i : j);
+      if (order.leftwards) place.x() = columns - 1 - place.x();
+      if (order.upwards) place.y() = rows - 1 - place.y();
+      if (IsMarkerGrid() || !IsDarkSquare(*this, place.x(), place.y())) places.push_back(place);
+    }
+  return places;
 }
 
 std::vector<Eigen::Vector3d> Board::MarkerPoints() const {
   std::vector<Eigen::Vector3d> points;
-  if (kind == BoardKind::kChessboard) return points;
-  const bool grid = kind == BoardKind::kArucoGrid;
-  const double step = grid ? marker_mm + gap_mm : square_mm,
-               margin = grid ? 0 : 0.5 * (square_mm - marker_mm);
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column) {
-      if (!grid && IsDarkSquare(column, row)) continue;
-      const double x = column * step + margin, y = row * step + margin;
-      points.insert(
-          points.end(),
-          {{x, y, 0}, {x + marker_mm, y, 0}, {x + marker_mm, y + marker_mm, 0}, {x, y + marker_mm, 0}});
-    }
+  const double step = IsMarkerGrid() ? marker_mm + gap_mm : square_mm;
+  const double margin = kind == BoardKind::kArucoGrid   ? 0
+                        : kind == BoardKind::kAprilGrid ? gap_mm
+                                                        : 0.5 * (square_mm - marker_mm);
+  for (const Eigen::Vector2i& place : MarkerPlaces()) {
+    const double x = place.x() * step + margin, y = place.y() * step + margin;
+    points.insert(
+        points.end(),
+        {{x, y, 0}, {x + marker_mm, y, 0}, {x + marker_mm, y + marker_mm, 0}, {x, y + marker_mm, 0}});
+  }
   return points;
 }
 
 std::vector<Eigen::Vector3d> Board::Points() const {
-  if (kind == BoardKind::kArucoGrid) return MarkerPoints();
+  if (IsMarkerGrid()) return MarkerPoints();
   std::vector<Eigen::Vector3d> points;
   for (int row = 1; row < rows; ++row)
     for (int column = 1; column < columns; ++column)
@@ -180,20 +262,21 @@ std::vector<Eigen::Vector3d> Board::Points() const {
 
 std::vector<RectangleMm> Board::Dark() const {
   std::vector<RectangleMm> dark;
-  cv::Ptr<cv::aruco::Dictionary> markers;
-  if (kind != BoardKind::kChessboard) markers = ArucoDictionary(DictionaryNumber(dictionary));
-  int id = 0;
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column) {
-      if (kind == BoardKind::kArucoGrid) {
-        AddMarker(*markers, id++, column * (marker_mm + gap_mm), row * (marker_mm + gap_mm), marker_mm, dark);
-      } else if (IsDarkSquare(column, row)) {
-        dark.push_back({column * square_mm, row * square_mm, square_mm, square_mm});
-      } else if (kind == BoardKind::kCharuco) {
-        const double margin = 0.5 * (square_mm - marker_mm);
-        AddMarker(*markers, id++, column * square_mm + margin, row * square_mm + margin, marker_mm, dark);
-      }
-    }
+  if (!IsMarkerGrid())
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column < columns; ++column)
+        if (IsDarkSquare(*this, column, row))
+          dark.push_back({column * square_mm, row * square_mm, square_mm, square_mm});
+  if (kind == BoardKind::kChessboard) return dark;
+  const auto markers = ArucoDictionary(DictionaryNumber(dictionary));
+  const auto corners = MarkerPoints();
+  for (std::size_t i = 0; 4 * i < corners.size(); ++i)
+    AddMarker(*this, *markers, first_marker + static_cast<int>(i), corners[4 * i].x(), corners[4 * i].y(),
+              dark);
+  if (kind == BoardKind::kAprilGrid)
+    for (int row = 0; row <= rows; ++row)
+      for (int column = 0; column <= columns; ++column)
+        dark.push_back({column * (marker_mm + gap_mm), row * (marker_mm + gap_mm), gap_mm, gap_mm});
   return dark;
 }
 

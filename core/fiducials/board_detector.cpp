@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "core/base/quantile.h"
 #include "core/fiducials/aruco_calls.h"
+#include "core/fiducials/touching_markers.h"
 
 namespace ulf {
 namespace {
@@ -67,11 +70,41 @@ double HalfWindowPx(const cv::Point2f& corner, const Markers& markers) {
   return nearest / std::sqrt(2.0) - 1;
 }
 
+// The board that OpenCV looks for. It knows those with a dark upper left corner: one with a white corner is what remains
+// of such a board without its first column.
+Board DarkCornerBoard(const Board& board) {
+  Board whole = board;
+  if (board.white_corner) ++whole.columns;
+  whole.white_corner = false;
+  whole.order = {};
+  whole.first_marker = 0;
+  return whole;
+}
+
+// The markers' numbers as that board has them; those of other sheets are taken out.
+void RenumberMarkers(const Board& board, const Board& whole, Markers& markers) {
+  if (board == whole) return;
+  const auto places = board.MarkerPlaces(), places_in_whole = whole.MarkerPlaces();
+  Markers renumbered;
+  for (std::size_t i = 0; i < markers.ids.size(); ++i) {
+    const int number = markers.ids[i] - board.first_marker;
+    if (number < 0 || number >= static_cast<int>(places.size())) continue;
+    const Eigen::Vector2i place =
+        places[static_cast<std::size_t>(number)] + Eigen::Vector2i(whole.columns - board.columns, 0);
+    const auto at = std::ranges::find(places_in_whole, place);
+    renumbered.ids.push_back(static_cast<int>(at - places_in_whole.begin()));
+    renumbered.corners.push_back(markers.corners[i]);
+  }
+  markers = std::move(renumbered);
+}
+
 BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
   const auto dictionary = ArucoDictionary(DictionaryNumber(board.dictionary));
-  const auto charuco = CharucoBoard({board.columns, board.rows}, static_cast<float>(board.square_mm),
+  const Board whole = DarkCornerBoard(board);
+  const auto charuco = CharucoBoard({whole.columns, whole.rows}, static_cast<float>(board.square_mm),
                                     static_cast<float>(board.marker_mm), dictionary);
-  const Markers markers = DetectMarkers(gray, dictionary, false);
+  Markers markers = DetectMarkers(gray, dictionary, false);
+  RenumberMarkers(board, whole, markers);
   BoardView view;
   if (markers.ids.empty()) return view;
   Corners corners;
@@ -79,20 +112,92 @@ BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
   cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, gray, charuco, corners, ids);
   // OpenCV 4.6 returns corners half a pixel off in both axes: correct them and refine once more.
   for (std::size_t i = 0; i < ids.size(); ++i) {
+    const int column = ids[i] % (whole.columns - 1) - (whole.columns - board.columns),
+              row = ids[i] / (whole.columns - 1);
+    if (column < 0) continue;
     Corners one = {corners[i] - cv::Point2f(0.5f, 0.5f)};
     RefineCorners(gray, HalfWindowPx(corners[i], markers), one);
-    Add(ids[i], one[0], view);
+    Add(row * (board.columns - 1) + column, one[0], view);
+  }
+  return view;
+}
+
+// A corner that moves farther is another corner, px. Guessed.
+constexpr double kFarthestPx = 3;
+
+// Adds a marker's corners, refined in windows that reach neither its cells nor what lies beyond the gap.
+void AddMarkerCorners(const Board& board, int number, int cells, const cv::Mat& gray,
+                      const MarkerImage& marker, BoardView& view) {
+  double side_px = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 4; ++k) side_px = std::min(side_px, (marker[(k + 1) % 4] - marker[k]).norm());
+  constexpr double kClear = 0.6;  // of the border and the gap; guessed
+  const double half_window_px =
+      kClear * side_px *
+      std::min(static_cast<double>(board.BorderCells()) / cells, board.gap_mm / board.marker_mm);
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::Vector2d& corner = marker[static_cast<std::size_t>(k)];
+    const cv::Point2f rough(static_cast<float>(corner.x() - 0.5), static_cast<float>(corner.y() - 0.5));
+    if (!cv::Rect2f(0, 0, static_cast<float>(gray.cols), static_cast<float>(gray.rows)).contains(rough))
+      continue;
+    Corners one = {rough};
+    RefineCorners(gray, half_window_px, one);
+    if (cv::norm(one[0] - rough) < kFarthestPx) Add(4 * number + k, one[0], view);
+  }
+}
+
+// Whether the tags of an AprilGrid stand on their heads: Kalibr's do for OpenCV, those that were drawn with OpenCV's
+// dictionary do not. Their neighbours tell.
+bool AreTurned(const std::vector<Eigen::Vector2i>& places,
+               const std::vector<std::pair<int, MarkerImage>>& tags) {
+  double upright = 0;
+  for (std::size_t i = 1; i < tags.size(); ++i) {
+    const MarkerImage &a = tags[i - 1].second, &b = tags[i].second;
+    const Eigen::Vector2d right = a[1] - a[0] + a[2] - a[3], down = a[3] - a[0] + a[2] - a[1];
+    const Eigen::Vector2i steps =
+        places[static_cast<std::size_t>(tags[i].first)] - places[static_cast<std::size_t>(tags[i - 1].first)];
+    const Eigen::Vector2d expected = steps.x() * right + steps.y() * down,
+                          seen = b[0] + b[1] + b[2] + b[3] - a[0] - a[1] - a[2] - a[3];
+    upright += expected.dot(seen) > 0 ? 1 : -1;
+  }
+  return upright <= 0;
+}
+
+BoardView DetectAprilGrid(const Board& board, const cv::Mat& gray) {
+  constexpr int kCells = 10;  // of a tag's side, with its border
+  auto tags = MarkersAmong(DarkQuads(gray), gray, board.dictionary, board.BorderCells());
+  const auto places = board.MarkerPlaces();
+  for (auto& [id, tag] : tags) id -= board.first_marker;
+  std::erase_if(tags, [&](const auto& tag) {
+    return tag.first < 0 || tag.first >= static_cast<int>(places.size());  // of another sheet
+  });
+  const bool turned = AreTurned(places, tags);
+  BoardView view;
+  for (auto& [number, tag] : tags) {
+    if (turned) std::rotate(tag.begin(), tag.begin() + 2, tag.end());
+    AddMarkerCorners(board, number, kCells, gray, tag, view);
   }
   return view;
 }
 
 BoardView DetectArucoGrid(const Board& board, const cv::Mat& gray) {
-  const Markers markers = DetectMarkers(gray, ArucoDictionary(DictionaryNumber(board.dictionary)), true);
+  const auto dictionary = ArucoDictionary(DictionaryNumber(board.dictionary));
+  const Markers markers = DetectMarkers(gray, dictionary, true);
+  const int all = board.columns * board.rows;
   BoardView view;
+  std::set<int> seen;
   for (std::size_t i = 0; i < markers.ids.size(); ++i) {
-    if (markers.ids[i] >= board.columns * board.rows) continue;  // of another sheet
-    for (int k = 0; k < 4; ++k)
-      Add(4 * markers.ids[i] + k, markers.corners[i][static_cast<std::size_t>(k)], view);
+    const int number = markers.ids[i] - board.first_marker;
+    if (number < 0 || number >= all) continue;  // of another sheet
+    seen.insert(number);
+    for (int k = 0; k < 4; ++k) Add(4 * number + k, markers.corners[i][static_cast<std::size_t>(k)], view);
+  }
+  // Where few are seen, the corners of the markers may touch squares between them.
+  if (2 * static_cast<int>(seen.size()) > all) return view;
+  for (const auto& [id, marker] :
+       MarkersAmong(DarkQuads(gray), gray, board.dictionary, board.BorderCells())) {
+    const int number = id - board.first_marker;
+    if (number < 0 || number >= all || seen.contains(number)) continue;
+    AddMarkerCorners(board, number, dictionary->markerSize + 2 * board.BorderCells(), gray, marker, view);
   }
   return view;
 }
@@ -122,6 +227,9 @@ BoardView DetectBoard(const Board& board, const cv::Mat& gray) {
       break;
     case BoardKind::kArucoGrid:
       view = DetectArucoGrid(board, gray);
+      break;
+    case BoardKind::kAprilGrid:
+      view = DetectAprilGrid(board, gray);
       break;
     case BoardKind::kChessboard:
       view = DetectChessboard(board, gray);

@@ -2,7 +2,7 @@
 //
 // Image points are pixels from the image's corner, with pixel centres at integer + 0.5 (OpenCV's results are
 // converted here). Detection needs no intrinsics. A chessboard must be visible as a whole; a ChArUco board or
-// ArUco grid may be visible in part.
+// a grid of markers may be visible in part.
 #pragma once
 
 #include <Eigen/Core>

@@ -109,8 +109,10 @@ std::string MarkerLocator::WorldInWords() const {
 
 MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray, bool is_part) const {
   Detections found;
+  // Tags of an AprilGrid are found by the board alone, whose squares touch them.
+  const bool april = spec_.kind == MarkerSpec::Kind::kBoard && spec_.board.kind == BoardKind::kAprilGrid;
   const bool charuco = spec_.kind == MarkerSpec::Kind::kBoard && spec_.board.kind == BoardKind::kCharuco;
-  if (charuco) {
+  if (charuco || april) {
     const auto points = spec_.board.Points();
     const BoardView view = DetectBoard(spec_.board, gray);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
@@ -120,14 +122,14 @@ MarkerLocator::Detections MarkerLocator::Detect(const cv::Mat& gray, bool is_par
     // Where something stands on the board, hardly any of its squares meet in sight: the markers' own corners, which are
     // less exact, have to do.
     constexpr std::size_t kEnough = 4;  // for a pose
-    if (is_part || view.ids.size() >= kEnough) return found;
+    if (is_part || april || view.ids.size() >= kEnough) return found;
   }
   const bool board = spec_.kind == MarkerSpec::Kind::kBoard;
   const auto points = board ? spec_.board.MarkerPoints() : std::vector<Vector3d>();
   std::map<int, int> times;
-  for (const auto& [id, img] : DetectMarkers(spec_.dictionary, gray)) {
-    const auto first = At(4 * id);
-    if (board && first + 4 > points.size()) continue;  // of another board
+  for (const auto& [seen_id, img] : DetectMarkers(spec_.dictionary, gray)) {
+    const int id = board ? seen_id - spec_.board.first_marker : seen_id;
+    if (board && (id < 0 || At(4 * id) + 4 > points.size())) continue;  // of another board
     if (spec_.kind == MarkerSpec::Kind::kOne && id != spec_.id) continue;
     ++times[id];
     found.markers[id] = img;

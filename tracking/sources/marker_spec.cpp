@@ -11,13 +11,15 @@ MarkerSpec MarkerSpec::Parse(const std::string& text) {
   if (!text.starts_with("marker:")) {
     if (text.starts_with("chessboard"))
       throw UsageError(
-          "markers '{}': a chessboard looks the same turned by half a turn; use a charuco or aruco board",
+          "markers '{}': a chessboard looks the same turned by half a turn; use a charuco, aruco or "
+          "aprilgrid board",
           text);
-    if (!text.starts_with("charuco:") && !text.starts_with("aruco:"))
+    if (!text.starts_with("charuco:") && !text.starts_with("aruco:") && !text.starts_with("aprilgrid:"))
       throw UsageError(
           "markers '{}': markers are written as charuco:7x5:30:22:DICT_5X5_100, "
-          "aruco:4x5:37.5:5:DICT_6X6_1000 or marker:80:DICT_APRILTAG_36h11:3 (side in mm, dictionary, "
-          "number)",
+          "aruco:4x5:37.5:5:DICT_6X6_1000, aprilgrid:6x6:30:9 or marker:80:DICT_APRILTAG_36h11:3 (side in "
+          "mm, "
+          "dictionary, number)",
           text);
     spec.board = Board::Parse(text);
     spec.dictionary = spec.board.dictionary;

@@ -2,6 +2,7 @@
 //
 //   charuco:7x5:30:22:DICT_5X5_100      a board (core/fiducials/board.h)
 //   aruco:4x5:37.5:5:DICT_6X6_1000      a board
+//   aprilgrid:6x6:30:9                  a board
 //   marker:80:DICT_APRILTAG_36h11:3     the marker with number 3, its black square 80 mm wide
 //   marker:80:DICT_APRILTAG_36h11       several of that size, whose arrangement is learnt while tracking
 //
