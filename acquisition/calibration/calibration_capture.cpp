@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "acquisition/calibration/other_board.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
@@ -67,6 +68,52 @@ struct PendingStills {
   bool Overdue(double timeout_s) const { return count > 0 && SecondsSince(last) > timeout_s; }
 };
 
+// Notices early that another board is held before the camera than was said.
+class OtherBoardWatch {
+ public:
+  explicit OtherBoardWatch(const Board& said) : said_(said), points_(said.Points()) {}
+
+  // A picture without the board. Looked at are the first ones of a while, then fewer and fewer.
+  void NotSeen(const cv::Mat& gray, bool is_photograph) {
+    if (is_photograph) ThrowIfOther({gray});
+    if (++unseen_ < next_) return;
+    next_ *= 4;
+    ThrowIfOther({gray});
+  }
+  // The views so far: the first ones are looked at where their corners do not lie in a plane.
+  void Taken(const std::vector<BoardView>& views, const std::vector<cv::Mat>& pictures) {
+    constexpr std::size_t kFirst = 4;
+    constexpr double kBent = 0.03;  // no lens bends a board so far; guessed
+    if (views.size() != kFirst) return;
+    if (std::ranges::any_of(views, [&](const BoardView& view) { return BendOf(points_, view) > kBent; }))
+      ThrowIfOther(pictures);
+  }
+
+ private:
+  void ThrowIfOther(const std::vector<cv::Mat>& pictures) const {
+    if (const auto other = BoardInPictures(said_, pictures))
+      throw Error("no calibration: {}", DescribeOtherBoard(said_, *other));
+  }
+  Board said_;
+  std::vector<Eigen::Vector3d> points_;
+  int unseen_ = 0, next_ = 30;  // frames; guessed
+};
+
+// What a photograph showed, for its photographer.
+std::string Finding(ViewVerdict verdict, const CalibrationGuide& guide) {
+  const std::string corners = guide.last() ? Counted(guide.last()->ids.size(), "corner") : "";
+  switch (verdict) {
+    case ViewVerdict::kNotSeen:
+      return "the board is not in it, or too little of it";
+    case ViewVerdict::kBlurred:
+      return corners + ", blurred: take it again, with a shorter exposure or from a tripod";
+    case ViewVerdict::kNothingNew:
+      return corners + ", nothing new: the board was there before";
+    default:
+      return corners + ", taken";
+  }
+}
+
 bool WantsStills(const Device& device, const CalibrationCaptureOptions& options) {
   if (options.mode != "still") return false;
   if (!device.TakesStills())
@@ -80,14 +127,30 @@ bool WantsStills(const Device& device, const CalibrationCaptureOptions& options)
 CollectedViews CollectViews(Device& device, const Board& board, const CalibrationCaptureOptions& options) {
   const bool stills = WantsStills(device, options);
   CollectedViews collected;
-  std::optional<CalibrationGuide> guide;
+  std::optional<CalibrationGuide> guide, photographs;  // of live frames; of photographs
+  int photograph = 0;
   PendingStills pending;
+  OtherBoardWatch watch(board);
+  const auto ask = [&] {
+    if (device.RequestStill() != StillRequest::kAsked) return;
+    ++pending.count;
+    pending.last = Clock::now();
+  };
+  const auto show_picture = [&](const cv::Mat& gray, const CalibrationGuide& of, ViewVerdict verdict) {
+    if (options.show_picture) options.show_picture(gray, of, verdict);
+  };
   const Streaming streaming(device);
+  if (stills)
+    options.say(
+        "photograph 1: hold the board still in the middle of the image, then press the camera's release, or "
+        "Enter "
+        "here; with live view it is released by itself");
   for (;;) {
     if (options.stop()) {
       collected.ended = "stopped";
       break;
     }
+    if (stills && pending.count == 0 && options.release()) ask();
     auto frame = NextComplete(device);
     if (!frame) {
       if (!stills) RequireLiveFrames(device);
@@ -106,12 +169,23 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
     if (stills && frame->kind == FrameKind::kStill) {
       pending.count = std::max(0, pending.count - 1);
       RequireSize(collected, gray, name);
-      BoardView view = DetectBoard(board, gray);
-      view.name = name;
-      if (!view.ids.empty()) {
-        collected.views.push_back(std::move(view));
+      if (!photographs) photographs.emplace(board, gray.cols, gray.rows, options.guide);
+      const ViewVerdict verdict =
+          photographs->LookAtPhotograph(gray, fmt::format("photograph {}", ++photograph));
+      if (verdict == ViewVerdict::kNotSeen) {
+        watch.NotSeen(gray, true);
+      } else {
+        collected.views.push_back(*photographs->last());
         collected.pictures.push_back(gray);
+        watch.Taken(collected.views, collected.pictures);
       }
+      // What live frames showed there is not to be had: it is still wanted.
+      if (guide && verdict != ViewVerdict::kTaken) guide->ForgetLast();
+      options.say(fmt::format("photograph {}: {}; {}", photograph, Finding(verdict, *photographs),
+                              photographs->Enough()
+                                  ? "these are enough"
+                                  : fmt::format("{} next: {}", photographs->Map(), photographs->NextMove())));
+      show_picture(gray, *photographs, verdict);
     } else if (frame->kind == FrameKind::kLive) {
       if (!guide) guide.emplace(board, gray.cols, gray.rows, options.guide);
       // Ignores live frames until the requested photograph arrives, because the board must stay until then.
@@ -124,12 +198,13 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
       }
       if (!stills) RequireSize(collected, gray, name);
       const ViewVerdict verdict = guide->Look(gray, name);
+      if (verdict == ViewVerdict::kNotSeen) watch.NotSeen(gray, false);
       if (verdict == ViewVerdict::kTaken) {
-        if (!stills) {
+        if (stills) {
+          ask();
+        } else {
           collected.pictures.push_back(gray);
-        } else if (device.RequestStill() == StillRequest::kAsked) {
-          ++pending.count;
-          pending.last = Clock::now();
+          watch.Taken(guide->views(), collected.pictures);
         }
       }
       const bool is_taken = IsTaken(device.Source());
@@ -137,8 +212,10 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
                     fmt::format("{}, {}{}; seen {}{}", Counted(guide->views().size(), "view"), Name(verdict),
                                 verdict == ViewVerdict::kMoving && !is_taken ? ": hold still" : "",
                                 guide->Map(), is_taken ? "" : "; " + guide->NextMove())});
+      show_picture(gray, *guide, verdict);
     }
-    if (guide && guide->Enough() && pending.count == 0) break;
+    const auto& judged = stills ? photographs : guide;
+    if (judged && judged->Enough() && pending.count == 0) break;
   }
   if (!stills && guide) collected.views = guide->views();
   return collected;

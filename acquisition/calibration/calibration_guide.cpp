@@ -56,6 +56,15 @@ void CalibrationGuide::Take(BoardView view) {
   // New rough intrinsics change what counts as a tilt, so all views are judged again.
   if (views_.size() >= 4 && views_.size() % 4 == 0)
     if (const auto rough = RoughIntrinsics(board_, views_, width_, height_)) rough_ = *rough;
+  CountAgain();
+}
+
+void CalibrationGuide::ForgetLast() {
+  if (!views_.empty()) views_.pop_back();
+  CountAgain();
+}
+
+void CalibrationGuide::CountAgain() {
   std::fill(cells_.begin(), cells_.end(), false);
   std::fill(tilts_.begin(), tilts_.end(), false);
   for (const BoardView& taken : views_) {
@@ -75,6 +84,19 @@ ViewVerdict CalibrationGuide::Look(const cv::Mat& gray, const std::string& name)
   const bool still = last_ && MeanShiftPx(view, *last_) < options_.still_share * width_;
   last_ = view;
   if (!still) return ViewVerdict::kMoving;
+  return Judge(std::move(view), gray);
+}
+
+ViewVerdict CalibrationGuide::LookAtPhotograph(const cv::Mat& gray, const std::string& name) {
+  BoardView view = DetectBoard(board_, gray);
+  last_.reset();
+  if (view.ids.empty()) return ViewVerdict::kNotSeen;
+  view.name = name;
+  last_ = view;
+  return Judge(std::move(view), gray);
+}
+
+ViewVerdict CalibrationGuide::Judge(BoardView view, const cv::Mat& gray) {
   const double blur_px = EdgeBlurPx(view, gray);
   least_blur_px_ = std::min(least_blur_px_, blur_px);
   if (blur_px > options_.blur_factor * least_blur_px_) return ViewVerdict::kBlurred;

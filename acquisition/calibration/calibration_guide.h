@@ -39,24 +39,33 @@ class CalibrationGuide {
 
   // Judges the next frame of the stream (CV_8UC1); a taken view gets `name`.
   ViewVerdict Look(const cv::Mat& gray, const std::string& name);
+  // The same for a photograph, which stands for itself: never kMoving.
+  ViewVerdict LookAtPhotograph(const cv::Mat& gray, const std::string& name);
+  // The last view that was taken counts no more.
+  void ForgetLast();
 
   const std::vector<BoardView>& views() const { return views_; }
+  const std::optional<BoardView>& last() const { return last_; }  // of the last picture; none: not seen
   bool Enough() const;
   double Share() const;  // of what is needed, 0 to 1
   // The next instruction to the operator: "bring the board to the image's upper right part".
   std::string NextMove() const;
   // The parts of the image as text, '#' for covered and '.' for not, top row first, '/' between rows.
   std::string Map() const;
+  static constexpr int kColumns = 5, kRows = 4;  // parts of the image, row by row
+  const std::vector<bool>& cells() const { return cells_; }
+  static constexpr int kTilts = 4;  // left, right, upper, lower edge away
+  const std::vector<bool>& tilts() const { return tilts_; }
 
  private:
-  static constexpr int kColumns = 5, kRows = 4;
-  static constexpr int kTilts = 4;
   struct Seen {
     std::vector<bool> cells;
     std::vector<bool> tilts;
   };
   Seen SeenIn(const BoardView& view) const;
+  ViewVerdict Judge(BoardView view, const cv::Mat& gray);
   void Take(BoardView view);
+  void CountAgain();
 
   Board board_;
   std::vector<Eigen::Vector3d> points_;

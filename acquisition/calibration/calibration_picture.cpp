@@ -278,4 +278,81 @@ cv::Mat DrawFlatField(const FlatFieldResult& result) {
   return canvas;
 }
 
+namespace {
+
+const cv::Scalar kMissing(40, 140, 255), kDone(90, 190, 60), kBand(36, 36, 36), kLight(240, 240, 240);
+
+void WriteLight(cv::Mat& canvas, const std::string& text, cv::Point at, double scale, int thickness = 1) {
+  cv::putText(canvas, text, at, cv::FONT_HERSHEY_SIMPLEX, scale, kLight, thickness, cv::LINE_AA);
+}
+
+// Parts without corners are tinted and framed.
+void DrawParts(cv::Mat& picture, const CalibrationGuide& guide) {
+  constexpr double kTint = 0.3;
+  cv::Mat tinted = picture.clone();
+  const auto part = [&](int index) {
+    const int row = index / CalibrationGuide::kColumns, column = index % CalibrationGuide::kColumns;
+    const auto x = [&](int i) { return i * picture.cols / CalibrationGuide::kColumns; };
+    const auto y = [&](int i) { return i * picture.rows / CalibrationGuide::kRows; };
+    return cv::Rect({x(column), y(row)}, cv::Point(x(column + 1), y(row + 1)));
+  };
+  const auto& cells = guide.cells();
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (!cells[i]) cv::rectangle(tinted, part(static_cast<int>(i)), kMissing, cv::FILLED);
+  cv::addWeighted(tinted, kTint, picture, 1 - kTint, 0, picture);
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (!cells[i]) cv::rectangle(picture, part(static_cast<int>(i)), kMissing, 1);
+}
+
+// A board with one edge away: that edge is the shorter one.
+void DrawTilt(cv::Mat& canvas, cv::Point middle, int tilt, bool seen) {
+  constexpr int kHalf = 15, kShort = 8;
+  const bool sideways = tilt < 2, first = tilt % 2 == 0;  // left and upper edge come first
+  std::vector<cv::Point> outline;
+  for (const auto& [along, across] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+    const bool away = (along < 0) == first;
+    const int length = away ? kShort : kHalf;
+    outline.push_back(middle + (sideways ? cv::Point(along * kHalf, across * length)
+                                         : cv::Point(across * length, along * kHalf)));
+  }
+  if (seen)
+    cv::fillConvexPoly(canvas, outline, kDone, cv::LINE_AA);
+  else
+    cv::polylines(canvas, outline, true, kMissing, 2, cv::LINE_AA);
+}
+
+}  // namespace
+
+cv::Mat DrawGuide(const cv::Mat& gray, const CalibrationGuide& guide, ViewVerdict verdict) {
+  constexpr int kWidth = 960, kBandHeight = 96, kBar = 6;
+  const double scale = static_cast<double>(kWidth) / gray.cols;
+  const int height = static_cast<int>(std::lround(gray.rows * scale));
+  cv::Mat canvas(height + kBandHeight, kWidth, CV_8UC3, kBand);
+  cv::Mat picture = canvas(cv::Rect(0, 0, kWidth, height)), sized;
+  cv::resize(gray, sized, picture.size(), 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
+  cv::cvtColor(sized, picture, cv::COLOR_GRAY2BGR);
+  DrawParts(picture, guide);
+  if (guide.last())
+    for (const Vector2d& img : guide.last()->img) {
+      const cv::Point at(static_cast<int>(std::lround(img.x() * scale)),
+                         static_cast<int>(std::lround(img.y() * scale)));
+      cv::circle(picture, at, 4, kBand, cv::FILLED, cv::LINE_AA);
+      cv::circle(picture, at, 3, verdict == ViewVerdict::kTaken ? kLight : kDone, cv::FILLED, cv::LINE_AA);
+    }
+  if (verdict == ViewVerdict::kTaken) cv::rectangle(picture, {3, 3, kWidth - 6, height - 6}, kLight, 6);
+  cv::rectangle(canvas, {0, height, kWidth, kBar}, kFrame, cv::FILLED);
+  cv::rectangle(canvas, {0, height, static_cast<int>(kWidth * guide.Share()), kBar}, kDone, cv::FILLED);
+  WriteLight(canvas, guide.Enough() ? "enough: it ends by itself" : guide.NextMove(), {kMargin, height + 42},
+             0.8, 2);
+  WriteLight(canvas,
+             fmt::format("{}, {}; coloured parts of the image have not been covered yet",
+                         Counted(guide.views().size(), "view"), Name(verdict)),
+             {kMargin, height + 76}, 0.5);
+  for (int tilt = 0; tilt < CalibrationGuide::kTilts; ++tilt)
+    DrawTilt(canvas, {kWidth - 200 + 52 * tilt, height + 46}, tilt,
+             guide.tilts()[static_cast<std::size_t>(tilt)]);
+  WriteLight(canvas, "tilts", {kWidth - 128, height + 86}, 0.4);
+  return canvas;
+}
+
 }  // namespace ulf::acquisition

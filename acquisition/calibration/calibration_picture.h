@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 
 #include "acquisition/calibration/calibrate.h"
+#include "acquisition/calibration/calibration_guide.h"
 #include "core/image/flat_field.h"
 
 namespace ulf::acquisition {
@@ -16,5 +17,10 @@ cv::Mat DrawCalibration(const CalibrationResult& result);
 // Left: the light over the image with contour lines; right: the profile along the diagonal in B, G and R.
 // CV_8UC3.
 cv::Mat DrawFlatField(const FlatFieldResult& result);
+
+// What the operator sees while views are taken: the picture with the corners found in it, parts that no view covers yet
+// in colour; below, what to do next, which edges of the board have been tilted away, and how much is done. `gray`:
+// CV_8UC1, the one that the guide has looked at last. CV_8UC3, 960 pixels wide.
+cv::Mat DrawGuide(const cv::Mat& gray, const CalibrationGuide& guide, ViewVerdict verdict);
 
 }  // namespace ulf::acquisition

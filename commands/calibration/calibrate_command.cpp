@@ -10,16 +10,13 @@
 #include "acquisition/calibration/calibration_capture.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/calibration_picture.h"
-#include "acquisition/calibration/intrinsics.h"
-#include "commands/calibration/calibration_report.h"
+#include "commands/calibration/calibrate_source.h"
 #include "commands/calibration/color_report.h"
 #include "commands/commands.h"
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/output_path.h"
 #include "core/base/progress.h"
-#include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/sensor_window.h"
 #include "core/image/clipped.h"
@@ -34,159 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-struct CalibrateArgs {
-  std::vector<std::string> sources;
-  std::string board = Board().Text();
-  std::string mode = "live";
-  std::string output;
-  std::string report;
-  std::string serial;
-  int views = 14;
-  int frames = 10;
-  bool flat = false, colour = false, grey = false, json = false, explain = false;
-};
-
-// Where frames come from: one device, or files.
-struct Source {
-  std::unique_ptr<acquisition::Device> device;
-  std::vector<std::string> files;
-  acquisition::CameraIdentity identity;
-  std::optional<SensorWindow> window;
-  std::optional<CameraModel> truth;
-  std::string name;
-
-  FrameSource Frames() const { return device ? device->Source() : FrameSource::kPhotographs; }
-  // What is refused cannot be mended in pictures that are taken already: what is advised is for others.
-  std::string TakeOthers() const {
-    return IsTaken(Frames()) ? "these pictures do not do, take others: " : "";
-  }
-};
-
-Source OpenSource(const CalibrateArgs& args) {
-  Source source;
-  source.name = args.sources[0];
-  const bool is_device = args.sources.size() == 1 && !fs::exists(args.sources[0]) &&
-                         args.sources[0].find(':') != std::string::npos;
-  if (is_device) {
-    source.device = acquisition::OpenDevice(args.sources[0]);
-    const acquisition::DeviceInfo info = source.device->Info();
-    // The camera of images and videos is unknown.
-    if (info.bus != "files" || !info.serial.empty()) source.identity = acquisition::CameraIdentity::Of(info);
-    if (args.mode == "live") source.window = source.device->Window();
-    if (args.mode == "live") source.truth = source.device->Camera();
-  } else {
-    source.files = acquisition::ImagesIn(args.sources);
-  }
-  if (!args.serial.empty()) source.identity.serial = args.serial;
-  return source;
-}
-
-// A new name in this folder, for images whose camera is unknown.
-fs::path UnusedName() {
-  fs::path path = "calibration.json";
-  for (int number = 2; fs::exists(path); ++number) path = fmt::format("calibration-{}.json", number);
-  return path;
-}
-
-// The named file, else the stored one of the camera, else one in this folder. Throws where it cannot be
-// written.
-std::string OutputOf(const CalibrateArgs& args, const Source& source) {
-  const fs::path stored = acquisition::StoredCalibrationPath(source.identity);
-  if (args.output.empty() && !stored.empty()) {
-    fs::create_directories(stored.parent_path());
-    return stored.string();
-  }
-  const std::string output = args.output.empty() ? UnusedName().string() : args.output;
-  RequireWritable(output);
-  return output;
-}
-
-// Called before the frames are taken, so that the user does not hold the board in vain.
-void RequireReportFolder(const CalibrateArgs& args) {
-  if (!args.report.empty()) RequireWritableFolder(args.report);
-}
-
-void WriteReport(const fs::path& folder, const acquisition::CalibrationResult& result,
-                 const acquisition::CollectedViews& collected, const std::string& text) {
-  WriteFileAtomically(folder / "report.txt", text + CandidateTable(result.choice));
-  WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
-  if (result.ok())
-    WriteFileAtomically(folder / "residuals.png", PngBytes(acquisition::DrawCalibration(result)));
-  // The frames of a device, so that the calibration can be repeated from the folder.
-  if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
-  for (std::size_t i = 0; i < collected.pictures.size(); ++i)
-    WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), PngBytes(collected.pictures[i]));
-}
-
-void WarnOfNoSerial(const Source& source, std::vector<std::string>& warnings) {
-  if (source.device && source.identity.serial.empty() && !source.identity.model.empty())
-    warnings.push_back(fmt::format(
-        "the camera has no serial: the calibration is bound to model '{}' at {}, and also applies to any "
-        "other camera of this model there",
-        source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
-}
-
-acquisition::CalibrationCaptureOptions CaptureOptions(const CalibrateArgs& args, Progress& progress) {
-  acquisition::CalibrationCaptureOptions options;
-  options.mode = args.mode;
-  options.guide.least_views = args.views;
-  options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
-  options.stop = [] { return StopOnSignal::Asked(); };
-  return options;
-}
-
-int RunBoardCalibration(const CalibrateArgs& args) {
-  const Board board = Board::Parse(args.board);
-  Source source = OpenSource(args);
-  const std::string output = OutputOf(args, source);
-  RequireReportFolder(args);
-  const StopOnSignal stop_on_signal;
-  acquisition::CollectedViews collected;
-  {
-    Progress progress(source.device ? "calibrating" : "searching for the board", args.json);
-    const acquisition::CalibrationCaptureOptions options = CaptureOptions(args, progress);
-    collected = source.device ? acquisition::CollectViews(*source.device, board, options)
-                              : acquisition::CollectViews(source.files, board, options);
-  }
-  acquisition::CalibrationResult result =
-      acquisition::CalibrateFromViews(board, collected.views, collected.width, collected.height);
-  if (result.ok()) WarnOfNoSerial(source, result.warnings);
-  if (result.ok() && !collected.ended.empty() && collected.ended != "the device has ended")
-    result.warnings.push_back("ended before the views were complete: " + collected.ended);
-  const std::string text =
-      result.ok() ? ReportText(result, source.truth) : "refused: " + result.refusal + "\n";
-  if (!args.report.empty()) WriteReport(args.report, result, collected, text);
-  if (result.ok())
-    acquisition::UpdateCalibration(output, source.identity,
-                                   fmt::format("ulf calibrate {}, {}", source.name, board.Text()), args.mode,
-                                   {.camera = result.camera,
-                                    .window = source.window,
-                                    .sigma = result.sigma,
-                                    .rms_px = result.rms_px,
-                                    .flat_field = {},
-                                    .color_profile = {}});
-  if (args.json) {
-    Json json = ReportJson(result);
-    json["file"] = result.ok() ? output : "";
-    if (source.truth && result.ok())
-      json["differs_from_truth_px"] = LargestDifferencePx(*source.truth, result.camera);
-    fmt::print("{}\n", json.dump(2));
-  }
-  if (!result.ok()) throw Error("no calibration: {}{}", source.TakeOthers(), result.refusal);
-  if (args.json) return kOk;
-  fmt::print("{}", text);
-  if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));
-  fmt::print("\n{}: written, mode {}\n", output, args.mode);
-  if (source.identity.serial.empty() && source.identity.model.empty())
-    fmt::print(
-        "not bound to any camera: ulf calibration {} --serial SERIAL -o FILE does so ('ulf devices')\n",
-        ShellWord(output));
-  else if (args.output.empty())
-    fmt::print("commands that use this camera find this file automatically\n");
-  return kOk;
-}
-
-std::vector<Image> Cards(const CalibrateArgs& args, Source& source, double& black_level) {
+std::vector<Image> Cards(const CalibrateArgs& args, CalibrationSource& source, double& black_level) {
   std::vector<Image> cards;
   if (source.device) {
     Progress progress("looking at the card", args.json);
@@ -231,7 +76,7 @@ std::string FlatFieldText(const FlatFieldResult& result) {
 }
 
 // Throws Error where the cards are of another camera, or another part of its sensor, than the calibration.
-void RequireAsCalibrated(const Source& source, const acquisition::CalibrationFile& file,
+void RequireAsCalibrated(const CalibrationSource& source, const acquisition::CalibrationFile& file,
                          const acquisition::ModeCalibration& mode, const std::vector<Image>& cards,
                          const std::string& output) {
   if (!source.identity.serial.empty() && !file.identity.serial.empty() &&
@@ -249,8 +94,8 @@ void RequireAsCalibrated(const Source& source, const acquisition::CalibrationFil
 }
 
 int RunFlatField(const CalibrateArgs& args) {
-  Source source = OpenSource(args);
-  const std::string output = OutputOf(args, source);
+  CalibrationSource source = OpenCalibrationSource(args);
+  const std::string output = CalibrationOutput(args, source);
   RequireReportFolder(args);
   if (!fs::exists(output))
     throw Error("{}: the flat field is stored with a camera's intrinsics: calibrate it with a board first",
@@ -314,7 +159,7 @@ class ColorPictures {
   std::vector<ColorPicture> pictures_;
 };
 
-std::vector<ColorPicture> PicturesOf(const CalibrateArgs& args, Source& source) {
+std::vector<ColorPicture> PicturesOf(const CalibrateArgs& args, CalibrationSource& source) {
   ColorPictures pictures;
   if (source.device) {
     Progress progress(args.grey ? "looking at the card" : "looking at the chart", args.json);
@@ -351,7 +196,7 @@ void WarnOfEncodedColours(const std::vector<ColorPicture>& pictures, FrameSource
 }
 
 // The profile of these pictures; throws Error where there is none. `kept`: the profile that the camera had.
-ColorProfile ProfileOf(const CalibrateArgs& args, const Source& source,
+ColorProfile ProfileOf(const CalibrateArgs& args, const CalibrationSource& source,
                        const std::vector<ColorPicture>& pictures, const std::string& output,
                        const std::optional<ColorProfile>& kept) {
   const auto report = [&](const Json& json, const std::string& text, const char* name) {
@@ -395,8 +240,8 @@ ColorProfile ProfileOf(const CalibrateArgs& args, const Source& source,
 
 int RunColorProfile(const CalibrateArgs& args) {
   if (args.colour && args.grey) throw UsageError("--colour and --grey: one at a time");
-  Source source = OpenSource(args);
-  const std::string output = OutputOf(args, source);
+  CalibrationSource source = OpenCalibrationSource(args);
+  const std::string output = CalibrationOutput(args, source);
   RequireReportFolder(args);
   if (!fs::exists(output))
     throw Error("{}: colours are stored with a camera's intrinsics: calibrate it with a board first",
@@ -456,6 +301,10 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
                       "Calibration file (default: stored for the camera; for images: calibration.json)");
   command->add_option("--report", args->report,
                       "Folder for report, picture of the residuals, and the frames used (default: none)");
+  command->add_option(
+      "--preview", args->preview,
+      "PNG file that shows the picture of a device, once a second, where no window can (default: a "
+      "window, in a terminal with a display)");
   command->add_option("--serial", args->serial,
                       "Serial number of the camera, for image files (default: unknown)");
   command->add_option("--views", args->views, "Least number of views from a device")

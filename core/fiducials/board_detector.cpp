@@ -122,8 +122,8 @@ BoardView DetectCharuco(const Board& board, const cv::Mat& gray) {
   return view;
 }
 
-// A corner that moves farther is another corner, px. Guessed.
-constexpr double kFarthestPx = 3;
+// A corner that moves farther is another corner: pixels, and the share of the marker's side in large pictures. Guessed.
+constexpr double kFarthestPx = 3, kFarthestShare = 0.05;
 
 // Adds a marker's corners, refined in windows that reach neither its cells nor what lies beyond the gap.
 void AddMarkerCorners(const Board& board, int number, int cells, const cv::Mat& gray,
@@ -141,7 +141,8 @@ void AddMarkerCorners(const Board& board, int number, int cells, const cv::Mat& 
       continue;
     Corners one = {rough};
     RefineCorners(gray, half_window_px, one);
-    if (cv::norm(one[0] - rough) < kFarthestPx) Add(4 * number + k, one[0], view);
+    if (cv::norm(one[0] - rough) < std::max(kFarthestPx, kFarthestShare * side_px))
+      Add(4 * number + k, one[0], view);
   }
 }
 

@@ -677,6 +677,31 @@ TEST_F(GphotoTest, TheFlatFieldOfPhotographsIsFoundFromPhotographs) {
               truth.at<float>(10, 10) / truth.at<float>(320, 480), 0.02);
 }
 
+// Without live view: Enter takes each photograph, and each is answered.
+TEST_F(GphotoTest, ALensIsCalibratedFromPhotographsOneByOne) {
+  const BoardScene scene({.board = Board(), .camera = SimulatedLens("barrel", 960, 640)});
+  PtpipCameraOptions options;
+  options.live_view = false;
+  Begin(
+      [&](int number) -> std::vector<PtpipFile> {
+        std::vector<unsigned char> bytes;
+        const auto stop = static_cast<std::uint64_t>(number);
+        const Image picture{scene.Render(scene.HeldAt(stop, 0), stop), Transfer::kLinear};
+        cv::imencode(".jpg", Srgb8(picture), bytes, {cv::IMWRITE_JPEG_QUALITY, 98});
+        return {{FileName(number), std::string(bytes.begin(), bytes.end())}};
+      },
+      options);
+  const fs::path file = home_ / "camera.json", enters = home_ / "enters";
+  std::ofstream(enters) << std::string(60, '\n');
+  const CommandResult result =
+      RunUlf("calibrate --mode still '" + camera_->Uri() + "' -o " + file.string() + " < " + enters.string());
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("photograph 1: hold the board"), HasSubstr("photograph 3: "),
+                                   HasSubstr("these are enough")));
+  EXPECT_LT(camera_->Releases(), 60);
+  EXPECT_NEAR(ReadCalibration(file, "still").fx, scene.options().camera.fx, 5);
+}
+
 TEST_F(GphotoTest, TheConfigurationByName) {
   Begin();
   const auto features = OpenGphotoFeatures(DeviceUri::Parse(camera_->Uri()));

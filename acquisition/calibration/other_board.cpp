@@ -1,0 +1,459 @@
+#include "acquisition/calibration/other_board.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <opencv2/calib3d.hpp>
+
+#include "core/base/quantile.h"
+#include "core/fiducials/touching_markers.h"
+
+namespace ulf::acquisition {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+
+// The markers of a picture by number.
+using SeenMarkers = std::map<int, MarkerImage>;
+
+struct DictionaryFamily {
+  const char* largest;             // contains the smaller dictionaries as its first markers
+  std::vector<const char*> names;  // from the smallest
+};
+const std::vector<DictionaryFamily>& DictionaryFamilies() {
+  static const std::vector<DictionaryFamily> families = {
+      {"DICT_4X4_1000", {"DICT_4X4_50", "DICT_4X4_100", "DICT_4X4_250", "DICT_4X4_1000"}},
+      {"DICT_5X5_1000", {"DICT_5X5_50", "DICT_5X5_100", "DICT_5X5_250", "DICT_5X5_1000"}},
+      {"DICT_6X6_1000", {"DICT_6X6_50", "DICT_6X6_100", "DICT_6X6_250", "DICT_6X6_1000"}},
+      {"DICT_7X7_1000", {"DICT_7X7_50", "DICT_7X7_100", "DICT_7X7_250", "DICT_7X7_1000"}},
+      {"DICT_ARUCO_ORIGINAL", {"DICT_ARUCO_ORIGINAL"}},
+      {"DICT_APRILTAG_16h5", {"DICT_APRILTAG_16h5"}},
+      {"DICT_APRILTAG_25h9", {"DICT_APRILTAG_25h9"}},
+      {"DICT_APRILTAG_36h10", {"DICT_APRILTAG_36h10"}},
+      {"DICT_APRILTAG_36h11", {"DICT_APRILTAG_36h11"}}};
+  return families;
+}
+
+int SizeOf(const std::string& dictionary) {
+  const auto number = dictionary.rfind('_');
+  return std::isdigit(static_cast<unsigned char>(dictionary[number + 1])) &&
+                 dictionary.find('h', number) == std::string::npos
+             ? std::stoi(dictionary.substr(number + 1))
+             : 1024;
+}
+
+// What was seen in all pictures, of one dictionary with one width of border.
+struct Sighting {
+  const DictionaryFamily* family = nullptr;
+  int border_cells = 1;
+  std::vector<SeenMarkers> pictures = {};
+  std::size_t Most() const {
+    std::size_t most = 0;
+    for (const SeenMarkers& seen : pictures) most = std::max(most, seen.size());
+    return most;
+  }
+  int Least() const {
+    int least = std::numeric_limits<int>::max();
+    for (const SeenMarkers& seen : pictures)
+      if (!seen.empty()) least = std::min(least, seen.begin()->first);
+    return least;
+  }
+  int Largest() const {
+    int largest = 0;
+    for (const SeenMarkers& seen : pictures)
+      if (!seen.empty()) largest = std::max(largest, seen.rbegin()->first);
+    return largest;
+  }
+};
+
+// Numbers in a single one of several pictures are read out of something else.
+void LeaveOutMisread(Sighting& sighting) {
+  constexpr std::size_t kSeveral = 3;
+  if (sighting.pictures.size() < kSeveral) return;
+  std::map<int, int> times;
+  for (const SeenMarkers& seen : sighting.pictures)
+    for (const auto& [number, marker] : seen) ++times[number];
+  for (SeenMarkers& seen : sighting.pictures)
+    std::erase_if(seen, [&](const auto& marker) { return times[marker.first] < 2; });
+}
+
+// Fewer markers in the best picture tell no layout. Guessed.
+constexpr std::size_t kLeastMarkers = 4;
+
+struct MarkerPair {
+  int from = 0, to = 0;         // numbers
+  Vector2d right, down, shift;  // the sides of both, and from one's middle to the other's; pixels
+};
+
+// Each marker with its nearest ones, within its picture.
+std::vector<MarkerPair> NeighboursIn(const Sighting& sighting) {
+  constexpr std::size_t kNearest = 4;
+  std::vector<MarkerPair> pairs;
+  for (const SeenMarkers& seen : sighting.pictures)
+    for (const auto& [from, a] : seen) {
+      std::vector<MarkerPair> around;
+      for (const auto& [to, b] : seen)
+        if (to != from)
+          around.push_back({from, to, 0.25 * (a[1] - a[0] + a[2] - a[3] + b[1] - b[0] + b[2] - b[3]),
+                            0.25 * (a[3] - a[0] + a[2] - a[1] + b[3] - b[0] + b[2] - b[1]),
+                            0.25 * (b[0] + b[1] + b[2] + b[3] - a[0] - a[1] - a[2] - a[3])});
+      const std::size_t count = std::min(kNearest, around.size());
+      std::partial_sort(
+          around.begin(), around.begin() + static_cast<std::ptrdiff_t>(count), around.end(),
+          [](const MarkerPair& x, const MarkerPair& y) { return x.shift.norm() < y.shift.norm(); });
+      pairs.insert(pairs.end(), around.begin(), around.begin() + static_cast<std::ptrdiff_t>(count));
+    }
+  return pairs;
+}
+
+struct LayoutFit {
+  double share = 0;  // of the neighbours that lie where the layout has them
+  double step = 0;   // from marker to marker (of a ChArUco board: the side of a square), in marker sides
+};
+
+LayoutFit LayoutFitOf(const Board& layout, const std::vector<MarkerPair>& pairs) {
+  const std::vector<Vector2i> places = layout.MarkerPlaces();
+  std::vector<double> steps;
+  struct Expected {
+    Vector2d along, shift;
+  };
+  std::vector<Expected> known;
+  for (const MarkerPair& pair : pairs) {
+    const int from = pair.from - layout.first_marker, to = pair.to - layout.first_marker;
+    const auto count = static_cast<int>(places.size());
+    if (from < 0 || to < 0 || from >= count || to >= count) continue;
+    const Vector2i by = places[static_cast<std::size_t>(to)] - places[static_cast<std::size_t>(from)];
+    const Vector2d along = by.x() * pair.right + by.y() * pair.down;
+    if (along.squaredNorm() <= 0) continue;
+    known.push_back({along, pair.shift});
+    steps.push_back(along.dot(pair.shift) / along.squaredNorm());
+  }
+  if (steps.empty()) return {};
+  LayoutFit fit;
+  fit.step = Median(steps);
+  // The tags of an AprilGrid may stand on their heads (board.h); those of other boards do not.
+  if (layout.kind == BoardKind::kAprilGrid ? std::abs(fit.step) <= 1 : fit.step <= 1) return {};
+  constexpr double kNear = 0.2;  // of the way to the neighbour: perspective and lens bend less. Guessed.
+  const auto near = std::ranges::count_if(known, [&](const Expected& e) {
+    return (e.shift - fit.step * e.along).norm() < kNear * e.shift.norm();
+  });
+  fit.step = std::abs(fit.step);
+  fit.share = static_cast<double>(near) / static_cast<double>(pairs.size());
+  return fit;
+}
+
+double StepOf(const Board& board) {
+  return board.IsMarkerGrid() ? 1 + board.gap_mm / board.marker_mm : board.square_mm / board.marker_mm;
+}
+
+// The share of neighbours with which a layout is taken for the board's, and by how much that of another must be larger.
+// Guessed: wrong ones reach three quarters, right ones all but what is misread or bent away.
+constexpr double kLayoutFits = 0.8, kClearlyBetter = 0.15;
+// By which share of a step marker and gap may differ from what was said: of a grid, whose markers' corners are the
+// points, and of a ChArUco board, where they only lead to the squares' corners. Guessed.
+constexpr double kSameStep = 0.01, kSameSquare = 0.2;
+
+// How far a layout's views are from plane, as shares of their size; infinite where none is seen.
+double MeanBend(const Board& layout, const std::vector<BoardView>& views) {
+  const auto points = layout.Points();
+  double sum = 0;
+  int count = 0;
+  for (const BoardView& view : views) {
+    if (view.ids.empty()) continue;
+    sum += BendOf(points, view);
+    ++count;
+  }
+  return count > 0 ? sum / count : std::numeric_limits<double>::infinity();
+}
+
+Board WithStep(const Board& layout, double step) {
+  Board other = layout;
+  other.gap_mm = (step - 1) * layout.marker_mm;
+  return other;
+}
+
+// Whether marker and gap are other than said; `step` is then what they are.
+bool HasOtherStep(const Board& layout, double rough_step, const std::vector<cv::Mat>& pictures,
+                  double& step) {
+  step = rough_step;
+  if (!layout.IsMarkerGrid()) return std::abs(step / StepOf(layout) - 1) > kSameSquare;
+  // The corners lie on a plane: under the right step they are flattest, as far as the lens lets them.
+  std::vector<BoardView> views;
+  for (const cv::Mat& picture : pictures) views.push_back(DetectBoard(layout, picture));
+  constexpr double kReach = 0.06, kFine = 0.002;
+  double least = std::numeric_limits<double>::infinity();
+  for (double share = 1 - kReach; share <= 1 + kReach; share += kFine) {
+    if (share * rough_step <= 1) continue;
+    const double bend = MeanBend(WithStep(layout, share * rough_step), views);
+    if (bend >= least) continue;
+    least = bend;
+    step = share * rough_step;
+  }
+  constexpr double kFlatter = 0.5;  // a lens that bends everything leaves more; guessed
+  return std::abs(step / StepOf(layout) - 1) > kSameStep && least < kFlatter * MeanBend(layout, views);
+}
+
+// The lengths of another kind, or of another ratio, with the marker as wide as was said.
+void SetLengths(const Board& said, double step, Board& board) {
+  const auto rounded = [](double mm) { return std::round(10 * mm) / 10; };
+  if (board.marker_mm <= 0) board.marker_mm = rounded(said.square_mm / step);
+  board.square_mm = board.IsMarkerGrid() ? 0 : rounded(step * board.marker_mm);
+  board.gap_mm = board.IsMarkerGrid() ? rounded((step - 1) * board.marker_mm) : 0;
+}
+
+// The layout's smallest numbers of rows (or columns, where it is numbered by columns) that hold the largest marker seen.
+bool Enlarge(int largest, Board& layout) {
+  int& across = layout.order.by_columns ? layout.columns : layout.rows;
+  const int along = layout.order.by_columns ? layout.rows : layout.columns;
+  constexpr int kMost = 60;
+  // Each line of a ChArUco board has a marker on every other square.
+  const int count = largest - layout.first_marker + 1,
+            most_in_line = layout.IsMarkerGrid() ? along : along / 2 + 1;
+  across = std::max(across, count / most_in_line);
+  while (layout.first_marker + static_cast<int>(layout.MarkerPlaces().size()) <= largest)
+    if (++across > kMost) return false;
+  return true;
+}
+
+// How unlike what was said; of layouts that fit alike, the one that is least so is meant.
+int Unlikeness(const Board& said, const Board& board) {
+  const bool same_counts = board.columns == said.columns && board.rows == said.rows,
+             exchanged = board.columns == said.rows && board.rows == said.columns;
+  return (board.kind != said.kind ? 16 : 0) + (board.order != said.order ? 2 : 0) +
+         (same_counts ? 0
+          : exchanged ? 1
+                      : 4) +
+         (board.first_marker != said.first_marker ? 2 : 0) +
+         (board.white_corner != said.white_corner ? 2 : 0);
+}
+
+// All layouts of one kind that hold the numbers seen.
+void AddLayouts(const Board& said, BoardKind kind, const Sighting& sighting, std::vector<Board>& layouts) {
+  constexpr int kMostAlong = 24;
+  const int least = kind == BoardKind::kCharuco ? 3 : 1;
+  std::vector<int> firsts = {said.first_marker, 0, sighting.Least()};
+  std::ranges::sort(firsts);
+  firsts.erase(std::ranges::unique(firsts).begin(), firsts.end());
+  std::erase_if(firsts, [&](int first) { return first > sighting.Least(); });
+  Board layout = said;
+  layout.kind = kind;
+  for (const int first : firsts)
+    for (int way = 0; way < 8; ++way)
+      for (const bool white : {false, true}) {
+        if (white && kind != BoardKind::kCharuco) continue;
+        layout.first_marker = first;
+        layout.order = {.by_columns = way >= 4, .leftwards = way % 2 == 1, .upwards = (way / 2) % 2 == 1};
+        layout.white_corner = white;
+        for (int along = least; along <= kMostAlong; ++along) {
+          const auto with_across = [&](int across) {
+            Board whole = layout;
+            whole.columns = layout.order.by_columns ? across : along;
+            whole.rows = layout.order.by_columns ? along : across;
+            return whole;
+          };
+          Board enough = with_across(least);
+          if (!Enlarge(sighting.Largest(), enough)) continue;
+          layouts.push_back(enough);
+          // What was said, and the same exchanged, where that is larger: not all markers need be in sight.
+          for (const auto& [columns, rows] :
+               {std::pair{said.columns, said.rows}, std::pair{said.rows, said.columns}}) {
+            const int along_said = layout.order.by_columns ? rows : columns,
+                      across_said = layout.order.by_columns ? columns : rows;
+            const int across_enough = layout.order.by_columns ? enough.columns : enough.rows;
+            if (along_said == along && across_said > across_enough)
+              layouts.push_back(with_across(across_said));
+          }
+        }
+      }
+}
+
+std::string Differences(const Board& said, const Board& board, bool other_step) {
+  std::vector<std::string> all;
+  if (board.kind != said.kind) {
+    constexpr const char* kKinds[] = {"a ChArUco board", "a grid of ArUco markers", "Kalibr's AprilGrid",
+                                      "a chessboard"};
+    all.emplace_back(kKinds[static_cast<std::size_t>(board.kind)]);
+  }
+  if (board.dictionary != said.dictionary && said.kind != BoardKind::kChessboard)
+    all.push_back(fmt::format("markers of {}", board.dictionary));
+  if (board.columns == said.rows && board.rows == said.columns && said.rows != said.columns)
+    all.emplace_back("columns and rows are exchanged");
+  else if (board.columns != said.columns || board.rows != said.rows)
+    all.push_back(
+        fmt::format("{} x {} instead of {} x {}", board.columns, board.rows, said.columns, said.rows));
+  if (board.order != said.order && board.kind == said.kind)
+    all.push_back(fmt::format("markers are numbered {}, not {}", board.order.Text(), said.order.Text()));
+  if (board.first_marker != said.first_marker)
+    all.push_back(fmt::format("numbers begin with {}", board.first_marker));
+  if (board.white_corner != said.white_corner)
+    all.emplace_back(board.white_corner ? "a marker is in the upper left corner, as OpenCV before 4.6 drew it"
+                                        : "the upper left corner is dark");
+  if (other_step)
+    all.push_back(board.IsMarkerGrid()
+                      ? fmt::format("the gap is {:.2f} of the marker, not {:.2f}; measure both",
+                                    board.gap_mm / board.marker_mm, said.gap_mm / said.marker_mm)
+                      : fmt::format("the square is {:.2f} of the marker, not {:.2f}; measure both",
+                                    board.square_mm / board.marker_mm, said.square_mm / said.marker_mm));
+  else if (board.IsMarkerGrid() != said.IsMarkerGrid())
+    all.emplace_back("measure its lengths");
+  return fmt::format("{}", fmt::join(all, "; "));
+}
+
+// The board that a sighting fits best; none: no layout is known that does.
+std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
+                                   const std::vector<cv::Mat>& pictures, double said_share) {
+  const std::vector<MarkerPair> pairs = NeighboursIn(sighting);
+  std::vector<Board> layouts;
+  if (sighting.border_cells == 2)
+    AddLayouts(said, BoardKind::kAprilGrid, sighting, layouts);
+  else
+    for (const BoardKind kind : {BoardKind::kArucoGrid, BoardKind::kCharuco})
+      AddLayouts(said, kind, sighting, layouts);
+  // An AprilGrid's tags may be turned: half of the ways of numbering are the others, turned.
+  if (sighting.border_cells == 2) std::erase_if(layouts, [](const Board& b) { return b.order.leftwards; });
+  constexpr double kAlike = 0.03;
+  struct Ranked {
+    Board board;
+    LayoutFit fit;
+  };
+  std::vector<Ranked> ranked;
+  double best = std::max(kLayoutFits, std::min(1.0, said_share + kClearlyBetter));
+  for (const Board& layout : layouts)
+    if (const LayoutFit fit = LayoutFitOf(layout, pairs); fit.share >= best - kAlike) {
+      best = std::max(best, fit.share);
+      ranked.push_back({layout, fit});
+    }
+  std::erase_if(ranked, [&](const Ranked& r) { return r.fit.share < best - kAlike; });
+  if (ranked.empty()) return std::nullopt;
+  const bool said_april = said.kind == BoardKind::kAprilGrid;
+  Board like = said;
+  // What is said of a kind with another usual way of numbering says nothing about this one's.
+  if ((sighting.border_cells == 2) != said_april) like.order = {.upwards = sighting.border_cells == 2};
+  const auto chosen = std::ranges::min_element(
+      ranked, {}, [&](const Ranked& r) { return std::pair(Unlikeness(like, r.board), -r.fit.share); });
+  OtherBoard other{.board = chosen->board};
+  const auto& names = sighting.family->names;
+  const auto holds_all = [&](const std::string& name) {
+    return SizeOf(name) >= other.board.first_marker + static_cast<int>(other.board.MarkerPlaces().size());
+  };
+  if (std::ranges::find(names, said.dictionary) == names.end() || !holds_all(said.dictionary))
+    other.board.dictionary = *std::ranges::find_if(names.begin(), std::prev(names.end()), holds_all);
+  double step = chosen->fit.step;
+  bool other_step = false;
+  if (other.board.IsMarkerGrid() != said.IsMarkerGrid() || said.marker_mm <= 0)
+    SetLengths(said, step, other.board);
+  else if ((other_step = HasOtherStep(other.board, chosen->fit.step, pictures, step)))
+    SetLengths(said, step, other.board);
+  if (other.board == said) return std::nullopt;
+  Board with_said_lengths = other.board;
+  with_said_lengths.square_mm = said.square_mm;
+  with_said_lengths.gap_mm = said.gap_mm;
+  other.other_lengths_only = with_said_lengths == said;
+  other.what = Differences(said, other.board, other_step);
+  const bool is_written = sighting.border_cells == 1 || other.board.dictionary == "DICT_APRILTAG_36h11";
+  other.cure = is_written ? fmt::format("give --board {}", other.board.Text())
+                          : fmt::format(
+                                "a border of two cells is known with DICT_APRILTAG_36h11 only, not with {}: "
+                                "print another board (ulf board)",
+                                other.board.dictionary);
+  return other;
+}
+
+}  // namespace
+
+double BendOf(const std::vector<Eigen::Vector3d>& points, const BoardView& view) {
+  std::vector<cv::Point2d> from, to, there;
+  for (std::size_t i = 0; i < view.ids.size(); ++i) {
+    const Eigen::Vector3d& point = points[static_cast<std::size_t>(view.ids[i])];
+    from.emplace_back(point.x(), point.y());
+    to.emplace_back(view.img[i].x(), view.img[i].y());
+  }
+  if (from.size() < 4) return 0;
+  const cv::Mat plane = cv::findHomography(from, to);
+  if (plane.empty()) return 1;
+  cv::perspectiveTransform(from, there, plane);
+  std::vector<double> misses;
+  cv::Point2d low = to[0], high = to[0];
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    misses.push_back(cv::norm(there[i] - to[i]));
+    low = {std::min(low.x, to[i].x), std::min(low.y, to[i].y)};
+    high = {std::max(high.x, to[i].x), std::max(high.y, to[i].y)};
+  }
+  return Median(misses) / std::max(1.0, cv::norm(high - low));
+}
+
+std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<cv::Mat>& pictures) {
+  std::vector<std::vector<MarkerImage>> quads;
+  for (const cv::Mat& picture : pictures) quads.push_back(DarkQuads(picture));
+  const auto sighting_of = [&](const DictionaryFamily& family, const std::vector<cv::Mat>& seen_in,
+                               const std::string& dictionary, int border_cells) {
+    Sighting sighting{&family, border_cells, {}};
+    for (std::size_t i = 0; i < seen_in.size(); ++i) {
+      const auto found = MarkersAmong(quads[i], seen_in[i], dictionary, border_cells);
+      sighting.pictures.emplace_back(found.begin(), found.end());
+    }
+    LeaveOutMisread(sighting);
+    return sighting;
+  };
+  const auto family_of = [](const std::string& dictionary) {
+    return std::ranges::find_if(DictionaryFamilies(), [&](const DictionaryFamily& family) {
+      return std::ranges::find(family.names, dictionary) != family.names.end();
+    });
+  };
+  std::optional<Sighting> best;
+  double said_share = 0;
+  if (said.kind != BoardKind::kChessboard) {
+    Sighting as_said =
+        sighting_of(*family_of(said.dictionary), pictures, said.dictionary, said.BorderCells());
+    const LayoutFit fit = LayoutFitOf(said, NeighboursIn(as_said));
+    said_share = fit.share;
+    if (fit.share >= kLayoutFits) {
+      double step = 0;
+      const bool other_step = HasOtherStep(said, fit.step, pictures, step);
+      if (!other_step && fit.share > 1 - kClearlyBetter) return std::nullopt;
+      if (other_step) said_share = 0;
+    }
+    if (as_said.Most() >= kLeastMarkers) best = std::move(as_said);
+  }
+  // Of another dictionary's markers clearly more can be read.
+  constexpr std::size_t kClearly = 2;
+  for (const DictionaryFamily& family : DictionaryFamilies())
+    for (const int border_cells : {1, 2}) {
+      Sighting sighting = sighting_of(family, pictures, family.largest, border_cells);
+      const std::size_t needed = best ? kClearly * best->Most() : kLeastMarkers;
+      if (sighting.Most() >= needed) best = std::move(sighting);
+    }
+  if (best) return LayoutOf(said, *best, pictures, said_share);
+  if (said.kind == BoardKind::kChessboard) return std::nullopt;
+  // Markers cannot be read in a mirror.
+  std::vector<cv::Mat> mirrored(pictures.size());
+  quads.clear();
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    cv::flip(pictures[i], mirrored[i], 1);
+    quads.push_back(DarkQuads(mirrored[i]));
+  }
+  const Sighting in_mirror =
+      sighting_of(*family_of(said.dictionary), mirrored, said.dictionary, said.BorderCells());
+  if (in_mirror.Most() < kLeastMarkers || LayoutFitOf(said, NeighboursIn(in_mirror)).share < kLayoutFits)
+    return std::nullopt;
+  return OtherBoard{
+      .board = said,
+      .what = "mirrored",
+      .cure =
+          "the pictures are mirrored: turn that off in the camera, or in the program that saved "
+          "them, and take them again"};
+}
+
+std::string DescribeOtherBoard(const Board& said, const OtherBoard& other) {
+  if (other.board == said) return fmt::format("{} is not found; {}", said.Text(), other.cure);
+  return fmt::format("the corners do not lie as on {}; they lie as on {} ({}): {}", said.Text(),
+                     other.board.Text(), other.what, other.cure);
+}
+
+}  // namespace ulf::acquisition

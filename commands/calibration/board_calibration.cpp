@@ -1,0 +1,136 @@
+// `ulf calibrate` with a board: views, lens, report.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "acquisition/calibration/calibrate.h"
+#include "acquisition/calibration/calibration_picture.h"
+#include "acquisition/calibration/intrinsics.h"
+#include "acquisition/calibration/other_board.h"
+#include "commands/calibration/calibrate_source.h"
+#include "commands/calibration/calibration_report.h"
+#include "commands/calibration/guide_picture.h"
+#include "commands/commands.h"
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
+#include "core/base/shell_word.h"
+#include "core/base/stop_signal.h"
+#include "core/image/image.h"
+#include "core/image/raw_file.h"
+
+namespace ulf::commands {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+void WriteBoardReport(const fs::path& folder, const acquisition::CalibrationResult& result,
+                      const acquisition::CollectedViews& collected, const std::string& text) {
+  WriteFileAtomically(folder / "report.txt", text + CandidateTable(result.choice));
+  WriteFileAtomically(folder / "report.json", ReportJson(result).dump(2) + "\n");
+  if (result.ok())
+    WriteFileAtomically(folder / "residuals.png", PngBytes(acquisition::DrawCalibration(result)));
+  // The frames of a device, so that the calibration can be repeated from the folder.
+  if (!collected.pictures.empty()) fs::create_directories(folder / "frames");
+  for (std::size_t i = 0; i < collected.pictures.size(); ++i)
+    WriteFileAtomically(folder / "frames" / fmt::format("{:04}.png", i + 1), PngBytes(collected.pictures[i]));
+}
+
+void WarnOfNoSerial(const CalibrationSource& source, std::vector<std::string>& warnings) {
+  if (source.device && source.identity.serial.empty() && !source.identity.model.empty())
+    warnings.push_back(fmt::format(
+        "the camera has no serial: the calibration is bound to model '{}' at {}, and also applies to any "
+        "other camera of this model there",
+        source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
+}
+
+// Some of the pictures that were calibrated from, evenly chosen, grey.
+std::vector<cv::Mat> SomePictures(const CalibrationSource& source,
+                                  const acquisition::CollectedViews& collected) {
+  constexpr std::size_t kFew = 8;  // they tell which board it is
+  const std::size_t all = source.device ? collected.pictures.size() : source.files.size();
+  std::vector<cv::Mat> some;
+  for (std::size_t i = 0; i < std::min(kFew, all); ++i) {
+    const std::size_t at = all <= kFew ? i : i * (all - 1) / (kFew - 1);
+    some.push_back(source.device ? collected.pictures[at]
+                                 : GrayForTracking({ReadImageFile(source.files[at]), Transfer::kSrgb}));
+  }
+  return some;
+}
+
+// Says so where the corners lie as on another board. Returns whether the result is refused for it.
+bool RefuseOtherBoard(const Board& said, const CalibrationSource& source,
+                      const acquisition::CollectedViews& collected, acquisition::CalibrationResult& result) {
+  // Pixels: right boards come out with less; and from where on wrong lengths spoil the result. Guessed.
+  constexpr double kSuspiciousPx = 0.4, kSpoiltPx = 1;
+  if (result.ok() && result.rms_px < kSuspiciousPx) return false;
+  const auto other = acquisition::BoardInPictures(said, SomePictures(source, collected));
+  if (!other) return false;
+  const std::string text = acquisition::DescribeOtherBoard(said, *other);
+  if (result.ok() && other->other_lengths_only && result.rms_px < kSpoiltPx) {
+    result.warnings.insert(result.warnings.begin(), text);
+    return false;
+  }
+  result.refusal = text;
+  return true;
+}
+
+}  // namespace
+
+int RunBoardCalibration(const CalibrateArgs& args) {
+  const Board board = Board::Parse(args.board);
+  CalibrationSource source = OpenCalibrationSource(args);
+  const std::string output = CalibrationOutput(args, source);
+  RequireReportFolder(args);
+  const StopOnSignal stop_on_signal;
+  acquisition::CollectedViews collected;
+  {
+    Progress progress(source.device ? "calibrating" : "searching for the board", args.json);
+    acquisition::CalibrationCaptureOptions options = CaptureOptions(args, progress);
+    ShowGuide(args, source.device != nullptr, progress, options);
+    collected = source.device ? acquisition::CollectViews(*source.device, board, options)
+                              : acquisition::CollectViews(source.files, board, options);
+  }
+  acquisition::CalibrationResult result =
+      acquisition::CalibrateFromViews(board, collected.views, collected.width, collected.height);
+  const bool other_board = RefuseOtherBoard(board, source, collected, result);
+  if (result.ok()) WarnOfNoSerial(source, result.warnings);
+  if (result.ok() && !collected.ended.empty() && collected.ended != "the device has ended")
+    result.warnings.push_back("ended before the views were complete: " + collected.ended);
+  const std::string text =
+      result.ok() ? ReportText(result, source.truth) : "refused: " + result.refusal + "\n";
+  if (!args.report.empty()) WriteBoardReport(args.report, result, collected, text);
+  if (result.ok())
+    acquisition::UpdateCalibration(output, source.identity,
+                                   fmt::format("ulf calibrate {}, {}", source.name, board.Text()), args.mode,
+                                   {.camera = result.camera,
+                                    .window = source.window,
+                                    .sigma = result.sigma,
+                                    .rms_px = result.rms_px,
+                                    .flat_field = {},
+                                    .color_profile = {}});
+  if (args.json) {
+    Json json = ReportJson(result);
+    json["file"] = result.ok() ? output : "";
+    if (source.truth && result.ok())
+      json["differs_from_truth_px"] = LargestDifferencePx(*source.truth, result.camera);
+    fmt::print("{}\n", json.dump(2));
+  }
+  if (!result.ok())
+    throw Error("no calibration: {}{}", other_board ? "" : source.TakeOthers(), result.refusal);
+  if (args.json) return kOk;
+  fmt::print("{}", text);
+  if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));
+  fmt::print("\n{}: written, mode {}\n", output, args.mode);
+  if (source.identity.serial.empty() && source.identity.model.empty())
+    fmt::print(
+        "not bound to any camera: ulf calibration {} --serial SERIAL -o FILE does so ('ulf devices')\n",
+        ShellWord(output));
+  else if (args.output.empty())
+    fmt::print("commands that use this camera find this file automatically\n");
+  return kOk;
+}
+
+}  // namespace ulf::commands

@@ -1,0 +1,68 @@
+#include "commands/calibration/calibrate_source.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "core/base/output_path.h"
+#include "core/base/stop_signal.h"
+
+namespace ulf::commands {
+
+namespace fs = std::filesystem;
+
+CalibrationSource OpenCalibrationSource(const CalibrateArgs& args) {
+  CalibrationSource source;
+  source.name = args.sources[0];
+  const bool is_device = args.sources.size() == 1 && !fs::exists(args.sources[0]) &&
+                         args.sources[0].find(':') != std::string::npos;
+  if (is_device) {
+    source.device = acquisition::OpenDevice(args.sources[0]);
+    const acquisition::DeviceInfo info = source.device->Info();
+    // The camera of images and videos is unknown.
+    if (info.bus != "files" || !info.serial.empty()) source.identity = acquisition::CameraIdentity::Of(info);
+    if (args.mode == "live") source.window = source.device->Window();
+    if (args.mode == "live") source.truth = source.device->Camera();
+  } else {
+    source.files = acquisition::ImagesIn(args.sources);
+  }
+  if (!args.serial.empty()) source.identity.serial = args.serial;
+  return source;
+}
+
+namespace {
+
+// A new name in this folder, for images whose camera is unknown.
+fs::path UnusedCalibrationName() {
+  fs::path path = "calibration.json";
+  for (int number = 2; fs::exists(path); ++number) path = fmt::format("calibration-{}.json", number);
+  return path;
+}
+
+}  // namespace
+
+std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource& source) {
+  const fs::path stored = acquisition::StoredCalibrationPath(source.identity);
+  if (args.output.empty() && !stored.empty()) {
+    fs::create_directories(stored.parent_path());
+    return stored.string();
+  }
+  const std::string output = args.output.empty() ? UnusedCalibrationName().string() : args.output;
+  RequireWritable(output);
+  return output;
+}
+
+void RequireReportFolder(const CalibrateArgs& args) {
+  if (!args.report.empty()) RequireWritableFolder(args.report);
+}
+
+acquisition::CalibrationCaptureOptions CaptureOptions(const CalibrateArgs& args, Progress& progress) {
+  acquisition::CalibrationCaptureOptions options;
+  options.mode = args.mode;
+  options.guide.least_views = args.views;
+  options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
+  options.stop = [] { return StopOnSignal::Asked(); };
+  return options;
+}
+
+}  // namespace ulf::commands

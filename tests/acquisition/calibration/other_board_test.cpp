@@ -1,0 +1,160 @@
+// Tests: acquisition/calibration/other_board, acquisition/calibration/calibration_capture,
+// commands/calibration/calibrate_command.
+//
+// Another board than was said is told by its text; a right one never, however poor its views are.
+#include "acquisition/calibration/other_board.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "acquisition/calibration/calibration_io.h"
+#include "acquisition/simulator/simulated_board.h"
+#include "core/geometry/angles.h"
+#include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
+
+namespace ulf {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::vector<cv::Mat> PicturesOf(const std::string& board, const char* lens = "barrel", int count = 3,
+                                double blur_px = 0.5) {
+  const BoardScene scene(
+      {.board = Board::Parse(board), .camera = SimulatedLens(lens, 640, 480), .blur_px = blur_px});
+  std::vector<cv::Mat> pictures;
+  for (int stop = 0; stop < count; ++stop) {
+    const auto at = static_cast<std::uint64_t>(stop);
+    pictures.push_back(scene.Render(scene.HeldAt(at, 0), at));
+  }
+  return pictures;
+}
+
+TEST(OtherBoard, IsToldByItsText) {
+  struct Case {
+    const char *said, *shown, *told, *what;
+  };
+  for (const Case& c : {
+           Case{"charuco:7x5:30:22:DICT_5X5_100", "charuco:5x7:30:22:DICT_5X5_100", "", "exchanged"},
+           {"charuco:6x4:30:22:DICT_5X5_100", "charuco:6x4:30:22:DICT_5X5_100:white-corner", "",
+            "before 4.6"},
+           {"charuco:5x6:30:22:DICT_5X5_100", "charuco:5x6:30:22:DICT_5X5_100:white-corner", "",
+            "before 4.6"},
+           {"charuco:7x5:30:22:DICT_5X5_100", "charuco:7x5:30:22:DICT_5X5_100:first=17", "", "begin with 17"},
+           {"charuco:7x5:30:22:DICT_5X5_50", "charuco:7x5:30:22:DICT_5X5_250:first=60",
+            "charuco:7x5:30:22:DICT_5X5_100:first=60", "markers of DICT_5X5_100"},
+           {"charuco:7x5:30:22:DICT_5X5_100", "charuco:7x5:30:22:DICT_4X4_50", "", "DICT_4X4_50"},
+           {"charuco:7x5:30:22:DICT_5X5_100", "charuco:6x8:30:22:DICT_5X5_100", "", "6 x 8 instead of 7 x 5"},
+           {"aruco:5x4:30:9:DICT_6X6_250", "aruco:4x5:30:9:DICT_6X6_250", "", "exchanged"},
+           {"aruco:5x4:30:9:DICT_6X6_250", "aruco:5x4:30:9:DICT_6X6_250:right-up", "", "numbered right-up"},
+           {"aruco:4x4:30:9:DICT_6X6_250", "aruco:4x4:30:9:DICT_6X6_250:down-right", "", "down-right"},
+           {"aruco:5x4:30:9:DICT_6X6_250", "aruco:5x4:30:9:DICT_6X6_250:first=36", "", "begin with 36"},
+           {"aruco:5x4:30:15:DICT_6X6_250", "aruco:5x4:30:9:DICT_6X6_250", "", "of the marker, not 0.50"},
+           {"aruco:6x6:30:9:DICT_APRILTAG_36h11", "aprilgrid:6x6:30:9", "", "Kalibr"},
+           {"aprilgrid:6x6:30:9", "aruco:6x6:30:9:DICT_APRILTAG_36h11", "", "ArUco"},
+           {"aprilgrid:5x6:30:9", "aprilgrid:6x5:30:9", "", "exchanged"},
+           {"aprilgrid:6x6:30:0.3", "aprilgrid:6x6:30:9", "", "0.30 of the marker, not 0.01"},
+           {"aprilgrid:6x6:30:9", "aprilgrid:6x6:30:9:first=36", "", "begin with 36"},
+           {"aruco:5x4:30:9:DICT_5X5_100", "charuco:7x5:40:30:DICT_5X5_100", "charuco:7x5:40:30:DICT_5X5_100",
+            "measure its lengths"},
+           {"chessboard:7x5:30", "charuco:7x5:30:20:DICT_4X4_50", "", "ChArUco"},
+       }) {
+    const Board said = Board::Parse(c.said);
+    const auto other = BoardInPictures(said, PicturesOf(c.shown));
+    ASSERT_TRUE(other) << c.said << " for " << c.shown;
+    // Gaps are measured: to a few hundredths of the marker.
+    const Board told = Board::Parse(*c.told ? c.told : c.shown);
+    Board as_told = other->board;
+    EXPECT_NEAR(as_told.gap_mm, told.gap_mm, 0.02 * told.marker_mm) << c.said << " for " << c.shown;
+    EXPECT_NEAR(as_told.square_mm, told.square_mm, 0.03 * told.marker_mm) << c.said << " for " << c.shown;
+    EXPECT_NEAR(as_told.marker_mm, told.marker_mm, 0.03 * told.marker_mm) << c.said << " for " << c.shown;
+    as_told.gap_mm = told.gap_mm;
+    as_told.marker_mm = told.marker_mm;
+    as_told.square_mm = told.square_mm;
+    EXPECT_EQ(as_told.Text(), told.Text()) << "said " << c.said << ": " << other->what;
+    EXPECT_THAT(other->what, HasSubstr(c.what)) << c.said << " for " << c.shown;
+    const std::string text = DescribeOtherBoard(said, *other);
+    EXPECT_THAT(text, AllOf(HasSubstr(std::string("do not lie as on ") + c.said),
+                            HasSubstr("give --board " + other->board.Text())));
+  }
+}
+
+TEST(OtherBoard, MirroredPicturesAreSaidToBeMirrored) {
+  const Board said = Board::Parse("charuco:7x5:30:22:DICT_5X5_100");
+  std::vector<cv::Mat> pictures = PicturesOf(said.Text());
+  for (cv::Mat& picture : pictures) cv::flip(picture.clone(), picture, 1);
+  const auto other = BoardInPictures(said, pictures);
+  ASSERT_TRUE(other);
+  EXPECT_EQ(other->board, said);
+  EXPECT_THAT(DescribeOtherBoard(said, *other), AllOf(HasSubstr("mirrored"), Not(HasSubstr("give --board"))));
+}
+
+// Few views, small, half out of sight, blurred, through any lens, or of something else.
+TEST(OtherBoard, ARightBoardIsNeverRenamed) {
+  for (const char* text :
+       {"charuco:7x5:30:22:DICT_5X5_100", "aruco:4x5:37.5:5:DICT_6X6_1000", "aprilgrid:6x6:30:9",
+        "charuco:5x6:30:22:DICT_5X5_100:white-corner", "chessboard:8x6:25"}) {
+    const Board said = Board::Parse(text);
+    for (const auto& [lens, blur_px] : {std::pair{"pinhole", 1.5}, std::pair{"fisheye", 0.5}}) {
+      const auto pictures = PicturesOf(text, lens, 3, blur_px);
+      EXPECT_FALSE(BoardInPictures(said, pictures)) << text << ", " << lens;
+      for (const cv::Rect& part : {cv::Rect(0, 0, 320, 480), cv::Rect(0, 0, 640, 240)})
+        for (const cv::Mat& picture : pictures)
+          EXPECT_FALSE(BoardInPictures(said, {picture(part).clone()})) << text << ", " << lens << ", a part";
+    }
+    cv::Mat nothing(480, 640, CV_8UC1);
+    cv::randu(nothing, 0, 255);
+    EXPECT_FALSE(BoardInPictures(said, {nothing}));
+    EXPECT_FALSE(BoardInPictures(said, {}));
+  }
+}
+
+TEST(OtherBoard, TheCommandNamesItAndItThenCalibrates) {
+  const test::ScratchFolder scratch, images;
+  const BoardScene scene(
+      {.board = Board::Parse("charuco:5x7:30:22:DICT_5X5_100"), .camera = SimulatedLens("barrel", 640, 480)});
+  for (std::uint64_t i = 0; i < 10; ++i)
+    cv::imwrite((images / (std::to_string(i) + ".png")).string(), scene.Render(scene.HeldAt(i, 0), i));
+  const std::string file = (scratch / "camera.json").string(), folder = images.path().string();
+  const auto wrong =
+      test::RunUlf("calibrate " + folder + " --board charuco:7x5:30:22:DICT_5X5_100 -o " + file);
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(wrong.errors, AllOf(HasSubstr("do not lie as on charuco:7x5:30:22:DICT_5X5_100"),
+                                  HasSubstr("give --board charuco:5x7:30:22:DICT_5X5_100"),
+                                  Not(HasSubstr("more views")), Not(HasSubstr("take others"))));
+  EXPECT_FALSE(std::filesystem::exists(file));
+  const auto right =
+      test::RunUlf("calibrate " + folder + " --board charuco:5x7:30:22:DICT_5X5_100 -o " + file);
+  ASSERT_EQ(right.exit_code, 0) << right.errors;
+  EXPECT_NEAR(ReadCalibration(file).fx, 0.875 * 640, 10);
+  // A device says so after its first views, and where the board is not found at all.
+  for (const char* said : {"charuco:7x5:30:22:DICT_5X5_100", "aruco:5x7:30:9:DICT_6X6_250"}) {
+    const auto live = test::RunUlf("calibrate 'sim:board?board=charuco:5x7:30:22:DICT_5X5_100' --board " +
+                                   std::string(said) + " -o " + file + "2");
+    EXPECT_EQ(live.exit_code, 1) << said;
+    EXPECT_THAT(live.errors, HasSubstr("give --board charuco:5x7")) << said;
+  }
+}
+
+// Views of a right board that determine nothing are said to be that.
+TEST(OtherBoard, PoorViewsOfARightBoardAreSaidToBePoor) {
+  const test::ScratchFolder scratch, images;
+  const Board board = Board::Parse("aprilgrid:6x6:30:9");
+  const BoardScene scene({.board = board, .camera = SimulatedLens("barrel", 640, 480)});
+  for (int i = 0; i < 5; ++i) {
+    // Facing the camera, side by side.
+    const Rigid3 pose{Eigen::Quaterniond::Identity(), {-120.0 + 10 * (i - 2), -120.0 + 4 * i, 380}};
+    cv::imwrite((images / (std::to_string(i) + ".png")).string(),
+                scene.Render(pose, static_cast<std::uint64_t>(i)));
+  }
+  const auto result = test::RunUlf("calibrate " + images.path().string() + " --board " + board.Text() +
+                                   " -o " + (scratch / "camera.json").string());
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("same orientation"), Not(HasSubstr("do not lie"))));
+}
+
+}  // namespace
+}  // namespace ulf
