@@ -1,12 +1,15 @@
 #include "acquisition/aravis/aravis_automatics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
+#include <string_view>
 
 #include "acquisition/aravis/aravis_description.h"
-#include "acquisition/aravis/aravis_number.h"
+#include "acquisition/aravis/aravis_setting.h"
 #include "acquisition/aravis/aravis_white_balance.h"
 
 namespace ulf::acquisition {
@@ -24,21 +27,63 @@ constexpr std::array kAutomatics{
     Automatic{"BlackLevelAuto", "auto_black_level", &AravisOptions::auto_black_level},
 };
 
-// "Off", "Once", "Continuous"; empty: the camera has no such automatic.
-std::string AutomaticMode(const AravisSession& session, const char* feature) {
-  if (!Maybe([&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature, e); },
-             false))
-    return "";
-  return Text(Maybe([&](GError** e) { return arv_camera_get_string(session.Camera(), feature, e); },
-                    static_cast<const char*>(nullptr)));
+// Lower-case letters and digits.
+std::string Plain(const std::string& word) {
+  std::string plain;
+  for (const char c : word)
+    if (g_ascii_isalnum(c)) plain += g_ascii_tolower(c);
+  return plain;
+}
+
+std::optional<AutomaticMode> InList(const std::string& word) {
+  using Words = std::initializer_list<std::string_view>;
+  const auto is_in = [&](Words words) { return std::find(words.begin(), words.end(), word) != words.end(); };
+  if (is_in({"off", "manual", "disable", "disabled", "false", "no", "none", "fixed", "inactive", "stop"}))
+    return AutomaticMode::kOff;
+  if (is_in({"once", "onepush", "oneshot", "onetime", "single", "singleshot"})) return AutomaticMode::kOnce;
+  if (is_in({"on", "auto", "automatic", "continuous", "continously", "continuously", "cont", "enable",
+             "enabled", "true", "yes", "active", "run"}))
+    return AutomaticMode::kOn;
+  return std::nullopt;
+}
+
+// "Off", "ExposureAuto_Off", "AutoOnce", "ManualGain". `feature`: "ExposureAuto".
+std::optional<AutomaticMode> MeaningOf(const std::string& word, const std::string& feature) {
+  std::string plain = Plain(word);
+  if (const auto mode = InList(plain)) return mode;
+  std::string controlled = Plain(feature);
+  if (controlled.ends_with("auto")) controlled.resize(controlled.size() - 4);
+  if (const std::size_t at = plain.find(controlled); !controlled.empty() && at != std::string::npos)
+    plain.erase(at, controlled.size());
+  if (const auto mode = InList(plain)) return mode;
+  if (plain.starts_with("auto")) return InList(plain.substr(4));
+  if (plain.ends_with("auto")) return InList(plain.substr(0, plain.size() - 4));
+  return std::nullopt;
+}
+
+NodeKind KindOfFeature(const AravisSession& session, const std::string& feature) {
+  return KindOf(arv_device_get_feature(session.Device(), feature.c_str()));
+}
+
+std::vector<std::string> WordsOf(const AravisSession& session, const std::string& feature) {
+  return MaybeNames([&](guint* count, GError** e) {
+    return arv_camera_dup_available_enumerations_as_strings(session.Camera(), feature.c_str(), count, e);
+  });
+}
+
+const char* Name(AutomaticMode mode) {
+  return mode == AutomaticMode::kOff ? "off" : mode == AutomaticMode::kOnce ? "once" : "on";
 }
 
 bool IsOnUnasked(const AravisSession& session, const AravisOptions& options, const Automatic& automatic) {
   if (options.*automatic.asked) return false;
   const bool once = &AravisOptions::auto_white_balance == automatic.asked && options.white_balance &&
                     options.white_balance->by_camera;
-  const std::string mode = once ? "" : AutomaticMode(session, automatic.feature);
-  return !mode.empty() && mode != "Off";
+  return !once && IsAutomaticOn(session, automatic.feature);
+}
+
+std::string LeftAlone(const std::string& feature, const std::string& why) {
+  return fmt::format("keeps {} as it is: {}", feature, why);
 }
 
 struct Held {
@@ -87,11 +132,10 @@ void Freeze(const AravisSession& session, const Automatic& automatic, AravisFroz
   const auto ratios = std::string_view(automatic.feature) == "BalanceWhiteAuto"
                           ? ReadWhiteBalance(session, names)
                           : std::nullopt;
-  GError* error = nullptr;
-  arv_camera_set_string(session.Camera(), automatic.feature, "Off", &error);
-  const std::string reason = error ? Text(error->message) : "the camera does not switch it off";
-  g_clear_error(&error);
-  if (AutomaticMode(session, automatic.feature) != "Off") {
+  std::string reason = SwitchAutomatic(session, automatic.feature, AutomaticMode::kOff);
+  if (reason.empty() && IsAutomaticOn(session, automatic.feature))
+    reason = "the camera does not switch it off";
+  if (!reason.empty()) {
     frozen.said.push_back(
         fmt::format("{} stays on: {}; pictures may change between views", automatic.option, reason));
     return;
@@ -112,19 +156,77 @@ void Freeze(const AravisSession& session, const Automatic& automatic, AravisFroz
 
 }  // namespace
 
-void WriteAravisAutomatics(const AravisSession& session, const std::string& who,
-                           const AravisOptions& options) {
+AutomaticMode ModeOf(const AravisSession& session, const std::string& feature) {
+  if (!Maybe(
+          [&](GError** e) { return arv_camera_is_feature_available(session.Camera(), feature.c_str(), e); },
+          false))
+    return AutomaticMode::kNone;
+  const std::optional<std::string> reads = ReadSetting(session, feature);
+  if (!reads) return AutomaticMode::kUnknown;
+  if (KindOfFeature(session, feature) == NodeKind::kInteger)
+    return *reads == "0" ? AutomaticMode::kOff : AutomaticMode::kOn;
+  return MeaningOf(*reads, feature).value_or(AutomaticMode::kUnknown);
+}
+
+std::string WordFor(const AravisSession& session, const std::string& feature, AutomaticMode mode) {
+  for (const std::string& word : WordsOf(session, feature))
+    if (MeaningOf(word, feature) == mode) return word;
+  return "";
+}
+
+bool IsAutomaticOn(const AravisSession& session, const std::string& feature) {
+  const AutomaticMode mode = ModeOf(session, feature);
+  return mode == AutomaticMode::kOn || mode == AutomaticMode::kOnce;
+}
+
+std::string SwitchAutomatic(const AravisSession& session, const std::string& feature, AutomaticMode wanted) {
+  const AutomaticMode now = ModeOf(session, feature);
+  if (now == wanted || now == AutomaticMode::kNone) return "";
+  const NodeKind kind = KindOfFeature(session, feature);
+  if (kind == NodeKind::kBoolean && wanted != AutomaticMode::kOnce)
+    return WriteSetting(session, feature, wanted == AutomaticMode::kOn ? "true" : "false");
+  if (kind == NodeKind::kInteger && wanted == AutomaticMode::kOff) return WriteSetting(session, feature, "0");
+  // Of numbers above 1 nobody knows what they mean.
+  if (kind == NodeKind::kInteger && wanted == AutomaticMode::kOn &&
+      (AravisNumber(session, feature).Bounds("the camera").second <= 1 || Plain(feature).ends_with("enable")))
+    return WriteSetting(session, feature, "1");
+  if (const std::string word = WordFor(session, feature, wanted); !word.empty())
+    return WriteSetting(session, feature, word);
+  const std::vector<std::string> words = WordsOf(session, feature);
+  const std::optional<std::string> reads = ReadSetting(session, feature);
+  return fmt::format(
+      "{}{} and offers nothing that means {} ({})", feature, reads ? " reads " + *reads : " cannot be read",
+      Name(wanted),
+      words.empty() ? "it has no choices" : fmt::format("its choices are {}", fmt::join(words, ", ")));
+}
+
+std::string SwitchOffFor(const AravisSession& session, const std::string& who, const std::string& asked,
+                         const std::string& feature) {
+  const std::string why = SwitchAutomatic(session, feature, AutomaticMode::kOff);
+  if (why.empty()) return "";
+  if (!IsAutomaticOn(session, feature)) return LeftAlone(feature, why);
+  throw UsageError("{}: {} needs {} off, but {}; leave {} out", who, asked, feature, why,
+                   asked.substr(0, asked.find('=')));
+}
+
+std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, const std::string& who,
+                                               const AravisOptions& options) {
+  std::vector<std::string> notes;
   for (const Automatic& automatic : kAutomatics) {
     const std::optional<bool> asked = options.*automatic.asked;
+    const AutomaticMode mode = ModeOf(session, automatic.feature);
+    if (!asked && mode == AutomaticMode::kUnknown)
+      notes.push_back(LeftAlone(automatic.feature, "it says in no word that ulf knows whether it is on"));
     if (!asked) continue;
-    if (AutomaticMode(session, automatic.feature).empty()) {
-      if (*asked) throw UsageError("{}: the camera has no {}; leave it out", who, automatic.option);
-      continue;
-    }
-    Must(who, automatic.option, [&](GError** e) {
-      arv_camera_set_string(session.Camera(), automatic.feature, *asked ? "Continuous" : "Off", e);
-    });
+    if (mode == AutomaticMode::kNone && *asked)
+      throw UsageError("{}: the camera has no {}; leave it out", who, automatic.option);
+    const std::string why =
+        SwitchAutomatic(session, automatic.feature, *asked ? AutomaticMode::kOn : AutomaticMode::kOff);
+    if (!why.empty())
+      throw UsageError("{}: {}={}: {}; leave {} out", who, automatic.option, *asked ? "on" : "off", why,
+                       automatic.option);
   }
+  return notes;
 }
 
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options) {

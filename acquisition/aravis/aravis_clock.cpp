@@ -6,6 +6,7 @@
 #include <limits>
 #include <thread>
 
+#include "acquisition/aravis/aravis_setting.h"
 #include "core/base/host_time.h"
 #include "core/base/stop_signal.h"
 
@@ -40,13 +41,9 @@ const ClockNames* NamesOf(ArvCamera* camera) {
   return nullptr;
 }
 
-void Switch(ArvCamera* camera, const std::string& who, const ClockNames& names, bool on) {
-  Must(who, names.enable, [&](GError** e) {
-    if (names.on)
-      arv_camera_set_string(camera, names.enable, on ? names.on : "Off", e);
-    else
-      arv_camera_set_boolean(camera, names.enable, on, e);
-  });
+void Switch(const AravisSession& session, const std::string& who, const ClockNames& names, bool on) {
+  const std::string word = names.on ? (on ? names.on : "Off") : (on ? "true" : "false");
+  RequireSetting(session, who, on ? "ptp=on" : "ptp=off", names.enable, word);
 }
 
 bool IsOn(ArvCamera* camera, const ClockNames& names) {
@@ -64,7 +61,7 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
   const ClockNames* names = NamesOf(camera_);
   if (!names && options.ptp.value_or(false))
     throw UsageError("{}: the camera's clock cannot be set by IEEE 1588; leave ptp out", who);
-  if (names && options.ptp) Switch(camera_, who, *names, *options.ptp);
+  if (names && options.ptp) Switch(session, who, *names, *options.ptp);
   state_ = Ask();
   if (!options.ptp.value_or(false)) return;
   const auto begin = std::chrono::steady_clock::now();

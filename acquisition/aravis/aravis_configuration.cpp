@@ -1,8 +1,8 @@
 #include "acquisition/aravis/aravis_configuration.h"
 
 #include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -10,8 +10,8 @@
 #include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_description.h"
 #include "acquisition/aravis/aravis_link.h"
-#include "acquisition/aravis/aravis_number.h"
 #include "acquisition/aravis/aravis_region.h"
+#include "acquisition/aravis/aravis_setting.h"
 #include "acquisition/aravis/aravis_trigger.h"
 #include "acquisition/aravis/aravis_white_balance.h"
 #include "acquisition/aravis/gige_vision_probe.h"
@@ -22,8 +22,35 @@ namespace {
 // Units and back: a bound that is given exactly must not be out of range.
 constexpr double kRounding = 1e-9;
 
+// What lets a frame rate be set, and how. The last is Point Grey's.
+constexpr std::array kRateSwitches{std::pair{"AcquisitionFrameRateEnable", AutomaticMode::kOn},
+                                   std::pair{"AcquisitionFrameRateEnabled", AutomaticMode::kOn},
+                                   std::pair{"AcquisitionFrameRateAuto", AutomaticMode::kOff}};
+
+// Bytes that chunk data may take where the camera does not tell. Guessed: a chunk has some ten, and there are few.
+constexpr std::size_t kChunkRoom = 4096;
+constexpr double kMostPayload = 1 << 30;  // of what is told; guessed
+
 double FactorOf(double decibels) { return std::pow(10.0, decibels / 20); }
 double Decibels(double factor) { return 20 * std::log10(factor); }
+
+// Makes room for a frame: what the camera tells, or the image where that is more. Returns what is wrong with the
+// description; empty: nothing.
+std::string ReadPayload(const AravisSession& session, AravisConfigured& configured) {
+  const double told = AravisNumber(session, "PayloadSize").Read().value_or(0);
+  const std::size_t image = ImageBytes(configured.format, configured.width, configured.height);
+  const bool has_chunks = ReadSetting(session, "ChunkModeActive") == "true";
+  const auto told_bytes = static_cast<std::size_t>(
+      std::clamp(told, 0.0, std::max(kMostPayload, 2.0 * static_cast<double>(image))));
+  configured.payload_bytes = told_bytes;
+  if (told_bytes >= image + (has_chunks ? 1 : 0)) return "";
+  configured.payload_bytes = image + (has_chunks ? kChunkRoom : 0);
+  return fmt::format(
+      "says that a frame has {} bytes (PayloadSize), but {}x{} of {} are {}{}: its description is wrong, "
+      "and ulf makes room for {}",
+      told_bytes, configured.width, configured.height, configured.format.name, image,
+      has_chunks ? " without chunk data" : "", configured.payload_bytes);
+}
 
 class Configurator {
  public:
@@ -37,22 +64,25 @@ class Configurator {
     Try([&](GError** e) { arv_camera_stop_acquisition(camera_, e); });
     LoadUserSet(options.user_set);
     names_ = FindFeatureNames(FeaturesOf(camera_));
-    if (Has("AcquisitionMode"))
-      Must(who_, "continuous acquisition",
-           [&](GError** e) { arv_camera_set_acquisition_mode(camera_, ARV_ACQUISITION_MODE_CONTINUOUS, e); });
+    if (Has("AcquisitionMode")) Prefer("AcquisitionMode", "Continuous");
     ClearAravisTriggers(session_, names_);
-    StopSequencer();
+    if (!options.Triggered() && ReadSetting(session_, names_.trigger_mode) == "On")
+      Note("waits for triggers: TriggerMode stays On");
+    // A sequencer that a killed program left running goes on to change the exposure, whatever is set.
+    for (const char* mode : {"SequencerConfigurationMode", "SequencerMode"})
+      if (Has(mode)) Prefer(mode, "Off");
     configured_.format = WriteFormat(options.format);
     WriteAravisBinning(session_, who_, options.binning);
-    limits_ = WriteAravisRegion(session_, who_, options.region, configured_.format.mosaic != Mosaic::kNone);
-    WriteAravisAutomatics(session_, who_, options);
+    limits_ = WriteAravisRegion(session_, who_, options.region, configured_.format.mosaic != Mosaic::kNone,
+                                configured_.notes);
+    for (std::string& note : WriteAravisAutomatics(session_, who_, options)) Note(std::move(note));
     WriteExposure(options.exposure_us);
     WriteGain(options);
     WriteBlackLevel(options.black_level);
     WriteBalance(options.white_balance);
     WriteFrameRate(options.fps);
-    WriteAravisTrigger(session_, who_, names_,
-                       options);  // after the frame rate, because setting that switches the trigger off
+    // After the frame rate, because setting that may switch the trigger off.
+    for (std::string& note : WriteAravisTrigger(session_, who_, names_, options)) Note(std::move(note));
     WriteChunks(options.chunks);
     WriteAravisLink(session_, who_, options, names_, configured_);
     ReadBack(options);
@@ -70,12 +100,6 @@ class Configurator {
   }
 
  private:
-  // One that a killed program left running goes on to change the exposure, whatever is set.
-  void StopSequencer() {
-    for (const char* mode : {"SequencerConfigurationMode", "SequencerMode"})
-      if (Has(mode)) SetText(mode, "Off");
-  }
-
   bool Has(const char* feature) {
     return Maybe([&](GError** e) { return arv_camera_is_feature_available(camera_, feature, e); }, false);
   }
@@ -98,9 +122,20 @@ class Configurator {
                        choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", ")));
   }
 
-  void SetText(const char* feature, const std::string& value) {
-    Must(who_, fmt::format("{}={}", feature, value),
-         [&](GError** e) { arv_camera_set_string(camera_, feature, value.c_str(), e); });
+  void Note(std::string note) {
+    auto& notes = configured_.notes;
+    if (!note.empty() && std::find(notes.begin(), notes.end(), note) == notes.end())
+      notes.push_back(std::move(note));
+  }
+
+  // What ulf would rather have, and nobody asked for by name: where it is fixed it is taken as it is.
+  void Prefer(const std::string& feature, const std::string& value) {
+    if (const std::string why = WriteSetting(session_, feature, value); !why.empty())
+      Note(fmt::format("is taken as it is: {}", why));
+  }
+  void SwitchOff(const std::string& asked, const char* automatic) {
+    const std::string said = SwitchOffFor(session_, who_, asked, automatic);
+    if (ModeOf(session_, automatic) != AutomaticMode::kUnknown) Note(said);  // else it is said already
   }
 
   void LoadUserSet(const std::optional<std::string>& user_set) {
@@ -108,7 +143,7 @@ class Configurator {
     if (!Has("UserSetSelector") || !Has("UserSetLoad"))
       throw UsageError("{}: the camera keeps no user sets; leave user_set out", who_);
     RequireChoice("user_set", "UserSetSelector", *user_set);
-    SetText("UserSetSelector", *user_set);
+    RequireSetting(session_, who_, "user_set=" + *user_set, "UserSetSelector", *user_set);
     Must(who_, "user set " + *user_set,
          [&](GError** e) { arv_camera_execute_command(camera_, "UserSetLoad", e); });
   }
@@ -118,13 +153,6 @@ class Configurator {
     if (value < low - rounding || value > high + rounding)
       throw UsageError("{}: {}={} is out of the camera's range, {} to {}", who_, option, value, low, high);
   }
-  template <typename Bound>
-  void CheckRange(const char* option, double value, const char* what,
-                  void (*get_bounds)(ArvCamera*, Bound*, Bound*, GError**)) {
-    Bound low = 0, high = 0;
-    Must(who_, what, [&](GError** e) { get_bounds(camera_, &low, &high, e); });
-    CheckRange(option, value, static_cast<double>(low), static_cast<double>(high));
-  }
   PixelFormat WriteFormat(const std::optional<std::string>& asked) {
     guint count = 0;
     const char** names = Must(who_, "pixel formats", [&](GError** e) {
@@ -133,6 +161,10 @@ class Configurator {
     const std::vector<std::string> offered(names, names + count);
     g_free(names);
     const std::string list = fmt::format("{}", fmt::join(offered, ", "));
+    if (offered.empty() && !asked)
+      if (const auto fixed = PixelFormatByCode(
+              Maybe([&](GError** e) { return arv_camera_get_pixel_format(camera_, e); }, guint32{0})))
+        return *fixed;
     const auto format = asked ? PixelFormatByName(*asked) : PreferredPixelFormat(offered);
     if (!format)
       throw Error("{}: none of the camera's pixel formats ({}) is supported; supported are {}", who_, list,
@@ -143,15 +175,32 @@ class Configurator {
     });
     if (name == offered.end())
       throw UsageError("{}: the camera has no pixel format {}; it has {}", who_, format->name, list);
-    Must(who_, "pixel format " + *name,
-         [&](GError** e) { arv_camera_set_pixel_format_from_string(camera_, name->c_str(), e); });
-    return *format;
+    const std::string why = WriteSetting(session_, "PixelFormat", *name);
+    if (why.empty()) return *format;
+    if (asked) throw UsageError("{}: format={}: {}; leave format out", who_, *asked, why);
+    const std::optional<std::string> reads = ReadSetting(session_, "PixelFormat");
+    const auto fixed = reads ? PixelFormatByName(*reads) : std::nullopt;
+    if (!fixed)
+      throw Error("{}: {}, which is not supported; supported are {}", who_, why, SupportedPixelFormats());
+    Note(fmt::format("sends {}: {}", fixed->name, why));
+    return *fixed;
   }
 
-  void WriteNumber(const char* option, const AravisNumber& number, double value) {
+  // `option_of`: the option's value for one of the number's.
+  template <typename OptionOf>
+  void WriteNumber(const char* option, const AravisNumber& number, double value, OptionOf&& option_of) {
+    if (number.Reads(value)) return;
+    if (const std::string why = number.WhyFixed(); !why.empty()) {
+      const std::optional<double> reads = number.Read();
+      throw UsageError("{}: {}={:g}: {} {}{}; leave {} out", who_, option, option_of(value), number.Feature(),
+                       why, reads ? fmt::format(" at {:g}", option_of(*reads)) : "", option);
+    }
     const auto [low, high] = number.Bounds(who_);
-    CheckRange(option, value, low, high);
-    number.Write(who_, value);
+    CheckRange(option, option_of(value), option_of(low), option_of(high));
+    number.Write(who_, std::clamp(value, low, high));
+  }
+  void WriteNumber(const char* option, const AravisNumber& number, double value) {
+    WriteNumber(option, number, value, [](double of_number) { return of_number; });
   }
   AravisNumber Exposure() { return {session_, names_.exposure, names_.exposure_us}; }
 
@@ -163,14 +212,16 @@ class Configurator {
           "what "
           "it has)",
           who_);
-    if (!names_.exposure_auto.empty()) SetText(names_.exposure_auto.c_str(), "Off");
+    SwitchOff(fmt::format("exposure_us={:g}", *exposure_us), "ExposureAuto");
     WriteNumber("exposure_us", Exposure(), *exposure_us);
   }
 
   void WriteGain(const AravisOptions& options) {
     if (!options.gain_db && !options.gain_raw) return;
-    if (!names_.gain_auto.empty()) SetText(names_.gain_auto.c_str(), "Off");
-    if (!names_.gain_of_all.empty()) SetText(names_.gain_selector.c_str(), names_.gain_of_all);
+    SwitchOff(options.gain_raw ? fmt::format("gain_raw={}", *options.gain_raw)
+                               : fmt::format("gain_db={:g}", *options.gain_db),
+              "GainAuto");
+    if (!names_.gain_of_all.empty()) Prefer(names_.gain_selector, names_.gain_of_all);
     if (options.gain_raw) {
       if (names_.gain_raw.empty()) throw UsageError("{}: the camera has no raw gain; give gain_db", who_);
       return WriteNumber("gain_raw", {session_, names_.gain_raw}, *options.gain_raw);
@@ -182,20 +233,17 @@ class Configurator {
                            : "; it has units of its own: give gain_raw ('ulf features' shows its range)");
     const AravisNumber gain(session_, names_.gain);
     if (!names_.gain_is_factor) return WriteNumber("gain_db", gain, *options.gain_db);
-    const auto [low, high] = gain.Bounds(who_);
-    CheckRange("gain_db", *options.gain_db, Decibels(low), Decibels(high));
-    gain.Write(who_, std::clamp(FactorOf(*options.gain_db), low, high));
+    WriteNumber("gain_db", gain, FactorOf(*options.gain_db), Decibels);
   }
 
   void WriteBlackLevel(std::optional<double> black_level) {
     if (!black_level) return;
     if (!Can(arv_camera_is_black_level_available))
       throw UsageError("{}: the camera's black level cannot be set; leave black_level out", who_);
-    if (Can(arv_camera_is_black_level_auto_available))
-      Must(who_, "auto black level off",
-           [&](GError** e) { arv_camera_set_black_level_auto(camera_, ARV_AUTO_OFF, e); });
-    CheckRange("black_level", *black_level, "black level", arv_camera_get_black_level_bounds);
-    Must(who_, "black level", [&](GError** e) { arv_camera_set_black_level(camera_, *black_level, e); });
+    SwitchOff(fmt::format("black_level={:g}", *black_level), "BlackLevelAuto");
+    // In the library's order, which is asked for the value.
+    for (const char* name : {"Brightness", "BlackLevelRaw", "BlackLevel"})
+      if (Has(name)) return WriteNumber("black_level", {session_, name}, *black_level);
   }
 
   void WriteBalance(const std::optional<AravisWhiteBalance>& balance) {
@@ -203,12 +251,14 @@ class Configurator {
     if (balance->by_camera) {
       if (names_.white_balance_auto.empty())
         throw UsageError("{}: the camera has no automatic white balance; give white_balance=RED,BLUE", who_);
-      RequireChoice("white_balance", names_.white_balance_auto.c_str(), "Once");
+      if (WordFor(session_, names_.white_balance_auto, AutomaticMode::kOnce).empty())
+        throw UsageError("{}: white_balance=auto: the camera has {}; give white_balance=RED,BLUE", who_,
+                         fmt::join(Choices(names_.white_balance_auto.c_str()), ", "));
       return;
     }
     if (names_.balance_ratio.empty())
       throw UsageError("{}: the camera has no ratios for red and blue; leave white_balance out", who_);
-    if (!names_.white_balance_auto.empty()) SetText(names_.white_balance_auto.c_str(), "Off");
+    SwitchOff(fmt::format("white_balance={:g},{:g}", balance->red, balance->blue), "BalanceWhiteAuto");
     WriteWhiteBalance(session_, who_, names_, *balance);
   }
 
@@ -218,14 +268,13 @@ class Configurator {
       if (wanted) throw UsageError("{}: the camera adds no data to its frames; leave chunks out", who_);
       return;
     }
-    Must(who_, "chunk data", [&](GError** e) { arv_camera_set_chunk_mode(camera_, wanted, e); });
-    if (!wanted) return;
+    if (!wanted) return Prefer("ChunkModeActive", "false");
+    RequireSetting(session_, who_, "chunks=on", "ChunkModeActive", "true");
     for (const std::string& offered : Choices("ChunkSelector"))
       for (const char* useful : {"ExposureTime", "Gain", "BlackLevel", "FrameID", "FrameId", "Framecounter",
                                  "Timestamp", "LineStatusAll"})
-        if (offered == useful &&
-            Maybe([&](GError** e) { return arv_camera_set_chunk_state(camera_, useful, TRUE, e), true; },
-                  false))
+        if (offered == useful && WriteSetting(session_, "ChunkSelector", offered).empty() &&
+            WriteSetting(session_, "ChunkEnable", "true").empty())
           configured_.chunks.push_back(offered);
     if (configured_.chunks.empty())
       configured_.notes.emplace_back("offers no useful chunk data (exposure, gain, number, time)");
@@ -233,10 +282,48 @@ class Configurator {
 
   void WriteFrameRate(std::optional<double> fps) {
     if (!fps) return;
-    if (!Can(arv_camera_is_frame_rate_available))
-      throw UsageError("{}: the camera's frame rate cannot be set; leave fps out", who_);
-    CheckRange("fps", *fps, "frame rate", arv_camera_get_frame_rate_bounds);
-    Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, *fps, e); });
+    if (Has("FPS")) return WriteListedRate(*fps);
+    const AravisNumber rate = Rate();
+    if (!rate.IsThere()) throw UsageError("{}: the camera's frame rate cannot be set; leave fps out", who_);
+    const std::string why = EnableRate(rate, *fps);
+    if (!why.empty() && !rate.Reads(*fps) && !rate.WhyFixed().empty())
+      throw UsageError("{}: fps={:g}: {} {}, because {}; leave fps out", who_, *fps, rate.Feature(),
+                       rate.WhyFixed(), why);
+    WriteNumber("fps", rate, *fps);
+  }
+
+  // The Imaging Source's, which may be a list of rates: the library knows it.
+  void WriteListedRate(double fps) {
+    double low = 0, high = 0;
+    Must(who_, "frame rate", [&](GError** e) { arv_camera_get_frame_rate_bounds(camera_, &low, &high, e); });
+    CheckRange("fps", fps, low, high);
+    Must(who_, "frame rate", [&](GError** e) { arv_camera_set_frame_rate(camera_, fps, e); });
+  }
+
+  // Also one that is not available at this moment: its switch may be off.
+  AravisNumber Rate() {
+    for (const char* name : {"AcquisitionFrameRate", "AcquisitionFrameRateAbs"})
+      if (Maybe([&](GError** e) { return arv_camera_is_feature_implemented(camera_, name, e); }, false))
+        return {session_, name};
+    return {};
+  }
+
+  // A rate is available, can be written or is kept only while its switch lets it. Most are to be on, some off. Returns why
+  // one could not be switched.
+  std::string EnableRate(const AravisNumber& rate, double fps) {
+    const auto is_free = [&] { return rate.WhyFixed().empty(); };
+    std::string why;
+    for (const auto& [name, mode] : kRateSwitches)
+      if (std::string refused = SwitchAutomatic(session_, name, mode); !refused.empty()) why = refused;
+    for (const auto& [name, mode] : kRateSwitches) {
+      if (is_free() || rate.Reads(fps)) break;
+      const AutomaticMode before = ModeOf(session_, name);
+      if (before != AutomaticMode::kOn && before != AutomaticMode::kOff) continue;
+      SwitchAutomatic(session_, name,
+                      before == AutomaticMode::kOn ? AutomaticMode::kOff : AutomaticMode::kOn);
+      if (!is_free()) SwitchAutomatic(session_, name, before);
+    }
+    return why;
   }
 
   void ReadWindow() {
@@ -287,15 +374,8 @@ class Configurator {
   // Exposure and gain of every frame; 0 and 1 (unknown) while an automatic controls them.
   void ReadLight() {
     ReadBlackLevel();
-    const bool auto_exposure =
-        Can(arv_camera_is_exposure_auto_available) &&
-        Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera_, e); }, ARV_AUTO_OFF) !=
-            ARV_AUTO_OFF;
-    configured_.exposure_s = auto_exposure ? 0 : ReadExposureSeconds();
-    const bool auto_gain =
-        Can(arv_camera_is_gain_auto_available) &&
-        Maybe([&](GError** e) { return arv_camera_get_gain_auto(camera_, e); }, ARV_AUTO_OFF) != ARV_AUTO_OFF;
-    configured_.gain = auto_gain ? 1 : ReadGain();
+    configured_.exposure_s = IsAutomaticOn(session_, "ExposureAuto") ? 0 : ReadExposureSeconds();
+    configured_.gain = IsAutomaticOn(session_, "GainAuto") ? 1 : ReadGain();
   }
 
   // Notes a setting that the camera changed by more than its own step, and by more than this share. Guessed:
@@ -334,11 +414,16 @@ class Configurator {
     ReadFormat();
     ReadWindow();
     ReadLight();
-    configured_.payload_bytes =
-        Must(who_, "payload", [&](GError** e) { return arv_camera_get_payload(camera_, e); });
+    Note(ReadPayload(session_, configured_));
     const double exposure_s = ReadExposureSeconds();
-    const double fps = Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0);
+    const double fps =
+        Rate().Read().value_or(Maybe([&](GError** e) { return arv_camera_get_frame_rate(camera_, e); }, 0.0));
     configured_.period_s = std::max(fps > 0 ? 1 / fps : 0, exposure_s);
+    const bool is_switched_off =
+        std::any_of(kRateSwitches.begin(), kRateSwitches.end(), [&](const auto& each) {
+          return each.second == AutomaticMode::kOn && ModeOf(session_, each.first) == AutomaticMode::kOff;
+        });
+    if (fps > 0 && (options.fps || !is_switched_off)) configured_.set_fps = fps;
     if (options.fps) Compare("fps", *options.fps, fps, 0);
     if (options.exposure_us)
       Compare("exposure_us", *options.exposure_us, 1e6 * exposure_s, Exposure().Step());
@@ -380,11 +465,10 @@ void ReadLight(const AravisSession& session, const std::string& who, AravisConfi
 }
 
 void SwitchChunksOff(const AravisSession& session, const std::string& who, AravisConfigured& configured) {
-  ArvCamera* camera = session.Camera();
-  Must(who, "chunk data off", [&](GError** e) { arv_camera_set_chunk_mode(camera, FALSE, e); });
+  if (const std::string why = WriteSetting(session, "ChunkModeActive", "false"); !why.empty())
+    throw Error("{}: chunk data off: {}", who, why);
   configured.chunks.clear();
-  configured.payload_bytes =
-      Must(who, "payload", [&](GError** e) { return arv_camera_get_payload(camera, e); });
+  ReadPayload(session, configured);
 }
 
 }  // namespace ulf::acquisition

@@ -17,11 +17,12 @@ struct AravisConfigured {
   PixelFormat format;
   int width = 0, height = 0;
   SensorWindow window;
-  double exposure_s = 0;   // 0: unknown
-  double gain = 1;         // linear
-  double black_level = 0;  // as a share of full scale
-  double period_s = 0;     // 0: unknown
-  std::size_t payload_bytes = 0;
+  double exposure_s = 0;          // 0: unknown
+  double gain = 1;                // linear
+  double black_level = 0;         // as a share of full scale
+  double period_s = 0;            // 0: unknown
+  std::optional<double> set_fps;  // what its frame rate is set to; none: it has none, or it is switched off
+  std::size_t payload_bytes = 0;  // room for a frame
   // GigE Vision; 0: another bus, or unknown.
   int packet_size = 0;
   bool packet_size_negotiated = false;  // found with test packets; else asked for, or the camera's own

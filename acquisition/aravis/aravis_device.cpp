@@ -147,6 +147,7 @@ class AravisDevice : public Device {
     auto transport = stream_->Transport();
     clock_of_camera_->AppendTo(transport);
     const MutexLock lock(mutex_);
+    if (configured_.exposure_s > 0) transport.emplace_back("exposure (us)", 1e6 * configured_.exposure_s);
     transport.emplace_back("frames with wrong packet ids", static_cast<double>(wrong_packet_ids_));
     transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
     statistics_.transport = std::move(transport);
@@ -348,6 +349,7 @@ void AravisDevice::Capture() {
         const double silence_s = SecondsSince(last_frame);
         Say(DeviceEventKind::kNotice, fmt::format("frames come again after {:.1f} s", silence_s), silence_s);
       }
+      if (!options_.Triggered()) watch.FrameCame(SecondsSince(last_frame));
       last_frame = Clock::now();
       if (ChunksFail()) GiveUpChunks();
     }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_description.h"
 
@@ -35,13 +36,14 @@ std::pair<double, double> BoundsOf(const AravisNumber& number) {
 // All or nothing: the first refusal ends it.
 class FeatureWrites {
  public:
-  explicit FeatureWrites(ArvDevice* device) : device_(device) {}
-  FeatureWrites& Text(const char* feature, const char* value) {
-    return Call([&](GError** e) { arv_device_set_string_feature_value(device_, feature, value, e); });
+  explicit FeatureWrites(const AravisSession& session) : session_(session) {}
+  FeatureWrites& Text(const char* feature, const std::string& value) {
+    if (!ok_) return *this;
+    why_ = WriteSetting(session_, feature, value);
+    ok_ = why_.empty();
+    return *this;
   }
-  FeatureWrites& Whole(const char* feature, gint64 value) {
-    return Call([&](GError** e) { arv_device_set_integer_feature_value(device_, feature, value, e); });
-  }
+  FeatureWrites& Whole(const char* feature, gint64 value) { return Text(feature, fmt::format("{}", value)); }
   FeatureWrites& Number(const AravisNumber& number, double value) {
     if (!ok_) return *this;
     try {
@@ -53,13 +55,9 @@ class FeatureWrites {
     return *this;
   }
   FeatureWrites& Do(const char* command) {
-    return Call([&](GError** e) { arv_device_execute_command(device_, command, e); });
-  }
-  template <typename Setting>
-  FeatureWrites& Call(Setting&& set) {
     if (!ok_) return *this;
     GError* error = nullptr;
-    set(&error);
+    arv_device_execute_command(session_.Device(), command, &error);
     if (error) {
       ok_ = false;
       why_ = error->message;
@@ -71,7 +69,7 @@ class FeatureWrites {
   const std::string& why() const { return why_; }
 
  private:
-  ArvDevice* device_;
+  const AravisSession& session_;
   bool ok_ = true;
   std::string why_;
 };
@@ -86,13 +84,10 @@ AravisExposures::AravisExposures(const AravisSession& session, bool frames_tell,
 void AravisExposures::LookAgain() {
   ArvCamera* camera = session_.Camera();
   ArvDevice* device = session_.Device();
-  const bool is_automatic =
-      Maybe([&](GError** e) { return arv_camera_is_exposure_auto_available(camera, e); }, FALSE) &&
-      Maybe([&](GError** e) { return arv_camera_get_exposure_time_auto(camera, e); }, ARV_AUTO_OFF) !=
-          ARV_AUTO_OFF;
+  const bool is_automatic = IsAutomaticOn(session_, "ExposureAuto");
   const FeatureNames names = FindFeatureNames(FeaturesOf(camera));
   exposure_ = {session_, names.exposure, names.exposure_us};
-  if (is_automatic || !exposure_.Read()) {
+  if (is_automatic || !exposure_.Read() || IsReadOnly(session_, exposure_.Feature())) {
     kind_ = ExposureRequests::kNone;
     return;
   }
@@ -111,7 +106,7 @@ StillRequest AravisExposures::Ask(const std::vector<double>& stops) {
 }
 
 bool AravisExposures::SetTime(double exposure_s) {
-  FeatureWrites writes(session_.Device());
+  FeatureWrites writes(session_);
   writes.Number(exposure_, 1e6 * exposure_s);
   if (!writes.ok())
     notes_.push_back(
@@ -125,7 +120,7 @@ bool AravisExposures::SetTime(double exposure_s) {
 // Set k is exposure k; the last leads to the first again, so that a frame that was lost comes once more.
 bool AravisExposures::StartSequencer() {
   ArvDevice* device = session_.Device();
-  FeatureWrites writes(device);
+  FeatureWrites writes(session_);
   writes.Text("SequencerMode", "Off").Text("SequencerConfigurationMode", "On");
   const auto sets = static_cast<gint64>(wanted_.size()) - 1;  // without the exposure before
   for (gint64 set = 0; set < sets; ++set) {
@@ -151,8 +146,8 @@ bool AravisExposures::StartSequencer() {
 }
 
 void AravisExposures::StopSequencer() {
-  FeatureWrites(session_.Device()).Text("SequencerConfigurationMode", "Off");
-  FeatureWrites(session_.Device()).Text("SequencerMode", "Off");
+  FeatureWrites(session_).Text("SequencerConfigurationMode", "Off");
+  FeatureWrites(session_).Text("SequencerMode", "Off");
   sequencer_runs_ = false;
 }
 

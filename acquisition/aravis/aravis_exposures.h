@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/aravis/aravis_number.h"
 #include "acquisition/aravis/aravis_session.h"
+#include "acquisition/aravis/aravis_setting.h"
 #include "acquisition/device/device.h"
 #include "core/base/mutex.h"
 #include "core/image/frame.h"

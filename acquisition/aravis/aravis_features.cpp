@@ -10,6 +10,7 @@
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_session.h"
+#include "acquisition/aravis/aravis_setting.h"
 #include "core/base/error.h"
 #include "core/image/pixel_format.h"
 
@@ -139,25 +140,18 @@ class AravisFeatures : public FeatureAccess {
     if (!feature) throw UsageError("{}: has no feature '{}'", info_.uri, name);
     if (!session_->IsController())
       throw Error("{}: {} cannot be written: {}", info_.uri, name, session_->WhoControls());
-    if (!feature->writable)
-      throw UsageError("{}: {} is read-only, or locked by another setting", info_.uri, name);
+    if (!feature->writable) {
+      if (feature->readable && SameValue(*feature, feature->value, text)) return;
+      throw UsageError("{}: {} is read-only, or locked by another setting{}", info_.uri, name,
+                       feature->readable ? ", at " + feature->value : "");
+    }
     const std::string value = CheckedValue(info_.uri, *feature, text);
-    ArvDevice* device = session_->Device();
-    const std::string what = name + (value.empty() ? "" : "=" + value);
-    Must(info_.uri, what, [&](GError** e) {
-      switch (feature->type) {
-        case FeatureType::kCommand:
-          return arv_device_execute_command(device, name.c_str(), e);
-        case FeatureType::kBoolean:
-          return arv_device_set_boolean_feature_value(device, name.c_str(), value == "true", e);
-        case FeatureType::kInteger:
-          return arv_device_set_integer_feature_value(device, name.c_str(), std::stoll(value), e);
-        case FeatureType::kFloat:
-          return arv_device_set_float_feature_value(device, name.c_str(), std::stod(value), e);
-        default:
-          return arv_device_set_string_feature_value(device, name.c_str(), value.c_str(), e);
-      }
-    });
+    if (feature->type == FeatureType::kCommand)
+      return Must(info_.uri, name, [&](GError** e) {
+        return arv_device_execute_command(session_->Device(), name.c_str(), e);
+      });
+    if (const std::string why = WriteSetting(*session_, name, value); !why.empty())
+      throw Error("{}: {}={}: {}", info_.uri, name, value, why);
   }
 
  private:

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/aravis/aravis_number.h"
+#include "acquisition/aravis/aravis_setting.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -44,14 +44,23 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
   arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   std::optional<int> packet_size = options.packet_size;
   if (!packet_size && address.starts_with("127.")) packet_size = kLocalPacketSize;
+  const auto own = [&] {
+    return static_cast<int>(
+        Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0}));
+  };
   if (packet_size) {
     arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
-    Must(who, "packet size", [&](GError** e) { arv_camera_gv_set_packet_size(camera, *packet_size, e); });
+    GError* error = nullptr;
+    if (own() != *packet_size) arv_camera_gv_set_packet_size(camera, *packet_size, &error);
+    const std::string reason = error ? Text(error->message) : "";
+    g_clear_error(&error);
+    if (options.packet_size && !reason.empty())
+      throw UsageError("{}: packet_size={}: the camera keeps {}: {}; leave packet_size out", who,
+                       *packet_size, own(), reason);
   } else {
     configured.packet_size_negotiated = NegotiatePacketSize(camera);
   }
-  configured.packet_size =
-      static_cast<int>(Maybe([&](GError** e) { return arv_camera_gv_get_packet_size(camera, e); }, guint{0}));
+  configured.packet_size = own();
   if (!packet_size && !configured.packet_size_negotiated)
     configured.notes.push_back(
         fmt::format("sent no test packet that arrived: its packets keep their size of {} bytes; if frames "
@@ -62,10 +71,13 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
         fmt::format("changed packet_size={} to {}", *packet_size, configured.packet_size));
   // The register is optional.
   const gint64 delay_ns = options.packet_delay_ns.value_or(0);
+  const auto reads_delay = [&](gint64 otherwise) {
+    return Maybe([&](GError** e) { return arv_camera_gv_get_packet_delay(camera, e); }, otherwise);
+  };
   const bool taken =
+      reads_delay(-1) == delay_ns ||
       Maybe([&](GError** e) { return arv_camera_gv_set_packet_delay(camera, delay_ns, e), true; }, false);
-  configured.packet_delay_ns =
-      Maybe([&](GError** e) { return arv_camera_gv_get_packet_delay(camera, e); }, gint64{0});
+  configured.packet_delay_ns = reads_delay(0);
   if (options.packet_delay_ns && (!taken || std::abs(configured.packet_delay_ns - delay_ns) > delay_ns / 10))
     configured.notes.push_back(
         fmt::format("changed packet_delay_ns={} to {}", delay_ns, configured.packet_delay_ns));
@@ -91,11 +103,13 @@ void WriteThroughputLimit(const AravisSession& session, const std::string& who, 
         "'ulf features'",
         who, names.throughput_limit);
   // Before the limit: some cameras have none while the switch is off.
-  if (!names.throughput_mode.empty())
-    Must(who, names.throughput_mode, [&](GError** e) {
-      arv_camera_set_string(session.Camera(), names.throughput_mode.c_str(), "On", e);
-    });
+  const std::string asked = fmt::format("throughput_limit={:.0f}", limit);
+  if (!names.throughput_mode.empty()) RequireSetting(session, who, asked, names.throughput_mode, "On");
   const AravisNumber number = LimitOf(session, names);
+  if (number.Reads(limit)) return;
+  if (const std::string why = number.WhyFixed(); !why.empty())
+    throw UsageError("{}: {}: {} {} at {:.0f} bytes a second; leave throughput_limit out", who, asked,
+                     number.Feature(), why, number.Read().value_or(0));
   const auto [low, high] = number.Bounds(who);
   if (limit < low || limit > high)
     throw UsageError(

@@ -4,17 +4,20 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <vector>
 
 #include "acquisition/aravis/aravis_description.h"
+#include "acquisition/aravis/aravis_setting.h"
 
 namespace ulf::acquisition {
 namespace {
 
 struct Steps {
   std::int64_t low = 0, high = 0, step = 1;
+  std::string fixed = {};  // why there is one value alone: "Width is read-only"
 
   std::int64_t Nearest(std::int64_t value) const {
     const std::int64_t most = low + std::max<std::int64_t>(0, high - low) / step * step;
@@ -23,6 +26,9 @@ struct Steps {
 };
 
 Steps StepsOf(const AravisSession& session, const std::string& who, const char* feature) {
+  if (IsReadOnly(session, feature))
+    if (const std::optional<double> now = AravisNumber(session, feature).Read())
+      return {std::llround(*now), std::llround(*now), 1, fmt::format("{} is read-only", feature)};
   gint64 low = 0, high = 0;
   Must(who, feature,
        [&](GError** e) { arv_camera_get_integer_bounds(session.Camera(), feature, &low, &high, e); });
@@ -36,6 +42,7 @@ std::string Text(const AravisRegion& region) {
 }
 
 std::string Text(const Steps& steps) {
+  if (!steps.fixed.empty()) return fmt::format("{} alone, because {}", steps.low, steps.fixed);
   return fmt::format("{} to {}{}", steps.low, steps.high,
                      steps.step > 1 ? fmt::format(" in steps of {}", steps.step) : "");
 }
@@ -60,23 +67,22 @@ std::optional<int> ReductionIn(const std::string& choice) {
 }
 
 void WriteReduction(const AravisSession& session, const std::string& who, const char* feature, int factor) {
-  ArvCamera* camera = session.Camera();
+  const std::string asked = fmt::format("binning={}", factor);
   if (!IsChoice(session, feature)) {
     const Steps steps = StepsOf(session, who, feature);
     if (factor < steps.low || factor > steps.high)
       throw UsageError("{}: binning={} is out of the camera's range, {}", who, factor, Text(steps));
-    Must(who, feature, [&](GError** e) { arv_camera_set_integer(camera, feature, factor, e); });
-    return;
+    return RequireSetting(session, who, asked, feature, fmt::format("{}", factor));
   }
   const std::vector<std::string> choices = MaybeNames([&](guint* count, GError** e) {
-    return arv_camera_dup_available_enumerations_as_strings(camera, feature, count, e);
+    return arv_camera_dup_available_enumerations_as_strings(session.Camera(), feature, count, e);
   });
   const auto choice = std::find_if(choices.begin(), choices.end(),
                                    [&](const std::string& name) { return ReductionIn(name) == factor; });
   if (choice == choices.end())
     throw UsageError("{}: binning={}: the camera has {}", who, factor,
                      choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", ")));
-  Must(who, feature, [&](GError** e) { arv_camera_set_string(camera, feature, choice->c_str(), e); });
+  RequireSetting(session, who, asked, feature, *choice);
 }
 
 }  // namespace
@@ -96,10 +102,11 @@ int ReductionOf(const AravisSession& session, const char* feature) {
 void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked) {
   for (const auto& [feature, factor] :
        {std::pair("BinningHorizontal", asked.x), std::pair("BinningVertical", asked.y)}) {
+    if (factor == ReductionOf(session, feature)) continue;
     if (factor != 1) {
       if (!IsThere(session, feature)) throw UsageError("{}: the camera cannot bin; leave binning out", who);
       WriteReduction(session, who, feature, factor);
-    } else if (ReductionOf(session, feature) != 1) {
+    } else {
       try {
         WriteReduction(session, who, feature, 1);
       } catch (const Error&) {  // then the window tells the binning that stays
@@ -109,23 +116,27 @@ void WriteAravisBinning(const AravisSession& session, const std::string& who, co
 }
 
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
-                                    const std::optional<AravisRegion>& asked, bool is_mosaic) {
-  ArvCamera* camera = session.Camera();
+                                    const std::optional<AravisRegion>& asked, bool is_mosaic,
+                                    std::vector<std::string>& notes) {
   const bool has_offsets =
-      Maybe([&](GError** e) { return arv_camera_is_region_offset_available(camera, e); }, false);
-  const auto set = [&](const char* feature, std::int64_t value) {
-    Must(who, fmt::format("{}={}", feature, value),
-         [&](GError** e) { arv_camera_set_integer(camera, feature, value, e); });
-  };
+      Maybe([&](GError** e) { return arv_camera_is_region_offset_available(session.Camera(), e); }, false);
   // Sets the offsets to zero first, because they limit the sizes.
   if (has_offsets)
     for (const char* offset : {"OffsetX", "OffsetY"})
-      Try([&](GError** e) { arv_camera_set_integer(camera, offset, 0, e); });
+      if (const std::string why = WriteSetting(session, offset, "0"); !why.empty() && !asked)
+        notes.push_back("keeps its offset: " + why);
   const Steps widths = StepsOf(session, who, "Width"), heights = StepsOf(session, who, "Height");
   const AravisImageLimits limits{static_cast<int>(widths.high), static_cast<int>(heights.high)};
   if (!asked) {
-    set("Width", widths.Nearest(widths.high));
-    set("Height", heights.Nearest(heights.high));
+    // What nobody asked for is taken as it is where it is fixed.
+    for (const auto& [feature, steps] : {std::pair("Width", &widths), std::pair("Height", &heights)}) {
+      if (!steps->fixed.empty())
+        notes.push_back(fmt::format("sends a {} of {}: {}", feature, steps->low, steps->fixed));
+      else if (const std::string why =
+                   WriteSetting(session, feature, fmt::format("{}", steps->Nearest(steps->high)));
+               !why.empty())
+        notes.push_back("keeps its size: " + why);
+    }
     return limits;
   }
   // Computes the limits of the offsets for the new size; those that the camera reports belong to the old
@@ -136,11 +147,11 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
   if (has_offsets) {
     xs = StepsOf(session, who, "OffsetX");
     ys = StepsOf(session, who, "OffsetY");
-    xs.high = widths.high - nearest.width;
-    ys.high = heights.high - nearest.height;
-    if (is_mosaic) {
-      xs.step = std::lcm(xs.step, std::int64_t{2});
-      ys.step = std::lcm(ys.step, std::int64_t{2});
+    for (auto& [steps, high] :
+         {std::pair(&xs, widths.high - nearest.width), std::pair(&ys, heights.high - nearest.height)}) {
+      if (!steps->fixed.empty()) continue;
+      steps->high = high;
+      if (is_mosaic) steps->step = std::lcm(steps->step, std::int64_t{2});
     }
     nearest.x = static_cast<int>(xs.Nearest(asked->x));
     nearest.y = static_cast<int>(ys.Nearest(asked->y));
@@ -150,6 +161,9 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
         "{}: the camera cannot send roi={}; nearest is roi={} (width {}, height {}, offsets {} and {}{})",
         who, Text(*asked), Text(instead), Text(widths), Text(heights), Text(xs), Text(ys),
         is_mosaic ? "; offsets must be even, because an odd one would exchange the mosaic's colours" : "");
+  };
+  const auto set = [&](const char* feature, std::int64_t value) {
+    RequireSetting(session, who, "roi=" + Text(*asked), feature, fmt::format("{}", value));
   };
   if (!(nearest == *asked)) refuse(nearest);
   set("Width", asked->width);

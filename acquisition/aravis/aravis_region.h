@@ -9,6 +9,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
@@ -20,10 +21,11 @@ struct AravisImageLimits {
   int width = 0, height = 0;
 };
 
-// Writes `asked`, in pixels of the image after binning; none: the whole image. Throws UsageError that names
-// the nearest region that the camera can send.
+// Writes `asked`, in pixels of the image after binning; none: the whole image, or what the camera has fixed, which is added
+// to `notes`. Throws UsageError that names the nearest region that the camera can send.
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
-                                    const std::optional<AravisRegion>& asked, bool is_mosaic);
+                                    const std::optional<AravisRegion>& asked, bool is_mosaic,
+                                    std::vector<std::string>& notes);
 
 // Pixels of the sensor that become one of the image along one axis: 1 where the camera has no such feature
 // (BinningHorizontal, DecimationVertical, ...). Some cameras have a number, others a choice whose name ends with it

@@ -219,8 +219,8 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
                          static_cast<double>(arv_stream_get_info_uint64_by_name(stream, counter.info)));
   shown.emplace_back("buffers", static_cast<double>(buffers_));
   shown.emplace_back("payload (bytes)", static_cast<double>(configured_.payload_bytes));
-  if (configured_.period_s > 0 && !options_.Triggered())
-    shown.emplace_back("frames a second set", 1 / configured_.period_s);
+  if (configured_.set_fps && !options_.Triggered())
+    shown.emplace_back("frames a second set", *configured_.set_fps);
   if (configured_.throughput_limit)
     shown.emplace_back("throughput limit (bytes/s)", *configured_.throughput_limit);
   if (const auto granted = PriorityGranted())

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_calls.h"
+#include "acquisition/aravis/aravis_setting.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -20,40 +22,40 @@ bool Has(const std::vector<std::string>& choices, const std::string& choice) {
   return std::find(choices.begin(), choices.end(), choice) != choices.end();
 }
 
-bool IsWritable(const AravisSession& session, const std::string& feature) {
-  ArvGcNode* node = feature.empty() ? nullptr : arv_device_get_feature(session.Device(), feature.c_str());
-  if (!node || !ARV_IS_GC_FEATURE_NODE(node)) return false;
-  return arv_gc_feature_node_get_actual_access_mode(ARV_GC_FEATURE_NODE(node)) != ARV_GC_ACCESS_MODE_RO &&
-         !Maybe([&](GError** e) { return arv_gc_feature_node_is_locked(ARV_GC_FEATURE_NODE(node), e); },
-                FALSE);
-}
-
-void Set(const AravisSession& session, const std::string& who, const std::string& feature,
-         const std::string& choice) {
-  Must(who, fmt::format("{}={}", feature, choice),
-       [&](GError** e) { arv_camera_set_string(session.Camera(), feature.c_str(), choice.c_str(), e); });
+// A source that is described as read-only is written all the same, and read back: the description of some cameras with a
+// software trigger says so (Point Grey's Grasshopper3), and they take the write. Of no other feature is that done: a camera
+// that has the command has a use for the source, whereas a width or a rate that is read-only is one that cannot change.
+std::string WriteSource(const AravisSession& session, const std::string& feature, const std::string& source,
+                        std::vector<std::string>& notes) {
+  const std::string why = WriteSetting(session, feature, source);
+  if (why.empty() || !IsReadOnly(session, feature)) return why;
+  ArvCamera* camera = session.Camera();
+  arv_camera_set_access_check_policy(camera, ARV_ACCESS_CHECK_POLICY_DISABLE);
+  Try([&](GError** e) { arv_camera_set_string(camera, feature.c_str(), source.c_str(), e); });
+  arv_camera_set_access_check_policy(camera, ARV_ACCESS_CHECK_POLICY_ENABLE);
+  if (ReadSetting(session, feature) != source) return why + ", and a write all the same was not taken";
+  notes.push_back(fmt::format("took {}={} although its description calls that read-only", feature, source));
+  return "";
 }
 
 }  // namespace
 
 void ClearAravisTriggers(const AravisSession& session, const FeatureNames& names) {
-  ArvCamera* camera = session.Camera();
   if (names.trigger_mode.empty()) return;
-  const auto off = [&] {
-    Try([&](GError** e) { arv_camera_set_string(camera, names.trigger_mode.c_str(), "Off", e); });
-  };
-  if (!IsWritable(session, names.trigger_selector)) return off();
+  if (!WhyFixed(session, names.trigger_selector).empty()) {
+    WriteSetting(session, names.trigger_mode, "Off");
+    return;
+  }
   for (const std::string& trigger : ChoicesOf(session, names.trigger_selector)) {
-    Try([&](GError** e) {
-      arv_camera_set_string(camera, names.trigger_selector.c_str(), trigger.c_str(), e);
-    });
-    off();
+    WriteSetting(session, names.trigger_selector, trigger);
+    WriteSetting(session, names.trigger_mode, "Off");
   }
 }
 
-void WriteAravisTrigger(const AravisSession& session, const std::string& who, const FeatureNames& names,
-                        const AravisOptions& options) {
-  if (!options.Triggered()) return;
+std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const std::string& who,
+                                            const FeatureNames& names, const AravisOptions& options) {
+  std::vector<std::string> notes;
+  if (!options.Triggered()) return notes;
   if (!names.CanTrigger()) throw UsageError("{}: the camera cannot be triggered; leave trigger out", who);
   const std::vector<std::string> sources = ChoicesOf(session, names.trigger_source);
   if (options.SoftwareTriggered() && names.software_source.empty())
@@ -64,21 +66,34 @@ void WriteAravisTrigger(const AravisSession& session, const std::string& who, co
   if (!Has(sources, source))
     throw UsageError("{}: trigger={}: the camera has {}", who, source,
                      sources.empty() ? "none" : fmt::format("{}", fmt::join(sources, ", ")));
+  const std::string asked = "trigger=" + options.trigger;
   // A rate of its own would leave out triggers that come faster.
   for (const char* own_rate : {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"})
-    Try([&](GError** e) { arv_camera_set_boolean(session.Camera(), own_rate, FALSE, e); });
+    SwitchAutomatic(session, own_rate, AutomaticMode::kOff);
   ClearAravisTriggers(session, names);
-  if (IsWritable(session, names.trigger_selector)) {
+  if (WhyFixed(session, names.trigger_selector).empty()) {
     if (names.frame_trigger.empty())
       throw UsageError("{}: none of the camera's triggers ({}) starts a frame; leave trigger out", who,
                        fmt::join(ChoicesOf(session, names.trigger_selector), ", "));
-    Set(session, who, names.trigger_selector, names.frame_trigger);
+    RequireSetting(session, who, asked, names.trigger_selector, names.frame_trigger);
   }
-  if (!names.trigger_mode.empty()) Set(session, who, names.trigger_mode, "On");
-  Set(session, who, names.trigger_source, source);
+  if (!names.trigger_mode.empty()) RequireSetting(session, who, asked, names.trigger_mode, "On");
+  // Some cameras have a source while the mode is on, others take one only while it is off.
+  std::string why = WriteSetting(session, names.trigger_source, source);
+  if (!why.empty()) {
+    const bool is_off =
+        !names.trigger_mode.empty() && WriteSetting(session, names.trigger_mode, "Off").empty();
+    why = WriteSource(session, names.trigger_source, source, notes);
+    if (is_off) RequireSetting(session, who, asked, names.trigger_mode, "On");
+  }
+  if (!why.empty()) throw UsageError("{}: {}: {}; leave trigger out", who, asked, why);
   const std::vector<std::string> edges = ChoicesOf(session, "TriggerActivation");
   for (const char* edge : {"RisingEdge", "RisingEdgeOrHighLevel"})
-    if (Has(edges, edge)) return Set(session, who, "TriggerActivation", edge);
+    if (Has(edges, edge)) {
+      RequireSetting(session, who, asked, "TriggerActivation", edge);
+      break;
+    }
+  return notes;
 }
 
 }  // namespace ulf::acquisition

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
@@ -14,9 +15,9 @@ namespace ulf::acquisition {
 // Switches every trigger off that can be: the camera runs free.
 void ClearAravisTriggers(const AravisSession& session, const FeatureNames& names);
 
-// Nothing where the options ask for no trigger. Throws UsageError that begins with `who` for a trigger that the camera does
-// not have.
-void WriteAravisTrigger(const AravisSession& session, const std::string& who, const FeatureNames& names,
-                        const AravisOptions& options);
+// Nothing where the options ask for no trigger. Returns what is to be said. Throws UsageError that begins with `who` for a
+// trigger that the camera does not have.
+std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const std::string& who,
+                                            const FeatureNames& names, const AravisOptions& options);
 
 }  // namespace ulf::acquisition

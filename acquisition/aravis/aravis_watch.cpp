@@ -22,8 +22,17 @@ AravisWatch::AravisWatch(const AravisSession& session, const AravisOptions& opti
       period_s_(period_s),
       gige_address_(session.GigeAddress()) {}
 
+double AravisWatch::PeriodSeconds() const {
+  return std::max(period_s_, *std::min_element(gaps_s_.begin(), gaps_s_.end()));
+}
+
 double AravisWatch::StallSeconds() const {
-  return std::max(patience_.stall_s, patience_.stall_periods * period_s_);
+  return std::max(patience_.stall_s, patience_.stall_periods * PeriodSeconds());
+}
+
+void AravisWatch::FrameCame(double gap_s) {
+  std::rotate(gaps_s_.begin(), gaps_s_.begin() + 1, gaps_s_.end());
+  gaps_s_.back() = gap_s;
 }
 
 std::optional<std::string> AravisWatch::LossReason(double silence_s, bool waits_for_trigger,
@@ -33,7 +42,7 @@ std::optional<std::string> AravisWatch::LossReason(double silence_s, bool waits_
   if (session_.ControlLost())
     return "the camera no longer answers, or another program took control of it; check power and cable";
   if (silence_s < StallSeconds() && !waits_for_trigger) return std::nullopt;
-  const double silent_s = std::max(patience_.silent_s, patience_.silent_periods * period_s_);
+  const double silent_s = std::max(patience_.silent_s, patience_.silent_periods * PeriodSeconds());
   if (gige_address_.empty()) {
     if (waits_for_trigger || silence_s < silent_s) return std::nullopt;
     // Opening it anew clears an endpoint that is halted, which the library does not do while it streams.

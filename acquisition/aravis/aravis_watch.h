@@ -1,6 +1,7 @@
 // Tells when a camera that sends no frames counts as stalled, and when it is lost. One object for one stream.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -17,6 +18,8 @@ class AravisWatch {
   AravisWatch(const AravisSession& session, const AravisOptions& options, double period_s);
 
   double StallSeconds() const;
+  // `gap_s`: since the frame before. A camera that is regularly slower than it is set to does not stall between its frames.
+  void FrameCame(double gap_s);
   // Why the camera is lost; none: it is not. The library's heartbeat reports a broken control channel up to five seconds later.
   // While no frame comes, this asks the camera directly, which is sooner: a camera that was restarted has no controller.
   // `silence_s`: without a frame that is due. `refused_packets`: of a kind that the camera was not set to send.
@@ -26,9 +29,13 @@ class AravisWatch {
  private:
   using Clock = std::chrono::steady_clock;
 
+  // As set, or as the last frames came.
+  double PeriodSeconds() const;
+
   const AravisSession& session_;
   const AravisPatience patience_;
   const double period_s_;
+  std::array<double, 3> gaps_s_{};  // the last
   const std::string gige_address_;  // empty: another bus
   Clock::time_point asked_control_at_ = Clock::now();
   bool control_answered_ = true;

@@ -1,15 +1,18 @@
 #include "acquisition/aravis/aravis_white_balance.h"
 
+#include <fmt/format.h>
+
+#include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_calls.h"
-#include "acquisition/aravis/aravis_number.h"
+#include "acquisition/aravis/aravis_setting.h"
 
 namespace ulf::acquisition {
 namespace {
 
 void Select(const AravisSession& session, const std::string& who, const std::string& selector,
             const std::string& choice) {
-  Must(who, fmt::format("{}={}", selector, choice),
-       [&](GError** e) { arv_camera_set_string(session.Camera(), selector.c_str(), choice.c_str(), e); });
+  if (const std::string why = WriteSetting(session, selector, choice); !why.empty())
+    throw Error("{}: {}={}: {}", who, selector, choice, why);
 }
 
 // Where the ratios are gains, the selector must not stay at one colour: the gain of all is set by it, too.
@@ -20,9 +23,7 @@ class BackToAll {
   BackToAll& operator=(const BackToAll&) = delete;
   ~BackToAll() {
     if (names_.balance_is_gain && !names_.gain_of_all.empty())
-      Try([&](GError** e) {
-        arv_camera_set_string(session_.Camera(), names_.gain_selector.c_str(), names_.gain_of_all.c_str(), e);
-      });
+      WriteSetting(session_, names_.gain_selector, names_.gain_of_all);
   }
 
  private:
@@ -64,6 +65,10 @@ void WriteWhiteBalance(const AravisSession& session, const std::string& who, con
   const AravisNumber ratio(session, names.balance_ratio, 1 / green);
   for (const auto& [colour, value] : {std::pair("Red", balance.red), std::pair("Blue", balance.blue)}) {
     Select(session, who, names.balance_selector, colour);
+    if (ratio.Reads(value)) continue;
+    if (const std::string why = ratio.WhyFixed(); !why.empty())
+      throw UsageError("{}: white_balance={:g} ({}): {} {} at {:g}; leave white_balance out", who, value,
+                       colour, ratio.Feature(), why, ratio.Read().value_or(0));
     const auto [low, high] = ratio.Bounds(who);
     if (value < low || value > high)
       throw UsageError("{}: white_balance={} is out of the camera's range, {} to {}", who, value, low, high);
@@ -77,8 +82,8 @@ double WhiteBalanceStep(const AravisSession& session, const FeatureNames& names)
 }
 
 void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
-  Must(who, "white balance",
-       [&](GError** e) { arv_camera_set_string(session.Camera(), "BalanceWhiteAuto", "Once", e); });
+  const std::string why = SwitchAutomatic(session, "BalanceWhiteAuto", AutomaticMode::kOnce);
+  if (!why.empty()) throw UsageError("{}: white_balance=auto: {}; give white_balance=RED,BLUE", who, why);
 }
 
 }  // namespace ulf::acquisition

@@ -51,7 +51,6 @@ void FindExposure(const NamedFeatures& camera, FeatureNames& found) {
         FirstOfKinds(camera, {kInteger},
                      {"ExposureTime", "ExposureTimeAbs", "AcquisitionExpTime", "ExposureTimeRaw"}, is_time);
   if (!found.exposure.empty()) found.exposure_us = MicrosecondsIn(camera.unit_of(found.exposure)).value_or(1);
-  found.exposure_auto = FirstOfKinds(camera, {kChoice}, {"ExposureAuto"});
 }
 
 // A gain without a unit is by the convention (SFNC 2) a factor, but decibels and steps of a converter are found without
@@ -68,7 +67,6 @@ void FindGain(const NamedFeatures& camera, FeatureNames& found) {
   }
   found.gain_raw = FirstOfKinds(camera, {kInteger, kReal}, {"GainRaw", "Gain", "GainAbs"},
                                 [&](const char* name) { return name != found.gain; });
-  found.gain_auto = FirstOfKinds(camera, {kChoice}, {"GainAuto"});
   found.gain_selector = FirstOfKinds(camera, {kChoice}, {"GainSelector"});
   found.gain_of_all = FirstChoice(camera, found.gain_selector, {"All", "AnalogAll", "DigitalAll"});
 }

@@ -39,7 +39,6 @@ struct FeatureNames {
   std::string white_balance_auto = {};
   std::string balance_selector = {}, balance_ratio = {};  // the colour, and its ratio to green
   bool balance_is_gain = false;                           // each colour's own gain, green's among them
-  std::string exposure_auto = {}, gain_auto = {};
   std::string throughput_limit = {};
   // Bytes a second in one of its unit; 0: in a unit that is not known.
   double throughput_bytes = 1;

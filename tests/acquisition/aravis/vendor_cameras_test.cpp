@@ -1,4 +1,4 @@
-// Tests: acquisition/aravis/aravis_number, acquisition/aravis/aravis_trigger, acquisition/aravis/aravis_white_balance,
+// Tests: acquisition/aravis/aravis_setting, acquisition/aravis/aravis_trigger, acquisition/aravis/aravis_white_balance,
 // acquisition/aravis/aravis_link, acquisition/aravis/aravis_region.
 //
 // Cameras that differ from the standard as real ones do (docs/devices_measured.md): full_camera.xml with some of its features in
@@ -10,11 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/device/features.h"
-#include "core/base/atomic_file.h"
-#include "core/base/error.h"
-#include "tests/acquisition/aravis/aravis_fixture.h"
-#include "tests/support/test_paths.h"
+#include "tests/acquisition/aravis/edited_camera.h"
 
 namespace ulf::test::vendor_cameras {
 namespace {
@@ -23,72 +19,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-constexpr const char* kCamera = "aravis:127.0.0.1";
-const std::string kSmall = "aravis:127.0.0.1?format=Mono8&roi=64x64+0+0&fps=50&settle=0.2";
-
-// A register of four bytes that is plain memory, 0 at first.
-std::string Register(const std::string& name, const std::string& address, const std::string& index = "") {
-  return "<IntReg Name=\"" + name + "\"><Address>" + address + "</Address>" + index +
-         "<Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort><Sign>Unsigned</Sign>"
-         "<Endianess>BigEndian</Endianess></IntReg>";
-}
-
-std::string Choice(const std::string& name, const std::vector<std::pair<std::string, int>>& entries,
-                   const std::string& value, const std::string& more = "") {
-  std::string text = "<Enumeration Name=\"" + name + "\">" + more;
-  for (const auto& [entry, number] : entries)
-    text += "<EnumEntry Name=\"" + entry + "\"><Value>" + std::to_string(number) + "</Value></EnumEntry>";
-  return text + "<pValue>" + value + "</pValue></Enumeration>";
-}
-
-class VendorCameras : public CameraInNamespace {
- protected:
-  void SetUp() override {
-    CameraInNamespace::SetUp();
-    if (!IsSkipped()) description_ = ReadWholeFile(FULL_CAMERA);
-  }
-
-  void Replace(const std::string& from, const std::string& to) {
-    const std::size_t at = description_.find(from);
-    ASSERT_NE(at, std::string::npos) << from;
-    description_.replace(at, from.size(), to);
-  }
-  // A node with all that is in it.
-  void ReplaceNode(const std::string& kind, const std::string& name, const std::string& to) {
-    const std::size_t at = description_.find("<" + kind + " Name=\"" + name + "\"");
-    ASSERT_NE(at, std::string::npos) << name;
-    const std::string end = "</" + kind + ">";
-    description_.replace(at, description_.find(end, at) + end.size() - at, to);
-  }
-  void Add(const std::string& nodes) {
-    Replace("<Port Name=\"Device\"/>", nodes + "<Port Name=\"Device\"/>");
-  }
-  void Start() {
-    WriteFileAtomically(scratch_ / "camera.xml", description_);
-    StartCamera("V1", "0", "127.0.0.1", (scratch_ / "camera.xml").string());
-  }
-
-  static std::string ValueOf(const std::string& name) {
-    const auto feature = OpenFeatures(kCamera)->Find(name);
-    return feature ? feature->value : "no " + name;
-  }
-  static std::string ErrorOf(const std::string& options) {
-    try {
-      OpenDriver(kSmall + "&" + options);
-    } catch (const UsageError& error) {
-      return error.what();
-    }
-    return "no usage error";
-  }
-  static std::vector<std::string> Said(Device& device) {
-    std::vector<std::string> texts;
-    for (const DeviceEvent& event : device.TakeEvents()) texts.push_back(event.text);
-    return texts;
-  }
-
-  ScratchFolder scratch_;
-  std::string description_;
-};
+class VendorCameras : public EditedCamera {};
 
 // Exposes as asked, holds what the automatic reached (full_camera.xml's goal is 5000 us), and takes a stop more.
 void ExpectExposures(const std::string& of_4000_us, const std::string& of_5000_us) {
