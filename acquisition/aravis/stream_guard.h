@@ -1,7 +1,6 @@
 // Filters the packets of a GigE Vision stream in the kernel (socket BPF) before Aravis receives them. Aravis
-// trusts packet headers: it allocates by the number of packets and writes at the offset of a packet number,
-// so one forged packet can crash the process. The filter passes only packets that the negotiated stream can
-// contain:
+// trusts packet headers, so that one forged packet can end the process. The filter passes only packets that
+// the negotiated stream can contain:
 //
 //   sender   the camera's address, and its port if the camera tells it (GevSCSP)
 //   length   at most the negotiated packet size, and valid for the kind of packet

@@ -45,7 +45,7 @@ inline constexpr std::uint32_t kImageChunkBytes = 8, kChunkBytes = kChunkValueBy
 inline constexpr std::uint32_t kLeastThroughput = 1'000'000, kMostThroughput = 2'000'000'000;
 
 // All registers that a client may write, with the ranges of the GenICam description. Aravis does not check
-// values: it would divide by a frame period of 0 and allocate by any width.
+// values, and computes with them.
 std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulation);
 
 }  // namespace ulf::acquisition

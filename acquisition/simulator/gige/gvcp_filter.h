@@ -1,7 +1,7 @@
 // Filters the control requests (GVCP, GigE Vision 2.x) that reach the simulated camera. Aravis's camera side
-// trusts packet headers: one READREG beyond its registers crashes the process. The filter therefore owns the
-// network sockets, and forwards valid requests to Aravis through a pair of connected sockets. It answers all
-// other requests itself, with the protocol's status codes:
+// trusts packet headers, so that one request can end the process. The filter therefore owns the network
+// sockets, and forwards valid requests to Aravis through a pair of connected sockets. It answers all other
+// requests itself, with the protocol's status codes:
 //
 //   NOT_IMPLEMENTED    an unknown command, or several registers in one request
 //   INVALID_HEADER     a length that differs from the packet's

@@ -171,23 +171,23 @@ TEST(CalibrationFormats, WhatCannotBeSaidIsAnErrorThatNamesIt) {
     EXPECT_THAT(ErrorOf(torn), HasSubstr("the file")) << torn;
 }
 
-TEST(CalibrationFormats, WhatNestsWithoutEndIsRefused) {
-  std::string tags = "<?xml version=\"1.0\"?>\n<opencv_storage>\n";
+TEST(CalibrationFormats, WhatNestsOneLevelTooDeepIsRefused) {
+  constexpr int kLevels = 101;
+  std::string tags = "<?xml version=\"1.0\"?>\n<opencv_storage>\n", ends;
   std::string keys = "%YAML:1.0\n---\n", items = keys, indented = keys;
-  for (int i = 0; i < 200'000; ++i) {
-    tags += "<a>";
+  for (int i = 0; i < kLevels; ++i) {
+    if (i > 0) tags += "<a>", ends += "</a>";  // within the first
     keys += "a: ";
     items += "- ";
+    indented += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
   }
-  for (int i = 0; i < 5'000; ++i) indented += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
+  const std::string open(kLevels, '['), brackets = open + "1" + std::string(kLevels, ']') + "\n";
   for (const std::string& deep :
-       {"%YAML:1.0\n---\ncamera_matrix: " + std::string(200'000, '['), tags, keys + "1\ncamera_matrix: 3\n",
-        items + "1\ncamera_matrix: 3\n", indented + "camera_matrix: 3\n",
-        "cam0:\n  camera_model: pinhole\n  intrinsics: " + std::string(200'000, '[')})
-    EXPECT_THAT(ErrorOf(deep), HasSubstr("the file"));
+       {"%YAML:1.0\n---\ncamera_matrix: " + brackets, tags + ends + "\n</opencv_storage>\n", keys + "1\n",
+        items + "1\n", indented + std::string(kLevels, ' ') + "a: 1\n"})
+    EXPECT_THAT(ErrorOf(deep), AllOf(HasSubstr("the file"), HasSubstr("nested too deeply"))) << deep;
 }
 
-// OpenCV would take 16 GB for each of them.
 TEST(CalibrationFormats, AMatrixIsAsLargeAsItsNumbersSay) {
   for (const char* rows : {"rows: 3000000", "rows: three", "rows:=3", "rows: -3"})
     EXPECT_THAT(

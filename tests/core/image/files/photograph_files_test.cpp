@@ -99,7 +99,20 @@ TEST(ImageHeader, OfTiffIsReadInBothOrders) {
   EXPECT_FALSE(ReadImageHeader(big.string()));
 }
 
-// Files of a few bytes that say that they hold gigabytes are refused by their headers.
+// The least side of a square picture whose pixels are more than small files may stand for (RequirePixelsOfFile).
+int SideTooLarge(int bytes_of_pixel) {
+  constexpr double kGranted = 256e6;
+  return static_cast<int>(std::sqrt(kGranted / bytes_of_pixel)) + 1;
+}
+
+std::string Number(int value, int bytes, bool big_endian) {
+  std::string text;
+  for (int i = 0; i < bytes; ++i)
+    text += static_cast<char>(value >> (8 * (big_endian ? bytes - 1 - i : i)) & 0xFF);
+  return text;
+}
+
+// Files of a few bytes that say that they hold one row and column too many are refused by their headers.
 class LyingSize : public testing::Test {
  protected:
   void ExpectRefused(const char* name, const std::string& bytes) const {
@@ -114,7 +127,8 @@ class LyingSize : public testing::Test {
 
 TEST_F(LyingSize, OfPng) {
   std::string png = Encoded(".png", cv::Mat(48, 64, CV_16UC3));
-  png.replace(16, 8, std::string("\0\0\x75\x30\0\0\x75\x30", 8));  // 30000x30000
+  const std::string side = Number(SideTooLarge(6), 4, true);
+  png.replace(16, 8, side + side);
   ExpectRefused("a.png", png);
 }
 
@@ -122,7 +136,8 @@ TEST_F(LyingSize, OfJpeg) {
   std::string jpeg = Encoded(".jpg", cv::Mat(48, 64, CV_8UC3));
   const std::size_t size = jpeg.find(std::string("\x08\0\x30\0\x40", 5));
   ASSERT_NE(size, std::string::npos);
-  jpeg.replace(size + 1, 4, "\x75\x30\x75\x30");
+  const std::string side = Number(SideTooLarge(3), 2, true);
+  jpeg.replace(size + 1, 4, side + side);
   ExpectRefused("a.jpg", jpeg);
   EXPECT_TRUE(DecodeJpeg(jpeg).empty());
 }
@@ -131,7 +146,8 @@ TEST_F(LyingSize, OfTiff) {
   std::string tiff = Encoded(".tiff", cv::Mat(48, 64, CV_16UC3));
   for (const std::string& tag : {std::string("\0\1\4\0", 4), std::string("\1\1\4\0", 4),
                                  std::string("\0\1\3\0", 4), std::string("\1\1\3\0", 4)})
-    if (const std::size_t at = tiff.rfind(tag); at != std::string::npos) tiff.replace(at + 8, 2, "\x30\x75");
+    if (const std::size_t at = tiff.rfind(tag); at != std::string::npos)
+      tiff.replace(at + 8, 2, Number(SideTooLarge(6), 2, false));
   ExpectRefused("a.tiff", tiff);
 }
 
@@ -158,9 +174,11 @@ TEST_F(LyingSize, OfExr) {
   std::string exr = ExrBytes({{"B", bgr, 0}, {"G", bgr, 1}, {"R", bgr, 2}}, ExrCompression::kZip);
   for (const std::string window : {"dataWindow", "displayWindow"}) {
     const std::size_t at = exr.find(window) + window.size() + 1 + 6 + 4 + 8;  // type, size, the first corner
-    exr.replace(at, 8, std::string("\x2f\x75\0\0\x2f\x75\0\0", 8));
+    const std::string last = Number(SideTooLarge(12) - 1, 4, false);
+    exr.replace(at, 8, last + last);
   }
-  exr += std::string(30000, '\0');  // room for the places of its lines
+  exr +=
+      std::string(8 * static_cast<std::size_t>(SideTooLarge(12)), '\0');  // room for the places of its lines
   ExpectRefused("a.exr", exr);
   EXPECT_THROW(ReadExrChannel((folder_ / "a.exr").string(), "R"), Error);
 }
@@ -176,33 +194,39 @@ TEST_F(LyingSize, OfRarerKinds) {
   const auto with = [](std::string bytes, std::size_t at, std::string_view lie) {
     return bytes.replace(at, lie.size(), lie);
   };
+  const int side = SideTooLarge(6);
+  const std::string wide = std::to_string(side), sides = Number(side, 4, false) + Number(side, 4, false),
+                    from_the_top = Number(side, 4, false) + Number(-side, 4, false);
   const std::string bmp = Encoded(".bmp", pixels), ppm = Encoded(".ppm", pixels),
                     hdr = Encoded(".hdr", pixels);
   read("a.bmp", bmp);
-  ExpectRefused("a.bmp", with(bmp, 18, std::string("\x30\x75\0\0\x30\x75\0\0", 8)));
-  ExpectRefused("a.bmp", with(bmp, 18, std::string("\x30\x75\0\0\xD0\x8A\xFF\xFF", 8)));
+  ExpectRefused("a.bmp", with(bmp, 18, sides));
+  ExpectRefused("a.bmp", with(bmp, 18, from_the_top));
   read("a.ppm", ppm);
   const std::string behind_size = ppm.substr(ppm.find("255"));
   read("a.ppm", "P6\n# made by hand\n64 # wide\n48\n" + behind_size);
-  ExpectRefused("a.ppm", "P6\n# made by hand\n30000 # wide\n30000\n" + behind_size);
-  ExpectRefused("a.ppm", "P6\n#\r30000 30000 255 \n1 1 255");  // a comment ends at either line end
-  WriteBytes(folder_ / "a.ppm", "P6 30000.30000 1\n255\n");
+  ExpectRefused("a.ppm", "P6\n# made by hand\n" + wide + " # wide\n" + wide + "\n" + behind_size);
+  ExpectRefused("a.ppm",
+                "P6\n#\r" + wide + " " + wide + " 255 \n1 1 255");  // a comment ends at either line end
+  WriteBytes(folder_ / "a.ppm", "P6 64.48 1\n255\n");
   EXPECT_THROW(ReadImageFile((folder_ / "a.ppm").string()), Error);
-  std::istringstream fraction("P6 30000.30000 1\n255\n"),
+  std::istringstream fraction("P6 64.48 1\n255\n"),
       long_line("#?RADIANCE\n#" + std::string(127, 'x') + "\n\n-Y 1 +X 1\n" + std::string(32, ' '));
   EXPECT_FALSE(ClaimedSize(fraction));
   EXPECT_FALSE(ClaimedSize(long_line)) << "OpenCV reads another size behind it";
   read("a.hdr", hdr);
   const std::size_t size_line = hdr.find("-Y 48 +X 64");
   ASSERT_NE(size_line, std::string::npos);
-  ExpectRefused("a.hdr", hdr.substr(0, size_line) + "-Y 30000 +X 30000" + hdr.substr(size_line + 11));
+  ExpectRefused("a.hdr",
+                hdr.substr(0, size_line) + "-Y " + wide + " +X " + wide + hdr.substr(size_line + 11));
   for (const int quality : {90, 101}) {  // above 100: lossless
     std::vector<unsigned char> encoded;
     cv::imencode(".webp", pixels, encoded, {cv::IMWRITE_WEBP_QUALITY, quality});
     const std::string webp(encoded.begin(), encoded.end());
     read("a.webp", webp);
-    ExpectRefused("a.webp",
-                  quality > 100 ? with(webp, 21, "\xFF\xFF\xFF\x0F") : with(webp, 26, "\xFF\x3F\xFF\x3F"));
+    const int least_one = side - 1;  // as the lossless kind counts, in 14 bits each
+    ExpectRefused("a.webp", quality > 100 ? with(webp, 21, Number(least_one << 14 | least_one, 4, false))
+                                          : with(webp, 26, Number(side << 16 | side, 4, false)));
   }
 }
 
@@ -251,13 +275,14 @@ TEST(ExrHeader, AttributesOfAnotherLengthThanTheirTypeAreRefused) {
                                                                       {"of others", "anything"}}) {
     with_value(type, value);
     EXPECT_NO_THROW(ExrAttribute(path.string(), "more")) << type;
-    with(type, value, 1 << 30);
+    // One byte more than there is behind it.
+    const std::size_t rest = value.size() + exr.size() - 8;
+    with(type, value, static_cast<std::uint32_t>(rest + 1));
     EXPECT_THAT([&] { ReadExr(path.string()); }, refused) << type;
   }
-  const std::string huge = number(0x70000000);
   for (const auto& [type, value] :
-       std::map<std::string, std::string>{{"preview", huge + huge + "pixels"},
-                                          {"stringvector", huge + "abc"},
+       std::map<std::string, std::string>{{"preview", preview.substr(0, preview.size() - 4)},
+                                          {"stringvector", number(4) + "abc"},
                                           {"floatvector", "abc"},
                                           {"chlist", std::string("B\0", 2) + std::string(16, '\0')},
                                           {"v2f", number(0)}}) {
@@ -267,7 +292,7 @@ TEST(ExrHeader, AttributesOfAnotherLengthThanTheirTypeAreRefused) {
     EXPECT_THAT([&] { ExrColorsOf(path.string()); }, refused) << type;
     EXPECT_THAT([&] { ExrAttribute(path.string(), "more"); }, refused) << type;
   }
-  with_value("tiledesc", huge + huge + std::string(1, '\0'));
+  with_value("tiledesc", number(4097) + number(4096) + std::string(1, '\0'));
   EXPECT_THAT([&] { RequireExrHeader(path.string()); },
               testing::ThrowsMessage<Error>(testing::HasSubstr("million pixels in a picture of 5x3")));
   WriteBytes(path, exr.substr(0, 60));
