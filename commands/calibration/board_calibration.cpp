@@ -17,8 +17,10 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/png_picture.h"
 #include "core/image/image.h"
-#include "core/image/raw_file.h"
+#include "core/image/files/raw_file.h"
 
 namespace ulf::commands {
 namespace {

@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/output_path.h"
+#include "core/image/files/png_picture.h"
 #include "core/image/image.h"
 #include "render/display/picture_window.h"
 

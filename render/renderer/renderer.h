@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "render/fields/aperture.h"
 #include "render/fields/blending_field.h"
