@@ -100,8 +100,8 @@ void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, c
 
 // Whether a transport's figure is a counter. Counters add up; of settings and rates the latest value counts.
 bool IsCounter(const std::string& name) {
-  for (const char* word :
-       {"packet size", "/s", "rate", "buffer", " ms", "(ms)", "(ns)", "priority", "resend on"})
+  for (const char* word : {"packet size", "/s", "rate", "buffer", "(bytes)", "second set", " ms", "(ms)",
+                           "(ns)", "(us)", "priority", "resend on", "locked"})
     if (name.find(word) != std::string::npos) return false;
   return true;
 }

@@ -18,6 +18,7 @@ struct Streamed {
   LinkTrial trial;
   DeviceInfo camera;
   DeviceStatistics statistics;
+  double transfer_s = 0;  // from the first packet of a frame to the last, the shortest; 0: no frame came
 };
 
 // From the first frame on; none where a stop was asked for. What lacks packets before the first whole frame is no loss of
@@ -41,7 +42,11 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   while (SecondsSince(first.value_or(started)) < (first ? seconds : options.first_frame_s) &&
          !IsOver(device->State())) {
     if (options.stop && options.stop()) return std::nullopt;
-    if (!device->Next(std::chrono::milliseconds(100))) continue;
+    const auto frame = device->Next(std::chrono::milliseconds(100));
+    if (!frame) continue;
+    const double since_s = EpochSeconds() - frame->host_time_s;
+    if (since_s > 0 && (streamed.transfer_s <= 0 || since_s < streamed.transfer_s))
+      streamed.transfer_s = since_s;
     if (first) continue;
     first = Clock::now();
     incomplete_before = device->Statistics().incomplete;
@@ -59,6 +64,7 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
                   ? static_cast<double>(trial.whole + trial.incomplete + trial.missing) / trial.seconds
                   : 0;
   trial.asked_fps = with.Number("fps").value_or(0);
+  trial.set_fps = TransportValue(counted, "frames a second set").value_or(0);
   trial.resent_packets = TransportValue(counted, "packets resent").value_or(0);
   return streamed;
 }
@@ -94,7 +100,12 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
   // What holds by chance for a while is no remedy: it must hold for longer. True: nothing else is to be tried.
   const auto is_remedy = [&](const std::string& settings) {
     for (const double times : {1.0, options.confirmed_times}) {
-      const auto streamed = try_with(settings, times * options.seconds);
+      std::optional<Streamed> streamed;
+      try {
+        streamed = try_with(settings, times * options.seconds);
+      } catch (const UsageError&) {
+        return false;  // the camera does not take it
+      }
       if (!streamed) return true;
       if (!streamed->trial.Held()) return false;
     }
@@ -111,6 +122,8 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
   report.most_fps = described.most_fps;
   DescribeNeighbours(report.camera, report);
   const LinkTrial& first = streamed->trial;
+  if (!report.camera.address.empty()) described.busy_share = streamed->transfer_s * first.fps;
+  if (first.BelowWhatIsSet()) report.camera_limit = CameraLimitText(first.fps, described);
   if (first.Held()) return report;
   // What the facts say is wrong is not dismissed for one lost frame, which a busy computer makes, too.
   const auto is_known_remedy = [&](const std::string& settings) {

@@ -32,6 +32,7 @@ struct LinkTrial {
   std::string settings;  // beside those asked for, as in a URI: "packet_size=1400"; empty: as asked for
   double seconds = 0;
   double asked_fps = 0;  // by the URI; 0: by nobody
+  double set_fps = 0;    // that the camera says it is set to; 0: it does not say
   double fps = 0;        // that came, whole or not
   std::uint64_t whole = 0, incomplete = 0, missing = 0;
   double resent_packets = 0;
@@ -39,6 +40,8 @@ struct LinkTrial {
   // Fewer frames than asked for: a sender that waits for its link loses none. The share is guessed.
   bool TooSlow() const { return fps < 0.9 * asked_fps; }
   bool Held() const { return !LostFrames() && !TooSlow(); }
+  // Nobody asked for more, and nothing was lost, but the camera says that it sends more.
+  bool BelowWhatIsSet() const { return Held() && fps < 0.9 * set_fps; }
 };
 
 struct LinkReport {
@@ -48,8 +51,9 @@ struct LinkReport {
   double payload_bytes = 0;        // of a frame; 0: not known
   std::optional<double> most_fps;  // that the link's speed allows, by its own figures
   std::optional<std::string>
-      remedy;                // settings with which no frame was lost; none: none is needed, or none helped
-  std::string camera_limit;  // CameraLimitText(), where fewer frames than asked for came, and none was lost
+      remedy;  // settings with which no frame was lost; none: none is needed, or none helped
+  std::string
+      camera_limit;  // CameraLimitText(), where fewer frames than asked for or set came, and none was lost
   // As asked for, or with the remedy.
   bool Holds() const { return remedy || (!trials.empty() && trials.front().Held()); }
 };

@@ -22,10 +22,14 @@ constexpr double kSafeShare = 0.95;
 
 double MegabytesPerS(double bytes_per_s) { return 1e-6 * bytes_per_s; }
 
+// Of the rate that a camera is set to, or that its exposure time allows, so much is as good as all. Guessed.
+constexpr double kAsSet = 0.9;
+
 // What the camera was set to send.
 struct Sent {
   double payload_bytes = 0, packet_size = 0;
-  std::optional<double> fps = {};
+  std::optional<double> fps = {};  // not more than its exposure time allows
+  std::optional<double> set_fps = {};
   double BytesPerS() const { return fps ? payload_bytes * *fps : 0; }
 };
 
@@ -73,7 +77,9 @@ LinkFact RateFact(const Sent& sent, double most_fps, const std::string& wider) {
   LinkFact fact{"rate", fmt::format("at most {:.1f} frames a second of {:.1f} MB", most_fps,
                                     MegabytesPerS(sent.payload_bytes))};
   if (!sent.fps) return fact;
-  fact.value += fmt::format(", the camera is set to {:.1f}", *sent.fps);
+  fact.value += fmt::format(", the camera is set to {:.1f}", *sent.set_fps);
+  if (*sent.fps < kAsSet * *sent.set_fps)
+    fact.value += fmt::format(", of which its exposure time allows {:.1f}", *sent.fps);
   if (*sent.fps <= most_fps) return fact;
   fact.advice =
       fmt::format("fps={:.4g} in the URI, or a smaller window (roi){}", kSafeShare * most_fps, wider);
@@ -191,9 +197,12 @@ LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const Dev
   if (described.payload_bytes <= 0 && counted.delivered > 0)
     described.payload_bytes = static_cast<double>(counted.bytes) / static_cast<double>(counted.delivered);
   described.set_fps = TransportValue(counted, "frames a second set");
-  const Sent sent{.payload_bytes = described.payload_bytes,
-                  .packet_size = TransportValue(counted, "packet size").value_or(0),
-                  .fps = described.set_fps};
+  described.exposure_s = 1e-6 * TransportValue(counted, "exposure (us)").value_or(0);
+  Sent sent{.payload_bytes = described.payload_bytes,
+            .packet_size = TransportValue(counted, "packet size").value_or(0),
+            .fps = described.set_fps,
+            .set_fps = described.set_fps};
+  if (sent.fps && described.exposure_s > 0) sent.fps = std::min(*sent.fps, 1 / described.exposure_s);
   if (path.network) DescribeNetwork(camera, path, counted, sent, described);
   if (camera.bus == "USB3Vision") DescribeUsb(path, sent, described);
   if (const auto limit = TransportValue(counted, "throughput limit (bytes/s)"))
@@ -215,12 +224,22 @@ std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatisti
 }
 
 std::string CameraLimitText(double fps, const LinkFacts& facts) {
-  // Of what it is set to, or of what the link carries. Guessed.
-  constexpr double kAsSet = 0.9, kLinkHasRoom = 0.8;
+  // Of what the link carries, and of what the exposure allows where the sensor is read out after it. Guessed.
+  constexpr double kLinkHasRoom = 0.8, kReadOutAfterwards = 0.5;
+  if (const double allowed = facts.exposure_s > 0 ? 1 / facts.exposure_s : 0;
+      allowed > 0 && fps >= kReadOutAfterwards * allowed && (!facts.set_fps || allowed < *facts.set_fps))
+    return fmt::format(
+        "its exposure time of {:.4g} ms allows at most {:.4g} frames a second: a shorter one (exposure_us) "
+        "allows more",
+        1e3 * facts.exposure_s, allowed);
   if (facts.set_fps && fps >= kAsSet * *facts.set_fps)
     return fmt::format("its exposure time or its own maximum allows {:.4g} frames a second", *facts.set_fps);
   if (facts.most_fps && fps < kLinkHasRoom * *facts.most_fps)
     return fmt::format("it sent {:.4g} frames a second where the link carries {:.4g}", fps, *facts.most_fps);
+  // Between its frames the link has nothing to do.
+  if (facts.set_fps && !facts.most_fps && facts.busy_share < kLinkHasRoom)
+    return fmt::format("it sent {:.4g} of the {:.4g} frames a second that it is set to, and none was lost",
+                       fps, *facts.set_fps);
   return "";
 }
 

@@ -34,6 +34,8 @@ struct LinkFacts {
   std::vector<LinkFact> facts;
   double payload_bytes = 0;        // of a frame; 0: not known
   std::optional<double> set_fps;   // that the camera was set to; none: not known, or it waits for triggers
+  double exposure_s = 0;           // 0: not known
+  double busy_share = 0;           // of the time, in which packets of some frame come; 0: not known
   std::optional<double> most_fps;  // that the link's speed allows, by its own figures
 };
 // `counted`: of a camera that streams or has streamed.
@@ -41,8 +43,8 @@ LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const Dev
 // How many frames did not arrive whole; none: no frame came, or the camera has no link (simulated).
 std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatistics& counted);
 
-// Why the camera itself, and not its link, sends fewer frames a second than it was asked for; empty: nothing says so. `fps`:
-// that came, with none lost.
+// Why the camera itself, and not its link, sends fewer frames a second than it was asked for or set to; empty: nothing says
+// so. `fps`: that came, with none lost.
 std::string CameraLimitText(double fps, const LinkFacts& facts);
 
 // The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.

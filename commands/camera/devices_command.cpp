@@ -83,7 +83,10 @@ std::string TrialInWords(const acquisition::LinkTrial& trial) {
                                                Counted(trial.whole, "frame"), trial.incomplete, trial.missing)
                                  : fmt::format("{}, none lost", Counted(trial.whole, "frame"));
   return fmt::format("{:.1f} s at {:.1f} frames a second{}: {}{}", trial.seconds, trial.fps,
-                     trial.TooSlow() ? fmt::format(", {:g} asked for", trial.asked_fps) : "", counts,
+                     trial.TooSlow()          ? fmt::format(", {:g} asked for", trial.asked_fps)
+                     : trial.BelowWhatIsSet() ? fmt::format(", the camera is set to {:g}", trial.set_fps)
+                                              : "",
+                     counts,
                      trial.resent_packets > 0
                          ? fmt::format(", {} sent again",
                                        Counted(static_cast<std::uint64_t>(trial.resent_packets), "packet"))
@@ -97,9 +100,15 @@ std::string Verdict(const acquisition::LinkReport& report) {
         "the camera is the limit, not the link: {}; nothing is lost with {}: give it in the URI",
         report.camera_limit, *report.remedy);
   if (report.remedy) return fmt::format("nothing is lost with {}: give it in the URI", *report.remedy);
-  if (report.Holds()) return "the link carries what the camera sends";
+  if (report.Holds())
+    return report.camera_limit.empty()
+               ? "the link carries what the camera sends"
+               : fmt::format("the link carries what the camera sends, which is less than it is set to: {}",
+                             report.camera_limit);
   if (report.trials.front().whole + report.trials.front().incomplete + report.trials.front().missing == 0)
     return "no frame came: does the camera wait for a trigger, or a firewall keep its packets out?";
+  if (!report.camera_limit.empty())
+    return fmt::format("the camera is the limit, not the link: {}", report.camera_limit);
   if (!report.trials.front().LostFrames())
     return "the camera does not send as many frames as asked for: a long exposure, its own limits or the "
            "link hold it "
@@ -146,6 +155,7 @@ void PrintLinkJson(const acquisition::LinkReport& report) {
     json["trials"].push_back({{"settings", trial.settings},
                               {"seconds", trial.seconds},
                               {"fps", trial.fps},
+                              {"set_fps", trial.set_fps},
                               {"whole", trial.whole},
                               {"incomplete", trial.incomplete},
                               {"missing", trial.missing},

@@ -66,7 +66,14 @@ class ScriptedDriver : public Device {
     DeviceStatistics statistics;
     statistics.delivered = delivered_;
     statistics.dropped = queue_.Dropped();
-    statistics.transport = {{"packets", 10.0 * static_cast<double>(delivered_)}, {"packet size", 1400}};
+    statistics.transport = {{"packets", 10.0 * static_cast<double>(delivered_)},
+                            {"packet size", 1400},
+                            {"payload (bytes)", 307'200},
+                            {"frames a second set", 15},
+                            {"exposure (us)", 4000},
+                            {"bytes received", 1e5 * static_cast<double>(delivered_)},
+                            {"frames while settling", 1},
+                            {"IEEE 1588 locked", 1}};
     return statistics;
   }
 

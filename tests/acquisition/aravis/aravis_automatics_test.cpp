@@ -122,6 +122,9 @@ TEST_F(AravisAutomatics, AfterALossTheValuesAreHeldThatWereReached) {
   EXPECT_EQ(values["BalanceRatio"], "1.25");
   std::this_thread::sleep_for(250ms);  // the counters are taken ten times a second
   EXPECT_EQ(TransportOf(*device, "frame retention (ms)"), 100) << "a setting, not a count of streams";
+  EXPECT_EQ(TransportOf(*device, "payload (bytes)"), 64 * 64);
+  EXPECT_EQ(TransportOf(*device, "frames a second set"), 50);
+  EXPECT_EQ(TransportOf(*device, "exposure (us)"), 5000);
   EXPECT_EQ(TransportOf(*device, "resend on"), 0) << "this camera cannot send again, so it is not asked";
 }
 

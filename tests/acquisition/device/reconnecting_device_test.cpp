@@ -121,9 +121,13 @@ TEST(ReconnectingDevice, CountersAddUpAndSettingsDoNot) {
   const DeviceStatistics statistics = device->Statistics();
   EXPECT_EQ(statistics.delivered, frames);
   EXPECT_EQ(statistics.reconnects, 3u);
+  using Figure = std::pair<std::string, double>;
+  const auto all = static_cast<double>(frames);
   EXPECT_THAT(statistics.transport,
-              ElementsAre(std::pair<std::string, double>("packets", 10.0 * static_cast<double>(frames)),
-                          std::pair<std::string, double>("packet size", 1400)));
+              ElementsAre(Figure("packets", 10.0 * all), Figure("packet size", 1400),
+                          Figure("payload (bytes)", 307'200), Figure("frames a second set", 15),
+                          Figure("exposure (us)", 4000), Figure("bytes received", 1e5 * all),
+                          Figure("frames while settling", 4), Figure("IEEE 1588 locked", 1)));
 }
 
 TEST(ReconnectingDevice, TimesGoOnWhateverTheCamerasClockDoes) {

@@ -13,7 +13,7 @@
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "tests/acquisition/aravis/aravis_fixture.h"
+#include "tests/acquisition/aravis/edited_camera.h"
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"
 
@@ -168,6 +168,49 @@ TEST_F(LinkOfSimulated, ACameraThatLimitsItselfIsToldTheLimitThatIsEnough) {
   EXPECT_THAT(*report.remedy, StartsWith("throughput_limit="));
   EXPECT_THAT(ValueOf(report, "camera's limit"), HasSubstr("1.0 MB/s"));
   EXPECT_NEAR(Stream(uri, *report.remedy, 2).fps, 10, 1);
+}
+
+// A camera that says 30 frames a second and sends ten.
+class SlowCamera : public EditedCamera {
+ protected:
+  void Serve(const std::string& rate) {
+    ReplaceNode("Float", "AcquisitionFrameRate", rate);
+    Add(Constant("Thirty", 30) + Register("RateReg", "0x10b0") +
+        "<Integer Name=\"RealPeriod\"><pValue>PeriodReg</pValue></Integer>");
+    Start();
+    OpenFeatures(kCamera)->Set("RealPeriod", "100000");
+  }
+  static inline const std::string kTen = kCamera + "?format=Mono8&roi=64x64+0+0";
+};
+
+TEST_F(SlowCamera, ThatTheCameraItselfSendsLessIsSaid) {
+  Serve("<Float Name=\"AcquisitionFrameRate\"><pValue>Thirty</pValue></Float>");
+  const LinkReport report = CheckLink(kTen, {.seconds = 1, .first_frame_s = 2});
+  EXPECT_TRUE(report.Holds()) << "nobody asked for more";
+  EXPECT_FALSE(report.remedy);
+  EXPECT_EQ(report.trials.size(), 1u);
+  EXPECT_NEAR(report.trials.front().fps, 10, 2);
+  EXPECT_THAT(report.camera_limit, HasSubstr("of the 30 frames a second that it is set to"));
+  const auto run = RunUlf("devices --check '" + kTen + "' --seconds 1");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("the camera is set to 30"), HasSubstr("less than it is set to")));
+  // It cannot be told another rate.
+  const LinkReport asked = CheckLink(kTen + "&fps=30", {.seconds = 1, .first_frame_s = 2, .most_rates = 2});
+  EXPECT_FALSE(asked.Holds());
+  EXPECT_THAT(asked.camera_limit, HasSubstr("of the 30"));
+}
+
+TEST_F(SlowCamera, ItsExposureTimeIsNamedWhereThatIsWhy) {
+  Serve(
+      "<Float Name=\"AcquisitionFrameRate\"><pValue>RateInteger</pValue><Min>1</Min><Max>100</Max></Float>"
+      "<Integer Name=\"RateInteger\"><pValue>RateReg</pValue></Integer>");
+  const LinkReport report =
+      CheckLink(kTen + "&fps=30&exposure_us=90000", {.seconds = 1, .confirmed_times = 1, .first_frame_s = 2});
+  EXPECT_FALSE(report.trials.front().LostFrames());
+  EXPECT_THAT(report.camera_limit,
+              HasSubstr("its exposure time of 90 ms allows at most 11.11 frames a second"));
+  ASSERT_TRUE(report.remedy);
+  EXPECT_NEAR(std::atof(report.remedy->c_str() + 4), 10, 2) << *report.remedy;
 }
 
 // Each advice is followed for a minute: no frame may be lost, and as many must come as it promises. Behind each limit

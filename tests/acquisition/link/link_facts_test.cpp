@@ -26,7 +26,7 @@ struct GigabitLink {
                 .usb_memory_mb = {}};
   DeviceStatistics counted;
   double fps = 30, packet_size = 8000, buffer = 6e6;
-  std::optional<double> limit;
+  std::optional<double> limit, exposure_us;
 
   LinkFacts Facts() {
     counted.transport = {{"payload (bytes)", 2.6e6},
@@ -35,6 +35,7 @@ struct GigabitLink {
                          {"resend on", 1},
                          {"socket buffer asked for (bytes)", 6e6},
                          {"socket buffer (bytes)", buffer}};
+    if (exposure_us) counted.transport.emplace_back("exposure (us)", *exposure_us);
     if (limit) counted.transport.emplace_back("throughput limit (bytes/s)", *limit);
     return DescribeLink(camera, path, counted);
   }
@@ -163,6 +164,33 @@ TEST(LinkFacts, ACameraIsTheLimitWhereItsSettingOrTheLinkSaysSo) {
   facts.most_fps = 25;
   facts.set_fps = 24;
   EXPECT_THAT(CameraLimitText(23.9, facts), HasSubstr("allows 24 frames a second"));
+}
+
+TEST(LinkFacts, ACameraThatSendsLessThanItIsSetToIsTheLimit) {
+  LinkFacts facts;
+  facts.set_fps = 30;
+  EXPECT_THAT(CameraLimitText(10, facts), HasSubstr("sent 10 of the 30 frames a second that it is set to"));
+  facts.busy_share = 0.95;
+  EXPECT_EQ(CameraLimitText(10, facts), "") << "packets come all the time: the link may be full";
+  facts.exposure_s = 0.02;
+  EXPECT_EQ(CameraLimitText(10, facts), "") << "it would allow 50";
+  facts.exposure_s = 0.1;
+  EXPECT_THAT(CameraLimitText(10, facts),
+              HasSubstr("its exposure time of 100 ms allows at most 10 frames a second"));
+  facts.exposure_s = 0.06;
+  EXPECT_THAT(CameraLimitText(10, facts), HasSubstr("exposure time of 60 ms allows at most 16.67"))
+      << "it reads out afterwards";
+}
+
+TEST(LinkFacts, ARateIsNotHigherThanTheExposureAllows) {
+  GigabitLink setup;
+  setup.fps = 100;
+  EXPECT_EQ(setup.Wrong().name, "rate");
+  setup.exposure_us = 100'000;
+  EXPECT_EQ(setup.Wrong().name, "");
+  EXPECT_EQ(setup.Facts().set_fps, 100);
+  EXPECT_THAT(setup.Facts().facts.back().value,
+              HasSubstr("is set to 100.0, of which its exposure time allows 10.0"));
 }
 
 TEST(LinkFacts, NeighboursAreCountedWithWhatTheirLinksCarry) {
