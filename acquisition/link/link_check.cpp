@@ -98,13 +98,16 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
     return streamed;
   };
   // What holds by chance for a while is no remedy: it must hold for longer. True: nothing else is to be tried.
+  bool refused = false;  // the last one tried: the camera does not take it
   const auto is_remedy = [&](const std::string& settings) {
+    refused = false;
     for (const double times : {1.0, options.confirmed_times}) {
       std::optional<Streamed> streamed;
       try {
         streamed = try_with(settings, times * options.seconds);
       } catch (const UsageError&) {
-        return false;  // the camera does not take it
+        refused = true;
+        return false;
       }
       if (!streamed) return true;
       if (!streamed->trial.Held()) return false;
@@ -160,6 +163,7 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
   double fps = options.rate_share * first.fps;
   for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= options.rate_share) {
     const std::string slower = fmt::format("fps={:.4g}", fps);
+    if (refused && !report.camera_limit.empty()) return report;
     if (!is_remedy(packets > 0 ? slower + "&" + spread(fps) : slower)) continue;
     // One setting is better than two.
     if (packets > 0 && report.remedy) {
