@@ -90,7 +90,9 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
   const std::vector<std::string> edges = ChoicesOf(session, "TriggerActivation");
   for (const char* edge : {"RisingEdge", "RisingEdgeOrHighLevel"})
     if (Has(edges, edge)) {
-      RequireSetting(session, who, asked, "TriggerActivation", edge);
+      // Nobody asked for an edge by name.
+      if (std::string kept = WriteSetting(session, "TriggerActivation", edge); !kept.empty())
+        notes.push_back("triggers as it does: " + kept);
       break;
     }
   return notes;

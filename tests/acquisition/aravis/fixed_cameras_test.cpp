@@ -339,6 +339,14 @@ TEST_F(FixedCameras, ASourceThatDoesNotTakeTheWriteIsRefused) {
   EXPECT_THAT(Said(*OpenDriver(kCamera + "?format=Mono8&roi=64x64+0+0&trigger=Line0")), IsEmpty());
 }
 
+TEST_F(FixedCameras, AnEdgeThatNobodyAskedForIsTakenAsItIs) {
+  Add(Choice("TriggerActivation", {{"RisingEdge", 0}, {"FallingEdge", 1}}, "EdgeNow") +
+      Constant("EdgeNow", 1));
+  Start();
+  EXPECT_THAT(Said(*OpenDriver(kCamera + "?format=Mono8&roi=64x64+0+0&trigger=Line0")),
+              ElementsAre(HasSubstr("TriggerActivation reads FallingEdge and is read-only")));
+}
+
 // ---- room for a frame
 
 TEST_F(FixedCameras, APayloadThatIsTooSmallIsCorrected) {
