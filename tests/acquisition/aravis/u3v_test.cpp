@@ -435,7 +435,7 @@ TEST_F(U3v, APulledCableIsKnownAtOnce) {
   }
 }
 
-// The library divides by what it reads of the camera when a stream begins, also where it could read nothing.
+// The library does not outlive the begin of a stream whose camera it cannot read.
 TEST_F(U3v, ACableThatIsPulledBeforeTheStreamBeginsIsAnError) {
   EmulatedU3vCamera camera;
   const auto opened = OpenDriver(kSmall);
