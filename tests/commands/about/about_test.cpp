@@ -5,6 +5,7 @@
 // that is not installed is skipped, and said.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -105,6 +106,18 @@ TEST(Version, TellsTheLibrariesAndTheRenderer) {
        {"Aravis", "libgphoto2", "LibRaw", "GLFW", "OpenGV", "Ceres", "CGAL", "OpenEXR", "Dear ImGui"})
     EXPECT_THAT(result.output, ::testing::ContainsRegex(std::string(name) + " [0-9]")) << name;
   EXPECT_THAT(result.output, HasSubstr("\nOpenGL: "));
+}
+
+// Loading and binding libraries is what a start costs. Those of pictures and videos that OpenCV brings are a hundred and more, FFmpeg's
+// another hundred, loaded when a video is read.
+TEST(Version, AStartLoadsNoLibrariesOfVideosAndNoneOfOpenCvsReaders) {
+  const std::string libraries = Said("ldd \"$ULF_BINARY\"");
+  EXPECT_THAT(libraries, HasSubstr("libopencv_core"));
+  for (const char* name : {"libopencv_imgcodecs", "libopencv_videoio", "libopencv_highgui", "libavcodec", "libavformat",
+                           "libgdal", "libQt", "libLLVM"})
+    EXPECT_THAT(libraries, ::testing::Not(HasSubstr(name)));
+  constexpr int kMost = 100;  // 88 on Debian 12, where 260 were before
+  EXPECT_LE(std::ranges::count(libraries, '\n'), kMost) << libraries;
 }
 
 // Of the display, and of the window; the pages are named, too.
