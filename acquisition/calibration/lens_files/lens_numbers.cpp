@@ -19,7 +19,8 @@ bool AreZeroFrom(const std::vector<double>& values, std::size_t first) {
 
 int LensSide(double side, const LensNumbers& numbers, const std::string& where) {
   if (numbers.width == 0 && numbers.height == 0)
-    throw Error("{}: the size of the pictures is missing; add it to the file ({})", where, numbers.size_keys);
+    throw Error("{}: the size of the pictures is missing, or zero; write it into the file ({})", where,
+                numbers.size_keys);
   constexpr double kMostPx = 1 << 20;
   if (!(side >= 1 && side <= kMostPx) || side != std::floor(side))
     throw Error("{}: a size of {} x {} px; width and height are whole numbers from 1 to {:.0f}", where,

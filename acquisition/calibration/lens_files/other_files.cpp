@@ -35,6 +35,7 @@ constexpr std::array kOtherTexts = {
     OtherText{"sensor_msgs.msg.CameraInfo(",
               "a message of ROS as Python prints it; write it by ros2 topic echo --once "
               "TOPIC > camera_info.yaml"},
+    OtherText{"Intrinsic of \"", "a report of RealSense cameras (rs-enumerate-devices); {}"},
     OtherText{"Camera-system parameters",
               "Kalibr's report in words; give its camchain YAML file (camchain-*.yaml)"},
     OtherText{"[LEFT_CAM_", "a settings file of a ZED camera; {}"},

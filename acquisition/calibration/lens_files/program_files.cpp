@@ -92,10 +92,19 @@ Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::str
 }
 
 bool IsOrbSlamLens(const LensNode& top) {
-  return top.Has("Camera.fx") || top.Has("Camera1.fx") || top.Has("Camera.type");
+  for (const char* key : {"Camera.fx", "Camera1.fx", "Camera.type", "Camera.model"})
+    if (top.Has(key)) return true;
+  return top.FindPath({"Camera", "fx"}) != nullptr;
 }
 
-Lens ReadOrbSlamLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const std::string& wanted) {
+  // stella_vslam has a map of its own where ORB-SLAM has names with a dot.
+  LensNode top = settings;
+  if (const LensNode* nested = settings.Find("Camera"))
+    for (std::size_t i = 0; i < nested->keys.size(); ++i) {
+      top.keys.push_back("Camera." + nested->keys[i]);
+      top.items.push_back(nested->items[i]);
+    }
   std::vector<std::string> names;
   for (const char* name : {"Camera", "Camera1", "Camera2"})
     if (top.Has(std::string(name) + ".fx")) names.push_back(name);
@@ -106,8 +115,14 @@ Lens ReadOrbSlamLens(const LensNode& top, const std::string& where, const std::s
   if (name == "LEFT" || name == "RIGHT") return ReadMatrixLens({top}, where, name);
   const std::string place = where + ", " + name;
   LensNumbers numbers{.size_keys = "Camera.width: W and Camera.height: H"};
-  const std::string type = top.Has("Camera.type") ? top.Find("Camera.type")->text : "PinHole";
-  numbers.said = LensModelOfWord(type, "Camera.type: " + type, where);
+  LensNode words{.kind = LensNode::Kind::kMap};
+  for (const char* key : {"Camera.type", "Camera.model"})
+    if (const LensNode* word = top.Find(key)) {
+      words.keys.push_back(words.keys.empty() ? "cameramodel" : "modeltype");
+      words.items.push_back(*word);
+    }
+  const std::string type = words.items.empty() ? "PinHole" : words.items[0].text;
+  numbers.said = SaidLensModelOf(words, where);
   const auto number = [&](const char* key, bool required) {
     const std::string full = name + "." + key;
     return required || top.Has(full) ? RequiredLensNumber(top, full, where) : 0.0;
@@ -117,16 +132,18 @@ Lens ReadOrbSlamLens(const LensNode& top, const std::string& where, const std::s
   if (is_fisheye) {
     numbers.coefficients = {number("k1", true), number("k2", true), number("k3", true), number("k4", true)};
   } else {
-    if (top.Has(name + ".k4"))
+    if (number("k4", false) != 0)
       throw Error(
-          "{}: '{}.k4' belongs to a fisheye, but Camera.type is {}; write KannalaBrandt8 there, or leave out "
+          "{}: '{}.k4' belongs to a fisheye, but the model is {}; write Camera.type: KannalaBrandt8, or "
+          "leave out "
           "k4",
           place, name, type);
     numbers.coefficients = {number("k1", false), number("k2", false), number("p1", false),
                             number("p2", false), number("k3", false)};
     if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, "Camera.type: " + type};
   }
-  for (const auto& [key, side] : {std::pair{"width", &numbers.width}, std::pair{"height", &numbers.height}})
+  for (const auto& [key, side] : {std::pair{"width", &numbers.width}, std::pair{"height", &numbers.height},
+                                  std::pair{"cols", &numbers.width}, std::pair{"rows", &numbers.height}})
     for (const std::string& owner : {name, std::string("Camera")})
       if (*side == 0 && top.Has(owner + "." + key)) *side = RequiredLensNumber(top, owner + "." + key, where);
   return FinishedLens(numbers, place);

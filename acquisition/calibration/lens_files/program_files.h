@@ -20,7 +20,7 @@ Lens ReadKalibrLens(const LensNode& top, const std::string& where, const std::st
 bool IsEurocLens(const LensNode& top);
 Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::string& wanted);
 
-// Settings of ORB-SLAM2 and 3, Camera.fx or Camera1.fx.
+// Settings of ORB-SLAM2 and 3, Camera.fx or Camera1.fx, and of stella_vslam.
 bool IsOrbSlamLens(const LensNode& top);
 Lens ReadOrbSlamLens(const LensNode& top, const std::string& where, const std::string& wanted);
 

@@ -27,7 +27,8 @@ std::map<std::string, std::string> ColmapRows(const std::string& text) {
 CameraModel TransformsCamera(const nlohmann::json& keys, const std::string& where) {
   const JsonPlace place{keys, where};
   if (!HasSize(place))
-    throw Error("{}: the size of the pictures is missing; add it to the file (\"w\": W, \"h\": H)", where);
+    throw Error("{}: the size of the pictures is missing; write it into the file (\"w\": W, \"h\": H)",
+                where);
   return ReadCamera(place, {});
 }
 

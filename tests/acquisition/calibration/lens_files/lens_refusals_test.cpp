@@ -179,6 +179,7 @@ TEST(LensRefusals, OtherProgramsAreNamed) {
            Case{"sensor_msgs.msg.CameraInfo(header=std_msgs.msg.Header(\n", "ROS", "ros2 topic echo"},
            Case{"Calibration results\n====\nCamera-system parameters:\ncam0 (/cam0):\n", "Kalibr",
                 "camchain"},
+           Case{"Intrinsic of \"Color\" / 640x480 / {RGB8}\n  Width: 640\n", "RealSense", "camera_matrix"},
            Case{"[LEFT_CAM_HD]\nfx=700\n", "ZED", "camera_matrix"},
            Case{"fc = [ 657 ; 657 ];\ncc = [ 302 ; 242 ];\n", "MATLAB", "camera_matrix"},
            Case{"RadTan 600 600 320 240 0 0 0 0\n640 480\ncrop\n640 480\n", "DSO", "camera_matrix"},
