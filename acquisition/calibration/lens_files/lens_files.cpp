@@ -40,6 +40,24 @@ constexpr std::array kLensPrograms = {
     LensProgram{"OpenCV", "YAML, XML or JSON with camera_matrix and distortion_coefficients"},
 };
 
+// Whether damaged text has words of a lens file: else it is of something else, which no message should tell to mend.
+bool HasLensWords(const std::string& text) {
+  for (const char* word : {"intrinsic", "amera_matrix", "ameraMatrix", "istortion", "resolution",
+                           "K:", "\"K\"", "fx", "<f>", "projection", "amera_model", "mage_width", "opencv"})
+    if (text.find(word) != std::string::npos) return true;
+  return false;
+}
+
+// As LensTreesOf(); none for damaged text without words of a lens file, too.
+std::optional<std::vector<LensNode>> TreesOfLensText(const std::string& text, const std::string& where) {
+  try {
+    return LensTreesOf(text, where);
+  } catch (const Error&) {
+    if (HasLensWords(text)) throw;
+    return std::nullopt;
+  }
+}
+
 }  // namespace
 
 std::optional<ReadLens> ReadLensText(const std::string& text, const std::string& where,
@@ -47,7 +65,7 @@ std::optional<ReadLens> ReadLensText(const std::string& text, const std::string&
   if (const auto other = OtherLensText(text))
     throw Error("{}: {}. Read are the files of {}", where, *other, ReadableLensFiles());
   if (IsColmapCameras(text)) return ReadLens{ReadColmapLens(text, where, camera), "COLMAP"};
-  const auto trees = LensTreesOf(text, where);
+  const auto trees = TreesOfLensText(text, where);
   if (!trees || trees->empty()) return std::nullopt;
   const LensNode& top = trees->front();
   if (IsTransformsLens(top)) return ReadLens{ReadTransformsLens(text, where, camera), "nerfstudio"};

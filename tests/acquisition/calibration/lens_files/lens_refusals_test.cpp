@@ -218,7 +218,9 @@ TEST(LensRefusals, OtherProgramsAreNamed) {
   // What follows is the one list.
   EXPECT_THAT(ErrorOf("shutter: 5\n"), HasSubstr(ReadableLensFiles()));
   EXPECT_THAT(ErrorOf("[LEFT_CAM_HD]\nfx=700\n"), HasSubstr(ReadableLensFiles()));
-  EXPECT_EQ(ErrorOf("words without any form\n"), "not recognised");
+  for (const char* text : {"words without any form\n", "import cv2\nprint(\"a: b\")\nx = [1\n",
+                           "# Title\n\nSome text: with colon\n- item\n"})
+    EXPECT_EQ(ErrorOf(text), "not recognised") << text;
 }
 
 TEST(LensRefusals, DamagedTextIsNamedByItsLine) {
@@ -228,7 +230,7 @@ TEST(LensRefusals, DamagedTextIsNamedByItsLine) {
   EXPECT_THAT(ErrorOf("<?xml version=\"1.0\"?>\n<calibration>\n<f>6"),
               AllOf(HasSubstr("the file, line 3"), HasSubstr("XML")));
   // A text that refers to itself must not become a tree without end.
-  std::string growing = "a0: &a0 [1, 1]\n";
+  std::string growing = "intrinsics: 1\na0: &a0 [1, 1]\n";
   for (int i = 1; i < 11; ++i) growing += fmt::format("a{0}: &a{0} [*a{1}, *a{1}, *a{1}, *a{1}]\n", i, i - 1);
   EXPECT_THAT(ErrorOf(growing), HasSubstr("too many values"));
 }
