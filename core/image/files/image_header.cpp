@@ -114,19 +114,21 @@ class Tiff {
     constexpr std::int64_t kMostEntries = 4096;
     ImageHeader header{"TIFF", 0, 0, 1, 1, false, false};
     const std::int64_t first = directory + (is_big_ ? 8 : 2), step = is_big_ ? 20 : 12;
+    bool is_log = false;
     const std::int64_t count_read = std::min(*entries, kMostEntries);
     for (std::int64_t i = 0; i < count_read; ++i) {
       const std::int64_t at = first + i * step;
       const auto tag = NumberAt(at, 2), type = NumberAt(at + 2, 2), count = NumberAt(at + 4, wide);
       if (!tag || !type || !count) return std::nullopt;
-      constexpr int kSubfileType = 254, kWidth = 256, kHeight = 257, kBits = 258, kChannels = 277,
-                    kExtra = 338, kSampleFormat = 339;
+      constexpr int kSubfileType = 254, kWidth = 256, kHeight = 257, kBits = 258, kLight = 262,
+                    kChannels = 277, kExtra = 338, kSampleFormat = 339;
       const int size = BytesOfNumber(*type);
       const std::int64_t value = at + 4 + wide;
       const bool is_inside = *count <= wide / size;
       const std::int64_t place = is_inside ? value : NumberAt(value, wide).value_or(-1);
       const std::int64_t number = NumberAt(place, size).value_or(0);
-      constexpr std::int64_t kThumbnail = 1, kMask = 4, kFloat = 3;
+      constexpr std::int64_t kThumbnail = 1, kMask = 4, kFloat = 3, kLogL = 32844, kLogLuv = 32845;
+      if (*tag == kLight) is_log = number == kLogL || number == kLogLuv;
       if (*tag == kSubfileType) is_picture = (number & (kThumbnail | kMask)) == 0;
       if (*tag == kWidth) header.width = number;
       if (*tag == kHeight) header.height = number;
@@ -135,6 +137,7 @@ class Tiff {
       if (*tag == kExtra) header.alpha = number == 1 || number == 2;
       if (*tag == kSampleFormat) header.is_float = number == kFloat;
     }
+    header.is_float = header.is_float || is_log;
     next_ = NumberAt(first + *entries * step, wide);
     return header.width > 0 && header.height > 0 ? std::optional(header) : std::nullopt;
   }

@@ -135,6 +135,9 @@ void TiffPage::ReadTags() {
         path_, width, height);
   width_ = static_cast<int>(width);
   height_ = static_cast<int>(height);
+  if (std::uint16_t light = 0; TIFFGetField(file_.get(), TIFFTAG_PHOTOMETRIC, &light) == 1 &&
+                               (light == PHOTOMETRIC_LOGL || light == PHOTOMETRIC_LOGLUV))
+    TIFFSetField(file_.get(), TIFFTAG_SGILOGDATAFMT, SGILOGDATAFMT_FLOAT);  // sets the tags that follow
   channels_ = Short(TIFFTAG_SAMPLESPERPIXEL, 1);
   bits_ = Short(TIFFTAG_BITSPERSAMPLE, 1);
   format_ = Short(TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
@@ -412,8 +415,13 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
     case PHOTOMETRIC_CFA:
       RefuseKind("of a sensor's mosaic", "name it .dng, if it is one, or develop it with a raw converter");
     case PHOTOMETRIC_LOGL:
+      cv::extractChannel(samples, picture.pixels, 0);
+      return;
     case PHOTOMETRIC_LOGLUV:
-      RefuseKind("of LogLuv", "convert it to OpenEXR");
+      require(3);
+      // X, Y, Z of the light itself, as programs write it that take sRGB's white for granted (OpenCV among them).
+      cv::cvtColor(first_three(-1), picture.pixels, cv::COLOR_XYZ2BGR);
+      return;
     default:
       RefuseKind(fmt::format("of another kind of colours (photometric interpretation {})", light_), as_rgb);
   }

@@ -1,6 +1,6 @@
 // TIFF pictures of any layout (TIFF 6.0, BigTIFF, Adobe's supplements), through libtiff: in strips or tiles, chunky or in planes,
 // of whole numbers of 1 to 16 and of 32 bits or of floating point of 16, 24, 32 or 64, black or white at zero, palettes, inks,
-// YCbCr and CIE L*a*b*.
+// YCbCr, CIE L*a*b* and LogLuv.
 #pragma once
 
 #include <string>

@@ -172,9 +172,9 @@ TEST(CalibrationFormats, WhatCannotBeSaidIsAnErrorThatNamesIt) {
 }
 
 TEST(CalibrationFormats, WhatNestsOneLevelTooDeepIsRefused) {
-  constexpr int kLevels = 101;
+  constexpr int kLevels = 102;
   std::string tags = "<?xml version=\"1.0\"?>\n<opencv_storage>\n", ends;
-  std::string keys = "%YAML:1.0\n---\n", items = keys, indented = keys;
+  std::string keys = "%YAML:1.0\n---\ncamera_matrix: 1\n", items = keys, indented = keys;
   for (int i = 0; i < kLevels; ++i) {
     if (i > 0) tags += "<a>", ends += "</a>";  // within the first
     keys += "a: ";
