@@ -160,10 +160,14 @@ cv::Mat BoardScene::CardLight(std::uint64_t noise_seed) const {
   return light;
 }
 
-cv::Mat BoardScene::Render(const Rigid3& cam_from_board, std::uint64_t noise_seed) const {
+cv::Mat BoardScene::Light(const Rigid3& cam_from_board, std::uint64_t noise_seed) const {
   cv::Mat light = options_.board ? BoardLight(cam_from_board) : CardLight(noise_seed);
   if (options_.blur_px > 0) cv::GaussianBlur(light, light, {}, options_.blur_px);
-  light = light.mul(vignetting_).mul(dust_);
+  return light.mul(vignetting_).mul(dust_);
+}
+
+cv::Mat BoardScene::Render(const Rigid3& cam_from_board, std::uint64_t noise_seed) const {
+  cv::Mat light = Light(cam_from_board, noise_seed);
   if (options_.noise_levels > 0) {
     cv::RNG random(options_.seed * 1000003 + noise_seed);
     cv::Mat noise(light.size(), CV_32FC1);
@@ -211,6 +215,11 @@ Rigid3 BoardScene::HeldAt(std::uint64_t stop, double share) const {
   return {from.rotation.slerp(s, to.rotation), (1 - s) * from.translation + s * to.translation};
 }
 
+Rigid3 BoardScene::HeldAtTime(double time_s) const {
+  const double stops = std::max(0.0, time_s) / kStopS;
+  return HeldAt(static_cast<std::uint64_t>(stops), 2 * (stops - std::floor(stops)) - 1);
+}
+
 namespace {
 
 class SimulatedBoardDevice : public Device {
@@ -235,11 +244,9 @@ class SimulatedBoardDevice : public Device {
 
   std::optional<Frame> Next(std::chrono::milliseconds /*timeout*/) override {
     if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
-    const double time_s = static_cast<double>(next_) / fps_, stops = time_s / kStopS;
-    const double within = stops - std::floor(stops);
+    const double time_s = static_cast<double>(next_) / fps_;
     Frame frame;
-    frame.image = {scene_.Render(scene_.HeldAt(static_cast<std::uint64_t>(stops), 2 * within - 1), next_),
-                   Transfer::kLinear};
+    frame.image = {scene_.Render(scene_.HeldAtTime(time_s), next_), Transfer::kLinear};
     frame.id = next_++;
     frame.device_time_s = time_s;
     frame.host_time_s = EpochSeconds();
@@ -279,12 +286,12 @@ SensorWindow WindowOf(const DeviceUri& uri, int width, int height) {
 
 }  // namespace
 
-std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri) {
+BoardSceneOptions BoardSceneFromUri(const DeviceUri& uri, SensorWindow& window) {
   uri.AllowOnly({"board", "lens", "seed", "width", "height", "fps", "noise", "vignetting", "gradient", "dust",
                  "stops", "roi", "binning"});
   const int width = static_cast<int>(uri.Number("width", 640, 64, 8192));
   const int height = static_cast<int>(uri.Number("height", 480, 64, 8192));
-  const SensorWindow window = WindowOf(uri, width, height);
+  window = WindowOf(uri, width, height);
   BoardSceneOptions options;
   if (uri.path == "board") options.board = Board::Parse(uri.Option("board").value_or(Board().Text()));
   options.camera = ForWindow(SimulatedLens(uri.Option("lens").value_or("barrel"), width, height),
@@ -294,6 +301,12 @@ std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri) {
   options.vignetting = uri.Number("vignetting", uri.path == "card" ? 0.4 : 0, 0, 0.95);
   options.gradient = uri.Number("gradient", 0, 0, 1);
   options.dust = static_cast<int>(uri.Number("dust", 0, 0, 1000));
+  return options;
+}
+
+std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri) {
+  SensorWindow window;
+  const BoardSceneOptions options = BoardSceneFromUri(uri, window);
   return std::make_unique<SimulatedBoardDevice>(uri, options, window, uri.Number("fps", 15, 1, 1000),
                                                 static_cast<std::uint64_t>(uri.Number("stops", 40, 1, 1e6)));
 }

@@ -40,8 +40,12 @@ class BoardScene {
 
   // CV_8UC1, linear. `noise_seed` picks the noise and, of a card, its lighting.
   cv::Mat Render(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
+  // The same without noise: CV_32FC1, 1 is full scale.
+  cv::Mat Light(const Rigid3& cam_from_board, std::uint64_t noise_seed) const;
   // The board's pose: at rest at the `stop`-th place for share 0, on the way to the next one for more.
   Rigid3 HeldAt(std::uint64_t stop, double share) const;
+  // The same at a time: half of each stop's time it rests.
+  Rigid3 HeldAtTime(double time_s) const;
   // Light that reaches the sensor, 1 in the middle, without dust: CV_32FC1.
   const cv::Mat& Vignetting() const { return vignetting_; }
 
@@ -55,6 +59,9 @@ class BoardScene {
   std::vector<Eigen::Vector3f> corner_rays_;  // of pixel corners, row by row; zero where there is none
   cv::Mat vignetting_, dust_;
 };
+
+// What a URI as below says of the scene; `window` is then the part of the sensor. Throws UsageError.
+BoardSceneOptions BoardSceneFromUri(const DeviceUri& uri, SensorWindow& window);
 
 // `sim:board?board=SPEC&lens=barrel&seed=7&width=640&height=480&fps=15&noise=1&vignetting=0&stops=40`, of a
 // card `sim:card?vignetting=0.4&gradient=0.05&dust=3`, and for both `roi=X,Y,W,H&binning=2` (a part of the

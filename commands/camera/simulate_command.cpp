@@ -20,7 +20,7 @@ namespace ulf::commands {
 namespace {
 
 struct SimulateArgs {
-  std::string scene = "studio", options;
+  std::string scene = "studio", options, board;
   std::vector<std::string> interfaces{"127.0.0.1"}, serials, poses, calibrations, faults;
   std::vector<std::uint64_t> seeds;
   double fps = 0, duration_s = 0, line_hz = 10;
@@ -35,6 +35,22 @@ void RequireOneEach(const char* option, const std::vector<T>& values, std::size_
                      values.size(), cameras);
 }
 
+// What a `sim:` URI says: a scene before a hand, or a board or card before the camera.
+std::pair<acquisition::SimulationOptions, std::optional<acquisition::BoardSceneOptions>> SceneOf(
+    const DeviceUri& uri) {
+  if (uri.path != "board" && uri.path != "card")
+    return {acquisition::SimulationOptions::FromUri(uri), std::nullopt};
+  SensorWindow window;
+  const acquisition::BoardSceneOptions board = acquisition::BoardSceneFromUri(uri, window);
+  acquisition::SimulationOptions simulation;
+  simulation.scene = uri.path;
+  simulation.width = board.camera.width;
+  simulation.height = board.camera.height;
+  simulation.seed = board.seed;
+  simulation.fps = uri.Number("fps", simulation.fps, 1, 1000);
+  return {simulation, board};
+}
+
 // The options of each camera of the command line.
 std::vector<acquisition::GigeServerOptions> CamerasOf(const SimulateArgs& args) {
   const std::size_t count = args.interfaces.size();
@@ -43,15 +59,18 @@ std::vector<acquisition::GigeServerOptions> CamerasOf(const SimulateArgs& args) 
   RequireOneEach("--poses", args.poses, count);
   RequireOneEach("--calibration-out", args.calibrations, count);
   // --options takes options of `sim:` URIs; the command's own options take precedence.
-  std::string uri = "sim:" + args.scene;
+  std::string uri = "sim:" + (args.board.empty() ? args.scene : "board");
   if (!args.options.empty()) uri += "?" + args.options;
-  acquisition::SimulationOptions simulation = acquisition::SimulationOptions::FromUri(DeviceUri::Parse(uri));
+  if (!args.board.empty()) uri += fmt::format("{}board={}", args.options.empty() ? "?" : "&", args.board);
+  const auto [simulation_of_uri, board] = SceneOf(DeviceUri::Parse(uri));
+  acquisition::SimulationOptions simulation = simulation_of_uri;
   if (args.fps != 0) simulation.fps = args.fps;
   for (const std::string& fault : args.faults) simulation.faults.Add(fault);
   std::vector<acquisition::GigeServerOptions> cameras;
   for (std::size_t i = 0; i < count; ++i) {
     acquisition::GigeServerOptions camera{
         .simulation = simulation,
+        .board = board,
         .interface = args.interfaces[i],
         .serial = args.serials.empty() ? fmt::format("ULF-SIM-{}", i + 1) : args.serials[i],
         .poses = args.poses.empty() ? "" : args.poses[i],
@@ -59,6 +78,7 @@ std::vector<acquisition::GigeServerOptions> CamerasOf(const SimulateArgs& args) 
         .loop = args.loop};
     camera.simulation.seed = args.seeds.empty() ? simulation.seed + i : args.seeds[i];
     camera.simulation.Validate();
+    if (camera.board) camera.board->seed = camera.simulation.seed;
     cameras.push_back(camera);
   }
   return cameras;
@@ -86,7 +106,7 @@ int RunSimulate(const SimulateArgs& args) {
     const auto& server = servers.emplace_back(std::make_unique<acquisition::SimulatedGigeCamera>(cameras[i]));
     waiting.reset();
     if (!args.calibrations.empty())
-      acquisition::WriteCalibration(args.calibrations[i], server->camera().StoredCamera(), cameras[i].serial,
+      acquisition::WriteCalibration(args.calibrations[i], server->StoredCamera(), cameras[i].serial,
                                     "exact: the simulated camera of scene " + cameras[i].simulation.scene);
     fmt::print("serving aravis:{} at {}\n", server->DeviceId(), cameras[i].interface);
     std::fflush(stdout);
@@ -121,8 +141,13 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
   const auto args = std::make_shared<SimulateArgs>();
   auto* sub = app.add_subcommand("simulate", "Serves the simulated camera as a real GigE Vision device");
   sub->add_option("scene", args->scene,
-                  fmt::format("Scene: {} (docs/devices.md)", fmt::join(acquisition::Scene::Names(), ", ")))
+                  fmt::format("Scene: {}, board or card (docs/devices.md)",
+                              fmt::join(acquisition::Scene::Names(), ", ")))
       ->capture_default_str();
+  sub->add_option("--board", args->board,
+                  "Hold a board before the camera, as `ulf board` prints it, to practise ulf calibrate; "
+                  "--options are then "
+                  "those of sim:board, such as \"lens=wide\"");
   sub->add_option("--interface", args->interfaces,
                   "IPv4 addresses of this machine, separated by commas; one camera each")
       ->delimiter(',')
@@ -158,6 +183,8 @@ void AddSimulateCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->footer(
       "Example: ulf simulate studio --calibration-out sim.json --poses truth.txt &\n"
       "         ulf capture aravis:ULF-ULF-SIM-1 --calibration sim.json -o studio --until-covered 60x40\n"
+      "         ulf simulate --board charuco:7x5:30:22:DICT_5X5_100 &\n"
+      "         ulf calibrate aravis:ULF-ULF-SIM-1 -o sim.json\n"
       "         ulf simulate --interface 127.0.0.1,127.0.0.2 --fault lost=0.005 --fault disconnect=20:3\n"
       "Runs until SIGINT, SIGTERM or SIGHUP. Prints a line for each camera when it can be opened and one "
       "with "

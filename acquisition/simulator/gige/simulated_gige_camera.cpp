@@ -51,7 +51,12 @@ struct Settings {
 }  // namespace
 
 struct SimulatedGigeCamera::State {
-  explicit State(const GigeServerOptions& o) : options(o), camera(o.simulation) {}
+  explicit State(const GigeServerOptions& o) : options(o) {
+    if (o.board)
+      board.emplace(*o.board);
+    else
+      camera.emplace(o.simulation);
+  }
   ~State();
 
   void Serve();
@@ -62,6 +67,7 @@ struct SimulatedGigeCamera::State {
   void Render();
   Frame FrameAt(double hand_s, const Settings& settings);
   Frame Capture(double hand_s, const Settings& settings, double light_s) const;
+  Frame CaptureBoard(double hand_s, const Settings& settings) const;
   void PulseLine();
   void RunFaults();
   void DescribeFrame(ArvBuffer* buffer, const Settings& wanted, std::uint64_t number, double hand_s);
@@ -79,7 +85,8 @@ struct SimulatedGigeCamera::State {
   }
 
   GigeServerOptions options;
-  SimulatedCamera camera;
+  std::optional<SimulatedCamera> camera;  // or
+  std::optional<BoardScene> board;
   std::optional<LoopbackAddress> public_address, hidden_address;
   std::unique_ptr<GigeRelay> relay;
   std::unique_ptr<GigeTransport> transport;
@@ -408,12 +415,32 @@ void SimulatedGigeCamera::State::DescribeFrame(ArvBuffer* buffer, const Settings
 }
 
 Frame SimulatedGigeCamera::State::Capture(double hand_s, const Settings& now, double light_s) const {
-  return camera.Capture({.open_s = hand_s,
-                         .exposure_s = 1e-6 * std::max(10u, now.exposure_us),
-                         .gain = std::pow(10, now.gain_tenths_db / 200.0),
-                         .format = SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
-                         .id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6)),
-                         .light = options.simulation.faults.Light(light_s)});
+  if (board) return CaptureBoard(hand_s, now);
+  return camera->Capture({.open_s = hand_s,
+                          .exposure_s = 1e-6 * std::max(10u, now.exposure_us),
+                          .gain = std::pow(10, now.gain_tenths_db / 200.0),
+                          .format = SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
+                          .id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6)),
+                          .light = options.simulation.faults.Light(light_s)});
+}
+
+Frame SimulatedGigeCamera::State::CaptureBoard(double hand_s, const Settings& now) const {
+  const auto id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6));
+  const double exposure_s = 1e-6 * std::max(10u, now.exposure_us);
+  const Rigid3 cam_from_board = board->HeldAtTime(hand_s + 0.5 * exposure_s);
+  const cv::Mat light = board->Light(cam_from_board, id);
+  cv::Mat four;
+  cv::merge(std::vector<cv::Mat>(4, light), four);
+  Frame frame;
+  frame.gain = std::pow(10, now.gain_tenths_db / 200.0);
+  frame.image = Expose(four, {.noise = board->options().noise_levels > 0},
+                       {exposure_s, frame.gain, SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
+                        options.simulation.seed * 0x9E3779B97F4A7C15u + id});
+  frame.id = id;
+  frame.device_time_s = hand_s + 0.5 * exposure_s;
+  frame.exposure_s = exposure_s;
+  frame.known_cam_from_world = Rigid3{cam_from_board.rotation, 0.001 * cam_from_board.translation};
+  return frame;
 }
 
 // Renders the loop with the settings that the camera starts with, on several cores.
@@ -487,7 +514,10 @@ SimulatedGigeCamera::~SimulatedGigeCamera() = default;
 std::string SimulatedGigeCamera::DeviceId() const {
   return std::string(kVendor) + "-" + state_->options.serial;
 }
-const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->camera; }
+const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->camera.value(); }
+CameraModel SimulatedGigeCamera::StoredCamera() const {
+  return state_->board ? state_->board->options().camera : state_->camera->StoredCamera();
+}
 GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
 void SimulatedGigeCamera::HearMaster(bool heard) { state_->transport->HearMaster(heard); }
 

@@ -30,16 +30,21 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "acquisition/simulator/gige/gige_relay.h"
 #include "acquisition/simulator/gige/gige_transport.h"
+#include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
 
 namespace ulf::acquisition {
 
 struct GigeServerOptions {
   SimulationOptions simulation;
+  // A board or card is held before the camera, in place of the simulation's scene and hand; its camera is as large as the
+  // simulation's.
+  std::optional<BoardSceneOptions> board = {};
   std::string interface = "127.0.0.1";  // an IPv4 address of this machine; one camera per address
   std::string serial = "ULF-SIM-1";
   std::filesystem::path poses;  // empty: not written
@@ -68,7 +73,8 @@ class SimulatedGigeCamera {
 
   // As Aravis lists it: "Vendor-Serial".
   std::string DeviceId() const;
-  const SimulatedCamera& camera() const;
+  const SimulatedCamera& camera() const;  // there is none before a board
+  CameraModel StoredCamera() const;       // of a calibration
   GigeServerStatistics Statistics() const;
   // Null without a fault that needs a relay. `freeze=0:0`, a freeze without length, makes one for tests that
   // control the link.

@@ -284,6 +284,28 @@ TEST_F(GigeSimulator, CommandServesUntilASignal) {
   EXPECT_EQ(command.Wait(5), 0);
 }
 
+// Calibration practised over the network: the board of the sheet before a lens that is known.
+TEST_F(GigeSimulator, CommandHoldsABoardBeforeTheCamera) {
+  const char* binary = std::getenv("ULF_BINARY");
+  ASSERT_NE(binary, nullptr) << "run through ctest";
+  const std::string truth = (scratch_ / "truth.json").string(), found = (scratch_ / "found.json").string();
+  test::ChildProcess command({binary, "simulate", "--board", "aprilgrid:6x6:30:9", "--calibration-out", truth,
+                              "--fps", "12", "--options", "lens=barrel&width=480&height=360"});
+  ASSERT_THAT(command.ReadUntil("serving", 30), HasSubstr("serving aravis:ULF-ULF-SIM-1 at 127.0.0.1"));
+  EXPECT_EQ(ReadCalibration(truth), SimulatedLens("barrel", 480, 360));
+  test::ChildProcess calibrate(
+      {binary, "calibrate", "aravis:127.0.0.1", "--board", "aprilgrid:6x6:30:9", "-o", found});
+  // A dozen places; all of them would take a minute. Then it calibrates from what it has.
+  std::this_thread::sleep_for(std::chrono::seconds(15));
+  calibrate.Signal(SIGINT);
+  EXPECT_EQ(calibrate.Wait(60), 0);
+  command.Signal(SIGTERM);
+  EXPECT_EQ(command.Wait(5), 0);
+  ASSERT_TRUE(std::filesystem::exists(found));
+  EXPECT_NEAR(ReadCalibration(found).fx, 0.875 * 480, 10);
+  EXPECT_EQ(test::RunUlf("simulate --board charuco:7 --duration-s 1").exit_code, 2);
+}
+
 TEST_F(GigeSimulator, CommandServesSeveralCamerasWithFaults) {
   const char* binary = std::getenv("ULF_BINARY");
   ASSERT_NE(binary, nullptr) << "run through ctest";
