@@ -300,7 +300,7 @@ std::string Differences(const Board& said, const Board& board, bool other_step) 
                                     board.gap_mm / board.marker_mm, said.gap_mm / said.marker_mm)
                       : fmt::format("the square is {:.2f} of the marker, not {:.2f}; measure both",
                                     board.square_mm / board.marker_mm, said.square_mm / said.marker_mm));
-  else if (board.IsMarkerGrid() != said.IsMarkerGrid())
+  else if (board.IsMarkerGrid() != said.IsMarkerGrid() || said.kind == BoardKind::kChessboard)
     all.emplace_back("measure its lengths");
   return fmt::format("{}", fmt::join(all, "; "));
 }

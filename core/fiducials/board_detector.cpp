@@ -134,11 +134,15 @@ void AddMarkerCorners(const Board& board, int number, int cells, const cv::Mat& 
   const double half_window_px =
       kClear * side_px *
       std::min(static_cast<double>(board.BorderCells()) / cells, board.gap_mm / board.marker_mm);
+  // Where the picture's edge cuts a marker it has corners that are none.
+  const auto margin =
+      static_cast<float>(std::clamp<double>(half_window_px, kLeastHalfWindowPx, kMostHalfWindowPx) + 1);
+  const cv::Rect2f inside(margin, margin, static_cast<float>(gray.cols) - 2 * margin,
+                          static_cast<float>(gray.rows) - 2 * margin);
   for (int k = 0; k < 4; ++k) {
     const Eigen::Vector2d& corner = marker[static_cast<std::size_t>(k)];
     const cv::Point2f rough(static_cast<float>(corner.x() - 0.5), static_cast<float>(corner.y() - 0.5));
-    if (!cv::Rect2f(0, 0, static_cast<float>(gray.cols), static_cast<float>(gray.rows)).contains(rough))
-      continue;
+    if (!inside.contains(rough)) continue;
     Corners one = {rough};
     RefineCorners(gray, half_window_px, one);
     if (cv::norm(one[0] - rough) < std::max(kFarthestPx, kFarthestShare * side_px))

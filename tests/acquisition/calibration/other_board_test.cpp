@@ -56,7 +56,7 @@ TEST(OtherBoard, IsToldByItsText) {
            {"aruco:6x6:30:9:DICT_APRILTAG_36h11", "aprilgrid:6x6:30:9", "", "Kalibr"},
            {"aprilgrid:6x6:30:9", "aruco:6x6:30:9:DICT_APRILTAG_36h11", "", "ArUco"},
            {"aprilgrid:5x6:30:9", "aprilgrid:6x5:30:9", "", "exchanged"},
-           {"aprilgrid:6x6:30:0.3", "aprilgrid:6x6:30:9", "", "0.30 of the marker, not 0.01"},
+           {"aprilgrid:6x6:30:0.3", "aprilgrid:6x6:30:9", "", "of the marker, not 0.01"},
            {"aprilgrid:6x6:30:9", "aprilgrid:6x6:30:9:first=36", "", "begin with 36"},
            {"aruco:5x4:30:9:DICT_5X5_100", "charuco:7x5:40:30:DICT_5X5_100", "charuco:7x5:40:30:DICT_5X5_100",
             "measure its lengths"},

@@ -106,7 +106,8 @@ TEST(AprilGrid, IsFoundWhereTheLensPutsIt) {
     EXPECT_GT(static_cast<double>(found), 0.9 * static_cast<double>(whole)) << lens;
     std::ranges::sort(errors);
     EXPECT_LT(errors[errors.size() / 2], 0.15) << lens;
-    EXPECT_LT(errors[errors.size() * 95 / 100], 0.8) << lens;
+    EXPECT_LT(errors.back(), 0.8) << lens
+                                  << ": a tag that the edge of the picture cuts has corners that are none";
   }
 }
 
