@@ -66,7 +66,7 @@ std::vector<cv::Mat> SomePictures(const CalibrationSource& source,
 bool RefuseOtherBoard(const Board& said, const CalibrationSource& source,
                       const acquisition::CollectedViews& collected, acquisition::CalibrationResult& result) {
   // Pixels: right boards come out with less; and from where on wrong lengths spoil the result. Guessed.
-  constexpr double kSuspiciousPx = 0.4, kSpoiltPx = 1;
+  constexpr double kSuspiciousPx = 0.25, kSpoiltPx = 1;
   if (result.ok() && result.rms_px < kSuspiciousPx) return false;
   const auto other = acquisition::BoardInPictures(said, SomePictures(source, collected));
   if (!other) return false;
