@@ -226,7 +226,7 @@ CollectedViews CollectViews(const std::vector<std::string>& files, const Board& 
   if (files.empty()) throw Error("no images to calibrate from; give a folder or image files");
   CollectedViews collected;
   for (std::size_t i = 0; i < files.size() && !options.stop(); ++i) {
-    const Image image{ReadImageFile(files[i]), Transfer::kSrgb};
+    const Image image{ReadImageFile(files[i]), TransferOfFile(files[i])};
     const cv::Mat gray = GrayForTracking(image);
     RequireSize(collected, gray, files[i]);
     BoardView view = DetectBoard(board, gray);

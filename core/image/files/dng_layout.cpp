@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
@@ -26,9 +27,14 @@ enum DngTag : std::uint16_t {
   kTagTilePlaces = 324,
   kTagTileSizes = 325,
   kTagDirectories = 330,
+  kTagPlanes = 284,
   kTagMosaicSize = 33421,
+  kTagMosaic = 33422,
   kTagDngVersion = 50706,
+  kTagMosaicColors = 50710,
   kTagMosaicLayout = 50711,
+  kTagBlackPeriod = 50713,
+  kTagBlack = 50714,
 };
 constexpr std::uint32_t kMosaicLight = 32803, kLinearLight = 34892;
 constexpr std::size_t kEntryBytes = 12;
@@ -85,6 +91,23 @@ class DngFile {
     std::vector<std::uint32_t> values;
     for (std::size_t i = 0; i + size <= bytes.size(); i += size) values.push_back(Number(bytes, i, size));
     return values;
+  }
+  // Fractions, too.
+  std::vector<double> RealsOf(const DngDirectory& directory, std::uint16_t tag) const {
+    constexpr std::uint16_t kFractions = 5;
+    const auto found = directory.entries.find(tag);
+    std::vector<double> reals;
+    if (found != directory.entries.end() && found->second.type == kFractions) {
+      const DngEntry& entry = found->second;
+      constexpr std::uint32_t kMostFractions = 4096;
+      const std::string bytes =
+          read_(Number(entry.bytes, 8, 4), std::size_t{8} * std::min(entry.count, kMostFractions));
+      for (std::size_t i = 0; i + 8 <= bytes.size(); i += 8)
+        reals.push_back(static_cast<double>(Number(bytes, i, 4)) / std::max(1U, Number(bytes, i + 4, 4)));
+      return reals;
+    }
+    for (const std::uint32_t value : ValuesOf(directory, tag)) reals.push_back(value);
+    return reals;
   }
   std::uint32_t Number(const std::string& bytes, std::size_t at, std::size_t size) const {
     std::uint32_t number = 0;
@@ -144,7 +167,44 @@ class DngFile {
   std::vector<DngDirectory> directories_;
 };
 
+std::string PatternOf(const DngFile& file, const DngDirectory& raw) {
+  constexpr std::string_view kColors = "RGBCMYW";
+  std::vector<std::uint32_t> colors = file.ValuesOf(raw, kTagMosaicColors);
+  if (colors.empty()) colors = {0, 1, 2};
+  std::string pattern;
+  for (const std::uint32_t index : file.ValuesOf(raw, kTagMosaic)) {
+    // Each pixel names its colour itself; the list says which there are.
+    const bool is_listed = std::ranges::find(colors, index) != colors.end();
+    pattern += is_listed && index < kColors.size() ? kColors[index] : '?';
+  }
+  return pattern;
+}
+
 }  // namespace
+
+bool IsKnownMosaic(const DngLayout& layout) {
+  constexpr int kBayer = 2, kXtrans = 6;
+  const std::string& pattern = layout.pattern;
+  if (layout.is_staggered) return false;
+  if (layout.mosaic.empty()) return true;
+  if (layout.mosaic == cv::Size(kBayer, kBayer))
+    return pattern.empty() || pattern == "RGGB" || pattern == "BGGR" || pattern == "GRBG" ||
+           pattern == "GBRG";
+  if (layout.mosaic != cv::Size(kXtrans, kXtrans)) return false;
+  if (pattern.empty()) return true;
+  constexpr std::string_view kFromOnePixel = "GBGGRGRGRBGBGBGGRGGRGGBGBGBRGRGRGGBG";
+  for (int shift_y = 0; shift_y < kXtrans; ++shift_y)
+    for (int shift_x = 0; shift_x < kXtrans; ++shift_x) {
+      bool is_same = pattern.size() == kFromOnePixel.size();
+      for (int i = 0; is_same && i < kXtrans * kXtrans; ++i) {
+        const int y = (i / kXtrans + shift_y) % kXtrans, x = (i % kXtrans + shift_x) % kXtrans;
+        is_same =
+            pattern[static_cast<std::size_t>(i)] == kFromOnePixel[static_cast<std::size_t>(y * kXtrans + x)];
+      }
+      if (is_same) return true;
+    }
+  return false;
+}
 
 std::optional<DngLayout> DngLayoutOf(const ReadBytesAt& read) {
   const DngFile file(read);
@@ -156,6 +216,12 @@ std::optional<DngLayout> DngLayoutOf(const ReadBytesAt& read) {
     layout.mosaic = {2, 2};
     if (period.size() == 2) layout.mosaic = {static_cast<int>(period[1]), static_cast<int>(period[0])};
     layout.is_staggered = file.FirstOf(*raw, kTagMosaicLayout, 1) != 1;
+    layout.pattern = PatternOf(file, *raw);
+  } else {
+    const std::vector<std::uint32_t> period = file.ValuesOf(*raw, kTagBlackPeriod);  // rows, columns
+    layout.black_period = {1, 1};
+    if (period.size() == 2) layout.black_period = {static_cast<int>(period[1]), static_cast<int>(period[0])};
+    layout.black = file.RealsOf(*raw, kTagBlack);
   }
   layout.has_plain_tiles =
       raw->entries.contains(kTagTilePlaces) && file.FirstOf(*raw, kTagCompression, 1) == 1;
@@ -175,6 +241,9 @@ std::string DngWithoutTiles(const std::string& dng, const std::string& name) {
         name);
   };
   if (!raw) refuse();
+  if (file.FirstOf(*raw, kTagPlanes, 1) != 1 && file.FirstOf(*raw, kTagChannels, 1) > 1)
+    throw Error("{}: is a DNG of uncompressed tiles in planes, which is not read; save it with compression",
+                name);
   const std::uint64_t width = file.FirstOf(*raw, kTagWidth), height = file.FirstOf(*raw, kTagHeight),
                       bits = file.FirstOf(*raw, kTagBits, 1) *
                              std::uint64_t{file.FirstOf(*raw, kTagChannels, 1)},

@@ -28,6 +28,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 #include "core/image/files/exr_header.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/jpeg_file.h"
@@ -79,9 +80,20 @@ struct ColorChannels {
   bool any() const { return has_colors || has_luminance; }
 };
 
+// A Y beside an X is a coordinate (normals, motion, CIE XYZ), and so is one beside a Z in a layer; a Z alone is depth.
 ColorChannels ChannelsOf(const Imf::Header& header, const std::string& layer) {
   const auto has = [&](const char* name) { return header.channels().findChannel(layer + name) != nullptr; };
-  return {layer, has("R") && has("G") && has("B"), has("Y"), has("RY") && has("BY")};
+  const bool is_coordinate = has("X") || (!layer.empty() && has("Z"));
+  return {layer, has("R") && has("G") && has("B"), has("Y") && !is_coordinate, has("RY") && has("BY")};
+}
+
+// Of several layers: the picture itself by the names that programs give it, then others in colour, then luminance.
+int RankOf(const ColorChannels& channels) {
+  if (!channels.has_colors) return 2;
+  static const std::set<std::string> kPictures = {"combined", "beauty", "rgba",  "rgb",
+                                                  "color",    "colour", "final", "main"};
+  const std::string layer = Lowercase(channels.layer.substr(0, channels.layer.size() - 1));
+  return kPictures.contains(layer.substr(layer.rfind('.') + 1)) ? 0 : 1;
 }
 
 struct ExrPicturePlace {
@@ -123,11 +135,14 @@ ExrPicturePlace PlaceOfPicture(const Imf::MultiPartInputFile& file, const std::s
     }
   }
   if (layers.empty()) RefuseWithoutColors(path, names);
-  const auto& [layer, place] = *layers.begin();
+  const auto rank_of = [](const auto& layer) { return RankOf(layer.second.channels); };
+  const auto chosen = std::ranges::min_element(layers, {}, rank_of);
+  const auto equals = std::ranges::count(layers, rank_of(*chosen), rank_of);
+  const auto& [layer, place] = *chosen;
   const std::string words =
       fmt::format("its picture is taken from the layer '{}'{}", ExifText(layer.substr(0, layer.size() - 1)),
-                  layers.size() > 1 ? fmt::format(", the first of {}", layers.size()) : "");
-  (layers.size() > 1 ? picture.warnings : picture.notes).push_back(words);
+                  equals > 1 ? fmt::format(", the first of {}", equals) : "");
+  (equals > 1 ? picture.warnings : picture.notes).push_back(words);
   return place;
 }
 

@@ -104,6 +104,11 @@ class Tiff {
       if (!first) first = header;
       directory = next_;
     }
+    for (const std::int64_t inside : std::vector(inside_)) {
+      bool is_picture = true;
+      const auto header = ReadDirectory(inside, wide, is_picture);
+      if (header && is_picture) return header;
+    }
     return first;
   }
 
@@ -127,6 +132,10 @@ class Tiff {
       const bool is_inside = *count <= wide / size;
       const std::int64_t place = is_inside ? value : NumberAt(value, wide).value_or(-1);
       const std::int64_t number = NumberAt(place, size).value_or(0);
+      constexpr int kDirectories = 330;
+      constexpr std::int64_t kMostInside = 16;
+      for (std::int64_t k = 0; *tag == kDirectories && k < std::min(*count, kMostInside); ++k)
+        if (const auto inside = NumberAt(place + k * size, size)) inside_.push_back(*inside);
       constexpr std::int64_t kThumbnail = 1, kMask = 4, kFloat = 3, kLogL = 32844, kLogLuv = 32845;
       if (*tag == kLight) is_log = number == kLogL || number == kLogLuv;
       if (*tag == kSubfileType) is_picture = (number & (kThumbnail | kMask)) == 0;
@@ -164,6 +173,7 @@ class Tiff {
 
   std::istream& file_;
   bool is_little_, is_big_;
+  std::vector<std::int64_t> inside_;  // directories inside those that were read
   std::optional<std::int64_t> next_;  // the directory behind the one that was read
 };
 

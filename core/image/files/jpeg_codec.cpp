@@ -179,13 +179,23 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name) {
   if (report.damage[0] != '\0')
     picture.warnings.push_back(
         fmt::format("its data are damaged inside ({}): part of it is wrong", report.damage));
+  const ExifFacts exif = ReadExif(std::string(bytes.substr(0, kExifBytes)));
+  NoteOrientation(exif.orientation, picture);
   if (photograph.pixels.channels() == 4) {
     picture.pixels = SrgbOfInks(photograph.pixels, photograph.is_by_adobe, icc, picture);
     return picture;
   }
   picture.pixels = photograph.pixels;
-  NoteOrientation(ReadExif(std::string(bytes.substr(0, kExifBytes))).orientation, picture);
-  ConvertToSrgb({.icc = icc}, picture);
+  ColorClaim claim{.icc = icc};
+  constexpr Primaries kAdobeRgb{0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290};
+  constexpr double kAdobeExponent = 2.19921875;
+  if (exif.is_adobe_rgb)
+    claim = {.icc = icc, .primaries = kAdobeRgb, .exponent = kAdobeExponent, .name = "Adobe RGB (Exif)"};
+  if (exif.is_other_space && icc.empty())
+    picture.warnings.emplace_back(
+        "its Exif data say that its colours are not sRGB, and no profile says which: they are taken for "
+        "sRGB");
+  ConvertToSrgb(claim, picture);
   return picture;
 }
 

@@ -94,6 +94,11 @@ ExifFacts ReadExif(const std::string& jpeg) {
   if (const std::string parts = TextOf(data.get(), EXIF_IFD_EXIF, EXIF_TAG_SUB_SEC_TIME_ORIGINAL);
       !facts.taken.empty() && !parts.empty())
     facts.taken += "." + parts;
+  constexpr double kUncalibrated = 65535;
+  const bool is_uncalibrated = Number(data.get(), EXIF_IFD_EXIF, EXIF_TAG_COLOR_SPACE) == kUncalibrated;
+  facts.is_adobe_rgb =
+      TextOf(data.get(), EXIF_IFD_INTEROPERABILITY, EXIF_TAG_INTEROPERABILITY_INDEX) == "R03";
+  facts.is_other_space = is_uncalibrated && !facts.is_adobe_rgb;
   facts.lens = TextOf(data.get(), EXIF_IFD_EXIF, EXIF_TAG_LENS_MODEL);
   return facts;
 }

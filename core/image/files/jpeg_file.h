@@ -14,6 +14,8 @@ struct ExifFacts {
   std::optional<double> iso;
   std::optional<double> focal_mm;    // of the lens itself
   std::optional<double> focal_35mm;  // of a lens with the same field of view on 36 x 24 mm
+  bool is_adobe_rgb = false;         // by the mark R03 of DCF
+  bool is_other_space = false;       // it says that its colours are not sRGB, and nothing says which
   int orientation = 1;               // Exif's; 1: not rotated
   std::string taken =
       {};  // "2026:11:29 10:11:12.345", whose order as text is that of the times; empty: not known

@@ -75,6 +75,84 @@ void Apply(const Transform& transform, const cv::Mat& from, cv::Mat& to) {
                            static_cast<cmsUInt32Number>(to.step), 0, 0);
 }
 
+// Linear sRGB in float, computed for each pixel; of whole numbers the library would interpolate between colours of a table, which is
+// wrong by up to twenty levels of 255 near the border of the gamut. Empty: the profile cannot be used.
+cv::Mat LinearBy(const Profile& profile, const cv::Mat& pixels) {
+  const int channels = pixels.channels();
+  const cmsUInt32Number format = FormatOf(CV_32F, channels);
+  const Profile target = Target(CV_32F, channels);
+  const Transform transform = MakeTransform(profile, format, target, format);
+  if (!transform) return {};
+  cv::Mat from, linear(pixels.size(), CV_MAKETYPE(CV_32F, channels));
+  pixels.convertTo(from, CV_32F, 1 / FullScale(pixels.depth()));
+  cv::parallel_for_({0, from.rows}, [&](const cv::Range& rows) {
+    cv::Mat to = linear.rowRange(rows);
+    Apply(transform, from.rowRange(rows), to);
+  });
+  return linear;
+}
+
+cv::Mat EncodedAs(int depth, const cv::Mat& linear) {
+  const auto full = static_cast<float>(FullScale(depth));
+  cv::Mat encoded(linear.size(), CV_MAKETYPE(depth, linear.channels()));
+  cv::parallel_for_({0, linear.rows}, [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y)
+      for (int i = 0; i < linear.cols * linear.channels(); ++i) {
+        const float level = full * SrgbFromLinear(std::clamp(linear.ptr<float>(y)[i], 0.0F, 1.0F));
+        if (depth == CV_8U)
+          encoded.ptr<std::uint8_t>(y)[i] = cv::saturate_cast<std::uint8_t>(level);
+        else
+          encoded.ptr<std::uint16_t>(y)[i] = cv::saturate_cast<std::uint16_t>(level);
+      }
+  });
+  return encoded;
+}
+
+// Of every number there is, for grey pictures.
+cv::Mat TableOf(const Profile& profile, int depth) {
+  const int count = depth == CV_8U ? 256 : 65536;
+  cv::Mat numbers(1, count, CV_MAKETYPE(depth, 1));
+  for (int i = 0; i < count; ++i)
+    if (depth == CV_8U)
+      numbers.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);
+    else
+      numbers.at<std::uint16_t>(i) = static_cast<std::uint16_t>(i);
+  const cv::Mat linear = LinearBy(profile, numbers);
+  return linear.empty() ? cv::Mat() : EncodedAs(depth, linear);
+}
+
+cv::Mat ThroughTable(const cv::Mat& table, const cv::Mat& grey) {
+  cv::Mat converted(grey.size(), grey.type());
+  for (int y = 0; y < grey.rows; ++y)
+    for (int x = 0; x < grey.cols; ++x)
+      if (grey.depth() == CV_8U)
+        converted.at<std::uint8_t>(y, x) = table.at<std::uint8_t>(grey.at<std::uint8_t>(y, x));
+      else
+        converted.at<std::uint16_t>(y, x) = table.at<std::uint16_t>(grey.at<std::uint16_t>(y, x));
+  return converted;
+}
+
+// Empty: the profile cannot be used. Of 8 bits in colour the library computes well, and fast.
+cv::Mat Converted(const Profile& profile, const cv::Mat& pixels) {
+  const int depth = pixels.depth();
+  if (depth == CV_32F) return LinearBy(profile, pixels);
+  if (pixels.channels() == 1) {
+    const cv::Mat table = TableOf(profile, depth);
+    return table.empty() ? cv::Mat() : ThroughTable(table, pixels);
+  }
+  if (depth == CV_16U) {
+    const cv::Mat linear = LinearBy(profile, pixels);
+    return linear.empty() ? cv::Mat() : EncodedAs(depth, linear);
+  }
+  const Profile target = Target(depth, 3);
+  const cmsUInt32Number format = FormatOf(depth, 3);
+  const Transform transform = MakeTransform(profile, format, target, format);
+  if (!transform) return {};
+  cv::Mat converted(pixels.size(), pixels.type());
+  Apply(transform, pixels, converted);
+  return converted;
+}
+
 // Whether no colour changes by more than rounding does.
 bool IsIdentity(const Profile& profile, int channels) {
   constexpr int kStep = 32;
@@ -200,17 +278,12 @@ void ConvertToSrgb(const ColorClaim& claim, StoredPicture& picture) {
   } else {
     return;
   }
-  const int depth = picture.pixels.depth(), channels = picture.pixels.channels();
-  const Profile target = Target(depth, channels);
-  const cmsUInt32Number format = FormatOf(depth, channels);
-  const Transform transform = MakeTransform(profile, format, target, format);
-  if (!transform) {
+  const cv::Mat converted = Converted(profile, picture.pixels);
+  if (converted.empty()) {
     picture.warnings.push_back(
         fmt::format("its colours are of {}, which cannot be converted: they are taken for sRGB", name));
     return;
   }
-  cv::Mat converted(picture.pixels.size(), picture.pixels.type());
-  Apply(transform, picture.pixels, converted);
   picture.pixels = converted;
   picture.notes.push_back(
       fmt::format("its colours are of {} and converted to {}sRGB", name, is_float ? "linear " : ""));

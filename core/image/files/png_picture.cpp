@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_colors.h"
 
 namespace ulf {
@@ -25,6 +26,7 @@ struct PngContent {
   cv::Mat pixels;  // as libpng gives them: grey, grey and alpha, B G R, or B G R A
   ColorClaim claim;
   bool is_srgb = false, has_code = false;
+  std::string exif;
   std::array<png_byte, 4> code{};  // cICP: primaries, curve, matrix, range
   std::array<char, 256> error{};
 };
@@ -52,6 +54,9 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
       content.has_code = true;
       std::memcpy(content.code.data(), unknown[i].data, content.code.size());
     }
+  png_bytep exif = nullptr;
+  if (png_uint_32 exif_bytes = 0; png_get_eXIf_1(png, info, &exif_bytes, &exif) != 0)
+    content.exif.assign(reinterpret_cast<const char*>(exif), exif_bytes);
   png_charp name = nullptr;
   png_bytep profile = nullptr;
   png_uint_32 size = 0;
@@ -196,6 +201,8 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
   } else {
     picture.pixels = content.pixels;
   }
+  if (!content.exif.empty())
+    NoteOrientation(ReadExif(std::string("Exif\0\0", 6) + content.exif).orientation, picture);
   if (content.has_code) {
     constexpr int kPq = 16, kHlg = 18;
     if (content.code[1] == kPq || content.code[1] == kHlg)

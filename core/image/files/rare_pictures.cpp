@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/image/files/picture_colors.h"
 #include "core/video/ffmpeg.h"
 #include "core/video/ffmpeg_calls.h"
 
@@ -79,6 +80,10 @@ cv::Mat Turned(const cv::Mat& pixels, int code) {
 
 // Any other layout of 8 bits, as the library makes B G R of it.
 cv::Mat Scaled(const AVFrame& frame, const std::string& name) {
+  constexpr int kByte = 8;
+  const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(static_cast<AVPixelFormat>(frame.format));
+  if (!layout || layout->comp[0].depth > kByte)
+    throw Error("{}: its layout of pixels is not read; convert it to PNG or TIFF", name);
   SwsContext* scaler = Ffmpeg().sws_getContext(
       frame.width, frame.height, static_cast<AVPixelFormat>(frame.format), frame.width, frame.height,
       AV_PIX_FMT_BGR24, SWS_POINT, nullptr, nullptr, nullptr);
@@ -111,6 +116,9 @@ StoredPicture FromFrame(const AVFrame& frame, const std::string& name) {
       break;
     case AV_PIX_FMT_RGB48BE:
       picture.pixels = Turned(FromBigEndian(Plane(frame, 0, CV_16UC3)), cv::COLOR_RGB2BGR);
+      break;
+    case AV_PIX_FMT_RGB48LE:
+      picture.pixels = Turned(Plane(frame, 0, CV_16UC3), cv::COLOR_RGB2BGR);
       break;
     case AV_PIX_FMT_BGRA: {
       const cv::Mat bgra = Plane(frame, 0, CV_8UC4);
@@ -147,6 +155,28 @@ StoredPicture ReadPfm(std::string_view bytes, const std::string& name) {
   return picture;
 }
 
+// Light was multiplied by every EXPOSURE of the header; PRIMARIES are x and y of red, green, blue and white.
+void ApplyRadianceHeader(std::string_view header, StoredPicture& picture) {
+  std::istringstream lines{std::string(header)};
+  double exposure = 1;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t equals = line.find('=');
+    if (equals == std::string::npos) continue;
+    std::istringstream values(line.substr(equals + 1));
+    if (line.starts_with("EXPOSURE")) {
+      double factor = 1;
+      if (values >> factor && factor > 0) exposure *= factor;
+    }
+    Primaries xy{};
+    if (line.starts_with("PRIMARIES") &&
+        (values >> xy[0] >> xy[1] >> xy[2] >> xy[3] >> xy[4] >> xy[5] >> xy[6] >> xy[7]))
+      ConvertToSrgb({.primaries = xy, .exponent = 1.0}, picture);
+  }
+  if (exposure == 1) return;
+  picture.pixels /= exposure;
+  picture.notes.push_back(fmt::format("its light was multiplied by {:g}, which is taken back", exposure));
+}
+
 // Whether coded rows reach their end, which the library does not tell: it takes what is missing for zeros. Rows of which each
 // channel is coded by runs begin with 2, 2 and the width.
 bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, int height) {
@@ -177,6 +207,19 @@ bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, i
 }  // namespace
 
 StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
+  // Of rows coded by runs the decoder takes what is missing for zeros: the header says how many bytes there are.
+  const auto number = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    if (at + sizeof value <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof value);
+    return std::uint64_t{value};
+  };
+  constexpr std::size_t kFileBytesAt = 2, kPixelsAt = 10, kHeaderBytesAt = 14, kCodingAt = 30,
+                        kPixelBytesAt = 34;
+  constexpr std::uint64_t kWindowsHeader = 40, kRuns8 = 1, kRuns4 = 2;
+  const bool has_runs = number(kHeaderBytesAt) >= kWindowsHeader &&
+                        (number(kCodingAt) == kRuns8 || number(kCodingAt) == kRuns4);
+  if (has_runs && std::max(number(kFileBytesAt), number(kPixelsAt) + number(kPixelBytesAt)) > bytes.size())
+    RefuseDamagedPicture(name, "its pixels end too early");
   return FromFrame(*DecodeOne(AV_CODEC_ID_BMP, bytes, name), name);
 }
 
@@ -201,9 +244,10 @@ StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
   const std::size_t size_at = bytes.find("\n\n"), line_end = bytes.find('\n', size_at + 2);
   if (size_at != std::string_view::npos && line_end != std::string_view::npos &&
       !RadianceIsWhole(bytes, line_end + 1, width, height))
-    RefuseDamagedPicture(name, "its pixels end too early");
+    RefuseDamagedPicture(name, "its pixels end too early, or have the old coding by runs");
   StoredPicture picture;
   cv::cvtColor(cv::Mat(height, width, CV_32FC3, rgb.get()), picture.pixels, cv::COLOR_RGB2BGR);
+  ApplyRadianceHeader(bytes.substr(0, size_at), picture);
   return picture;
 }
 

@@ -85,7 +85,7 @@ class RawDecoder {
 
  private:
   // Refuses mosaics that LibRaw takes for others. Whether the pixels are in tiles that it misreads.
-  bool CheckLayout(const ReadBytesAt& read) const;
+  bool CheckLayout(const ReadBytesAt& read);
   void OpenTiles(const std::string& bytes) {
     without_tiles_ = DngWithoutTiles(bytes, name_);
     Open([this](LibRaw& raw) { return raw.open_buffer(without_tiles_.data(), without_tiles_.size()); });
@@ -102,6 +102,8 @@ class RawDecoder {
   const std::string name_;
   const std::unique_ptr<LibRaw> raw_;
   std::string without_tiles_;  // LibRaw reads from it
+  std::vector<double> linear_black_;
+  cv::Size linear_black_period_;
   std::uint64_t file_bytes_ = 0;
   int data_errors_ = 0;
   cv::Rect crop_of_camera_;  // in pixels of the visible area; empty: the file does not say
@@ -137,19 +139,18 @@ void RawDecoder::CheckKind() const {
         name_, raw_->imgdata.idata.make, raw_->imgdata.idata.model);
 }
 
-bool RawDecoder::CheckLayout(const ReadBytesAt& read) const {
+bool RawDecoder::CheckLayout(const ReadBytesAt& read) {
   const auto layout = DngLayoutOf(read);
   if (!layout) return false;
-  constexpr int kBayer = 2, kXtrans = 6;
-  const cv::Size& mosaic = layout->mosaic;
-  const bool is_known =
-      mosaic.empty() || mosaic == cv::Size(kBayer, kBayer) || mosaic == cv::Size(kXtrans, kXtrans);
-  if (!is_known || layout->is_staggered)
+  if (!IsKnownMosaic(*layout))
     throw Error(
-        "{}: its sensor has a {} mosaic, which is not read (2x2 and X-Trans are); develop it elsewhere and "
-        "take "
-        "16-bit TIFF, or let the camera combine its pixels",
-        name_, layout->is_staggered ? "staggered" : SizeText(mosaic));
+        "{}: its sensor has a {} mosaic{}, which is not read (Bayer's of 2x2 and X-Trans are); develop it "
+        "elsewhere "
+        "and take 16-bit TIFF, or let the camera combine its pixels",
+        name_, layout->is_staggered ? "staggered" : SizeText(layout->mosaic),
+        layout->pattern.size() <= 4 && !layout->is_staggered ? " (" + layout->pattern + ")" : "");
+  linear_black_ = layout->black;
+  linear_black_period_ = layout->black_period;
   return layout->has_plain_tiles;
 }
 
@@ -162,15 +163,24 @@ void RawDecoder::SubtractBlackOfLinear() {
   if (raw_->imgdata.idata.filters != 0 || !pixels) return;
   const std::size_t samples = data.color4_image ? 4 : 3;
   const libraw_image_sizes_t& sizes = data.sizes;
-  const unsigned rows = color.cblack[4], columns = color.cblack[5];
+  // As the file says; LibRaw knows no repetition here.
+  const auto columns = static_cast<std::size_t>(linear_black_period_.width),
+             rows = static_cast<std::size_t>(linear_black_period_.height);
+  const std::size_t colors = columns * rows > 0 ? linear_black_.size() / (columns * rows) : 0;
+  const auto black_at = [&](std::size_t y, std::size_t x, std::size_t c) {
+    if (colors == 0) return static_cast<double>(color.black + color.cblack[c]);
+    return linear_black_[(y % rows * columns + x % columns) * colors + std::min(c, colors - 1)];
+  };
   const double white = color.maximum;
-  for (unsigned y = 0; y < sizes.raw_height; ++y)
-    for (unsigned x = 0; x < sizes.raw_width; ++x)
+  const auto top = static_cast<std::size_t>(sizes.top_margin),
+             left = static_cast<std::size_t>(sizes.left_margin);
+  for (std::size_t y = 0; y < sizes.raw_height; ++y)
+    for (std::size_t x = 0; x < sizes.raw_width; ++x)
       for (std::size_t c = 0; c < 3; ++c) {
-        double black = color.black + color.cblack[c];
-        if (rows > 0 && columns > 0) black += color.cblack[6 + y % rows * columns + x % columns];
+        // The pattern begins at the visible area's corner.
+        const double black = black_at(y + rows * top - top, x + columns * left - left, c);
         if (black <= 0 || black >= white) continue;
-        std::uint16_t& sample = pixels[(static_cast<std::size_t>(y) * sizes.raw_width + x) * samples + c];
+        std::uint16_t& sample = pixels[(y * sizes.raw_width + x) * samples + c];
         sample = cv::saturate_cast<std::uint16_t>((sample - black) * white / (white - black));
       }
   color.black = 0;

@@ -79,6 +79,7 @@ class TiffPage {
   }
 
   void ChoosePage();
+  void ChooseInside();
   void ReadTags();
   int StoredDepth() const;
   cv::Mat Samples();
@@ -91,6 +92,7 @@ class TiffPage {
   void Alpha(const cv::Mat& samples, int colors, StoredPicture& picture);
   cv::Mat FromPalette(const cv::Mat& indices);
   ColorClaim Claim();
+  void ApplyTransferFunction(StoredPicture& picture);
   std::optional<std::array<double, 2>> White();
 
   const std::string path_;
@@ -119,9 +121,27 @@ void TiffPage::ChoosePage() {
   } while (pages < kMostPages && TIFFReadDirectory(file_.get()) == 1);
   words_.clear();  // of a directory after the last
   if (TIFFSetDirectory(file_.get(), static_cast<tdir_t>(std::max(chosen, 0))) != 1) Refuse();
+  if (chosen < 0) ChooseInside();
   if (others > 0)
     warnings_.push_back(fmt::format(
         "it holds {} pages: the first is taken, export the others as files of their own", others + 1));
+}
+
+// A thumbnail first, and the picture in a directory inside.
+void TiffPage::ChooseInside() {
+  std::uint16_t count = 0;
+  std::uint64_t* places = nullptr;
+  if (TIFFGetField(file_.get(), TIFFTAG_SUBIFD, &count, &places) != 1) return;
+  const std::vector<std::uint64_t> inside(places, places + count);
+  for (const std::uint64_t place : inside) {
+    std::uint32_t kind = 0;
+    if (TIFFSetSubDirectory(file_.get(), place) != 1) continue;
+    TIFFGetField(file_.get(), TIFFTAG_SUBFILETYPE, &kind);
+    if ((kind & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0) return;
+  }
+  words_.clear();
+  if (TIFFSetDirectory(file_.get(), 0) != 1) Refuse();
+  warnings_.emplace_back("it holds a thumbnail alone");
 }
 
 void TiffPage::ReadTags() {
@@ -425,7 +445,45 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
     default:
       RefuseKind(fmt::format("of another kind of colours (photometric interpretation {})", light_), as_rgb);
   }
-  ConvertToSrgb(Claim(), picture);
+  const ColorClaim claim = Claim();
+  if (claim.icc.empty() && light_ != PHOTOMETRIC_PALETTE) ApplyTransferFunction(picture);
+  ConvertToSrgb(claim, picture);
+}
+
+// The tag TransferFunction: the light, of 65535, of every number.
+void TiffPage::ApplyTransferFunction(StoredPicture& picture) {
+  std::uint16_t* curves[3] = {};
+  if (picture.pixels.depth() == CV_32F || (bits_ != 8 && bits_ != 16) ||
+      TIFFGetField(file_.get(), TIFFTAG_TRANSFERFUNCTION, &curves[0], &curves[1], &curves[2]) != 1)
+    return;
+  const int channels = picture.pixels.channels(), count = 1 << bits_;
+  const double full = count - 1;
+  cv::Mat tables(1, count, picture.pixels.type());
+  double largest = 0;
+  for (int i = 0; i < count; ++i)
+    for (int c = 0; c < channels; ++c) {
+      const std::uint16_t* curve = channels == 3 && curves[2 - c] ? curves[2 - c] : curves[0];
+      const double level = full * SrgbFromLinear(static_cast<float>(curve[i] / 65535.0));
+      largest = std::max(largest, std::abs(level - i) / full);
+      if (bits_ == 8)
+        tables.ptr<std::uint8_t>()[i * channels + c] = cv::saturate_cast<std::uint8_t>(level);
+      else
+        tables.ptr<std::uint16_t>()[i * channels + c] = cv::saturate_cast<std::uint16_t>(level);
+    }
+  constexpr double kNearSrgb =
+      0.035;  // an exponent of 2.2, which the tag means where it is absent, differs by as much
+  if (largest < kNearSrgb) return;
+  for (int y = 0; y < picture.pixels.rows; ++y)
+    for (int i = 0; i < picture.pixels.cols * channels; ++i) {
+      if (bits_ == 8) {
+        auto& number = picture.pixels.ptr<std::uint8_t>(y)[i];
+        number = tables.ptr<std::uint8_t>()[number * channels + i % channels];
+      } else {
+        auto& number = picture.pixels.ptr<std::uint16_t>(y)[i];
+        number = tables.ptr<std::uint16_t>()[number * channels + i % channels];
+      }
+    }
+  picture.notes.emplace_back("its numbers have a transfer function of their own and are converted to sRGB");
 }
 
 StoredPicture TiffPage::Read() {
@@ -437,10 +495,9 @@ StoredPicture TiffPage::Read() {
     } else {
       picture.pixels = DecodedByLibrary();
       ConvertToSrgb(Claim(), picture);
-      return picture;
     }
   }
-  Colors(Samples(), picture);
+  if (picture.pixels.empty()) Colors(Samples(), picture);
   picture.warnings.insert(picture.warnings.begin(), warnings_.begin(), warnings_.end());
   return picture;
 }

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_colors.h"
 
 namespace ulf {
@@ -58,6 +59,10 @@ StoredPicture ReadWebp(std::string_view bytes, const std::string& name) {
   if (pixels.channels() == 4) {
     cv::extractChannel(pixels, picture.alpha, 3);
     cv::cvtColor(pixels, picture.pixels, cv::COLOR_BGRA2BGR);
+  }
+  if (std::string exif(ChunkOfWebp(bytes, "EXIF")); !exif.empty()) {
+    const std::string head("Exif\0\0", 6);
+    NoteOrientation(ReadExif(exif.starts_with(head) ? exif : head + exif).orientation, picture);
   }
   if (const std::string_view icc = ChunkOfWebp(bytes, "ICCP"); !icc.empty())
     ConvertToSrgb({.icc = std::string(icc)}, picture);

@@ -169,6 +169,19 @@ void TakeOverBackground(const LightField& source, const View& view, const cv::Ma
   WriteInFolder(dir / taken.image_path, PngBytes(Srgb8({.pixels = over, .transfer = Transfer::kSrgb})));
 }
 
+// What was converted of the first photograph of each camera and kind: others of it are like it. Warnings are said by whoever reads.
+void SayConversions(const LightField& source) {
+  std::set<std::pair<int, std::string>> said;
+  for (const View& view : source.views) {
+    const fs::path photograph = source.root / view.image_path;
+    const std::string ending = Lowercase(photograph.extension().string());
+    if (IsRawFile(photograph) || !said.emplace(view.camera, ending).second || !fs::exists(photograph))
+      continue;
+    for (const std::string& note : ReadPicture(photograph.string()).notes)
+      spdlog::info("{}: {}", photograph.string(), note);
+  }
+}
+
 // That are copied as they are.
 std::uint64_t BytesOf(const LightField& source) {
   std::uint64_t bytes = 0;
@@ -213,6 +226,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   made.root = folder.path();
   made.doubts.clear();
   if (made.device_uri.empty()) made.device_uri = "import:" + source_path.filename().string();
+  SayConversions(source);
   Progress progress("import");
   std::set<std::string> names;
   RawSetDoubts raw_doubts;

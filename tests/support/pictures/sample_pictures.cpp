@@ -248,6 +248,11 @@ double LargestPatchError(const cv::Mat& read) {
 void WriteTiffSample(const std::filesystem::path& path, const TiffLayout& layout) {
   TIFF* const file = TIFFOpen(path.c_str(), layout.mode);
   if (!file) throw std::runtime_error("a sample TIFF cannot be opened");
+  if (layout.is_inside_thumbnail) {
+    std::uint64_t places[1] = {};
+    TIFFSetField(file, TIFFTAG_SUBIFD, 1, places);  // the next directory is written into it
+    WritePage(file, layout, 3 * kPatchPx / 2, kPatchPx, true);
+  }
   for (int i = 0; i < layout.thumbnail_first; ++i) WritePage(file, layout, 3 * kPatchPx / 2, kPatchPx, true);
   for (int i = 0; i <= layout.further_pages; ++i) WritePage(file, layout, 3 * kPatchPx, 2 * kPatchPx, false);
   TIFFClose(file);
@@ -343,8 +348,10 @@ cv::Mat EncodedIn(const std::string& kind, const cv::Mat& srgb8) {
   return encoded;
 }
 
-std::string ExifSegment(const std::string& taken, int orientation, const std::string& thumbnail_jpeg) {
-  // TIFF, big-endian: IFD 0 with the orientation and the place of the Exif IFD, that with the time, IFD 1 with the thumbnail.
+std::string ExifSegment(const std::string& taken, int orientation, const std::string& thumbnail_jpeg,
+                        bool is_adobe_rgb) {
+  // TIFF, big-endian: IFD 0 with the orientation and the place of the Exif IFD, that with the time and the place of the
+  // interoperability IFD, IFD 1 with the thumbnail.
   std::string tiff("MM\0*\0\0\0\x08", 8);
   const auto entry = [&](std::uint32_t tag, std::uint32_t type, std::uint32_t count, std::uint32_t value,
                          bool is_short = false) {
@@ -353,19 +360,27 @@ std::string ExifSegment(const std::string& taken, int orientation, const std::st
     PutBigEndian(tiff, count, 4);
     PutBigEndian(tiff, is_short ? value << 16 : value, 4);
   };
-  constexpr std::uint32_t kExifAt = 8 + 2 + 2 * 12 + 4, kTimeAt = kExifAt + 2 + 12 + 4;
-  const std::uint32_t time_bytes = 20, thumbnail_ifd = kTimeAt + time_bytes,
+  const std::uint32_t entries = is_adobe_rgb ? 2 : 1, time_bytes = 20;
+  const std::uint32_t exif_at = 8 + 2 + 2 * 12 + 4, time_at = exif_at + 2 + entries * 12 + 4,
+                      interoperability_at = time_at + time_bytes,
+                      thumbnail_ifd = interoperability_at + (is_adobe_rgb ? 2 + 12 + 4 : 0),
                       thumbnail_at = thumbnail_ifd + 2 + 3 * 12 + 4;
   PutBigEndian(tiff, 2, 2);
   entry(0x0112, 3, 1, static_cast<std::uint32_t>(orientation), true);
-  entry(0x8769, 4, 1, kExifAt);
+  entry(0x8769, 4, 1, exif_at);
   PutBigEndian(tiff, thumbnail_jpeg.empty() ? 0 : thumbnail_ifd, 4);
-  PutBigEndian(tiff, 1, 2);
-  entry(0x9003, 2, time_bytes, kTimeAt);
+  PutBigEndian(tiff, entries, 2);
+  entry(0x9003, 2, time_bytes, time_at);
+  if (is_adobe_rgb) entry(0xA005, 4, 1, interoperability_at);
   PutBigEndian(tiff, 0, 4);
   std::string time = taken;
   time.resize(time_bytes, '\0');
   tiff += time;
+  if (is_adobe_rgb) {
+    PutBigEndian(tiff, 1, 2);
+    entry(0x0001, 2, 4, 0x52303300);  // "R03"
+    PutBigEndian(tiff, 0, 4);
+  }
   if (!thumbnail_jpeg.empty()) {
     PutBigEndian(tiff, 3, 2);
     entry(0x0103, 3, 1, 6, true);

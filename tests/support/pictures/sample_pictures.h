@@ -32,7 +32,8 @@ struct TiffLayout {
   int orientation = 1;
   int alpha = -1;  // ExtraSamples' kind of a further channel at 128 of 255; -1: none
   std::string icc = {};
-  int thumbnail_first = 0;  // pages of half the size before it, marked as such
+  bool is_inside_thumbnail = false;  // in a directory inside the thumbnail's
+  int thumbnail_first = 0;           // pages of half the size before it, marked as such
   int further_pages = 0;
 };
 void WriteTiffSample(const std::filesystem::path& path, const TiffLayout& layout);
@@ -53,8 +54,9 @@ std::string IccProfile(const std::string& kind);
 cv::Mat EncodedIn(const std::string& kind, const cv::Mat& srgb8);
 
 // A JPEG segment APP1 with an Exif block that says when the picture was taken ("2026:11:29 10:11:12"), and its orientation.
-std::string ExifSegment(const std::string& taken, int orientation = 1,
-                        const std::string& thumbnail_jpeg = {});
+// `is_adobe_rgb`: with DCF's mark R03.
+std::string ExifSegment(const std::string& taken, int orientation = 1, const std::string& thumbnail_jpeg = {},
+                        bool is_adobe_rgb = false);
 // The JPEG with that segment behind its start.
 std::string WithSegment(const std::string& jpeg, const std::string& segment);
 

@@ -89,6 +89,7 @@ TEST_F(PictureFiles, TiffsOfEveryLayoutShowTheirColours) {
       {"multiplied by alpha", {.alpha = 1}},
       {"multiplied by alpha, 16 bits", {.bits = 16, .alpha = 1}},
       {"a thumbnail first", {.bits = 16, .thumbnail_first = 2}},
+      {"inside a thumbnail's directory", {.bits = 16, .is_inside_thumbnail = true}},
       {"in sRGB", {.icc = IccProfile("sRGB")}},
   };
   for (const auto& [name, layout] : layouts) {
@@ -253,6 +254,71 @@ TEST_F(PictureFiles, WiderPrimariesAreConvertedWhoeverClaimsThem) {
   EXPECT_THAT(ReadPicture(In("linear.tif")).notes, Contains(HasSubstr("converted to sRGB")));
 }
 
+// Every grey there is, and colours up to the border of the gamut.
+TEST_F(PictureFiles, ConversionsOfSixteenBitsAreExact) {
+  cv::Mat ramp(256, 256, CV_16UC1);
+  for (int i = 0; i < 65536; ++i) ramp.ptr<std::uint16_t>(i / 256)[i % 256] = static_cast<std::uint16_t>(i);
+  Write("ramp.png", WithChunk(PngBytes(ramp), "gAMA", std::string("\0\x01\x86\xA0", 4)));
+  const cv::Mat read = ReadPicture(In("ramp.png")).pixels;
+  ASSERT_EQ(read.type(), CV_16UC1);
+  double worst = 0;
+  for (int i = 0; i < 65536; ++i)
+    worst = std::max(worst, std::abs(read.ptr<std::uint16_t>(i / 256)[i % 256] -
+                                     65535.0 * SrgbFromLinear(static_cast<float>(i) / 65535.0F)));
+  EXPECT_LE(worst, 16);
+  cv::Mat ramp8(1, 256, CV_8UC1);
+  for (int i = 0; i < 256; ++i) ramp8.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);
+  Write("ramp8.png", WithChunk(PngBytes(ramp8), "gAMA", std::string("\0\x01\x86\xA0", 4)));
+  const cv::Mat read8 = ReadPicture(In("ramp8.png")).pixels;
+  for (int i = 0; i < 256; ++i)
+    EXPECT_NEAR(read8.at<std::uint8_t>(i), 255 * SrgbFromLinear(static_cast<float>(i) / 255), 0.51) << i;
+
+  // Display P3 from BT.709's primaries, both with the white D65.
+  const cv::Matx33d p3_from_srgb(0.8224620, 0.1775380, 0, 0.0331942, 0.9668058, 0, 0.0170826, 0.0723974,
+                                 0.9105199);
+  cv::Mat truth(64, 64, CV_16UC3), in_p3(64, 64, CV_16UC3);
+  cv::theRNG().state = 7;
+  cv::randu(truth, 0, 65536);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const auto& bgr = truth.at<cv::Vec3w>(y, x);
+      const auto light = [&](int c) {
+        return static_cast<double>(LinearFromSrgb(static_cast<float>(bgr[c]) / 65535.0F));
+      };
+      const cv::Vec3d p3 = p3_from_srgb * cv::Vec3d(light(2), light(1), light(0));
+      for (int c = 0; c < 3; ++c)
+        in_p3.at<cv::Vec3w>(y, x)[2 - c] =
+            cv::saturate_cast<std::uint16_t>(65535 * SrgbFromLinear(static_cast<float>(p3[c])));
+    }
+  Write("deep.png", WithChunk(PngBytes(in_p3), "cICP", std::string("\x0C\x0D\0\x01", 4)));
+  EXPECT_LE(cv::norm(ReadPicture(In("deep.png")).pixels, truth, cv::NORM_INF), 257) << "one level of 255";
+}
+
+TEST_F(PictureFiles, MarksOfExifAreHeardInEveryKind) {
+  const std::string segment = ExifSegment("2026:11:29 10:11:12", 6), tiff = segment.substr(10);
+  Write("a.png", WithChunk(PngBytes(PatchPicture()), "eXIf", tiff));
+  EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(HasSubstr("turned by 90 degrees")));
+  // A camera set to Adobe RGB says so in its Exif data alone.
+  Write("adobe.jpg",
+        WithSegment(JpegBytes(PatchPicture(), 100), ExifSegment("2026:11:29 10:11:12", 1, {}, true)));
+  const StoredPicture adobe = ReadPicture(In("adobe.jpg"));
+  EXPECT_THAT(adobe.notes, Contains(HasSubstr("Adobe RGB")));
+  // The most saturated green of the patches: (50, 200, 50) of Adobe RGB lies beyond sRGB, its red is none.
+  EXPECT_LE(adobe.pixels.at<cv::Vec3b>(kPatchPx / 2, kPatchPx * 3 / 2)[2], 5);
+  EXPECT_NEAR(adobe.pixels.at<cv::Vec3b>(kPatchPx * 3 / 2, kPatchPx * 3 / 2)[1], 128, 2) << "grey stays";
+}
+
+// Radiance says by how much light was multiplied, and its primaries.
+TEST_F(PictureFiles, TheHeaderOfRadianceCounts) {
+  const cv::Mat light(8, 16, CV_32FC3, cv::Scalar(0.25, 0.25, 0.25));
+  std::string hdr = Encoded(".hdr", light);
+  const std::size_t at = hdr.find('\n') + 1;
+  Write("a.hdr", hdr.substr(0, at) + "EXPOSURE= 2\nEXPOSURE=0.25\n" + hdr.substr(at));
+  const StoredPicture picture = ReadPicture(In("a.hdr"));
+  EXPECT_NEAR(picture.pixels.at<cv::Vec3f>(4, 4)[1], 0.5, 0.01);
+  EXPECT_THAT(picture.notes, Contains(HasSubstr("multiplied by 0.5")));
+}
+
 TEST_F(PictureFiles, ProfilesOfAnotherSpaceAreNamedAndThePixelsStay) {
   for (const char* kind : {"CMYK", "Lab", "grey"}) {
     WriteTiffSample(In("a.tif"), {.icc = IccProfile(kind)});
@@ -316,6 +382,7 @@ TEST_F(PictureFiles, RarerKindsShowTheirColours) {
     EXPECT_LE(LargestPatchError(shown), std::string(name) == "a.webp" ? 4 : kLevels) << name;
     const bool is_linear = std::string(name) == "a.hdr" || std::string(name) == "a.pfm";
     EXPECT_EQ(picture.pixels.depth() == CV_32F, is_linear) << name;
+    EXPECT_EQ(picture.pixels.depth() == CV_16U, std::string(name) == "deep.ppm") << name;
     EXPECT_EQ(TransferOfFile(In(name)) == Transfer::kLinear, is_linear) << name;
     EXPECT_EQ(ReadImageSize(In(name)), cv::Size(60, 40)) << name;
   }
@@ -383,6 +450,29 @@ TEST_F(PictureFiles, ExrsOfOtherProgramsShowTheirColours) {
   EXPECT_LE(LargestPatchError(shown), 3);
   WriteExrSample(In("a.exr"), {{.channels = {"one.R", "one.G", "one.B", "two.R", "two.G", "two.B"}}});
   EXPECT_THAT(ReadPicture(In("a.exr")).warnings, Contains(HasSubstr("layer 'one', the first of 2")));
+}
+
+TEST_F(PictureFiles, TheLayerOfAnExrIsThePictureAndNoNormals) {
+  const std::map<std::string, std::vector<std::string>> layouts = {
+      {"beauty", {"N.X", "N.Y", "N.Z", "beauty.R", "beauty.G", "beauty.B"}},
+      {"ViewLayer.Combined",
+       {"ViewLayer.AO.R", "ViewLayer.AO.G", "ViewLayer.AO.B", "ViewLayer.Combined.R", "ViewLayer.Combined.G",
+        "ViewLayer.Combined.B", "ViewLayer.Depth.Z", "ViewLayer.Vector.X", "ViewLayer.Vector.Y"}},
+      {"paint", {"mask.Y", "paint.R", "paint.G", "paint.B"}},
+      {"fog", {"fog.Y", "motion.X", "motion.Y"}}};
+  for (const auto& [layer, channels] : layouts) {
+    WriteExrSample(In("a.exr"), {{.channels = channels}});
+    const StoredPicture picture = ReadPicture(In("a.exr"));
+    EXPECT_THAT(picture.notes, Contains(HasSubstr("layer '" + layer + "'")));
+    EXPECT_THAT(picture.warnings, IsEmpty()) << layer;
+  }
+  WriteExrSample(In("a.exr"), {{.channels = {"Y", "Z"}}});
+  EXPECT_NO_THROW(ReadPicture(In("a.exr"))) << "luminance and depth";
+  for (const std::vector<std::string>& channels :
+       {std::vector<std::string>{"N.X", "N.Y", "N.Z"}, {"Z", "motion.X", "motion.Y"}, {"X", "Y", "Z"}}) {
+    WriteExrSample(In("a.exr"), {{.channels = channels}});
+    ExpectRefused("a.exr", "holds no picture");
+  }
 }
 
 TEST_F(PictureFiles, AnExrWithoutColoursIsRefusedWithItsChannels) {

@@ -127,6 +127,15 @@ TEST(RawFile, MosaicsThatLibRawTakesForOthersAreRefusedByName) {
   camera.pattern[0] = 'R';
   camera.pattern[63] = 'B';
   EXPECT_THAT([&] { Decode(DngBytes(camera, Slopes)); }, ThrowsMessage<Error>(HasSubstr("8x8 mosaic")));
+  for (const std::string pattern : {"RRGB", "RGBG"}) {
+    camera = {};
+    camera.pattern = pattern;
+    EXPECT_THAT([&] { Decode(DngBytes(camera, Slopes)); },
+                ThrowsMessage<Error>(HasSubstr("2x2 mosaic (" + pattern + ")")));
+  }
+  camera = {};
+  camera.pattern = "RRRGGGRRRGGGRRRGGGGGGBBBGGGBBBGGGBBB";  // three by three alike
+  EXPECT_THAT([&] { Decode(DngBytes(camera, Slopes)); }, ThrowsMessage<Error>(HasSubstr("a 6x6 mosaic")));
   camera = {};
   camera.mosaic_layout = 2;
   EXPECT_THAT([&] { Decode(DngBytes(camera, Slopes)); },
