@@ -335,22 +335,25 @@ class Configurator {
     Must(who_, "region", [&](GError** e) {
       arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
     });
-    // A camera that does not report its sensor's size reports the largest image.
-    const auto full_size = [&](const char* of_sensor, const char* of_image, int binning, int largest) {
+    // A camera that does not report its sensor's size reports the largest image, which tells nothing where it is the present
+    // one: its size may be fixed.
+    const auto full_size = [&](const char* of_sensor, const char* of_image, int binning, int end, int limit) {
       const auto read = [&](const char* feature) {
         return Has(feature)
                    ? Maybe([&](GError** e) { return arv_camera_get_integer(camera_, feature, e); }, gint64{0})
                    : 0;
       };
       const auto sensor = static_cast<int>(read(of_sensor)), image = static_cast<int>(read(of_image));
-      return sensor > 0 ? sensor : binning * (image > 0 ? image : largest);
+      return sensor > 0 ? sensor : binning * (image > end ? image : std::max(end, limit));
     };
     window.x = x * window.binning_x;
     window.y = y * window.binning_y;
     window.width = configured_.width * window.binning_x;
     window.height = configured_.height * window.binning_y;
-    window.sensor_width = full_size("SensorWidth", "WidthMax", window.binning_x, limits_.width);
-    window.sensor_height = full_size("SensorHeight", "HeightMax", window.binning_y, limits_.height);
+    window.sensor_width =
+        full_size("SensorWidth", "WidthMax", window.binning_x, x + configured_.width, limits_.width);
+    window.sensor_height =
+        full_size("SensorHeight", "HeightMax", window.binning_y, y + configured_.height, limits_.height);
   }
 
   // A share of the pixel format's full scale, or a percentage where the camera gives that unit.

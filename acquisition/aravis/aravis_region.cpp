@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -14,6 +15,8 @@
 
 namespace ulf::acquisition {
 namespace {
+
+constexpr std::int64_t kUntold = std::numeric_limits<int>::max();  // a limit that no camera means
 
 struct Steps {
   std::int64_t low = 0, high = 0, step = 1;
@@ -34,7 +37,56 @@ Steps StepsOf(const AravisSession& session, const std::string& who, const char* 
        [&](GError** e) { arv_camera_get_integer_bounds(session.Camera(), feature, &low, &high, e); });
   const gint64 step = Maybe(
       [&](GError** e) { return arv_camera_get_integer_increment(session.Camera(), feature, e); }, gint64{1});
-  return {low, high, std::max<gint64>(1, step)};
+  // A description without limits has those of its registers.
+  return {std::max<std::int64_t>(low, -kUntold), std::min<std::int64_t>(high, kUntold),
+          std::max<gint64>(1, step)};
+}
+
+struct Axis {
+  const char *offset, *sensor, *largest, *binning, *decimation;
+};
+constexpr Axis kAxes[] = {{"OffsetX", "SensorWidth", "WidthMax", "BinningHorizontal", "DecimationHorizontal"},
+                          {"OffsetY", "SensorHeight", "HeightMax", "BinningVertical", "DecimationVertical"}};
+
+// The sensor along an axis, in pixels of the image, beside a size that is fixed; 0: the camera does not tell it. A largest
+// size that is the fixed one tells nothing, because no other size is possible.
+std::int64_t SensorBeside(const AravisSession& session, const Axis& axis, std::int64_t size) {
+  const auto read = [&](const char* feature) {
+    return std::llround(AravisNumber(session, feature).Read().value_or(0));
+  };
+  const std::int64_t sensor =
+      read(axis.sensor) / (ReductionOf(session, axis.binning) * ReductionOf(session, axis.decimation));
+  if (sensor >= size) return sensor;
+  const std::int64_t largest = read(axis.largest);
+  return largest > size ? largest : 0;
+}
+
+// Where an image of `size` may begin, which is one of `sizes`. The camera's limits belong to the present size: they hold for
+// one that is fixed, and are computed for others.
+Steps OffsetsOf(const AravisSession& session, const std::string& who, const Axis& axis, const Steps& sizes,
+                std::int64_t size) {
+  Steps offsets = StepsOf(session, who, axis.offset);
+  if (!offsets.fixed.empty()) return offsets;
+  if (sizes.fixed.empty())
+    offsets.high = sizes.high - size;
+  else if (const std::int64_t sensor = SensorBeside(session, axis, size))
+    offsets.high = std::min(offsets.high, sensor - size);
+  return offsets;
+}
+
+// Where the last pixel that the camera can send ends along an axis; 0: it has no limit. A size that is fixed is not the
+// sensor's; the offsets beside it reach as far as the sensor does.
+int EndOf(const AravisSession& session, const std::string& who, const Axis& axis, const Steps& sizes,
+          bool has_offsets) {
+  std::int64_t end = sizes.fixed.empty() ? sizes.high : SensorBeside(session, axis, sizes.low);
+  if (end == 0) {
+    end = sizes.low;
+    try {
+      if (has_offsets) end += OffsetsOf(session, who, axis, sizes, sizes.low).high;
+    } catch (const Error&) {  // they have no limits that can be read
+    }
+  }
+  return end < kUntold ? static_cast<int>(end) : 0;
 }
 
 std::string Text(const AravisRegion& region) {
@@ -126,7 +178,8 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
       if (const std::string why = WriteSetting(session, offset, "0"); !why.empty() && !asked)
         notes.push_back("keeps its offset: " + why);
   const Steps widths = StepsOf(session, who, "Width"), heights = StepsOf(session, who, "Height");
-  const AravisImageLimits limits{static_cast<int>(widths.high), static_cast<int>(heights.high)};
+  const AravisImageLimits limits{EndOf(session, who, kAxes[0], widths, has_offsets),
+                                 EndOf(session, who, kAxes[1], heights, has_offsets)};
   if (!asked) {
     // What nobody asked for is taken as it is where it is fixed.
     for (const auto& [feature, steps] : {std::pair("Width", &widths), std::pair("Height", &heights)}) {
@@ -139,20 +192,15 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
     }
     return limits;
   }
-  // Computes the limits of the offsets for the new size; those that the camera reports belong to the old
-  // size.
   AravisRegion nearest{static_cast<int>(widths.Nearest(asked->width)),
                        static_cast<int>(heights.Nearest(asked->height)), 0, 0};
   Steps xs, ys;
   if (has_offsets) {
-    xs = StepsOf(session, who, "OffsetX");
-    ys = StepsOf(session, who, "OffsetY");
-    for (auto& [steps, high] :
-         {std::pair(&xs, widths.high - nearest.width), std::pair(&ys, heights.high - nearest.height)}) {
-      if (!steps->fixed.empty()) continue;
-      steps->high = high;
-      if (is_mosaic) steps->step = std::lcm(steps->step, std::int64_t{2});
-    }
+    xs = OffsetsOf(session, who, kAxes[0], widths, nearest.width);
+    ys = OffsetsOf(session, who, kAxes[1], heights, nearest.height);
+    if (is_mosaic)
+      for (Steps* steps : {&xs, &ys})
+        if (steps->fixed.empty()) steps->step = std::lcm(steps->step, std::int64_t{2});
     nearest.x = static_cast<int>(xs.Nearest(asked->x));
     nearest.y = static_cast<int>(ys.Nearest(asked->y));
   }

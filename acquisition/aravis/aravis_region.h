@@ -3,7 +3,8 @@
 // A camera accepts widths, heights and offsets within limits and in steps of its own, and these limits depend
 // on each other. They follow from the pixel format, the binning and offsets of zero, which are therefore
 // written first; then the region is checked and its size written. Some cameras limit the offsets further once
-// the size is set, so the limits are read again before the offsets are written. For a mosaic the offsets must
+// the size is set, so the limits are read again before the offsets are written. Beside a size that is fixed, the
+// camera's own limits of the offsets and the size of its sensor count. For a mosaic the offsets must
 // be even: an odd one shifts the colours, and makers differ in whether the camera then names another pattern.
 #pragma once
 
@@ -16,7 +17,8 @@
 
 namespace ulf::acquisition {
 
-// The largest image that the camera sends with the present binning.
+// Where the last pixel that the camera can send ends, with the present binning: the largest image or, beside a fixed size,
+// what the offsets reach; 0: it has no limit.
 struct AravisImageLimits {
   int width = 0, height = 0;
 };

@@ -87,6 +87,90 @@ TEST_F(FixedCameras, ASizeThatNobodyAskedForIsTakenAsItIs) {
                     HasSubstr("512 alone, because Width is read-only")));
 }
 
+TEST_F(FixedCameras, AnImageOfAFixedSizeLiesWhereItIsAskedFor) {
+  struct {
+    const char *reg, *taken, *beyond, *nearest;
+    int x, y;
+  } const cases[] = {{"HeightReg", "256x512+0+256", "256x512+0+1538", "256x512+0+1536", 0, 256},
+                     {"HeightReg", "256x512+1792+1536", "256x512+0+2000", "256x512+0+1536", 1792,
+                      1536},  // OffsetY says 2032
+                     {"WidthReg", "512x256+128+2", "512x256+1540+0", "512x256+1536+0", 128, 2},
+                     {"WidthReg", "512x256+1536+1792", "512x258+1536+1792", "512x258+1536+1790", 1536, 1792}};
+  const std::string whole_description = description_;
+  for (const auto& [reg, taken, beyond, nearest, x, y] : cases) {
+    SCOPED_TRACE(taken);
+    description_ = whole_description;
+    Fix(reg);
+    Start();
+    const std::string format = kCamera + "?format=Mono8&roi=";
+    std::vector<std::string> said;
+    const Frame frame = FrameOf(format + taken, &said);
+    EXPECT_THAT(said, IsEmpty());
+    EXPECT_EQ(frame.image.pixels.at<std::uint8_t>(0, 0), static_cast<std::uint8_t>(3 * x + 5 * y));
+    EXPECT_THAT(ErrorOfUri(format + beyond), HasSubstr("nearest is roi=" + std::string(nearest) + " "));
+    EXPECT_EQ(OpenDriver(format + taken)->Window()->sensor_width, 2048);
+  }
+}
+
+TEST_F(FixedCameras, AFixedSizeIsNotTheSensors) {
+  const std::string whole_description = description_, format = kCamera + "?format=Mono8&roi=";
+  const auto serve = [&](const std::string& of_largest, const std::string& of_offset) {
+    description_ = whole_description;
+    // Without the sensor's size; what the rest counts with has another name.
+    for (const char* side : {"Width", "Height"})
+      while (description_.find("Sensor" + std::string(side)) != std::string::npos)
+        Replace("Sensor" + std::string(side), "Chip" + std::string(side));
+    while (description_.find("HeightMax") != std::string::npos) Replace("HeightMax", "ChipRows");
+    ReplaceNode(
+        "Integer", "OffsetY",
+        "<Integer Name=\"OffsetY\"><pValue>OffsetYReg</pValue><Min>0</Min>" + of_offset + "</Integer>");
+    Fix("HeightReg");
+    Add(of_largest +
+        "<IntSwissKnife Name=\"OffsetYNow\"><pVariable Name=\"M\">ChipRows</pVariable>"
+        "<pVariable Name=\"H\">HeightReg</pVariable><Formula>M-H</Formula></IntSwissKnife>");
+    Start();
+  };
+  const std::string by_size = "<pMax>OffsetYNow</pMax><Inc>2</Inc>";
+  const std::string fixed = Constant("HeightMax", 512), whole = Constant("HeightMax", 2048);
+  struct {
+    const char* what;
+    std::string of_largest, of_offset;
+  } const cases[] = {{"neither size", "", by_size},
+                     {"the largest is the fixed one", fixed, by_size},
+                     {"the largest, and offsets that know no size", whole, "<Max>2032</Max><Inc>2</Inc>"},
+                     {"the largest, and offsets without limits", whole, "<Inc>2</Inc>"}};
+  for (const auto& [what, of_largest, of_offset] : cases) {
+    SCOPED_TRACE(what);
+    serve(of_largest, of_offset);
+    EXPECT_EQ(FrameOf(format + "256x512+0+256").image.pixels.at<std::uint8_t>(0, 0), 5 * 256 % 256);
+    EXPECT_EQ(FrameOf(format + "256x512+4+1534").image.pixels.at<std::uint8_t>(0, 0), (12 + 5 * 1534) % 256);
+    EXPECT_THAT(ErrorOfUri(format + "256x512+0+1540"), HasSubstr("nearest is roi=256x512+0+1536 "));
+    for (const std::string& uri : {format + "256x512+0+256", std::string(kWithoutRegion)})
+      EXPECT_EQ(OpenDriver(uri)->Window()->sensor_height, 2048) << uri;
+  }
+  serve("", "<Inc>2</Inc>");  // nothing is known: the sensor has what the image shows
+  EXPECT_EQ(OpenDriver(format + "256x512+0+256")->Window()->sensor_height, 768);
+}
+
+TEST_F(FixedCameras, SizeAndOffsetMayBothBeFixed) {
+  ReplaceNode("Integer", "OffsetY", "<Integer Name=\"OffsetY\"><pValue>OffsetNow</pValue></Integer>");
+  Add(Constant("OffsetNow", 256));
+  Fix("HeightReg");
+  const std::string whole_description = description_, format = kCamera + "?format=Mono8&roi=";
+  for (const bool knows_its_sensor : {true, false}) {
+    description_ = whole_description;
+    for (const char* name : {"SensorHeight", "HeightMax"})
+      while (!knows_its_sensor && description_.find(name) != std::string::npos)
+        Replace(name, "Chip" + std::string(name + 6));
+    Start();
+    EXPECT_EQ(OpenDriver(format + "256x512+8+256")->Window(),
+              (SensorWindow{2048, knows_its_sensor ? 2048 : 768, 8, 256, 256, 512}));
+    EXPECT_THAT(ErrorOfUri(format + "256x512+8+0"),
+                AllOf(HasSubstr("nearest is roi=256x512+8+256 "),
+                      HasSubstr("256 alone, because OffsetY is read-only")));
+  }
+}
+
 TEST_F(FixedCameras, OffsetsMayBeFixed) {
   ReplaceNode("Integer", "OffsetX", "<Integer Name=\"OffsetX\"><pValue>OffsetNow</pValue></Integer>");
   Add(Constant("OffsetNow", 8));
