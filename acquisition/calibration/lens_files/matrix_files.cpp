@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 
+#include "acquisition/calibration/lens_files/lens_mentions.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
@@ -288,6 +289,36 @@ LensNode WordsOfLens(const LensNode& map, const std::string& mark) {
   return words;
 }
 
+bool IsOfMark(const std::string& key, const std::string& mark) {
+  // A single letter must stand alone, as in type_r.
+  const std::string word = LensWord(key);
+  if (mark.size() > 1 || std::isdigit(static_cast<unsigned char>(mark[0])) != 0)
+    return word.starts_with(mark) || word.ends_with(mark);
+  return key.size() > 2 && (LensWord(std::string_view(key).substr(0, 2)) == mark ||
+                            LensWord(std::string_view(key).substr(key.size() - 2)) == mark);
+}
+
+// What the file says of this camera, at any depth: the maps that it lies in, without other cameras.
+LensNode PartOfLens(const FoundLens& found) {
+  LensNode part{.kind = LensNode::Kind::kMap};
+  std::vector<std::string> others = MarksOfMatrices(*found.maps.front());
+  std::erase_if(others, [&](const std::string& mark) { return mark.empty() || mark == found.mark; });
+  for (const LensNode* map : found.maps)
+    for (std::size_t i = 0; i < map->keys.size(); ++i) {
+      const std::string& key = map->keys[i];
+      const bool is_of_other =
+          std::ranges::any_of(others, [&](const std::string& mark) { return IsOfMark(key, mark); });
+      if (is_of_other || HasCameraMatrix(map->items[i])) continue;
+      part.keys.push_back(key);
+      part.items.push_back(map->items[i]);
+    }
+  // The camera's own name: of a map that is called fisheye, this is the word.
+  const bool is_word = LensWord(found.name) == "fisheye" || LensWord(found.name) == "equidistant";
+  part.keys.emplace_back(is_word ? "camera" : "camera name");
+  part.items.push_back({.kind = LensNode::Kind::kText, .text = found.name});
+  return part;
+}
+
 Lens ReadFoundLens(const FoundLens& found, const std::string& where) {
   LensNumbers numbers;
   const LensNode& map = *found.maps.front();
@@ -296,6 +327,10 @@ Lens ReadFoundLens(const FoundLens& found, const std::string& where) {
   // A word stands beside the numbers or in a map around them.
   for (const LensNode* outer : found.maps)
     if (!numbers.said) numbers.said = SaidLensModelOf(WordsOfLens(*outer, found.mark), where);
+  CheckLensMentions(PartOfLens(found), numbers.said,
+                    "distortion_model: equidistant (a fisheye's k1 k2 k3 k4), or distortion_model: plumb_bob "
+                    "(k1 k2 p1 p2 k3)",
+                    where, numbers.warnings);
   for (std::size_t i = 0; i < map.keys.size(); ++i)
     if (const auto skew = LensNumber(map.items[i]); skew && *skew != 0 && LensWord(map.keys[i]) == "skew")
       throw Error("{}: '{}' is {}, which ulf does not support; calibrate again with CALIB_FIX_SKEW", where,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "acquisition/calibration/lens_files/lens_mentions.h"
 #include "acquisition/calibration/lens_files/matrix_files.h"
 #include "core/base/error.h"
 
@@ -123,6 +124,17 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
     }
   const std::string type = words.items.empty() ? "PinHole" : words.items[0].text;
   numbers.said = SaidLensModelOf(words, where);
+  // PinHole is a word for k1 k2 p1 p2 here; what stands elsewhere counts where there is no word.
+  if (words.items.empty()) {
+    LensNode part{.kind = LensNode::Kind::kMap};
+    for (std::size_t i = 0; i < settings.keys.size(); ++i)
+      if (settings.keys[i].starts_with("Camera")) {
+        part.keys.push_back(settings.keys[i]);
+        part.items.push_back(settings.items[i]);
+      }
+    CheckLensMentions(part, numbers.said, "Camera.type: \"KannalaBrandt8\", or Camera.type: \"PinHole\"",
+                      place, numbers.warnings);
+  }
   const auto number = [&](const char* key, bool required) {
     const std::string full = name + "." + key;
     return required || top.Has(full) ? RequiredLensNumber(top, full, where) : 0.0;

@@ -1,5 +1,6 @@
 // Tests: acquisition/calibration/lens_files/other_files, acquisition/calibration/lens_files/lens_numbers,
-// acquisition/calibration/lens_files/lens_words, acquisition/calibration/lens_files/lens_tree.
+// acquisition/calibration/lens_files/lens_words, acquisition/calibration/lens_files/lens_mentions,
+// acquisition/calibration/lens_files/lens_tree.
 //
 // What is refused, or taken with a warning: by its own name, with the way out.
 #include <fmt/format.h>
@@ -221,6 +222,95 @@ TEST(LensRefusals, OtherProgramsAreNamed) {
   for (const char* text : {"words without any form\n", "import cv2\nprint(\"a: b\")\nx = [1\n",
                            "# Title\n\nSome text: with colon\n- item\n"})
     EXPECT_EQ(ErrorOf(text), "not recognised") << text;
+}
+
+const std::string kFourOfTest = "-0.01, 0.002, -0.003, 0.0004";
+
+std::string WithWords(const std::string& words) {
+  return LensOfTest{.words = words, .d = kFourOfTest, .d_cols = 4}.Text();
+}
+
+TEST(LensRefusals, WordsUnderOtherKeysAreNotPassedOver) {
+  const auto expect_refused = [](const std::string& text, const std::string& quoted) {
+    EXPECT_THAT(ErrorOf(text),
+                AllOf(HasSubstr("the file: '" + quoted), HasSubstr("distortion_model: equidistant"),
+                      HasSubstr("distortion_model: plumb_bob")))
+        << text;
+  };
+  struct Case {
+    std::string words, quoted;
+  };
+  for (const Case& c : {Case{"calibration_type: fisheye\n", "calibration_type: fisheye'"},
+                        Case{"type: \"fisheye lens\"\n", "type: fisheye lens'"},
+                        Case{"lens:\n  type: fisheye\n", "type: fisheye'"},
+                        Case{"lens: { model: \"Fish-Eye, 8 mm\" }\n", "model: Fish-Eye, 8 mm'"},
+                        Case{"flags: \"+fix_skew+fisheye\"\n", "flags: +fix_skew+fisheye'"},
+                        Case{"flags: [fix_skew, fisheye]\n", "flags: fisheye'"},
+                        Case{"camera_lens: fisheye\n", "camera_lens: fisheye'"},
+                        Case{"method: cv::fisheye::calibrate\n", "method: cv::fisheye::calibrate'"},
+                        Case{"calib_model_name: Kannala/Brandt\n", "calib_model_name: Kannala/Brandt'"},
+                        Case{"kind: EQUIDISTANT\n", "kind: EQUIDISTANT'"},
+                        Case{"calibration_type: omni-directional\n", "calibration_type: omni-directional'"},
+                        Case{"camera_is_fisheye: 1\n", "camera_is_fisheye: 1'"},
+                        Case{"fisheye_params: [0.1, 0.2, 0.3, 0.4]\n", "fisheye_params: ...'"}}) {
+    expect_refused(WithWords(c.words), c.quoted);
+    // The way out.
+    for (const char* model : {"equidistant", "plumb_bob"})
+      EXPECT_EQ(ErrorOf(WithWords(c.words + "distortion_model: " + model + "\n")), "accepted") << c.words;
+  }
+  const auto xml = [](const std::string& words) {
+    return "<?xml version=\"1.0\"?><opencv_storage><image_width>640</image_width><image_height>480"
+           "</image_height><camera_matrix><rows>3</rows><cols>3</cols><data>600 0 320 0 601 240 0 0 1</data>"
+           "</camera_matrix>" +
+           words +
+           "<dist_coeffs><rows>1</rows><cols>4</cols><data>-0.01 0.002 -0.003 0.0004</data></dist_coeffs>"
+           "</opencv_storage>";
+  };
+  expect_refused(xml("<lens><model>fisheye</model></lens>"), "model: fisheye'");
+  expect_refused(
+      "{\"info\": {\"optics\": \"fisheye\"}, \"w\": 640, \"h\": 480, \"K\": [[600, 0, 320], [0, 601, "
+      "240], [0, 0, 1]], \"D\": [-0.01, 0.002, -0.003, 0.0004]}",
+      "optics: fisheye'");
+  EXPECT_THAT(ErrorOf("Camera.fx: 600\nCamera.fy: 600\nCamera.cx: 320\nCamera.cy: 240\nCamera.width: "
+                      "640\nCamera.height: 480\nCamera.lens: fisheye\n"),
+              AllOf(HasSubstr("'Camera.lens: fisheye'"), HasSubstr("KannalaBrandt8")));
+}
+
+TEST(LensRefusals, NamesThatSpeakOfFisheyesAreWarnings) {
+  const auto warnings_of = [](const std::string& text, const std::string& camera = "") {
+    return ReadLensText(text, "the file", camera)->lens.warnings;
+  };
+  for (const char* line : {"image_topic: /fisheye/image", "camera_name: fisheye_left", "frame_id: fisheye",
+                           "images: /data/fisheye/*.png", "source: fisheye_07.bag", "camera_id: omni_2",
+                           "model_file: fisheye.yaml"}) {
+    const std::string text = WithWords(std::string(line) + "\n");
+    EXPECT_EQ(ErrorOf(text), "accepted");
+    EXPECT_THAT(warnings_of(text), ::testing::Contains(AllOf(HasSubstr(fmt::format("'{}'", line)),
+                                                             HasSubstr("distortion_model: equidistant"))));
+    EXPECT_THAT(warnings_of(WithWords(std::string(line) + "\ndistortion_model: plumb_bob\n")),
+                ::testing::IsEmpty());
+  }
+  for (const char* line :
+       {"sensor: OmniVision OV9281", "fisheye_model: 0", "lens: {fisheye: 0}", "pattern: asymmetric"})
+    EXPECT_THAT(ErrorOf(WithWords(std::string(line) + "\n")), "accepted") << line;
+  // A word decides; text that speaks of another model is told.
+  EXPECT_THAT(warnings_of(WithWords("camera_lens: fisheye\ndistortion_model: plumb_bob\n")),
+              ::testing::ElementsAre(
+                  AllOf(HasSubstr("'camera_lens: fisheye'"), HasSubstr("'distortion_model: plumb_bob'"))));
+  EXPECT_THAT(warnings_of(WithWords("camera_lens: fisheye\ndistortion_model: equidistant\n")),
+              ::testing::IsEmpty());
+  // Of the chosen camera alone.
+  const std::string numbers =
+      "K: [[600, 0, 320], [0, 601, 240], [0, 0, 1]], D: [-0.01, 0.002, -0.003, 0.0004], w: 640, h: 480";
+  const std::string two = "tele: {" + numbers + "}\nwide: {optics: fisheye, " + numbers + "}\n";
+  EXPECT_THAT(warnings_of(two, "tele"), ::testing::ElementsAre(HasSubstr("four coefficients")));
+  EXPECT_THROW(ReadLensText(two, "the file", "wide"), Error);
+  const std::string pair =
+      "K1: [600, 0, 320, 0, 601, 240, 0, 0, 1]\nD1: [-0.1, 0.05, 0.001, -0.002]\n"
+      "K2: [600, 0, 320, 0, 601, 240, 0, 0, 1]\nD2: [-0.1, 0.05, 0.001, -0.002]\n"
+      "optics2: fisheye\nimage_width: 640\nimage_height: 480\n";
+  EXPECT_THAT(warnings_of(pair, "1"), ::testing::ElementsAre(HasSubstr("four coefficients")));
+  EXPECT_THROW(ReadLensText(pair, "the file", "2"), Error);
 }
 
 TEST(LensRefusals, DamagedTextIsNamedByItsLine) {
