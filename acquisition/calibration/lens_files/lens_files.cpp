@@ -32,6 +32,7 @@ constexpr std::array kLensPrograms = {
     LensProgram{"Basalt", "calibration.json", IsBasaltLens, ReadBasaltLens},
     LensProgram{"calib.io", "JSON with the OpenCV model", IsCalibIoLens, ReadCalibIoLens},
     LensProgram{"Metashape", "the lens's XML, Agisoft's own form", IsMetashapeLens, ReadMetashapeLens},
+    LensProgram{"maplab", "camera YAML, one or a rig, also of aslam_cv2", IsMaplabLens, ReadMaplabLens},
     LensProgram{"Kalibr", "camchain YAML", IsKalibrLens, ReadKalibrLens},
     LensProgram{"EuRoC", "sensor.yaml", IsEurocLens, ReadEurocLens},
     LensProgram{"ORB-SLAM", "settings YAML", IsOrbSlamLens, ReadOrbSlamLens},

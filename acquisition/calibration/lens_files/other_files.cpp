@@ -60,6 +60,29 @@ bool HasBelow(const LensNode& top, std::string_view key) {
          });
 }
 
+// The key of numbers that are said to be a fisheye's, at the top or one level below; empty: there is none.
+std::string KeyOfFisheyeNumbers(const LensNode& map, int levels) {
+  for (std::size_t i = 0; i < map.items.size(); ++i) {
+    const LensNode& value = map.items[i];
+    const bool is_numbers = value.IsMap() || (value.IsList() && LensNumbersIn(value)) ||
+                            (value.IsText() && LensNumbersIn(value) && LensNumbersIn(value)->size() > 1);
+    if (map.IsMap() && is_numbers && LensWord(map.keys[i]).find("fisheye") != std::string::npos)
+      return map.keys[i];
+    const std::string inner = levels > 0 ? KeyOfFisheyeNumbers(value, levels - 1) : "";
+    if (!inner.empty()) return inner;
+  }
+  return "";
+}
+
+bool IsKittiLens(const LensNode& top) {
+  for (const char* key : {"P0", "P1", "P2", "P3", "P_rect_00", "P_rect_02"})
+    if (const LensNode* matrix = top.Find(key)) {
+      const auto numbers = LensNumbersIn(*matrix);
+      if (numbers && numbers->size() == 12) return true;
+    }
+  return false;
+}
+
 }  // namespace
 
 std::optional<std::string> OtherLensText(const std::string& text) {
@@ -121,6 +144,16 @@ std::optional<std::string> OtherLensTree(const LensNode& top) {
     return "is Metashape's cameras (Export Cameras); ulf import takes them with their photographs. For the "
            "lens alone, "
            "save it by Tools > Camera Calibration";
+  if (IsKittiLens(top))
+    return fmt::format(
+        "is KITTI's calib.txt, projections of rectified pictures without their size; {}: the first three "
+        "columns of the camera's P are the camera matrix, and all coefficients are 0",
+        kAsOpenCv);
+  if (const std::string key = KeyOfFisheyeNumbers(top, 1); !key.empty())
+    return fmt::format(
+        "holds a fisheye's numbers under '{}', whose order and pixels no program that ulf knows defines; {}, "
+        "with k1 k2 k3 k4 as coefficients, and the line distortion_model: equidistant",
+        key, kAsOpenCv);
   return std::nullopt;
 }
 

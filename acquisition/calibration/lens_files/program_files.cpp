@@ -71,6 +71,42 @@ bool IsLensOfLists(const LensNode& node) {
          (node.Has("camera_model") || node.Has("distortion_model") || node.Has("distortion_coeffs"));
 }
 
+bool IsMaplabCamera(const LensNode& node) {
+  const LensNode* intrinsics = node.Find("intrinsics");
+  const LensNode* distortion = node.Find("distortion");
+  if (!intrinsics || !intrinsics->IsMap() || !intrinsics->Has("data")) return false;
+  const auto numbers = LensNumbersIn(*intrinsics->Find("data"));
+  constexpr std::size_t kOfMatrix = 9;  // a camera matrix is of another program
+  return numbers && numbers->size() != kOfMatrix &&
+         ((distortion && distortion->IsMap() && distortion->Has("type")) ||
+          (node.Has("type") && node.Has("line-delay-nanoseconds")));
+}
+
+// The cameras of a rig, each below its pose, or the only one; empty: the file is of something else.
+std::vector<const LensNode*> MaplabCameras(const LensNode& top) {
+  if (IsMaplabCamera(top)) return {&top};
+  std::vector<const LensNode*> cameras;
+  const LensNode* rig = top.Find("cameras");
+  for (const LensNode* list : {rig, &top}) {
+    if (!list || !cameras.empty()) continue;
+    for (const LensNode& item : list->items) {
+      const LensNode* camera = item.Find("camera");
+      if (!camera) camera = &item;
+      if (IsMaplabCamera(*camera)) cameras.push_back(camera);
+    }
+  }
+  return cameras;
+}
+
+// A column of numbers: rows, cols and data.
+std::vector<double> MaplabColumn(const LensNode& map, std::string_view key, const std::string& where) {
+  const LensMatrix column = LensMatrixOf(RequiredLensNode(map, key, where), key, where);
+  if (std::min(column.rows, column.cols) > 1)
+    throw Error("{}: '{}' has {} x {} values; one column belongs there", where, key, column.rows,
+                column.cols);
+  return column.numbers;
+}
+
 }  // namespace
 
 bool IsKalibrLens(const LensNode& top) {
@@ -90,6 +126,55 @@ bool IsEurocLens(const LensNode& top) { return IsLensOfLists(top); }
 Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::string& wanted) {
   RequireOnlyLens(wanted, where);
   return LensOfLists(top, where);
+}
+
+bool IsMaplabLens(const LensNode& top) { return !MaplabCameras(top).empty(); }
+
+Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  const auto cameras = MaplabCameras(top);
+  if (cameras.size() == 1 && cameras[0] == &top) RequireOnlyLens(wanted, where);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const LensNode* label = cameras[i]->Find("label");
+    const bool is_name = label && label->IsText() && !LensWord(label->text).empty() &&
+                         std::ranges::find(names, label->text) == names.end();
+    names.push_back(is_name ? label->text : std::to_string(i));
+  }
+  const std::string name = PickLens(names, wanted, where);
+  const LensNode& camera = *cameras[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin())];
+  const std::string place = cameras.size() == 1 ? where : where + ", camera " + name;
+  const auto word_of = [&](const LensNode& map) {
+    const LensNode* type = map.Find("type");
+    return type && type->IsText() ? type->text : std::string();
+  };
+  const std::string projection = word_of(camera);
+  if (const std::string word = LensWord(projection); !word.empty() && word != "pinhole")
+    throw Error("{}: the camera type '{}' of maplab is not one of ulf's; {}", place, projection, kLensWayOut);
+  LensNumbers numbers;
+  const LensNode* distortion = camera.Find("distortion");
+  const std::string type = distortion ? word_of(*distortion) : "none", word = LensWord(type);
+  const std::string said = "distortion type: " + type;
+  if (word == "equidistant")
+    numbers.said = SaidLensModel{LensModel::kFisheye, said};
+  else if (word == "radialtangential" || word == "radtan")
+    numbers.said = SaidLensModel{LensModel::kRadialTangential, said};
+  else if (word == "none")
+    numbers.said = SaidLensModel{LensModel::kNone, said};
+  else
+    throw Error("{}: the distortion '{}' of maplab{} is not one of ulf's; {}", place, type,
+                word == "fisheye" ? ", the field-of-view model," : "", kLensWayOut);
+  const auto intrinsics = MaplabColumn(camera, "intrinsics", place);
+  if (intrinsics.size() != 4)
+    throw Error("{}: a pinhole has 4 intrinsics, not {}; correct the file or calibrate again", place,
+                intrinsics.size());
+  SetPinhole(numbers, intrinsics);
+  if (distortion && (word != "none" || distortion->Has("parameters")))
+    numbers.coefficients = MaplabColumn(*distortion, "parameters", place);
+  if (word != "none" && numbers.coefficients.empty())
+    throw Error("{}: the distortion's parameters are missing; write the file again", place);
+  if (camera.Has("image_width")) numbers.width = RequiredLensNumber(camera, "image_width", place);
+  if (camera.Has("image_height")) numbers.height = RequiredLensNumber(camera, "image_height", place);
+  return FinishedLens(numbers, place);
 }
 
 bool IsOrbSlamLens(const LensNode& top) {

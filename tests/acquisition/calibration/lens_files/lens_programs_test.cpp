@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/acquisition/calibration/lens_files/lens_texts.h"
 
@@ -15,6 +16,7 @@ using namespace lens_texts;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 TEST(LensPrograms, KalibrAndEuroc) {
   const std::string four = "[600.5, 601.25, 320.5, 239.25]";
@@ -35,6 +37,62 @@ TEST(LensPrograms, KalibrAndEuroc) {
   ExpectLens(euroc, Radial());
   EXPECT_EQ(euroc.program, "EuRoC");
   ExpectLens(Read(sensor + camera("", "equidistant", kFisheyeD, "distortion_coefficients")), Fisheye());
+}
+
+TEST(LensPrograms, Maplab) {
+  struct Camera {
+    std::string label, type, parameters;
+    int count = 4;
+    std::string projection = "pinhole";
+    int intrinsics = 4;
+  };
+  const auto text = [](const Camera& c, const std::string& indent) {
+    return fmt::format(
+        "{0}label: {1}\n{0}distortion:\n{0}  parameters:\n{0}    cols: 1\n{0}    rows: {4}\n{0}    data: "
+        "{3}\n"
+        "{0}  type: {2}\n{0}image_height: 480\n{0}image_width: 640\n{0}intrinsics:\n{0}  cols: 1\n"
+        "{0}  rows: {6}\n{0}  data: [{7}600.5, 601.25, 320.5, 239.25]\n{0}line-delay-nanoseconds: 0\n"
+        "{0}type: {5}\n",
+        indent, c.label, c.type, c.parameters, c.count, c.projection, c.intrinsics,
+        c.intrinsics == 5 ? "0.9, " : "");
+  };
+  const auto rig = [&](const std::vector<Camera>& cameras) {
+    std::string made = "label: rig\nid: 0123\ncameras:\n";
+    for (const Camera& camera : cameras)
+      made +=
+          "- T_B_C:\n    cols: 4\n    rows: 4\n    data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"
+          "  camera:\n" +
+          text(camera, "    ");
+    return made;
+  };
+  const Camera equidistant{"cam0", "equidistant", kFisheyeD}, radial{"cam1", "radial-tangential", kRadialD};
+  const ReadLens one = Read(rig({equidistant}));
+  ExpectLens(one, Fisheye());
+  EXPECT_EQ(one.program, "maplab");
+  EXPECT_THAT(one.lens.warnings, IsEmpty());
+  ExpectLens(Read(rig({radial})), Radial());
+  ExpectLens(Read(text(radial, "")), Radial());
+  ExpectLens(Read(rig({equidistant, radial}), "cam0"), Fisheye());
+  ExpectLens(Read(rig({equidistant, radial}), "cam1"), Radial());
+  EXPECT_THAT(ErrorOf(rig({equidistant, radial})), HasSubstr("2 cameras (cam0, cam1)"));
+  EXPECT_THAT(
+      ErrorOf(fmt::format("image_width: 640\nimage_height: 480\nintrinsics: {{rows: 3, cols: 3, data: {}}}\n"
+                          "distortion: {{type: plumb_bob, values: {}}}\n",
+                          kK, kRadialD)),
+      AllOf(HasSubstr("'distortion'"), Not(HasSubstr("maplab"))));
+  // Labels that are the same are numbers.
+  Camera same = radial;
+  same.label = "cam0";
+  ExpectLens(Read(rig({equidistant, same}), "1"), Radial());
+  EXPECT_EQ(Read(text({"c", "none", "[]", 0}, "")).lens.camera.distortion, Distortion::kNone);
+  EXPECT_THAT(ErrorOf(rig({{"cam0", "fisheye", "[0.9]", 1}})),
+              AllOf(HasSubstr("'fisheye' of maplab, the field-of-view model"), HasSubstr("pinhole-equi")));
+  EXPECT_THAT(ErrorOf(rig({{"cam0", "rational-tangential", "[0, 0, 0, 0, 0, 0, 0, 0]", 8}})),
+              AllOf(HasSubstr("'rational-tangential' of maplab"), HasSubstr("pinhole-radtan")));
+  EXPECT_THAT(ErrorOf(rig({{"cam0", "radial-tangential", kRadialD, 4, "unified-projection", 5}})),
+              AllOf(HasSubstr("'unified-projection' of maplab"), HasSubstr("pinhole-radtan")));
+  EXPECT_THAT(ErrorOf(rig({{"cam0", "equidistant", "[0.1, 0.2]", 2}})), HasSubstr("has 4 coefficients"));
+  EXPECT_THAT(ErrorOf(rig({{"cam0", "equidistant", kFisheyeD, 5}})), HasSubstr("'parameters'"));
 }
 
 TEST(LensPrograms, OrbSlam) {

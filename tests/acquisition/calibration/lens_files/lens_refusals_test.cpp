@@ -210,6 +210,14 @@ TEST(LensRefusals, OtherProgramsAreNamed) {
            Case{"<?xml version=\"1.0\"?><document><chunk/></document>", "Metashape", "ulf import"},
            Case{"<calibration><fx>600</fx><fy>600</fy></calibration>", "PhotoScan",
                 "save the calibration again"},
+           Case{"P0: 718.8 0 607.2 0 0 718.8 185.2 0 0 0 1 0\nP1: 718.8 0 607.2 -386.1 0 718.8 185.2 0 0 0 1 "
+                "0\n"
+                "Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n",
+                "KITTI", "first three columns"},
+           Case{"fisheye_params: [300, 300, 320, 240, 0.1, 0, 0, 0]\n", "'fisheye_params'",
+                "distortion_model: equidistant"},
+           Case{"cam:\n  fisheye_params: {fx: 300, k1: 0.1}\n", "'fisheye_params'",
+                "distortion_model: equidistant"},
            Case{"shutter: 5\ngain: 3\n", "(it holds shutter, gain)", "Kalibr"},
            Case{"<?xml version=\"1.0\"?><nothing/>", "no lens that ulf knows", "Kalibr"},
        }) {
