@@ -105,6 +105,7 @@ void FindMentions(const LensNode& node, const std::string& key, std::vector<Lens
   if (by_key != MentionedLens::kNone && node.kind != LensNode::Kind::kNothing && !node.items.empty() &&
       (node.IsMap() || LensNumbersIn(node)))
     mentions.push_back({key + ": ...", by_key, !AreNumbersOfLens(key, node)});
+  if (LensNumbersIn(node)) return;  // a 1 in there is no switch
   for (std::size_t i = 0; i < node.items.size(); ++i)
     FindMentions(node.items[i], node.IsMap() ? node.keys[i] : key, mentions);
 }

@@ -299,7 +299,8 @@ TEST(LensRefusals, NamesThatSpeakOfFisheyesAreWarnings) {
                 ::testing::IsEmpty());
   }
   for (const char* line :
-       {"sensor: OmniVision OV9281", "fisheye_model: 0", "lens: {fisheye: 0}", "pattern: asymmetric"})
+       {"sensor: OmniVision OV9281", "fisheye_model: 0", "lens: {fisheye: 0}", "fisheye_left_T: [1, 0, 0, 1]",
+        "fisheye_T: [[1, 0], [0, 1]]", "pattern: asymmetric"})
     EXPECT_THAT(ErrorOf(WithWords(std::string(line) + "\n")), "accepted") << line;
   // A word decides; text that speaks of another model is told.
   EXPECT_THAT(warnings_of(WithWords("camera_lens: fisheye\ndistortion_model: plumb_bob\n")),
