@@ -10,17 +10,12 @@
 #include <map>
 #include <opencv2/calib3d.hpp>
 
+#include "acquisition/calibration/layout_fit.h"
 #include "core/base/quantile.h"
 #include "core/fiducials/touching_markers.h"
 
 namespace ulf::acquisition {
 namespace {
-
-using Eigen::Vector2d;
-using Eigen::Vector2i;
-
-// The markers of a picture by number.
-using SeenMarkers = std::map<int, MarkerImage>;
 
 struct DictionaryFamily {
   const char* largest;             // contains the smaller dictionaries as its first markers
@@ -83,78 +78,43 @@ void LeaveOutMisread(Sighting& sighting) {
     std::erase_if(seen, [&](const auto& marker) { return times[marker.first] < 2; });
 }
 
+using Quads = std::vector<MarkerImage>;
+
+std::vector<Quads> QuadsIn(const std::vector<cv::Mat>& pictures) {
+  std::vector<Quads> quads;
+  for (const cv::Mat& picture : pictures) quads.push_back(DarkQuads(picture));
+  return quads;
+}
+
+Sighting SightingIn(const std::vector<Quads>& quads, const std::vector<cv::Mat>& pictures,
+                    const DictionaryFamily& family, const std::string& dictionary, int border_cells) {
+  Sighting sighting{&family, border_cells, {}};
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const auto found = MarkersAmong(quads[i], pictures[i], dictionary, border_cells);
+    sighting.pictures.emplace_back(found.begin(), found.end());
+  }
+  LeaveOutMisread(sighting);
+  return sighting;
+}
+
+Sighting SightingAsSaid(const Board& said, const std::vector<Quads>& quads,
+                        const std::vector<cv::Mat>& pictures) {
+  const auto family = std::ranges::find_if(DictionaryFamilies(), [&](const DictionaryFamily& known) {
+    return std::ranges::find(known.names, said.dictionary) != known.names.end();
+  });
+  return SightingIn(quads, pictures, *family, said.dictionary, said.BorderCells());
+}
+
 // Fewer markers in the best picture tell no layout. Guessed.
 constexpr std::size_t kLeastMarkers = 4;
-
-struct MarkerPair {
-  int from = 0, to = 0;         // numbers
-  Vector2d right, down, shift;  // the sides of both, and from one's middle to the other's; pixels
-};
-
-// Each marker with its nearest ones, within its picture.
-std::vector<MarkerPair> NeighboursIn(const Sighting& sighting) {
-  constexpr std::size_t kNearest = 4;
-  std::vector<MarkerPair> pairs;
-  for (const SeenMarkers& seen : sighting.pictures)
-    for (const auto& [from, a] : seen) {
-      std::vector<MarkerPair> around;
-      for (const auto& [to, b] : seen)
-        if (to != from)
-          around.push_back({from, to, 0.25 * (a[1] - a[0] + a[2] - a[3] + b[1] - b[0] + b[2] - b[3]),
-                            0.25 * (a[3] - a[0] + a[2] - a[1] + b[3] - b[0] + b[2] - b[1]),
-                            0.25 * (b[0] + b[1] + b[2] + b[3] - a[0] - a[1] - a[2] - a[3])});
-      const std::size_t count = std::min(kNearest, around.size());
-      std::partial_sort(
-          around.begin(), around.begin() + static_cast<std::ptrdiff_t>(count), around.end(),
-          [](const MarkerPair& x, const MarkerPair& y) { return x.shift.norm() < y.shift.norm(); });
-      pairs.insert(pairs.end(), around.begin(), around.begin() + static_cast<std::ptrdiff_t>(count));
-    }
-  return pairs;
-}
-
-struct LayoutFit {
-  double share = 0;  // of the neighbours that lie where the layout has them
-  double step = 0;   // from marker to marker (of a ChArUco board: the side of a square), in marker sides
-};
-
-LayoutFit LayoutFitOf(const Board& layout, const std::vector<MarkerPair>& pairs) {
-  const std::vector<Vector2i> places = layout.MarkerPlaces();
-  std::vector<double> steps;
-  struct Expected {
-    Vector2d along, shift;
-  };
-  std::vector<Expected> known;
-  for (const MarkerPair& pair : pairs) {
-    const int from = pair.from - layout.first_marker, to = pair.to - layout.first_marker;
-    const auto count = static_cast<int>(places.size());
-    if (from < 0 || to < 0 || from >= count || to >= count) continue;
-    const Vector2i by = places[static_cast<std::size_t>(to)] - places[static_cast<std::size_t>(from)];
-    const Vector2d along = by.x() * pair.right + by.y() * pair.down;
-    if (along.squaredNorm() <= 0) continue;
-    known.push_back({along, pair.shift});
-    steps.push_back(along.dot(pair.shift) / along.squaredNorm());
-  }
-  if (steps.empty()) return {};
-  LayoutFit fit;
-  fit.step = Median(steps);
-  // The tags of an AprilGrid may stand on their heads (board.h); those of other boards do not.
-  if (layout.kind == BoardKind::kAprilGrid ? std::abs(fit.step) <= 1 : fit.step <= 1) return {};
-  constexpr double kNear = 0.2;  // of the way to the neighbour: perspective and lens bend less. Guessed.
-  const auto near = std::ranges::count_if(known, [&](const Expected& e) {
-    return (e.shift - fit.step * e.along).norm() < kNear * e.shift.norm();
-  });
-  fit.step = std::abs(fit.step);
-  fit.share = static_cast<double>(near) / static_cast<double>(pairs.size());
-  return fit;
-}
 
 double StepOf(const Board& board) {
   return board.IsMarkerGrid() ? 1 + board.gap_mm / board.marker_mm : board.square_mm / board.marker_mm;
 }
 
-// The share of neighbours with which a layout is taken for the board's, and by how much that of another must be larger.
-// Guessed: wrong ones reach three quarters, right ones all but what is misread or bent away.
-constexpr double kLayoutFits = 0.8, kClearlyBetter = 0.15;
+// The share of markers with which a layout is taken for the board's, and by how much that of another must be larger. Guessed:
+// right ones reach all but what is misread or bent away; one first number off costs at least one marker of each row.
+constexpr double kLayoutFits = 0.8, kClearlyBetter = 0.03;
 // By which share of a step marker and gap may differ from what was said: of a grid, whose markers' corners are the
 // points, and of a ChArUco board, where they only lead to the squares' corners. Guessed.
 constexpr double kSameStep = 0.01, kSameSquare = 0.2;
@@ -308,7 +268,7 @@ std::string Differences(const Board& said, const Board& board, bool other_step) 
 // The board that a sighting fits best; none: no layout is known that does.
 std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
                                    const std::vector<cv::Mat>& pictures, double said_share) {
-  const std::vector<MarkerPair> pairs = NeighboursIn(sighting);
+  const Neighbours neighbours = NeighboursIn(sighting.pictures);
   std::vector<Board> layouts;
   if (sighting.border_cells == 2)
     AddLayouts(said, BoardKind::kAprilGrid, sighting, layouts);
@@ -317,7 +277,7 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
       AddLayouts(said, kind, sighting, layouts);
   // An AprilGrid's tags may be turned: half of the ways of numbering are the others, turned.
   if (sighting.border_cells == 2) std::erase_if(layouts, [](const Board& b) { return b.order.leftwards; });
-  constexpr double kAlike = 0.03;
+  constexpr double kAlike = 0.02;
   struct Ranked {
     Board board;
     LayoutFit fit;
@@ -325,7 +285,7 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
   std::vector<Ranked> ranked;
   double best = std::max(kLayoutFits, std::min(1.0, said_share + kClearlyBetter));
   for (const Board& layout : layouts)
-    if (const LayoutFit fit = LayoutFitOf(layout, pairs); fit.share >= best - kAlike) {
+    if (const LayoutFit fit = LayoutFitOf(layout, neighbours); fit.share >= best - kAlike) {
       best = std::max(best, fit.share);
       ranked.push_back({layout, fit});
     }
@@ -389,29 +349,12 @@ double BendOf(const std::vector<Eigen::Vector3d>& points, const BoardView& view)
 }
 
 std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<cv::Mat>& pictures) {
-  std::vector<std::vector<MarkerImage>> quads;
-  for (const cv::Mat& picture : pictures) quads.push_back(DarkQuads(picture));
-  const auto sighting_of = [&](const DictionaryFamily& family, const std::vector<cv::Mat>& seen_in,
-                               const std::string& dictionary, int border_cells) {
-    Sighting sighting{&family, border_cells, {}};
-    for (std::size_t i = 0; i < seen_in.size(); ++i) {
-      const auto found = MarkersAmong(quads[i], seen_in[i], dictionary, border_cells);
-      sighting.pictures.emplace_back(found.begin(), found.end());
-    }
-    LeaveOutMisread(sighting);
-    return sighting;
-  };
-  const auto family_of = [](const std::string& dictionary) {
-    return std::ranges::find_if(DictionaryFamilies(), [&](const DictionaryFamily& family) {
-      return std::ranges::find(family.names, dictionary) != family.names.end();
-    });
-  };
+  std::vector<Quads> quads = QuadsIn(pictures);
   std::optional<Sighting> best;
   double said_share = 0;
   if (said.kind != BoardKind::kChessboard) {
-    Sighting as_said =
-        sighting_of(*family_of(said.dictionary), pictures, said.dictionary, said.BorderCells());
-    const LayoutFit fit = LayoutFitOf(said, NeighboursIn(as_said));
+    Sighting as_said = SightingAsSaid(said, quads, pictures);
+    const LayoutFit fit = LayoutFitOf(said, NeighboursIn(as_said.pictures));
     said_share = fit.share;
     if (fit.share >= kLayoutFits) {
       double step = 0;
@@ -425,7 +368,7 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
   constexpr std::size_t kClearly = 2;
   for (const DictionaryFamily& family : DictionaryFamilies())
     for (const int border_cells : {1, 2}) {
-      Sighting sighting = sighting_of(family, pictures, family.largest, border_cells);
+      Sighting sighting = SightingIn(quads, pictures, family, family.largest, border_cells);
       const std::size_t needed = best ? kClearly * best->Most() : kLeastMarkers;
       if (sighting.Most() >= needed) best = std::move(sighting);
     }
@@ -433,14 +376,10 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
   if (said.kind == BoardKind::kChessboard) return std::nullopt;
   // Markers cannot be read in a mirror.
   std::vector<cv::Mat> mirrored(pictures.size());
-  quads.clear();
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    cv::flip(pictures[i], mirrored[i], 1);
-    quads.push_back(DarkQuads(mirrored[i]));
-  }
-  const Sighting in_mirror =
-      sighting_of(*family_of(said.dictionary), mirrored, said.dictionary, said.BorderCells());
-  if (in_mirror.Most() < kLeastMarkers || LayoutFitOf(said, NeighboursIn(in_mirror)).share < kLayoutFits)
+  for (std::size_t i = 0; i < pictures.size(); ++i) cv::flip(pictures[i], mirrored[i], 1);
+  const Sighting in_mirror = SightingAsSaid(said, QuadsIn(mirrored), mirrored);
+  if (in_mirror.Most() < kLeastMarkers ||
+      LayoutFitOf(said, NeighboursIn(in_mirror.pictures)).share < kLayoutFits)
     return std::nullopt;
   return OtherBoard{
       .board = said,
@@ -448,6 +387,13 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
       .cure =
           "the pictures are mirrored: turn that off in the camera, or in the program that saved "
           "them, and take them again"};
+}
+
+bool MarkersContradict(const Board& said, const std::vector<cv::Mat>& pictures) {
+  if (said.kind == BoardKind::kChessboard) return false;
+  const Sighting sighting = SightingAsSaid(said, QuadsIn(pictures), pictures);
+  return sighting.Most() >= kLeastMarkers &&
+         LayoutFitOf(said, NeighboursIn(sighting.pictures)).share <= 1 - kClearlyBetter;
 }
 
 std::string DescribeOtherBoard(const Board& said, const OtherBoard& other) {

@@ -67,8 +67,11 @@ bool RefuseOtherBoard(const Board& said, const CalibrationSource& source,
                       const acquisition::CollectedViews& collected, acquisition::CalibrationResult& result) {
   // Pixels: right boards come out with less; and from where on wrong lengths spoil the result. Guessed.
   constexpr double kSuspiciousPx = 0.25, kSpoiltPx = 1;
-  if (result.ok() && result.rms_px < kSuspiciousPx) return false;
-  const auto other = acquisition::BoardInPictures(said, SomePictures(source, collected));
+  const std::vector<cv::Mat> pictures = SomePictures(source, collected);
+  // The error alone tells nothing: corners that contradict most of the others were left out before.
+  if (result.ok() && result.rms_px < kSuspiciousPx && !acquisition::MarkersContradict(said, pictures))
+    return false;
+  const auto other = acquisition::BoardInPictures(said, pictures);
   if (!other) return false;
   const std::string text = acquisition::DescribeOtherBoard(said, *other);
   if (result.ok() && other->other_lengths_only && result.rms_px < kSpoiltPx) {

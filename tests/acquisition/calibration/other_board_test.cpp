@@ -1,5 +1,5 @@
-// Tests: acquisition/calibration/other_board, acquisition/calibration/calibration_capture,
-// commands/calibration/calibrate_command.
+// Tests: acquisition/calibration/other_board, acquisition/calibration/layout_fit,
+// acquisition/calibration/calibration_capture, commands/calibration/calibrate_command.
 //
 // Another board than was said is told by its text; a right one never, however poor its views are.
 #include "acquisition/calibration/other_board.h"
@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/simulator/simulated_board.h"
@@ -60,6 +61,8 @@ TEST(OtherBoard, IsToldByItsText) {
            {"aprilgrid:6x6:30:9", "aprilgrid:6x6:30:9:first=36", "", "begin with 36"},
            {"aruco:5x4:30:9:DICT_5X5_100", "charuco:7x5:40:30:DICT_5X5_100", "charuco:7x5:40:30:DICT_5X5_100",
             "measure its lengths"},
+           {"aruco:6x4:30:9:DICT_6X6_250:right-up:first=1", "aruco:6x4:30:9:DICT_6X6_250:right-up", "",
+            "begin with 0"},
            {"chessboard:7x5:30", "charuco:7x5:30:20:DICT_4X4_50", "", "ChArUco"},
        }) {
     const Board said = Board::Parse(c.said);
@@ -110,6 +113,65 @@ TEST(OtherBoard, ARightBoardIsNeverRenamed) {
     EXPECT_FALSE(BoardInPictures(said, {nothing}));
     EXPECT_FALSE(BoardInPictures(said, {}));
   }
+}
+
+// Markers of another sheet have numbers that the board does not have, but do not lie on its grid.
+TEST(OtherBoard, AnotherSheetChangesNothing) {
+  const Board said = Board::Parse("aprilgrid:6x6:30:9");
+  const std::vector<cv::Mat> of_said = PicturesOf(said.Text(), "barrel", 6),
+                             of_other = PicturesOf("aprilgrid:6x6:30:9:first=36", "barrel", 3);
+  // In place of it.
+  std::vector<cv::Mat> pictures = of_said;
+  std::copy(of_other.begin(), of_other.begin() + 2, pictures.begin() + 2);
+  EXPECT_TRUE(MarkersContradict(said, pictures));
+  EXPECT_FALSE(BoardInPictures(said, pictures));
+  EXPECT_FALSE(MarkersContradict(said, of_said));
+  EXPECT_TRUE(MarkersContradict(said, of_other));
+  // Beside it.
+  for (std::size_t i = 0; i < of_other.size(); ++i) cv::hconcat(of_said[i], of_other[i], pictures[i]);
+  pictures.resize(of_other.size());
+  EXPECT_FALSE(BoardInPictures(said, pictures));
+}
+
+// Most corners agree with these boards, and those that do not would be left out.
+TEST(OtherBoard, IsNamedThoughMostCornersAgree) {
+  struct Case {
+    const char *shown, *said, *what;
+  };
+  const test::ScratchFolder scratch;
+  const std::string file = (scratch / "camera.json").string();
+  for (const Case& c :
+       {Case{"aprilgrid:6x6:30:9", ":first=1", "numbers begin with 0"},
+        {"aprilgrid:6x6:30:9", ":first=6", "numbers begin with 0"},
+        {"charuco:5x7:30:22:DICT_5X5_100", ":white-corner", "the upper left corner is dark"}}) {
+    const test::ScratchFolder images;
+    const auto pictures = PicturesOf(c.shown, "pinhole", 6);
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+      cv::imwrite((images / (std::to_string(i) + ".png")).string(), pictures[i]);
+    const auto wrong =
+        test::RunUlf("calibrate " + images.path().string() + " --board " + c.shown + c.said + " -o " + file);
+    EXPECT_EQ(wrong.exit_code, 1) << c.said;
+    EXPECT_THAT(wrong.errors, AllOf(HasSubstr(std::string("they lie as on ") + c.shown + " (" + c.what),
+                                    HasSubstr(std::string("give --board ") + c.shown + "\n")))
+        << c.said;
+    EXPECT_FALSE(std::filesystem::exists(file)) << c.said;
+  }
+}
+
+// A view that is blurred and one of another board are left out; the others tell which board it is.
+TEST(OtherBoard, ARightBoardWithBadViewsCalibrates) {
+  const test::ScratchFolder scratch, images;
+  const std::string file = (scratch / "camera.json").string(), board = "aprilgrid:6x6:30:9";
+  std::vector<cv::Mat> pictures = PicturesOf(board, "pinhole", 8);
+  cv::GaussianBlur(pictures[3].clone(), pictures[3], {}, 4);
+  pictures[6] = PicturesOf("aprilgrid:6x6:30:9:first=1", "pinhole", 7).back();
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    cv::imwrite((images / (std::to_string(i) + ".png")).string(), pictures[i]);
+  const auto result =
+      test::RunUlf("calibrate " + images.path().string() + " --board " + board + " -o " + file);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_THAT(result.output, AllOf(HasSubstr("left out         6.png"), Not(HasSubstr("do not lie"))));
+  EXPECT_NEAR(ReadCalibration(file).fx, SimulatedLens("pinhole", 640, 480).fx, 5);
 }
 
 TEST(OtherBoard, TheCommandNamesItAndItThenCalibrates) {

@@ -1,0 +1,40 @@
+// How well markers seen lie as a layout of a board has them, by their neighbours in the pictures: no lens, pose or size
+// is needed.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <vector>
+
+#include "core/fiducials/board.h"
+#include "core/fiducials/marker_corners.h"
+
+namespace ulf::acquisition {
+
+// The markers of a picture by number.
+using SeenMarkers = std::map<int, MarkerImage>;
+
+struct MarkerPair {
+  int from = 0, to = 0;  // numbers, the smaller one first
+  // The sides of both, and from one's middle to the other's; pixels.
+  Eigen::Vector2d right, down, shift;
+};
+
+struct Neighbours {
+  std::vector<MarkerPair> pairs;  // by number
+  std::map<int, int> times;       // how often each number was seen beside another
+};
+
+// Each marker with its nearest ones, within its picture.
+Neighbours NeighboursIn(const std::vector<SeenMarkers>& pictures);
+
+struct LayoutFit {
+  double share = 0;  // of the markers seen: the largest part of the board that lies as the layout has it
+  double step = 0;   // from marker to marker (of a ChArUco board: the side of a square), in marker sides
+};
+
+// Neighbours are joined where they lie as the layout has them in most pictures. A layout that is wrong in its first number
+// or its corner joins whole rows, but not all: the groups tell, though few pairs contradict. Zero where none are joined.
+LayoutFit LayoutFitOf(const Board& layout, const Neighbours& neighbours);
+
+}  // namespace ulf::acquisition
