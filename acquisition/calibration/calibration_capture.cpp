@@ -1,5 +1,7 @@
 #include "acquisition/calibration/calibration_capture.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -273,7 +275,14 @@ std::vector<std::string> ImagesIn(const std::vector<std::string>& paths) {
       if (entry.is_regular_file() && HasImageEnding(entry.path()) &&
           entry.path().filename().string()[0] != '.')
         inside.push_back(entry.path().string());
+    std::string unread;
+    for (const auto& entry : std::filesystem::directory_iterator(path))
+      if (const auto words = UnreadPicture(entry.path()))
+        unread = fmt::format("{} is {}", entry.path().filename().string(), *words);
+    if (inside.empty() && !unread.empty())
+      throw Error("{}: the folder contains no images that are read: {}", path, unread);
     if (inside.empty()) throw Error("{}: the folder contains no images; name another", path);
+    if (!unread.empty()) spdlog::warn("{}: files are left out: {}", path, unread);
     LeaveOutRawTwins(inside);
     std::sort(inside.begin(), inside.end(), NameOrder);
     files.insert(files.end(), inside.begin(), inside.end());

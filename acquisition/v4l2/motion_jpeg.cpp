@@ -7,7 +7,7 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr std::uint8_t kStart = 0xD8, kEnd = 0xD9, kScan = 0xDA, kHuffmanTables = 0xC4;
+constexpr std::uint8_t kStart = 0xD8, kEndOfPicture = 0xD9, kScan = 0xDA, kHuffmanTables = 0xC4;
 
 struct Segment {
   std::uint8_t marker = 0;
@@ -48,7 +48,7 @@ std::optional<std::string> StandaloneJpeg(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != kStart) return std::nullopt;
   // Padding may follow the end marker, which cannot occur inside the scan.
   std::size_t end = bytes.size();
-  while (end >= 4 && !(bytes[end - 2] == 0xFF && bytes[end - 1] == kEnd)) --end;
+  while (end >= 4 && !(bytes[end - 2] == 0xFF && bytes[end - 1] == kEndOfPicture)) --end;
   if (end < 4) return std::nullopt;
   std::string jpeg(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(end));
   std::size_t scan = 0;

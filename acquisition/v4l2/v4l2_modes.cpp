@@ -36,8 +36,8 @@ constexpr std::array kFormats = {
     Named{V4L2_PIX_FMT_SGBRG16, "BayerGB16"}, Named{V4L2_PIX_FMT_SBGGR16, "BayerBG16"},
 };
 
-using Size = std::pair<int, int>;
-constexpr std::array<Size, 8> kUsualSizes{
+using ModeSize = std::pair<int, int>;
+constexpr std::array<ModeSize, 8> kUsualSizes{
     {{320, 240}, {640, 480}, {800, 600}, {1024, 768}, {1280, 720}, {1280, 960}, {1920, 1080}, {3840, 2160}}};
 
 // A mode that the URI leaves open should have at most so many pixels and at least so many frames per second;
@@ -53,8 +53,8 @@ double FpsOf(const v4l2_fract& interval) {
   return interval.numerator == 0 ? 0 : static_cast<double>(interval.denominator) / interval.numerator;
 }
 
-std::vector<Size> SizesOf(const V4l2Node& node, std::uint32_t fourcc, std::optional<Size> also) {
-  std::vector<Size> sizes;
+std::vector<ModeSize> SizesOf(const V4l2Node& node, std::uint32_t fourcc, std::optional<ModeSize> also) {
+  std::vector<ModeSize> sizes;
   for (std::uint32_t i = 0; i < kMostEntries; ++i) {
     v4l2_frmsizeenum offered{};
     offered.index = i;
@@ -65,7 +65,7 @@ std::vector<Size> SizesOf(const V4l2Node& node, std::uint32_t fourcc, std::optio
       continue;
     }
     const v4l2_frmsize_stepwise& range = offered.stepwise;
-    std::vector<Size> candidates(kUsualSizes.begin(), kUsualSizes.end());
+    std::vector<ModeSize> candidates(kUsualSizes.begin(), kUsualSizes.end());
     candidates.emplace_back(range.max_width, range.max_height);
     if (also) candidates.push_back(*also);
     for (const auto& [width, height] : candidates) {
@@ -171,7 +171,7 @@ bool V4l2Mode::Offers(double wanted) const {
                      [&](double offered) { return std::abs(offered - wanted) <= kSameFps * wanted; });
 }
 
-std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<Size> also) {
+std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<ModeSize> also) {
   std::vector<V4l2Mode> modes;
   for (const v4l2_fmtdesc& offered : OfferedFormats(node)) {
     const auto format = PixelFormatOfFourcc(offered.pixelformat);
@@ -203,7 +203,7 @@ V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& all
            mode.format.name == PixelFormatOfFourcc(*request.fourcc)->name;
   };
   const auto is_size = [&](const V4l2Mode& mode) {
-    return is_format(mode) && (!request.size || Size{mode.width, mode.height} == *request.size);
+    return is_format(mode) && (!request.size || ModeSize{mode.width, mode.height} == *request.size);
   };
   const auto is_rate = [&](const V4l2Mode& mode) {
     return is_size(mode) && (!request.fps || mode.Offers(*request.fps));

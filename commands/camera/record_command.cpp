@@ -1,6 +1,7 @@
 // `ulf record`: records every frame of a device, so that a session can be run again.
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -57,9 +58,17 @@ void ReportPause(const acquisition::FrameRecorder& recorder, Progress& progress,
 }
 
 RecordRun Record(const RecordArgs& args) {
+  std::error_code unknown;
+  const bool was_there = std::filesystem::exists(args.dir, unknown);
   acquisition::RequireNewRecording(args.dir);
-  const auto device = acquisition::OpenDevice(args.uri);
-  device->Start();
+  std::unique_ptr<acquisition::Device> device;
+  try {
+    device = acquisition::OpenDevice(args.uri);
+    device->Start();
+  } catch (...) {
+    if (!was_there) std::filesystem::remove(args.dir, unknown);  // empty
+    throw;
+  }
   acquisition::FrameRecorder recorder(args.dir, acquisition::RecordingHeader::Of(*device));
   Progress progress("record");
   RecordRun run;

@@ -117,10 +117,12 @@ void VideoLight::Judge(const AVFrame& frame) {
     case AVCOL_PRI_BT2020:
       srgb_from_primaries_ = kFromBt2020;
       is_deep_ = true;
+      notes_.emplace_back("its colours have the primaries of BT.2020 and are converted to sRGB's");
       break;
     case AVCOL_PRI_SMPTE432:
       srgb_from_primaries_ = kFromP3;
       is_deep_ = true;
+      notes_.emplace_back("its colours have the primaries of P3 and are converted to sRGB's");
       break;
     case AVCOL_PRI_FILM:
     case AVCOL_PRI_SMPTE428:

@@ -87,15 +87,6 @@ ColorChannels ChannelsOf(const Imf::Header& header, const std::string& layer) {
   return {layer, has("R") && has("G") && has("B"), has("Y") && !is_coordinate, has("RY") && has("BY")};
 }
 
-// Of several layers: the picture itself by the names that programs give it, then others in colour, then luminance.
-int RankOf(const ColorChannels& channels) {
-  if (!channels.has_colors) return 2;
-  static const std::set<std::string> kPictures = {"combined", "beauty", "rgba",  "rgb",
-                                                  "color",    "colour", "final", "main"};
-  const std::string layer = Lowercase(channels.layer.substr(0, channels.layer.size() - 1));
-  return kPictures.contains(layer.substr(layer.rfind('.') + 1)) ? 0 : 1;
-}
-
 struct ExrPicturePlace {
   int part = 0;
   ColorChannels channels;
@@ -108,42 +99,63 @@ struct ExrPicturePlace {
               path, list);
 }
 
-// The first part with plain names; else the layer whose name comes first, which a note says.
+// A picture that may be meant: plain channels of a part, or a layer.
+struct ExrCandidate {
+  ExrPicturePlace place;
+  std::string words;  // "part 2 of 3 (beauty)", "the layer 'beauty'"
+  int rank =
+      0;  // the picture itself by the names that programs give it, then others in colour, then luminance
+};
+
+int RankOf(const ColorChannels& channels, std::string name) {
+  if (!channels.has_colors && !channels.has_chroma) return 2;
+  static const std::set<std::string> kPictures = {"combined", "beauty", "rgba",  "rgb",
+                                                  "color",    "colour", "final", "main"};
+  name = Lowercase(name);
+  return kPictures.contains(name.substr(name.rfind('.') + 1)) ? 0 : 1;
+}
+
 ExrPicturePlace PlaceOfPicture(const Imf::MultiPartInputFile& file, const std::string& path,
                                StoredPicture& picture) {
-  std::set<std::string> names;
-  std::map<std::string, ExrPicturePlace> layers;
+  std::set<std::string> names, layers;
+  std::vector<ExrCandidate> candidates;
   for (int part = 0; part < file.parts(); ++part) {
     const Imf::Header& header = file.header(part);
     if (header.hasType() && Imf::isDeepData(header.type())) {
       names.insert("deep samples");
       continue;
     }
-    if (const ColorChannels plain = ChannelsOf(header, ""); plain.any()) {
-      if (part > 0)
-        picture.notes.push_back(fmt::format("its picture is in part {} of {}{}", part + 1, file.parts(),
-                                            header.hasName() ? " (" + ExifText(header.name()) + ")" : ""));
-      return {part, plain};
-    }
+    const std::string part_name = header.hasName() ? ExifText(header.name()) : "";
+    if (const ColorChannels plain = ChannelsOf(header, ""); plain.any())
+      candidates.push_back({{part, plain},
+                            fmt::format("part {} of {}{}", part + 1, file.parts(),
+                                        part_name.empty() ? "" : " (" + part_name + ")"),
+                            file.parts() == 1 && plain.has_colors ? -1 : RankOf(plain, part_name)});
     for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
       const std::string name = channel.name();
       names.insert(ExifText(name));
       const std::size_t point = name.rfind('.');
-      if (point == std::string::npos) continue;
+      if (point == std::string::npos ||
+          !layers.insert(fmt::format("{} {}", part, name.substr(0, point))).second)
+        continue;
       if (const ColorChannels of_layer = ChannelsOf(header, name.substr(0, point + 1)); of_layer.any())
-        layers.try_emplace(of_layer.layer, ExrPicturePlace{part, of_layer});
+        candidates.push_back({{part, of_layer},
+                              fmt::format("the layer '{}'", ExifText(name.substr(0, point))),
+                              RankOf(of_layer, name.substr(0, point))});
     }
   }
-  if (layers.empty()) RefuseWithoutColors(path, names);
-  const auto rank_of = [](const auto& layer) { return RankOf(layer.second.channels); };
-  const auto chosen = std::ranges::min_element(layers, {}, rank_of);
-  const auto equals = std::ranges::count(layers, rank_of(*chosen), rank_of);
-  const auto& [layer, place] = *chosen;
-  const std::string words =
-      fmt::format("its picture is taken from the layer '{}'{}", ExifText(layer.substr(0, layer.size() - 1)),
-                  equals > 1 ? fmt::format(", the first of {}", equals) : "");
-  (equals > 1 ? picture.warnings : picture.notes).push_back(words);
-  return place;
+  if (candidates.empty()) RefuseWithoutColors(path, names);
+  const auto chosen = std::ranges::min_element(candidates, {}, &ExrCandidate::rank);
+  const auto equals = std::ranges::count(candidates, chosen->rank, &ExrCandidate::rank);
+  const bool is_plain_file = file.parts() == 1 && chosen->place.channels.layer.empty();
+  if (equals > 1)
+    picture.warnings.push_back(
+        fmt::format("its picture is taken from {}, the first of {} that may be meant: write "
+                    "the one that is meant as a file of its own",
+                    chosen->words, equals));
+  else if (!is_plain_file)
+    picture.notes.push_back(fmt::format("its picture is taken from {}", chosen->words));
+  return chosen->place;
 }
 
 // Chroma has half the size; the library's reader of RGBA brings it to full size, in half floats.

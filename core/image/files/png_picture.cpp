@@ -28,16 +28,20 @@ struct PngContent {
   bool is_srgb = false, has_code = false;
   std::string exif;
   std::array<png_byte, 4> code{};  // cICP: primaries, curve, matrix, range
-  std::array<char, 256> error{};
+  std::array<char, 256> error{}, profile_problem{};
 };
 
 void KeepError(png_structp png, png_const_charp words) {
-  auto& error = *static_cast<std::array<char, 256>*>(png_get_error_ptr(png));
+  auto& error = static_cast<PngContent*>(png_get_error_ptr(png))->error;
   std::strncpy(error.data(), words, error.size() - 1);
   std::longjmp(png_jmpbuf(png), 1);
 }
 
-void IgnoreWarning(png_structp, png_const_charp) {}
+// The library drops a profile that it finds fault with.
+void KeepProfileWarning(png_structp png, png_const_charp words) {
+  auto& problem = static_cast<PngContent*>(png_get_error_ptr(png))->profile_problem;
+  if (std::strncmp(words, "iCCP", 4) == 0) std::strncpy(problem.data(), words, problem.size() - 1);
+}
 
 void ReadBytes(png_structp png, png_bytep to, std::size_t size) {
   auto& input = *static_cast<PngInput*>(png_get_io_ptr(png));
@@ -179,7 +183,7 @@ bool Encode(png_structp png, png_infop info, const cv::Mat& pixels) {
 StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
   PngInput input{bytes};
   PngContent content;
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &content.error, KeepError, IgnoreWarning);
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &content, KeepError, KeepProfileWarning);
   png_infop info = png_create_info_struct(png);
   png_set_read_fn(png, &input, ReadBytes);
   const bool is_whole = DecodePng(png, info, content);
@@ -203,6 +207,10 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
   }
   if (!content.exif.empty())
     NoteOrientation(ReadExif(std::string("Exif\0\0", 6) + content.exif).orientation, picture);
+  if (content.profile_problem[0] != '\0' && content.claim.icc.empty() && !content.has_code)
+    picture.warnings.push_back(
+        fmt::format("its colour profile cannot be used ({}): its colours are taken for sRGB",
+                    content.profile_problem.data()));
   if (content.has_code) {
     constexpr int kPq = 16, kHlg = 18;
     if (content.code[1] == kPq || content.code[1] == kHlg)
@@ -225,11 +233,11 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
 std::string PngBytes(const cv::Mat& pixels) {
   const int channels = pixels.channels(), depth = pixels.depth();
   std::string bytes;
-  std::array<char, 256> error{};
+  PngContent report;
   bool is_done = false;
   if (!pixels.empty() && (depth == CV_8U || depth == CV_16U) &&
       (channels == 1 || channels == 3 || channels == 4)) {
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &error, KeepError, IgnoreWarning);
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &report, KeepError, KeepProfileWarning);
     png_infop info = png_create_info_struct(png);
     png_set_write_fn(png, &bytes, WriteBytes, NothingToFlush);
     is_done = Encode(png, info, pixels);
@@ -238,7 +246,7 @@ std::string PngBytes(const cv::Mat& pixels) {
   if (!is_done)
     throw Error("a picture of {}x{} with {} channels of OpenCV's depth {} cannot be written as PNG{}",
                 pixels.cols, pixels.rows, channels, depth,
-                error[0] != '\0' ? fmt::format(": {}", error.data()) : "");
+                report.error[0] != '\0' ? fmt::format(": {}", report.error.data()) : "");
   return bytes;
 }
 

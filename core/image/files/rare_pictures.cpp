@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/image/files/claimed_size.h"
 #include "core/image/files/picture_colors.h"
 #include "core/video/ffmpeg.h"
 #include "core/video/ffmpeg_calls.h"
@@ -190,14 +191,15 @@ bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, i
     if (at + kPixelBytes > bytes.size()) return false;
     const bool has_runs = byte(at) == 2 && byte(at + 1) == 2 && (byte(at + 2) << 8 | byte(at + 3)) == columns;
     if (!has_runs)
-      return y > 0 || bytes.size() - at >= columns * kPixelBytes * static_cast<std::size_t>(height);
+      return y == 0 && bytes.size() - at >= columns * kPixelBytes * static_cast<std::size_t>(height);
     at += kPixelBytes;
     for (std::size_t done = 0; done < columns * kPixelBytes;) {
       if (at >= bytes.size()) return false;
       constexpr unsigned kRun = 128;
       const unsigned count = byte(at);
+      if (count == 0) return false;
       at += count > kRun ? 2 : 1 + count;
-      done += count > kRun ? count - kRun : std::max(count, 1U);
+      done += count > kRun ? count - kRun : count;
     }
     if (at > bytes.size()) return false;
   }
@@ -233,6 +235,16 @@ StoredPicture ReadNetpbm(std::string_view bytes, const std::string& name) {
 }
 
 StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
+  // An empty line ends the header; the line of the size follows.
+  const std::size_t size_at = bytes.find("\n\n");
+  const std::size_t line_end = size_at == std::string_view::npos ? size_at : bytes.find('\n', size_at + 2);
+  std::istringstream stream{std::string(bytes)};
+  const auto claimed = ClaimedSize(stream);
+  // Before the library sees it, which goes on for ever in some damaged rows.
+  if (line_end == std::string_view::npos || !claimed ||
+      !RadianceIsWhole(bytes, line_end + 1, static_cast<int>(claimed->width),
+                       static_cast<int>(claimed->height)))
+    RefuseDamagedPicture(name, "its pixels end too early, or have the old coding by runs");
   int width = 0, height = 0, channels = 0;
   constexpr int kColors = 3;
   const std::unique_ptr<float, void (*)(void*)> rgb(
@@ -240,11 +252,6 @@ StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
                              &width, &height, &channels, kColors),
       stbi_image_free);
   if (!rgb) RefuseDamagedPicture(name, stbi_failure_reason());
-  // The line of the size ends the header.
-  const std::size_t size_at = bytes.find("\n\n"), line_end = bytes.find('\n', size_at + 2);
-  if (size_at != std::string_view::npos && line_end != std::string_view::npos &&
-      !RadianceIsWhole(bytes, line_end + 1, width, height))
-    RefuseDamagedPicture(name, "its pixels end too early, or have the old coding by runs");
   StoredPicture picture;
   cv::cvtColor(cv::Mat(height, width, CV_32FC3, rgb.get()), picture.pixels, cv::COLOR_RGB2BGR);
   ApplyRadianceHeader(bytes.substr(0, size_at), picture);

@@ -327,6 +327,12 @@ TEST_F(PictureFiles, ProfilesOfAnotherSpaceAreNamedAndThePixelsStay) {
     EXPECT_THAT(picture.warnings, Contains(testing::AllOf(HasSubstr(std::string("is for ") + kind),
                                                           HasSubstr("taken for sRGB"))));
   }
+  WritePngSample(In("a.png"), {.icc = IccProfile("P3")});
+  EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(HasSubstr("converted to sRGB")));
+  std::ifstream stream(In("a.png"), std::ios::binary);
+  const std::string png((std::istreambuf_iterator<char>(stream)), {}), plain = PngBytes(PatchPicture());
+  Write("grey.png", WithChunk(plain, "iCCP", std::string("grey\0\0", 6) + "no compressed profile"));
+  EXPECT_THAT(ReadPicture(In("grey.png")).warnings, Contains(HasSubstr("profile cannot be used")));
   WriteTiffSample(In("a.tif"), {.icc = std::string(200, 'x')});
   EXPECT_THAT(ReadPicture(In("a.tif")).warnings, Contains(HasSubstr("profile (ICC) is damaged")));
   WriteTiffSample(In("a.tif"), {.photometric = 1, .icc = IccProfile("grey")});
@@ -449,7 +455,8 @@ TEST_F(PictureFiles, ExrsOfOtherProgramsShowTheirColours) {
   cv::resize(ReadPicture(In("a.exr")).pixels, shown, {3 * kPatchPx, 2 * kPatchPx}, 0, 0, cv::INTER_NEAREST);
   EXPECT_LE(LargestPatchError(shown), 3);
   WriteExrSample(In("a.exr"), {{.channels = {"one.R", "one.G", "one.B", "two.R", "two.G", "two.B"}}});
-  EXPECT_THAT(ReadPicture(In("a.exr")).warnings, Contains(HasSubstr("layer 'one', the first of 2")));
+  EXPECT_THAT(ReadPicture(In("a.exr")).warnings,
+              Contains(HasSubstr("layer 'one', the first of 2 that may be meant")));
 }
 
 TEST_F(PictureFiles, TheLayerOfAnExrIsThePictureAndNoNormals) {
@@ -466,6 +473,10 @@ TEST_F(PictureFiles, TheLayerOfAnExrIsThePictureAndNoNormals) {
     EXPECT_THAT(picture.notes, Contains(HasSubstr("layer '" + layer + "'")));
     EXPECT_THAT(picture.warnings, IsEmpty()) << layer;
   }
+  WriteExrSample(In("a.exr"), {{.name = "albedo"}, {.name = "rgba"}});
+  EXPECT_THAT(ReadPicture(In("a.exr")).notes, Contains(HasSubstr("part 2 of 2 (rgba)")));
+  WriteExrSample(In("a.exr"), {{.name = "left"}, {.name = "right"}});
+  EXPECT_THAT(ReadPicture(In("a.exr")).warnings, Contains(HasSubstr("part 1 of 2 (left), the first of 2")));
   WriteExrSample(In("a.exr"), {{.channels = {"Y", "Z"}}});
   EXPECT_NO_THROW(ReadPicture(In("a.exr"))) << "luminance and depth";
   for (const std::vector<std::string>& channels :
