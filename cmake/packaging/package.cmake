@@ -15,8 +15,11 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 # The libraries that the program links are read from it, with the versions that it needs.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME ulf)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-# Copies of two modules of OpenCV that come with it (install.cmake): no package has to bring them.
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/private_libraries)
+# Copies of two modules of OpenCV come with it (install.cmake): no package has to bring them.
+if(ULF_PRIVATE_MODULES)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/private_libraries)
+  set(CPACK_PROJECT_CONFIG_FILE ${CMAKE_CURRENT_LIST_DIR}/project.cmake)
+endif()
 # It opens these two by name (libepoxy does): no linker knows of them.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libegl1, libgl1")
 # OpenGL where no GPU's driver is, letters on the display, plots (--plot), man, completion in bash.

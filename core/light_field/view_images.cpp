@@ -59,11 +59,6 @@ Image Corrected(const LightField& light_field, const View& view, const Recorded&
   return image;
 }
 
-bool HasAlpha(const fs::path& image) {
-  const auto header = ReadImageHeader(image.string());
-  return header && header->alpha;
-}
-
 }  // namespace
 
 // The view's photograph or its master at `path`; a raw file is cropped to the camera's size.
@@ -171,7 +166,7 @@ Image ReadViewLight(const LightField& light_field, const View& view, cv::Mat* cl
 }
 
 bool HasMask(const LightField& light_field, const View& view) {
-  return !view.mask_path.empty() || HasAlpha(light_field.root / view.image_path);
+  return !view.mask_path.empty() || HasAlphaChannel(light_field.root / view.image_path);
 }
 
 cv::Mat ReadViewMask(const LightField& light_field, const View& view) {
@@ -193,7 +188,7 @@ cv::Mat ReadViewMask(const LightField& light_field, const View& view) {
     use(levels > 0, path);  // as in nerfstudio
   }
   const fs::path image = light_field.root / view.image_path;
-  if (HasAlpha(image)) use(ReadAlpha(image.string()), image);
+  if (HasAlphaChannel(image)) use(ReadAlpha(image.string()), image);
   return mask;
 }
 

@@ -23,6 +23,7 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <opencv2/core.hpp>
 #include <set>
 #include <string>
 #include <system_error>
@@ -76,7 +77,7 @@ void RequireRoom(const std::string& path, const cv::Size2d& size, int channels) 
 // The names of a picture's channels in one part of a file.
 struct ColorChannels {
   std::string layer;  // with its point: "beauty."; empty: none
-  bool has_colors = false, has_luminance = false, has_chroma = false;
+  bool has_colors = false, has_luminance = false, has_chroma = false, has_alpha = false;
   bool any() const { return has_colors || has_luminance; }
 };
 
@@ -84,7 +85,8 @@ struct ColorChannels {
 ColorChannels ChannelsOf(const Imf::Header& header, const std::string& layer) {
   const auto has = [&](const char* name) { return header.channels().findChannel(layer + name) != nullptr; };
   const bool is_coordinate = has("X") || (!layer.empty() && has("Z"));
-  return {layer, has("R") && has("G") && has("B"), has("Y") && !is_coordinate, has("RY") && has("BY")};
+  return {layer, has("R") && has("G") && has("B"), has("Y") && !is_coordinate, has("RY") && has("BY"),
+          has("A")};
 }
 
 struct ExrPicturePlace {
@@ -199,6 +201,45 @@ cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, 
   return stored;
 }
 
+// The data window's opacity; outside of it nothing is seen.
+cv::Mat ReadOpacity(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, const cv::Size& size) {
+  const Imath::Box2i data = file.header(place.part).dataWindow();
+  cv::Mat opacity(size, CV_32FC1, cv::Scalar::all(1));
+  char* const base = reinterpret_cast<char*>(opacity.data) -
+                     data.min.x * static_cast<std::ptrdiff_t>(sizeof(float)) -
+                     data.min.y * static_cast<std::ptrdiff_t>(opacity.step);
+  Imf::FrameBuffer buffer;
+  buffer.insert(place.channels.layer + "A", Imf::Slice(Imf::FLOAT, base, sizeof(float), opacity.step));
+  Imf::InputPart part(file, place.part);
+  part.setFrameBuffer(buffer);
+  part.readPixels(data.min.y, data.max.y);
+  return opacity;
+}
+
+// What a data window holds, as the display window shows it.
+cv::Mat InDisplay(const cv::Mat& stored, const Imath::Box2i& data, const Imath::Box2i& shown) {
+  if (shown == data) return stored;
+  cv::Mat picture(shown.max.y - shown.min.y + 1, shown.max.x - shown.min.x + 1, stored.type(),
+                  cv::Scalar::all(0));
+  const cv::Rect data_in_shown(data.min.x - shown.min.x, data.min.y - shown.min.y, stored.cols, stored.rows);
+  const cv::Rect both = data_in_shown & cv::Rect(0, 0, picture.cols, picture.rows);
+  if (!both.empty()) stored(both - data_in_shown.tl()).copyTo(picture(both));
+  return picture;
+}
+
+// Colours are multiplied by their opacity in these files.
+void TakeOpacity(const cv::Mat& opacity, StoredPicture& picture) {
+  double least = 1;
+  cv::minMaxLoc(opacity, &least);
+  if (!(least < 1)) return;
+  picture.alpha = opacity;
+  for (int y = 0; y < opacity.rows; ++y)
+    for (int x = 0; x < opacity.cols; ++x)
+      if (const float opaque = opacity.at<float>(y, x); opaque > 0 && opaque < 1)
+        picture.pixels.at<cv::Vec3f>(y, x) /= opaque;
+  picture.notes.emplace_back("its colours are multiplied by its alpha, which is taken back");
+}
+
 void RequireLight(const Imf::Header& header, const ColorChannels& channels, const std::string& path) {
   const std::string name = channels.layer + (channels.has_colors ? "G" : "Y");
   if (header.channels().findChannel(name)->type == Imf::UINT)
@@ -228,14 +269,10 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   } else {
     stored = ReadStored(file, place, size);
   }
-  picture.pixels = stored;
-  if (shown != data) {
-    picture.pixels = cv::Mat(static_cast<int>(shown_size.height), static_cast<int>(shown_size.width),
-                             CV_32FC3, cv::Scalar::all(0));
-    const cv::Rect data_in_shown(data.min.x - shown.min.x, data.min.y - shown.min.y, stored.cols,
-                                 stored.rows);
-    const cv::Rect both = data_in_shown & cv::Rect(0, 0, picture.pixels.cols, picture.pixels.rows);
-    if (!both.empty()) stored(both - data_in_shown.tl()).copyTo(picture.pixels(both));
+  picture.pixels = InDisplay(stored, data, shown);
+  if (place.channels.has_alpha) {
+    RequireRoom(path, claimed, 1);
+    TakeOpacity(InDisplay(ReadOpacity(file, place, size), data, shown), picture);
   }
   if (Imf::hasChromaticities(header) && (place.channels.has_colors || place.channels.has_chroma)) {
     const Imf::Chromaticities& told = Imf::chromaticities(header);
@@ -293,6 +330,17 @@ StoredPicture ReadExrPicture(const std::string& path) {
     RequireExrHeader(path);
     Imf::MultiPartInputFile file(path.c_str());
     return ReadColours(file, path);
+  } catch (const Iex::BaseExc& error) {
+    RefuseExr(path, error.what());
+  }
+}
+
+bool HasExrAlpha(const std::string& path) {
+  try {
+    RequireExrHeader(path);
+    Imf::MultiPartInputFile file(path.c_str());
+    StoredPicture unused;
+    return PlaceOfPicture(file, path, unused).channels.has_alpha;
   } catch (const Iex::BaseExc& error) {
     RefuseExr(path, error.what());
   }

@@ -41,7 +41,8 @@ std::string ExrAttribute(const std::string& path, const std::string& name);
 // file claims. Infinities and NaN stay as they are. Throws Error naming the file when it is truncated, is no EXR or has no such
 // channels.
 StoredPicture ReadExrPicture(const std::string& path);
-cv::Mat ReadExr(const std::string& path);  // its pixels
+cv::Mat ReadExr(const std::string& path);   // its pixels
+bool HasExrAlpha(const std::string& path);  // beside the channels that are read; throws as ReadExr()
 
 // The data window of one channel as CV_32FC1; empty where the file has none of this name. Throws as ReadExr().
 cv::Mat ReadExrChannel(const std::string& path, const std::string& name);

@@ -2,15 +2,13 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 
 namespace ulf {
 
 cv::Mat ReadOverBackground(const std::string& path, const cv::Vec3d& background) {
-  const auto header = ReadImageHeader(path);
-  if (!header || !header->alpha) return {};
+  if (!HasAlphaChannel(path)) return {};
   const StoredPicture picture = ReadPicture(path);
   if (picture.alpha.empty()) return {};
   const int depth = picture.pixels.depth();

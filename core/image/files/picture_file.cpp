@@ -198,8 +198,33 @@ Transfer TransferOfFile(const std::filesystem::path& path) {
   }
 }
 
+bool HasAlphaChannel(const std::filesystem::path& path) {
+  if (IsRawFile(path)) return false;
+  switch (KindOf(path)) {
+    case Kind::kPng:
+    case Kind::kTiff: {
+      const auto header = ReadImageHeader(path.string());
+      return header && header->alpha;
+    }
+    case Kind::kExr:
+      try {
+        return HasExrAlpha(path.string());
+      } catch (const Error&) {
+        return false;  // whoever reads it says why
+      }
+    case Kind::kWebp: {
+      std::array<char, 256> head{};
+      std::ifstream file(path, std::ios::binary);
+      file.read(head.data(), head.size());
+      return WebpHasAlpha({head.data(), static_cast<std::size_t>(file.gcount())});
+    }
+    default:
+      return false;
+  }
+}
+
 cv::Mat ReadAlpha(const std::string& path) {
-  if (IsRawFile(path) || KindOf(path) == Kind::kExr) return {};
+  if (IsRawFile(path)) return {};
   const cv::Mat alpha = ReadPicture(path).alpha;
   if (alpha.empty()) return {};
   return alpha >= (alpha.depth() == CV_16U ? 1 << 15 : alpha.depth() == CV_8U ? 128 : 0.5);

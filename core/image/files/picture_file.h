@@ -21,6 +21,8 @@ cv::Mat ReadImageFile(const std::string& path);
 // How the numbers of such a file relate to light: linear in raw files and wherever they are floating point.
 Transfer TransferOfFile(const std::filesystem::path& path);
 
+// Whether its header says that it has an alpha channel, or colours that are transparent. False for what cannot be read.
+bool HasAlphaChannel(const std::filesystem::path& path);
 // The alpha channel of an image file, CV_8UC1: 255 where a pixel is at least half opaque, else 0. Empty where
 // the file has none. Throws as ReadImageFile() does.
 cv::Mat ReadAlpha(const std::string& path);

@@ -359,6 +359,7 @@ void TiffPage::Alpha(const cv::Mat& samples, int colors, StoredPicture& picture)
   if (kind == EXTRASAMPLE_UNSPECIFIED) return;
   cv::extractChannel(samples, picture.alpha, colors);
   if (kind != EXTRASAMPLE_ASSOCALPHA) return;
+  picture.notes.emplace_back("its colours are multiplied by its alpha, which is taken back");
   const double full = FullScale(picture.pixels.depth());
   const auto divide = [&]<typename Number>(Number) {
     for (int y = 0; y < picture.pixels.rows; ++y)

@@ -69,6 +69,11 @@ StoredPicture ReadWebp(std::string_view bytes, const std::string& name) {
   return picture;
 }
 
+bool WebpHasAlpha(std::string_view begin) {
+  WebPBitstreamFeatures features{};
+  return WebPGetFeatures(Data(begin), begin.size(), &features) == VP8_STATUS_OK && features.has_alpha != 0;
+}
+
 std::string WebpBytes(const cv::Mat& pixels, int quality) {
   std::uint8_t* bytes = nullptr;
   const auto encode = pixels.channels() == 4 ? WebPEncodeBGRA : WebPEncodeBGR;

@@ -52,6 +52,12 @@ class WholeFrames : public EditedCamera {
     device->Start();
     ends_ = AskStreamEnds("127.0.0.1");
     const Sent good{.what = "whole", .is_whole = true};
+    // The stream is heard some time after it was started.
+    for (int tries = 0; tries < 20; ++tries) {
+      Send(good);
+      if (device->Next(250ms)) break;
+    }
+    while (device->Next(300ms)) continue;
     for (const Sent& sent : {good, Sent{.what = "a packet is lost", .without = 4},
                              Sent{.what = "the first is lost", .without = 1},
                              Sent{.what = "the last is lost", .without = kBlocks},

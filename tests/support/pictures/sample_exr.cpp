@@ -75,16 +75,19 @@ struct Samples {
         for (int x = 0; x < width; ++x) {
           const cv::Vec3d rgb = to * cv::Vec3d(LightRgb(x - part.margin, y - part.margin));
           const char kind = name.back();
+          const bool is_color = kind == 'R' || kind == 'G' || kind == 'B' || kind == 'Y';
           const double value = kind == 'R'                  ? rgb[0]
                                : kind == 'G' || kind == 'Y' ? rgb[1]
                                : kind == 'B'                ? rgb[2]
+                               : kind == 'A'                ? 1
                                                             : 0.5;
+          const double number = is_color || kind == 'A' ? part.alpha * value : value;
           if (part.type == "half")
-            values.at<cv::float16_t>(y, x) = cv::float16_t(static_cast<float>(value));
+            values.at<cv::float16_t>(y, x) = cv::float16_t(static_cast<float>(number));
           else if (part.type == "uint")
-            values.at<int>(y, x) = static_cast<int>(1000 * value);
+            values.at<int>(y, x) = static_cast<int>(1000 * number);
           else
-            values.at<float>(y, x) = static_cast<float>(value);
+            values.at<float>(y, x) = static_cast<float>(number);
         }
       const Imf::PixelType type = part.type == "half"   ? Imf::HALF
                                   : part.type == "uint" ? Imf::UINT

@@ -15,7 +15,8 @@ struct ExrPartLayout {
                                        "B"};  // what ends in R, G, B or Y has the patches; all else 0.5
   std::string type = "half";                  // or "float", "uint"
   std::optional<std::array<float, 8>> primaries =
-      {};  // red, green, blue, white; the numbers are converted to them
+      {};           // red, green, blue, white; the numbers are converted to them
+  float alpha = 1;  // of channels that end in A; colours are multiplied by it
   bool tiles = false;
   int margin =
       0;  // pixels by which the data window is larger than the display window on each side; negative: smaller

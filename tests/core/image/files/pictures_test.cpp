@@ -100,7 +100,7 @@ TEST_F(PictureFiles, TiffsOfEveryLayoutShowTheirColours) {
     EXPECT_EQ(TransferOfFile(In("a.tif")), layout.format == 3 ? Transfer::kLinear : Transfer::kSrgb) << name;
     EXPECT_EQ(ReadImageSize(In("a.tif")), cv::Size(60, 40)) << name;
     EXPECT_EQ(picture.alpha.empty(), layout.alpha < 0) << name;
-    EXPECT_EQ(picture.notes.empty(), layout.orientation == 1) << name;
+    EXPECT_EQ(picture.notes.empty(), layout.orientation == 1 && layout.alpha != 1) << name;
     EXPECT_EQ(picture.warnings.empty(), layout.photometric != 5) << name;
     if (layout.alpha >= 0) {
       EXPECT_NEAR(cv::mean(picture.alpha)[0] * (layout.bits == 16 ? 255 / 65535.0 : 1), 128, 0.6) << name;
@@ -540,6 +540,7 @@ TEST_F(PictureFiles, TransparentColoursAndLevelsBecomeAlpha) {
   Write("a.png", PngBytes(bgra));
   Write("a.webp", WebpBytes(bgra, 100));
   for (const char* name : {"a.png", "a.webp"}) {
+    EXPECT_TRUE(HasAlphaChannel(In(name))) << name;
     const cv::Mat alpha = ReadAlpha(In(name));
     ASSERT_EQ(alpha.size(), bgra.size()) << name;
     EXPECT_EQ(cv::countNonZero(alpha), 30 * 40) << name;
@@ -549,6 +550,20 @@ TEST_F(PictureFiles, TransparentColoursAndLevelsBecomeAlpha) {
   other(cv::Rect(0, 0, 10, 40)).setTo(cv::Scalar(30, 20, 10));
   Write("key.png", WithChunk(PngBytes(other), "tRNS", std::string("\0\x0A\0\x14\0\x1E", 6)));
   EXPECT_EQ(cv::countNonZero(ReadAlpha(In("key.png")) == 0), 10 * 40);
+}
+
+// Blender's film that is transparent.
+TEST_F(PictureFiles, TheAlphaOfAnExrMasksAndItsColoursAreNotMultipliedByIt) {
+  WriteExrSample(In("a.exr"), {{.channels = {"A", "R", "G", "B"}, .type = "float", .alpha = 0.4F}});
+  const StoredPicture picture = ReadPicture(In("a.exr"));
+  EXPECT_LE(LargestPatchError(picture.pixels), 0.5);
+  EXPECT_THAT(picture.notes, Contains(HasSubstr("multiplied by its alpha")));
+  EXPECT_TRUE(HasAlphaChannel(In("a.exr")));
+  EXPECT_EQ(cv::countNonZero(ReadAlpha(In("a.exr"))), 0) << "less than half";
+  WriteExrSample(In("a.exr"), {{.channels = {"A", "R", "G", "B"}}});
+  EXPECT_TRUE(ReadAlpha(In("a.exr")).empty()) << "opaque";
+  WriteExrSample(In("a.exr"), {{}});
+  EXPECT_FALSE(HasAlphaChannel(In("a.exr")));
 }
 
 TEST_F(PictureFiles, WhatIsWrittenIsReadAlikeByAnotherLibrary) {
