@@ -186,7 +186,7 @@ std::string SwitchAutomatic(const AravisSession& session, const std::string& fea
   if (kind == NodeKind::kBoolean && wanted != AutomaticMode::kOnce)
     return WriteSetting(session, feature, wanted == AutomaticMode::kOn ? "true" : "false");
   if (kind == NodeKind::kInteger && wanted == AutomaticMode::kOff) return WriteSetting(session, feature, "0");
-  // Of numbers above 1 nobody knows what they mean.
+  // Nobody knows what numbers above 1 mean.
   if (kind == NodeKind::kInteger && wanted == AutomaticMode::kOn &&
       (AravisNumber(session, feature).Bounds("the camera").second <= 1 || Plain(feature).ends_with("enable")))
     return WriteSetting(session, feature, "1");

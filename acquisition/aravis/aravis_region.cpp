@@ -181,7 +181,7 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
   const AravisImageLimits limits{EndOf(session, who, kAxes[0], widths, has_offsets),
                                  EndOf(session, who, kAxes[1], heights, has_offsets)};
   if (!asked) {
-    // What nobody asked for is taken as it is where it is fixed.
+    // A value that is fixed is taken as it is, where nobody asked for another.
     for (const auto& [feature, steps] : {std::pair("Width", &widths), std::pair("Height", &heights)}) {
       if (!steps->fixed.empty())
         notes.push_back(fmt::format("sends a {} of {}: {}", feature, steps->low, steps->fixed));

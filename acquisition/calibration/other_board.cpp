@@ -364,7 +364,7 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
     }
     if (as_said.Most() >= kLeastMarkers) best = std::move(as_said);
   }
-  // Of another dictionary's markers clearly more can be read.
+  // Clearly more markers of another dictionary can be read.
   constexpr std::size_t kClearly = 2;
   for (const DictionaryFamily& family : DictionaryFamilies())
     for (const int border_cells : {1, 2}) {

@@ -97,7 +97,8 @@ void AddImportCommand(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   command
       ->add_option("--calibration", args->calibration,
-                   "Intrinsics of a set that holds none (tum): a file of ulf or another program, see 'ulf calibration'")
+                   "Intrinsics of a set that holds none (tum): a file of ulf or another program, see 'ulf "
+                   "calibration'")
       ->check(CLI::ExistingFile);
   command->add_option("--background", args->background,
                       "Lay pictures with alpha over white, black or R,G,B (default: alpha is a mask; for "

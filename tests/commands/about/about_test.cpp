@@ -113,8 +113,8 @@ TEST(Version, TellsTheLibrariesAndTheRenderer) {
 TEST(Version, AStartLoadsNoLibrariesOfVideosAndNoneOfOpenCvsReaders) {
   const std::string libraries = Said("ldd \"$ULF_BINARY\"");
   EXPECT_THAT(libraries, HasSubstr("libopencv_core"));
-  for (const char* name : {"libopencv_imgcodecs", "libopencv_videoio", "libopencv_highgui", "libavcodec", "libavformat",
-                           "libgdal", "libQt", "libLLVM"})
+  for (const char* name : {"libopencv_imgcodecs", "libopencv_videoio", "libopencv_highgui", "libavcodec",
+                           "libavformat", "libgdal", "libQt", "libLLVM"})
     EXPECT_THAT(libraries, ::testing::Not(HasSubstr(name)));
   constexpr int kMost = 100;  // 88 on Debian 12, where 260 were before
   EXPECT_LE(std::ranges::count(libraries, '\n'), kMost) << libraries;

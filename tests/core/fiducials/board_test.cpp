@@ -25,8 +25,8 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr const char* kBoards[] = {"charuco:7x5:30:22:DICT_5X5_100", "charuco:6x8:20:15.5:DICT_4X4_50",
-                                   "aruco:4x5:37.5:5:DICT_6X6_1000", "chessboard:8x6:25",
+constexpr const char* kBoards[] = {"charuco:7x5:30:22:DICT_5X5_100",        "charuco:6x8:20:15.5:DICT_4X4_50",
+                                   "aruco:4x5:37.5:5:DICT_6X6_1000",        "chessboard:8x6:25",
                                    "charuco:5x5:36:27:DICT_APRILTAG_36h11", "aprilgrid:4x5:36:9"};
 
 cv::Mat Raster(const std::vector<RectangleMm>& dark, double width_mm, double height_mm, double px_per_mm) {

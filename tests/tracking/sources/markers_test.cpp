@@ -93,11 +93,11 @@ TEST(Markers, ABoardsPoseIsMetric) {
     const char *board, *lens;
     double within_mm;
   };
-  for (const Case& c : {Case{"aruco:4x5:37.5:5:DICT_6X6_1000", "barrel", 0.6},
-                        Case{"charuco:7x5:30:22:DICT_5X5_100", "barrel", 0.4},
-                        Case{"aprilgrid:6x6:30:9", "barrel", 0.6},
-                        Case{"aruco:4x5:37.5:5:DICT_6X6_1000:right-up:first=40", "barrel", 0.6},
-                        Case{"aruco:4x5:37.5:5:DICT_6X6_1000", "fisheye", 1.2}}) {
+  for (const Case& c :
+       {Case{"aruco:4x5:37.5:5:DICT_6X6_1000", "barrel", 0.6},
+        Case{"charuco:7x5:30:22:DICT_5X5_100", "barrel", 0.4}, Case{"aprilgrid:6x6:30:9", "barrel", 0.6},
+        Case{"aruco:4x5:37.5:5:DICT_6X6_1000:right-up:first=40", "barrel", 0.6},
+        Case{"aruco:4x5:37.5:5:DICT_6X6_1000", "fisheye", 1.2}}) {
     const BoardScene scene = SceneOf(c.board, c.lens);
     const auto source = PosesSpec::Parse("markers:" + std::string(c.board)).Open(scene.options().camera, {});
     EXPECT_TRUE(source->IsMetric());

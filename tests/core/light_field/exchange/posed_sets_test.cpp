@@ -266,8 +266,7 @@ TEST_F(LlffSet, SixteenBitsAndExrAmongEightBitsKeepTheirLight) {
 TEST_F(LlffSet, FloatingPointIsLinearLightWhateverTheKindOfFile) {
   const cv::Mat light(kHeight, kWidth, CV_32FC3, cv::Scalar(0.03, 0.2, 0.5));
   // OpenCV writes TIFFs of floating point as LogLuv unless it is told otherwise.
-  for (const char* name : {"shot2.tif", "shot3.hdr"})
-    cv::imwrite((set() / "images" / name).string(), light);
+  for (const char* name : {"shot2.tif", "shot3.hdr"}) cv::imwrite((set() / "images" / name).string(), light);
   cv::imwrite((set() / "images/shot4.TIFF").string(), light, {cv::IMWRITE_TIFF_COMPRESSION, 1});
   for (const char* name : {"shot2.png", "shot3.png", "shot4.png"}) fs::remove(set() / "images" / name);
   const LightField imported = Import(set(), scratch_ / "lf", {}).light_field;
