@@ -4,18 +4,24 @@
 // What an installation brings beside the program, asked of the shells and the readers of man pages that it is for. A shell
 // that is not installed is skipped, and said.
 #include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"
 #include "tests/support/without_opengl.h"
 
@@ -108,8 +114,8 @@ TEST(Version, TellsTheLibrariesAndTheRenderer) {
   EXPECT_THAT(result.output, HasSubstr("\nOpenGL: "));
 }
 
-// Loading and binding libraries is what a start costs. Those of pictures and videos that OpenCV brings are a hundred and more, FFmpeg's
-// another hundred, loaded when a video is read.
+// Loading and binding libraries is what a start costs. Those of pictures and videos that OpenCV brings are a hundred and
+// more, FFmpeg's another hundred, loaded when a video is read.
 TEST(Version, AStartLoadsNoLibrariesOfVideosAndNoneOfOpenCvsReaders) {
   const std::string libraries = Said("ldd \"$ULF_BINARY\"");
   EXPECT_THAT(libraries, HasSubstr("libopencv_core"));
@@ -118,6 +124,31 @@ TEST(Version, AStartLoadsNoLibrariesOfVideosAndNoneOfOpenCvsReaders) {
     EXPECT_THAT(libraries, ::testing::Not(HasSubstr(name)));
   constexpr int kMost = 100;  // 88 on Debian 12, where 260 were before
   EXPECT_LE(std::ranges::count(libraries, '\n'), kMost) << libraries;
+}
+
+// What they cost: names bound by the loader, the most of a start's instructions, as it counts them itself, and memory. An
+// eighth of the instructions and a quarter of the memory of the program that loaded them all were asked for.
+TEST(Version, AStartBindsFewNamesAndTakesLittleMemory) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer has names and memory of its own";
+  const std::string statistics = Said("LD_BIND_NOW= LD_DEBUG=statistics \"$ULF_BINARY\" --version");
+  std::smatch bound;
+  ASSERT_TRUE(std::regex_search(statistics, bound, std::regex("number of relocations: +([0-9]+)")))
+      << statistics;
+  constexpr int kMostBound = 33000;  // 26,270 on Debian 12, where 95,236 were before
+  EXPECT_LE(std::stoi(bound[1]), kMostBound);
+
+  const pid_t child = fork();
+  if (child == 0) {
+    freopen("/dev/null", "w", stdout);
+    execl(std::getenv("ULF_BINARY"), "ulf", "--version", nullptr);
+    _exit(127);
+  }
+  int status = 0;
+  rusage used{};
+  ASSERT_EQ(wait4(child, &status, 0, &used), child);
+  ASSERT_EQ(status, 0);
+  constexpr long kMostKilobytes = 35100;  // 31,676 on Debian 12, where 140,500 were before
+  EXPECT_LE(used.ru_maxrss, kMostKilobytes);
 }
 
 // Of the display, and of the window; the pages are named, too.
