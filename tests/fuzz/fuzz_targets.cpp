@@ -17,6 +17,7 @@
 #include "core/geometry/digest.h"
 #include "core/geometry/trajectory.h"
 #include "core/image/files/claimed_size.h"
+#include "core/image/files/dng_layout.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/jpeg_file.h"
@@ -213,6 +214,18 @@ void Picture(std::string_view bytes) {
   if (claimed && *claimed != cv::Size2d(pixels.size()))
     Broken("a picture of another size than it was checked for");
 }
+// What is read of a DNG before LibRaw sees it.
+void Dng(std::string_view bytes) {
+  const std::string file(bytes);
+  const auto layout = DngLayoutOf([&](std::uint64_t at, std::size_t count) {
+    return at < file.size() ? file.substr(static_cast<std::size_t>(at), count) : std::string();
+  });
+  if (!layout) throw Error("no DNG");
+  if (IsKnownMosaic(*layout) && layout->pattern.size() != static_cast<std::size_t>(layout->mosaic.area()))
+    Broken("a mosaic of another size than its pattern");
+  if (layout->has_plain_tiles && DngWithoutTiles(file, "a.dng").size() > 4 * file.size())
+    Broken("a picture in one strip that is larger than its tiles");
+}
 void Exif(std::string_view bytes) {
   const int orientation = ReadExif(std::string(bytes)).orientation;
   if (orientation < 1 || orientation > 8) Broken("an orientation that Exif does not have");
@@ -303,6 +316,7 @@ constexpr std::array kTargets{
     FuzzTarget{"camera_path", Path},
     FuzzTarget{"exr", Exr},
     FuzzTarget{"picture", Picture},
+    FuzzTarget{"dng", Dng},
     FuzzTarget{"exif", Exif},
     FuzzTarget{"points_file", PointsFile},
     FuzzTarget{"depth_maps", DepthMaps},
