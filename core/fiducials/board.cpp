@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <opencv2/core.hpp>
-#include <ranges>
 
 #include "core/base/error.h"
 #include "core/fiducials/aruco_calls.h"
@@ -101,12 +100,14 @@ void ParseWords(const std::vector<std::string>& words, const std::string& text, 
       continue;
     }
     const auto named = std::ranges::find(kOrders, word, [](const MarkerOrder& o) { return o.Text(); });
-    if (named == kOrders.end())
+    if (named == kOrders.end()) {
+      std::vector<std::string> orders;
+      for (const MarkerOrder& order : kOrders) orders.push_back(order.Text());
       throw UsageError(
           "board '{}': what is '{}'? Behind the board there may be first=N, the way of numbering ({}) and, "
-          "of "
-          "a ChArUco board, white-corner",
-          text, word, fmt::join(kOrders | std::views::transform(&MarkerOrder::Text), ", "));
+          "of a ChArUco board, white-corner",
+          text, word, fmt::join(orders, ", "));
+    }
     board.order = *named;
   }
 }
