@@ -199,7 +199,7 @@ void AddLayouts(const Board& said, BoardKind kind, const Sighting& sighting, std
   const int least = kind == BoardKind::kCharuco ? 3 : 1;
   std::vector<int> firsts = {said.first_marker, 0, sighting.Least()};
   std::ranges::sort(firsts);
-  firsts.erase(std::ranges::unique(firsts).begin(), firsts.end());
+  firsts.erase(std::unique(firsts.begin(), firsts.end()), firsts.end());
   std::erase_if(firsts, [&](int first) { return first > sighting.Least(); });
   Board layout = said;
   layout.kind = kind;
