@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/error.h"
 #include "core/video/ffmpeg_calls.h"
 
 namespace ulf {
@@ -82,7 +83,11 @@ void VideoLight::Judge(const AVFrame& frame) {
   const AVPixFmtDescriptor* layout = Ffmpeg().av_pix_fmt_desc_get(format_);
   is_rgb_ = layout && (layout->flags & (AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL)) != 0;
   const bool is_gray = layout && layout->nb_components <= 2 && !is_rgb_;
-  is_full_ = is_rgb_ || IsMarkedFull(format_) || range_ == AVCOL_RANGE_JPEG;
+  // swscale takes grey values of 8 bits for full range, whatever it is told.
+  is_full_ = is_rgb_ || is_gray || IsMarkedFull(format_) || range_ == AVCOL_RANGE_JPEG;
+  if (is_gray && range_ == AVCOL_RANGE_MPEG) gray_bits_ = layout->comp[0].depth;
+  if (is_gray && range_ == AVCOL_RANGE_UNSPECIFIED)
+    notes_.emplace_back("it does not say the range of its grey values: taken as full, from black to white");
   switch (curve_) {
     case AVCOL_TRC_SMPTE2084:
       is_linear_ = is_deep_ = true;
@@ -135,7 +140,10 @@ void VideoLight::Judge(const AVFrame& frame) {
     default:
       break;  // BT.601's differ from BT.709's by less than cameras do
   }
-  used_matrix_ = matrix_;
+  if (layout && (layout->flags & AV_PIX_FMT_FLAG_ALPHA) != 0)
+    notes_.emplace_back("what it says of opacity (alpha) is left out");
+  // Through which swscale sends red, green and blue of more than 8 bits, too: there and back again alike.
+  used_matrix_ = is_rgb_ || is_gray ? static_cast<AVColorSpace>(SWS_CS_DEFAULT) : matrix_;
   if (is_rgb_ || is_gray) return;
   const AVColorSpace usual = UsualMatrix(frame.height);
   const char* const usual_name = usual == AVCOL_SPC_BT709 ? "BT.709" : "BT.601";
@@ -154,6 +162,21 @@ void VideoLight::Judge(const AVFrame& frame) {
           fmt::format("it does not say how its colours are coded: taken as {}, as players do for {} lines",
                       usual_name, frame.height));
       return;
+    case AVCOL_SPC_BT2020_CL:
+      used_matrix_ = AVCOL_SPC_BT2020_NCL;
+      warnings_.emplace_back(
+          "its colours are coded with BT.2020's constant luminance, which is taken for the usual one: "
+          "saturated "
+          "colours are off");
+      return;
+    case AVCOL_SPC_YCGCO:
+    case AVCOL_SPC_SMPTE2085:
+    case AVCOL_SPC_CHROMA_DERIVED_NCL:
+    case AVCOL_SPC_CHROMA_DERIVED_CL:
+    case AVCOL_SPC_ICTCP:
+      throw Error(
+          "its colours are coded as {}, which is not understood here; export it again as BT.709 or BT.2020",
+          Word(Ffmpeg().av_color_space_name(matrix_)));
     default:
       used_matrix_ = usual;
       warnings_.push_back(fmt::format("its colour matrix ({}) is not understood and taken for {}",
@@ -184,7 +207,13 @@ void VideoLight::MakeCurve() {
   }
 }
 
-cv::Mat VideoLight::Finished(const cv::Mat& bgr) const {
+cv::Mat VideoLight::Finished(const cv::Mat& scaled) const {
+  cv::Mat bgr = scaled;
+  if (gray_bits_ > 0) {  // limited range: black is 16, white 235, of 8 bits
+    const double codes = (std::pow(2, gray_bits_) - 1) / std::pow(2, gray_bits_ - 8),
+                 most = is_deep_ ? 65535 : 255;
+    scaled.convertTo(bgr, -1, codes / 219, -16 * most / 219);
+  }
   if (!is_deep_) return bgr;
   cv::Mat linear(bgr.size(), CV_32FC3);
   for (int y = 0; y < bgr.rows; ++y) {

@@ -20,6 +20,7 @@ AVPixelFormat WithoutRange(AVPixelFormat format);
 
 class VideoLight {
  public:
+  // Throws Error, without the file's name, where the colours are coded in a way that is not understood.
   explicit VideoLight(const AVFrame& frame);
 
   // Whether the frame's numbers mean the same, so that one conversion serves both.
@@ -30,7 +31,7 @@ class VideoLight {
   Transfer transfer() const { return is_linear_ ? Transfer::kLinear : Transfer::kSrgb; }
   // B, G, R as the scaler gives them (16 bits where deep), to sRGB of 8 bits, or to linear light in float with sRGB's primaries
   // where 1 is the white of a sheet of paper.
-  cv::Mat Finished(const cv::Mat& bgr) const;
+  cv::Mat Finished(const cv::Mat& scaled) const;
 
   const std::vector<std::string>& notes() const { return notes_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
@@ -45,6 +46,7 @@ class VideoLight {
   AVColorPrimaries primaries_;
   AVColorTransferCharacteristic curve_;
   bool is_rgb_ = false, is_full_ = false, is_deep_ = false, is_linear_ = false;
+  int gray_bits_ = 0;                                     // of a grey value in limited range; 0: none such
   cv::Matx33f srgb_from_primaries_ = cv::Matx33f::eye();  // of R, G, B
   std::vector<float> linear_;                             // by 16-bit value
   std::vector<std::string> notes_, warnings_;

@@ -55,6 +55,21 @@ bool IsPictureFormat(const AVFormatContext& input) {
   return name.starts_with("image2") || name.ends_with("_pipe");
 }
 
+// What FFmpeg draws of any text, as a terminal would have shown it.
+bool IsDrawnText(const AVFormatContext& input) {
+  constexpr std::array<std::string_view, 5> kTexts{"tty", "bin", "xbin", "adf", "idf"};
+  return std::ranges::find(kTexts, std::string_view(input.iformat->name)) != kTexts.end();
+}
+
+// Pictures of a cover do not count.
+int VideosIn(const AVFormatContext& input) {
+  int videos = 0;
+  for (unsigned i = 0; i < input.nb_streams; ++i)
+    videos += input.streams[i]->codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
+              (input.streams[i]->disposition & AV_DISPOSITION_ATTACHED_PIC) == 0;
+  return videos;
+}
+
 int StreamOf(AVFormatContext& input) {
   const int stream = Ffmpeg().av_find_best_stream(&input, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   const bool is_cover =
@@ -143,10 +158,12 @@ struct VideoReader::State {
       throw Error(
           "{}: is one picture and no video; name the folder that holds it (?glob= chooses among its files)",
           name);
+    if (IsDrawnText(*input)) throw Error("{}: is no video", name);
     if (const int status = Ffmpeg().avformat_find_stream_info(input.get(), nullptr); status < 0)
       throw Error("{}: is no video that can be read: {}", name, FfmpegWords(status));
     index = StreamOf(*input);
     if (index < 0) throw Error("{}: holds no video stream", name);
+    RefuseDolbyVision();
     OpenCodec();
     for (unsigned i = 0; i < input->nb_streams; ++i)
       if (static_cast<int>(i) != index) input->streams[i]->discard = AVDISCARD_ALL;
@@ -165,6 +182,20 @@ struct VideoReader::State {
   State& operator=(const State&) = delete;
 
   const AVStream& Stream() const { return *input->streams[index]; }
+
+  // Its profile 5 stores pictures in colours of its own, and no tag but this one says so.
+  void RefuseDolbyVision() const {
+    const std::uint8_t* data = Ffmpeg().av_stream_get_side_data(&Stream(), AV_PKT_DATA_DOVI_CONF, nullptr);
+    if (!data) return;
+    AVDOVIDecoderConfigurationRecord told;
+    std::memcpy(&told, data, sizeof(told));
+    if (told.dv_bl_signal_compatibility_id == 0)
+      throw Error(
+          "{}: its colours are those of Dolby Vision (profile {}), which are not understood here; export it "
+          "again as "
+          "BT.709 or HLG",
+          name, told.dv_profile);
+  }
 
   void OpenCodec() {
     const AVCodecParameters* parameters = Stream().codecpar;
@@ -227,7 +258,11 @@ struct VideoReader::State {
 
   void TellFacts() {
     stored = {frame->width, frame->height};
-    light.emplace(*frame);
+    try {
+      light.emplace(*frame);
+    } catch (const Error& error) {
+      throw Error("{}: {}", name, error.what());
+    }
     facts.frame_rate = Ratio(Ffmpeg().av_guess_frame_rate(input.get(), input->streams[index], nullptr));
     facts.frames = Stream().nb_frames > 0 ? static_cast<double>(Stream().nb_frames) : LengthByDuration();
     facts.pixel_aspect =
@@ -243,6 +278,9 @@ struct VideoReader::State {
       facts.notes.push_back(fmt::format(
           "its pixels are {:.4g} times as wide as high: the focal lengths of x and y differ by that",
           facts.pixel_aspect));
+    if (const int videos = VideosIn(*input); videos > 1)
+      facts.warnings.push_back(fmt::format("it holds {} videos; this is the one of {}x{} that players show",
+                                           videos, stored.width, stored.height));
     const AVFieldOrder order = Stream().codecpar->field_order;
     is_interlaced =
         frame->interlaced_frame != 0 || (order != AV_FIELD_UNKNOWN && order != AV_FIELD_PROGRESSIVE);
@@ -251,8 +289,7 @@ struct VideoReader::State {
     if (is_interlaced)
       facts.warnings.push_back(
           "it is interlaced: every second line was taken later; the earlier lines are used, and those "
-          "between are "
-          "interpolated (half the detail from top to bottom)");
+          "between are interpolated (half the detail from top to bottom)");
   }
 
   double LengthByDuration() const {

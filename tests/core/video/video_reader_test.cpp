@@ -119,16 +119,88 @@ TEST(VideoReader, FullRangeByItsLayoutAndRgb) {
   jpeg.encoder = "mjpeg";
   WriteVideo(scratch / "jpeg.avi", jpeg);
   ExpectPatches(scratch / "jpeg.avi", "Motion JPEG");
-  VideoSample rgb;
-  rgb.format = AV_PIX_FMT_GBRP10LE;
-  rgb.width = 96;
-  rgb.value = [](int /*number*/, int plane, int x, int /*y*/) {
-    constexpr std::array<std::size_t, 3> kChannel{1, 2, 0};
-    const int value = kPatches[static_cast<std::size_t>(x / 16)][kChannel[static_cast<std::size_t>(plane)]];
-    return static_cast<int>(std::lround(value * 1023 / 255.0));
-  };
-  WriteVideo(scratch / "rgb.mkv", rgb);
-  ExpectPatches(scratch / "rgb.mkv", "RGB");
+  for (const auto& [format, most] :
+       {std::pair(AV_PIX_FMT_GBRP9LE, 511), std::pair(AV_PIX_FMT_GBRP10LE, 1023),
+        std::pair(AV_PIX_FMT_GBRP12LE, 4095), std::pair(AV_PIX_FMT_GBRP16LE, 65535),
+        std::pair(AV_PIX_FMT_GBRAP12LE, 4095)})
+    for (const AVColorSpace matrix : {AVCOL_SPC_UNSPECIFIED, AVCOL_SPC_RGB, AVCOL_SPC_BT709}) {
+      VideoSample rgb;
+      rgb.format = format;
+      rgb.matrix = matrix;
+      rgb.width = 96;
+      rgb.value = [most = most](int /*number*/, int plane, int x, int /*y*/) {
+        constexpr std::array<std::size_t, 3> kChannel{1, 2, 0};
+        if (plane == 3) return most / 2;
+        const int value =
+            kPatches[static_cast<std::size_t>(x / 16)][kChannel[static_cast<std::size_t>(plane)]];
+        return static_cast<int>(std::lround(value * most / 255.0));
+      };
+      WriteVideo(scratch / "rgb.mkv", rgb);
+      ExpectPatches(scratch / "rgb.mkv",
+                    fmt::format("RGB up to {}, matrix {}", most, static_cast<int>(matrix)));
+      EXPECT_THAT(VideoReader(scratch / "rgb.mkv").Facts().notes,
+                  format == AV_PIX_FMT_GBRAP12LE ? Contains(HasSubstr("alpha")).Times(1)
+                                                 : Contains(HasSubstr("alpha")).Times(0));
+    }
+}
+
+// A grey value is stored in limited range where the stream says so, and from black to white otherwise.
+TEST(VideoReader, GreyHasTheRangeThatTheStreamNames) {
+  const ScratchFolder scratch;
+  for (const auto& [format, bits] :
+       {std::pair(AV_PIX_FMT_GRAY8, 8), std::pair(AV_PIX_FMT_GRAY9LE, 9), std::pair(AV_PIX_FMT_GRAY10LE, 10),
+        std::pair(AV_PIX_FMT_GRAY12LE, 12), std::pair(AV_PIX_FMT_GRAY16LE, 16)})
+    for (const AVColorRange range : {AVCOL_RANGE_UNSPECIFIED, AVCOL_RANGE_JPEG, AVCOL_RANGE_MPEG}) {
+      VideoSample sample;
+      sample.format = format;
+      sample.range = range;
+      sample.width = 96;
+      const double most = std::pow(2, bits) - 1, step = std::pow(2, bits - 8);
+      sample.value = [=](int /*number*/, int /*plane*/, int x, int /*y*/) {
+        const int level = kPatches[static_cast<std::size_t>(x / 16)][0];
+        return static_cast<int>(
+            std::lround(range == AVCOL_RANGE_MPEG ? step * (16 + level * 219 / 255.0) : level * most / 255));
+      };
+      WriteVideo(scratch / "grey.mkv", sample);
+      VideoReader reader(scratch / "grey.mkv");
+      const auto picture = reader.Next();
+      ASSERT_TRUE(picture);
+      for (std::size_t patch = 0; patch < kPatches.size(); ++patch)
+        for (const int channel : PatchOf(picture->image, patch))
+          EXPECT_NEAR(channel, kPatches[patch][0], 1)
+              << bits << " bits, range " << range << ", patch " << patch;
+      EXPECT_THAT(reader.Facts().notes, range == AVCOL_RANGE_UNSPECIFIED
+                                            ? Contains(HasSubstr("range")).Times(1)
+                                            : Contains(HasSubstr("range")).Times(0));
+    }
+}
+
+TEST(VideoReader, ColoursThatAreCodedOtherwiseAreRefusedByName) {
+  const ScratchFolder scratch;
+  for (const auto& [matrix, name] :
+       {std::pair(AVCOL_SPC_YCGCO, "ycgco"), std::pair(AVCOL_SPC_ICTCP, "ictcp")}) {
+    VideoSample sample = Patches(kBt709, false, AV_PIX_FMT_YUV444P, 8);
+    sample.matrix = matrix;
+    WriteVideo(scratch / "video.mkv", sample);
+    EXPECT_THAT(
+        [&] { VideoReader(scratch / "video.mkv"); },
+        ThrowsMessage<Error>(AllOf(HasSubstr("video.mkv: its colours are coded as"), HasSubstr(name))));
+  }
+  VideoSample dolby = Patches(kBt709, false, AV_PIX_FMT_YUV444P, 8);
+  dolby.matrix = AVCOL_SPC_BT709;
+  dolby.dolby_vision_profile = 5;
+  WriteVideo(scratch / "video.mkv", dolby);
+  EXPECT_THAT(
+      [&] { VideoReader(scratch / "video.mkv"); },
+      ThrowsMessage<Error>(AllOf(HasSubstr("Dolby Vision (profile 5)"), HasSubstr("export it again"))));
+  dolby.dolby_vision_profile = 8;
+  WriteVideo(scratch / "video.mkv", dolby);
+  ExpectPatches(scratch / "video.mkv", "a base layer that others read");
+  VideoSample sample = Patches(kBt2020, false, AV_PIX_FMT_YUV444P, 8);
+  sample.matrix = AVCOL_SPC_BT2020_CL;
+  WriteVideo(scratch / "video.mkv", sample);
+  ExpectPatches(scratch / "video.mkv", "constant luminance");
+  EXPECT_THAT(VideoReader(scratch / "video.mkv").Facts().warnings, Contains(HasSubstr("constant luminance")));
 }
 
 // A gray of linear light L has the signal that BT.2100 gives it; a colour of BT.2020's primaries becomes one of sRGB's.
@@ -381,6 +453,9 @@ TEST(VideoReader, WhatIsNoVideoIsNamed) {
   EXPECT_THAT(
       [&] { VideoReader reader(scratch / "picture.png"); },
       ThrowsMessage<Error>(AllOf(HasSubstr("is one picture and no video"), HasSubstr("name the folder"))));
+  std::ofstream(scratch / "read_me.txt") << "FFmpeg draws a text as a terminal would have shown it.\n";
+  EXPECT_THAT([&] { VideoReader reader(scratch / "read_me.txt"); },
+              ThrowsMessage<Error>(HasSubstr("read_me.txt: is no video")));
   std::ofstream(scratch / "list.m3u8") << "#EXTM3U\n#EXTINF:1,\nhttp://localhost:9/a.ts\n";
   EXPECT_THROW(VideoReader reader(scratch / "list.m3u8"), Error) << "no address is asked";
 }

@@ -3,6 +3,7 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/dovi_meta.h>
 #include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
 }
@@ -79,6 +80,16 @@ void WriteVideo(const std::filesystem::path& file, const VideoSample& sample) {
     const std::array<std::int32_t, 9> matrix{a * kOne, b * kOne, 0, c * kOne, d * kOne, 0, 0, 0, 1 << 30};
     std::memcpy(av_stream_new_side_data(stream, AV_PKT_DATA_DISPLAYMATRIX, sizeof(matrix)), matrix.data(),
                 sizeof(matrix));
+  }
+  if (sample.dolby_vision_profile > 0) {
+    output->strict_std_compliance = FF_COMPLIANCE_UNOFFICIAL;
+    std::size_t size = 0;
+    AVDOVIDecoderConfigurationRecord* told = av_dovi_alloc(&size);
+    told->dv_version_major = 1;
+    told->dv_profile = static_cast<std::uint8_t>(sample.dolby_vision_profile);
+    told->rpu_present_flag = told->bl_present_flag = 1;
+    told->dv_bl_signal_compatibility_id = sample.dolby_vision_profile == 5 ? 0 : 4;
+    av_stream_add_side_data(stream, AV_PKT_DATA_DOVI_CONF, reinterpret_cast<std::uint8_t*>(told), size);
   }
   Require(avio_open(&output->pb, file.c_str(), AVIO_FLAG_WRITE), "file");
   Require(avformat_write_header(output, nullptr), "header");
