@@ -160,6 +160,14 @@ ExrPicturePlace PlaceOfPicture(const Imf::MultiPartInputFile& file, const std::s
   return chosen->place;
 }
 
+// Where the library counts a buffer's samples from: place 0, 0 of the file's own coordinates, which may lie far outside of
+// the buffer, so that it is computed as a number.
+template <typename T>
+T* OriginOf(T* first, const Imath::Box2i& data, std::int64_t x_stride_bytes, std::int64_t y_stride_bytes) {
+  const std::int64_t offset = data.min.x * x_stride_bytes + data.min.y * y_stride_bytes;
+  return reinterpret_cast<T*>(reinterpret_cast<std::uintptr_t>(first) - static_cast<std::uintptr_t>(offset));
+}
+
 // Chroma has half the size; the library's reader of RGBA brings it to full size, in half floats.
 cv::Mat ReadLuminanceAndChroma(const std::string& path, const cv::Size& size, const std::string& layer) {
   Imf::RgbaInputFile file(path.c_str(), layer);
@@ -167,7 +175,7 @@ cv::Mat ReadLuminanceAndChroma(const std::string& path, const cv::Size& size, co
   std::vector<Imf::Rgba> line(static_cast<std::size_t>(size.width));
   cv::Mat stored(size, CV_32FC3);
   for (int y = 0; y < size.height; ++y) {
-    file.setFrameBuffer(line.data() - data.min.x, 1, 0);
+    file.setFrameBuffer(OriginOf(line.data(), data, sizeof(Imf::Rgba), 0), 1, 0);
     file.readPixels(data.min.y + y);
     for (int x = 0; x < size.width; ++x) {
       const Imf::Rgba& pixel = line[static_cast<std::size_t>(x)];
@@ -185,10 +193,8 @@ cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, 
   const bool color = place.channels.has_colors;
   for (const auto& [name, at] : {std::pair{"B", 0}, {"G", 1}, {"R", 2}, {"Y", 0}}) {
     if ((name[0] != 'Y') != color) continue;
-    const auto x_stride = static_cast<std::ptrdiff_t>(3 * sizeof(float)),
-               y_stride = static_cast<std::ptrdiff_t>(stored.step);
-    char* base = reinterpret_cast<char*>(stored.data) + at * static_cast<std::ptrdiff_t>(sizeof(float)) -
-                 data.min.x * x_stride - data.min.y * y_stride;
+    char* base = OriginOf(reinterpret_cast<char*>(stored.ptr<float>() + at), data, 3 * sizeof(float),
+                          static_cast<std::int64_t>(stored.step));
     buffer.insert(place.channels.layer + name, Imf::Slice(Imf::FLOAT, base, 3 * sizeof(float), stored.step));
   }
   Imf::InputPart part(file, place.part);
@@ -205,9 +211,8 @@ cv::Mat ReadStored(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, 
 cv::Mat ReadOpacity(Imf::MultiPartInputFile& file, const ExrPicturePlace& place, const cv::Size& size) {
   const Imath::Box2i data = file.header(place.part).dataWindow();
   cv::Mat opacity(size, CV_32FC1, cv::Scalar::all(1));
-  char* const base = reinterpret_cast<char*>(opacity.data) -
-                     data.min.x * static_cast<std::ptrdiff_t>(sizeof(float)) -
-                     data.min.y * static_cast<std::ptrdiff_t>(opacity.step);
+  char* const base = OriginOf(reinterpret_cast<char*>(opacity.data), data, sizeof(float),
+                              static_cast<std::int64_t>(opacity.step));
   Imf::FrameBuffer buffer;
   buffer.insert(place.channels.layer + "A", Imf::Slice(Imf::FLOAT, base, sizeof(float), opacity.step));
   Imf::InputPart part(file, place.part);
@@ -357,9 +362,8 @@ cv::Mat ReadExrChannel(const std::string& path, const std::string& name) {
     const cv::Size2d size = SizeOf(data);
     RequireRoom(path, size, 1);
     cv::Mat stored(static_cast<int>(size.height), static_cast<int>(size.width), CV_32FC1);
-    char* base = reinterpret_cast<char*>(stored.data) -
-                 data.min.x * static_cast<std::ptrdiff_t>(sizeof(float)) -
-                 data.min.y * static_cast<std::ptrdiff_t>(stored.step);
+    char* const base = OriginOf(reinterpret_cast<char*>(stored.data), data, sizeof(float),
+                                static_cast<std::int64_t>(stored.step));
     Imf::FrameBuffer buffer;
     buffer.insert(name, Imf::Slice(Imf::FLOAT, base, sizeof(float), stored.step));
     file.setFrameBuffer(buffer);

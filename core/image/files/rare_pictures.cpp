@@ -4,6 +4,7 @@
 #include <stb_image.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
 #include <memory>
 #include <opencv2/imgproc.hpp>
@@ -36,7 +37,11 @@ using PictureFrame = std::unique_ptr<AVFrame, FreeFrame>;
       name, words);
 }
 
+// A picture of the size for which there is room (ClaimedSize): the library may read a header another way.
 PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string& name) {
+  std::istringstream stream{std::string(bytes)};
+  const auto claimed = ClaimedSize(stream);
+  if (!claimed) RefuseDamagedPicture(name, "its header");
   RouteFfmpegLog();
   const AVCodec* decoder = Ffmpeg().avcodec_find_decoder(kind);
   if (!decoder) throw Error("{}: FFmpeg has no decoder for this kind of picture; convert it to PNG", name);
@@ -44,6 +49,8 @@ PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string
   const std::unique_ptr<AVPacket, FreePacket> packet(Ffmpeg().av_packet_alloc());
   PictureFrame frame(Ffmpeg().av_frame_alloc());
   codec->thread_count = 1;
+  constexpr double kAligned = 64;  // of the rows that the library takes memory for
+  codec->max_pixels = static_cast<std::int64_t>((claimed->width + kAligned) * claimed->height);
   int status = Ffmpeg().avcodec_open2(codec.get(), decoder, nullptr);
   if (status >= 0) status = Ffmpeg().av_new_packet(packet.get(), static_cast<int>(bytes.size()));
   if (status >= 0) {
@@ -52,6 +59,8 @@ PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string
   }
   if (status >= 0) status = Ffmpeg().avcodec_receive_frame(codec.get(), frame.get());
   if (status < 0) RefuseDamagedPicture(name, FfmpegWords(status));
+  if (cv::Size2d(frame->width, frame->height) != *claimed)
+    RefuseDamagedPicture(name, "its header can be read in two ways");
   return frame;
 }
 
@@ -131,6 +140,25 @@ StoredPicture FromFrame(const AVFrame& frame, const std::string& name) {
       picture.pixels = Scaled(frame, name);
   }
   return picture;
+}
+
+// A comment ends a number, as Netpbm reads its files; FFmpeg takes it for a part of the number, and gets a head without.
+std::string WithoutComments(std::string_view bytes, int numbers, const std::string& name) {
+  std::string head(bytes.substr(0, 2));
+  std::size_t at = 2;
+  const auto next = [&]() -> char {  // a comment is its line's end
+    if (at < bytes.size() && bytes[at] == '#') at = bytes.find_first_of("\r\n", at);
+    if (at >= bytes.size()) RefuseDamagedPicture(name, "its header");
+    return bytes[at++];
+  };
+  for (int i = 0; i < numbers; ++i) {
+    char c = next();
+    while (std::isspace(static_cast<unsigned char>(c)) != 0) c = next();
+    head += ' ';
+    for (; std::isdigit(static_cast<unsigned char>(c)) != 0; c = next()) head += c;
+    if (std::isspace(static_cast<unsigned char>(c)) == 0) RefuseDamagedPicture(name, "its header");
+  }
+  return head + "\n" + std::string(bytes.substr(at));
 }
 
 // The kind, width, height, and a number whose sign says the order of bytes; then rows from the last to the first, which FFmpeg's
@@ -231,7 +259,8 @@ StoredPicture ReadNetpbm(std::string_view bytes, const std::string& name) {
   const AVCodecID codec = kind == '1' || kind == '4'   ? AV_CODEC_ID_PBM
                           : kind == '2' || kind == '5' ? AV_CODEC_ID_PGM
                                                        : AV_CODEC_ID_PPM;
-  return FromFrame(*DecodeOne(codec, bytes, name), name);
+  const int numbers = codec == AV_CODEC_ID_PBM ? 2 : 3;
+  return FromFrame(*DecodeOne(codec, WithoutComments(bytes, numbers, name), name), name);
 }
 
 StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
