@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_colors.h"
+#include "core/image/files/picture_projection.h"
 
 extern "C" {
 #include <jpeglib.h>
@@ -179,6 +180,7 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name) {
   if (report.damage[0] != '\0')
     picture.warnings.push_back(
         fmt::format("its data are damaged inside ({}): part of it is wrong", report.damage));
+  RequireOneLensOfJpeg(bytes, name, picture);
   const ExifFacts exif = ReadExif(std::string(bytes.substr(0, kExifBytes)));
   NoteOrientation(exif.orientation, picture);
   if (photograph.pixels.channels() == 4) {

@@ -11,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/image/files/claimed_size.h"
+#include "core/image/files/float_numbers.h"
 #include "core/image/files/picture_colors.h"
 #include "core/video/ffmpeg.h"
 #include "core/video/ffmpeg_calls.h"
@@ -153,6 +154,7 @@ StoredPicture ReadPfm(std::string_view bytes, const std::string& name) {
   StoredPicture picture;
   cv::flip(rows, picture.pixels, 0);
   if (rows.channels() == 3) cv::cvtColor(picture.pixels, picture.pixels, cv::COLOR_RGB2BGR);
+  CheckFloatNumbers(picture);
   return picture;
 }
 
@@ -254,6 +256,7 @@ StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
   if (!rgb) RefuseDamagedPicture(name, stbi_failure_reason());
   StoredPicture picture;
   cv::cvtColor(cv::Mat(height, width, CV_32FC3, rgb.get()), picture.pixels, cv::COLOR_RGB2BGR);
+  CheckFloatNumbers(picture);
   ApplyRadianceHeader(bytes.substr(0, size_at), picture);
   return picture;
 }
