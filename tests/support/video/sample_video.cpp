@@ -5,6 +5,8 @@ extern "C" {
 #include <libavformat/avformat.h>
 #include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
+#include <libavutil/spherical.h>
+#include <libavutil/stereo3d.h>
 }
 
 #include <cstring>
@@ -79,6 +81,19 @@ void WriteVideo(const std::filesystem::path& file, const VideoSample& sample) {
     const std::array<std::int32_t, 9> matrix{a * kOne, b * kOne, 0, c * kOne, d * kOne, 0, 0, 0, 1 << 30};
     std::memcpy(av_stream_new_side_data(stream, AV_PKT_DATA_DISPLAYMATRIX, sizeof(matrix)), matrix.data(),
                 sizeof(matrix));
+  }
+  if (sample.is_spherical) {
+    std::size_t size = 0;
+    AVSphericalMapping* mapping = av_spherical_alloc(&size);
+    mapping->projection = AV_SPHERICAL_EQUIRECTANGULAR;
+    std::memcpy(av_stream_new_side_data(stream, AV_PKT_DATA_SPHERICAL, size), mapping, size);
+    av_free(mapping);
+  }
+  if (sample.stereo >= 0) {
+    AVStereo3D stereo{};
+    stereo.type = static_cast<AVStereo3DType>(sample.stereo);
+    std::memcpy(av_stream_new_side_data(stream, AV_PKT_DATA_STEREO3D, sizeof(stereo)), &stereo,
+                sizeof(stereo));
   }
   Require(avio_open(&output->pb, file.c_str(), AVIO_FLAG_WRITE), "file");
   Require(avformat_write_header(output, nullptr), "header");

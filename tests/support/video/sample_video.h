@@ -25,6 +25,8 @@ struct VideoSample {
   AVColorTransferCharacteristic curve = AVCOL_TRC_UNSPECIFIED;
   int aspect_num = 0, aspect_den = 1;                     // of a pixel; 0: not said
   std::optional<std::array<int, 4>> display_matrix = {};  // a, b, c, d: x' = a x + c y, y' = b x + d y
+  bool is_spherical = false;                              // of a Matroska file
+  int stereo = -1;                                        // AVStereo3DType, of a Matroska file; -1: not said
   bool is_interlaced = false;
   bool drops_key_frames = false;
   std::vector<std::int64_t> times = {};  // of the pictures, in 1/rate s; empty: one after the other
