@@ -256,6 +256,7 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   RequireLight(header, place.channels, path);
   if (Imf::hasEnvmap(header))
     throw Error("{}: is a panorama (its attribute envmap), which no lens made; {}", path, kFromPanorama);
+  WarnOfPixelAspect(1, header.pixelAspectRatio(), picture);
   const Imath::Box2i shown = header.displayWindow(), data = header.dataWindow();
   const cv::Size2d claimed = SizeOf(data), shown_size = SizeOf(shown);
   RequireRoom(path, claimed, 3);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -105,6 +107,15 @@ void RequireOneLens(std::string_view xmp, const std::string& name) {
                 kFromPanorama);
   if (!stereo.empty() && stereo != "mono" && stereo != "none")
     RefuseStereo(name, fmt::format("its XMP says StereoMode {}", stereo));
+}
+
+void WarnOfPixelAspect(double across, double down, StoredPicture& picture) {
+  constexpr double kSquare = 0.02;  // of rounded numbers
+  if (!(across > 0 && down > 0) || std::abs(std::log(across / down)) < kSquare) return;
+  picture.warnings.push_back(fmt::format(
+      "its pixels are not square by what it says ({:g} to {:g}): its lens needs two focal lengths "
+      "that differ by that, which a guessed one has not",
+      across, down));
 }
 
 void RequireOneLensOfJpeg(std::string_view jpeg, const std::string& name, StoredPicture& picture) {

@@ -1,5 +1,5 @@
-// Pictures that no single lens made, told by what cameras and programs write beside the pixels: panoramas (XMP of Photo Sphere) and
-// stereo pairs (JPS, XMP, the Multi-Picture Format of CIPA DC-007).
+// What a picture's pixels are to a lens. Pictures that no single lens made, told by what cameras and programs write beside the pixels: panoramas (XMP of Photo Sphere) and
+// stereo pairs (JPS, XMP, the Multi-Picture Format of CIPA DC-007). And pixels that are not square.
 #pragma once
 
 #include <string>
@@ -13,6 +13,9 @@ namespace ulf {
 void RequireOneLens(std::string_view xmp, const std::string& name);
 // By the segments of a JPEG; further pictures that lie behind the first are a note.
 void RequireOneLensOfJpeg(std::string_view jpeg, const std::string& name, StoredPicture& picture);
+
+// Warns where numbers of pixels to a length, across and down, say that pixels are not square; zeros say nothing.
+void WarnOfPixelAspect(double across, double down, StoredPicture& picture);
 
 // What makes perspective pictures of a panorama, and of a stereo pair, in words for errors.
 inline constexpr const char* kFromPanorama =

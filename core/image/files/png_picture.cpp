@@ -28,6 +28,7 @@ struct PngContent {
   ColorClaim claim;
   bool is_srgb = false, has_code = false, is_animated = false;
   std::string exif, xmp;
+  png_uint_32 density[2] = {};     // pixels to a metre or another length, across and down
   std::array<png_byte, 4> code{};  // cICP: primaries, curve, matrix, range
   std::array<char, 256> error{}, profile_problem{};
 };
@@ -64,6 +65,8 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
   png_bytep exif = nullptr;
   if (png_uint_32 exif_bytes = 0; png_get_eXIf_1(png, info, &exif_bytes, &exif) != 0)
     content.exif.assign(reinterpret_cast<const char*>(exif), exif_bytes);
+  int unit = 0;
+  png_get_pHYs(png, info, &content.density[0], &content.density[1], &unit);
   png_textp texts = nullptr;
   const int text_count = png_get_text(png, info, &texts, nullptr);
   for (int i = 0; i < text_count; ++i)
@@ -216,6 +219,7 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
   }
   if (!content.exif.empty())
     NoteOrientation(ReadExif(std::string("Exif\0\0", 6) + content.exif).orientation, picture);
+  WarnOfPixelAspect(content.density[0], content.density[1], picture);
   if (content.is_animated)
     picture.warnings.emplace_back(
         "it is animated (APNG): its first picture is taken, export the others as files of their own");

@@ -224,7 +224,14 @@ StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
                         (number(kCodingAt) == kRuns8 || number(kCodingAt) == kRuns4);
   if (has_runs && std::max(number(kFileBytesAt), number(kPixelsAt) + number(kPixelBytesAt)) > bytes.size())
     RefuseDamagedPicture(name, "its pixels end too early");
-  return FromFrame(*DecodeOne(AV_CODEC_ID_BMP, bytes, name), name);
+  StoredPicture picture = FromFrame(*DecodeOne(AV_CODEC_ID_BMP, bytes, name), name);
+  // Of version 5 of the header: a profile in the file, whose place counts from the header.
+  constexpr std::size_t kSpaceAt = 70, kProfileAt = 126, kProfileBytesAt = 130;
+  constexpr std::uint64_t kVersion5 = 124, kEmbedded = 0x4D424544;  // MBED
+  if (const std::uint64_t at = kHeaderBytesAt + number(kProfileAt);
+      number(kHeaderBytesAt) >= kVersion5 && number(kSpaceAt) == kEmbedded && at < bytes.size())
+    ConvertToSrgb({.icc = std::string(bytes.substr(at, number(kProfileBytesAt)))}, picture);
+  return picture;
 }
 
 StoredPicture ReadNetpbm(std::string_view bytes, const std::string& name) {

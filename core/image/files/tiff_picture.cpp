@@ -375,6 +375,10 @@ StoredPicture TiffPage::Read() {
   RequireOneLens(Bytes(TIFFTAG_XMLPACKET), path_);
   StoredPicture picture;
   NoteOrientation(Short(TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT), picture);
+  float across = 0, down = 0;
+  if (TIFFGetField(file_.get(), TIFFTAG_XRESOLUTION, &across) == 1 &&
+      TIFFGetField(file_.get(), TIFFTAG_YRESOLUTION, &down) == 1)
+    WarnOfPixelAspect(across, down, picture);
   if (light_ == PHOTOMETRIC_YCBCR) {
     if (Short(TIFFTAG_COMPRESSION, COMPRESSION_NONE) == COMPRESSION_JPEG) {
       TIFFSetField(file_.get(), TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);

@@ -57,7 +57,7 @@ std::string CopiedMeanings::Doubt(std::size_t copied) const {
       "{} of {} are not upright sRGB but say what they are ({}): they are copied, and programs that pass "
       "over "
       "what they say see them otherwise than ulf does; convert them before they are posed, for instance with "
-      "'magick IN -profile sRGB.icc OUT'",
+      "'magick IN -auto-orient -profile sRGB.icc OUT'",
       photographs_, Counted(copied, "photograph"), list);
 }
 

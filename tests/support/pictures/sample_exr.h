@@ -19,6 +19,7 @@ struct ExrPartLayout {
   float alpha = 1;  // of channels that end in A; colours are multiplied by it
   bool tiles = false;
   bool is_panorama = false;  // by the attribute envmap
+  float pixel_aspect = 1;
   int margin =
       0;  // pixels by which the data window is larger than the display window on each side; negative: smaller
 };

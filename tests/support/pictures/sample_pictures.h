@@ -37,6 +37,7 @@ struct TiffLayout {
   int thumbnail_first = 0;           // pages of half the size before it, marked as such
   int further_pages = 0;
   std::string xmp = {};
+  float across = 0, down = 0;  // pixels to an inch; 0: not said
 };
 void WriteTiffSample(const std::filesystem::path& path, const TiffLayout& layout);
 

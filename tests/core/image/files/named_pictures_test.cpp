@@ -196,6 +196,52 @@ TEST_F(NamedPictures, StereoPairsAreRefusedAndFurtherPicturesSaid) {
   }
 }
 
+TEST_F(NamedPictures, PixelsThatAreNotSquareAreNamed) {
+  const auto expect = [&](const std::string& name, const std::string& numbers) {
+    EXPECT_THAT(ReadPicture(In(name)).warnings,
+                ElementsAre(AllOf(HasSubstr("not square"), HasSubstr(numbers))))
+        << name;
+  };
+  std::string jpeg = JpegBytes(PatchPicture());
+  const std::size_t unit = jpeg.find(std::string("JFIF\0", 5)) + 7;
+  jpeg.replace(unit, 5, std::string("\x01\0\x48\0\x90", 5));
+  Write("a.jpg", jpeg);
+  expect("a.jpg", "(72 to 144)");
+  const std::string png = PngBytes(PatchPicture());
+  Write("a.png", WithPngChunk(png, "pHYs", std::string("\0\0\0\x04\0\0\0\x03\0", 9)));
+  expect("a.png", "(4 to 3)");
+  WriteTiffSample(In("a.tif"), {.across = 204, .down = 98});
+  expect("a.tif", "(204 to 98)");
+  WriteExrSample(In("a.exr"), {{.pixel_aspect = 2}});
+  expect("a.exr", "(1 to 2)");
+  Write("square.png", WithPngChunk(png, "pHYs", std::string("\0\0\x0B\x13\0\0\x0B\x12\x01", 9)));
+  EXPECT_THAT(ReadPicture(In("square.png")).warnings, IsEmpty()) << "but for rounding";
+}
+
+// A header of version 5, whose profile stands behind the pixels.
+TEST_F(NamedPictures, TheProfileOfABmpCounts) {
+  const std::string icc = IccProfile("P3");
+  const cv::Mat in_p3 = EncodedIn("P3", PatchPicture());
+  const auto number = [](std::size_t value, int count) {
+    std::string bytes;
+    for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> 8 * i);
+    return bytes;
+  };
+  std::string rows;
+  for (int y = in_p3.rows - 1; y >= 0; --y) rows.append(in_p3.ptr<char>(y), 3 * 60);
+  constexpr std::size_t kHead = 14, kHeader = 124;
+  const std::string header = number(kHeader, 4) + number(60, 4) + number(40, 4) + number(1, 2) +
+                             number(24, 2) + number(0, 4) + number(rows.size(), 4) + std::string(32, '\0') +
+                             "DEBM" + std::string(48, '\0') + number(4, 4) +
+                             number(kHeader + rows.size(), 4) + number(icc.size(), 4) + number(0, 4);
+  ASSERT_EQ(header.size(), kHeader);
+  Write("a.bmp", "BM" + number(kHead + kHeader + rows.size() + icc.size(), 4) + number(0, 4) +
+                     number(kHead + kHeader, 4) + header + rows + icc);
+  const StoredPicture picture = ReadPicture(In("a.bmp"));
+  EXPECT_LE(LargestPatchError(picture.pixels), 3);
+  EXPECT_THAT(picture.notes, ElementsAre(HasSubstr("converted to sRGB")));
+}
+
 TEST_F(NamedPictures, AnAnimatedPngIsItsFirstPictureAndNamed) {
   Write("a.png", WithPngChunk(PngBytes(PatchPicture()), "acTL", std::string("\0\0\0\x02\0\0\0\0", 8)));
   const StoredPicture picture = ReadPicture(In("a.png"));
