@@ -16,6 +16,7 @@
 #include <ImfRgbaFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -256,6 +257,10 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   RequireLight(header, place.channels, path);
   if (Imf::hasEnvmap(header))
     throw Error("{}: is a panorama (its attribute envmap), which no lens made; {}", path, kFromPanorama);
+  if (Imf::hasMultiView(header) && Imf::multiView(header).size() > 1)
+    picture.notes.push_back(
+        fmt::format("it holds {} views ({}), of which the first is taken", Imf::multiView(header).size(),
+                    ExifText(fmt::format("{}", fmt::join(Imf::multiView(header), ", ")))));
   WarnOfPixelAspect(1, header.pixelAspectRatio(), picture);
   const Imath::Box2i shown = header.displayWindow(), data = header.dataWindow();
   const cv::Size2d claimed = SizeOf(data), shown_size = SizeOf(shown);

@@ -1,9 +1,13 @@
 #include "core/image/files/tiff_numbers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <vector>
 
 #include "core/image/image.h"
 
@@ -73,6 +77,16 @@ void CopyTiffRow(const TiffNumbers& numbers, const std::uint8_t* row, int count,
     CopySamples(numbers, row, count, block_channels, samples.ptr<float>(y) + at, channels);
 }
 
+cv::Mat FirstChannels(const cv::Mat& samples, int count) {
+  if (samples.channels() == count) return samples;
+  std::vector<cv::Mat> planes;
+  cv::split(samples, planes);
+  planes.resize(static_cast<std::size_t>(count));
+  cv::Mat first;
+  cv::merge(planes, first);
+  return first;
+}
+
 cv::Mat ThroughPalette(const cv::Mat& indices, const std::array<const std::uint16_t*, 3>& rgb, int count) {
   std::uint16_t most = 0;
   for (const std::uint16_t* color : rgb) most = std::max(most, *std::max_element(color, color + count));
@@ -120,6 +134,16 @@ bool ApplyTransferFunction(const std::array<const std::uint16_t*, 3>& rgb, cv::M
       }
     }
   return true;
+}
+
+void WarnOfUnusedBits(unsigned largest, int bits, StoredPicture& picture) {
+  constexpr int kFewestBits = 8;
+  const int used = std::bit_width(largest);
+  if (used < kFewestBits || used >= bits || largest + 1 != 1U << used) return;
+  picture.warnings.push_back(
+      fmt::format("its largest number is {} by its tag MaxSampleValue, of {} bits: its numbers are taken as "
+                  "they are, of {} bits; if it looks dark, multiply them by {}",
+                  largest, used, bits, 1U << (bits - used)));
 }
 
 void DivideByAlpha(const cv::Mat& alpha, cv::Mat& pixels) {

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
+#include "core/image/files/stored_picture.h"
+
 namespace ulf {
 
 struct TiffNumbers {
@@ -18,6 +20,8 @@ struct TiffNumbers {
 void CopyTiffRow(const TiffNumbers& numbers, const std::uint8_t* row, int count, int block_channels, int x,
                  int y, int first_channel, cv::Mat& samples);
 
+cv::Mat FirstChannels(const cv::Mat& samples, int count);
+
 // CV_8UC3 of indices (CV_8UC1). Red, green and blue of `count` colours; palettes have 16 bits, but a few programs write 8, in which
 // no entry is above 255.
 cv::Mat ThroughPalette(const cv::Mat& indices, const std::array<const std::uint16_t*, 3>& rgb, int count);
@@ -25,6 +29,9 @@ cv::Mat ThroughPalette(const cv::Mat& indices, const std::array<const std::uint1
 // Replaces numbers of 8 or 16 bits by those of sRGB, by the light, of 65535, of every number: of red, green and blue, or of the first
 // for all where the others are null. False where that is nearly sRGB itself: the pixels stay.
 bool ApplyTransferFunction(const std::array<const std::uint16_t*, 3>& rgb, cv::Mat& pixels);
+
+// Warns where the largest number that a file tells of (MaxSampleValue) is that of fewer bits than it has.
+void WarnOfUnusedBits(unsigned largest, int bits, StoredPicture& picture);
 
 // Colours that were multiplied by `alpha`, which has their depth.
 void DivideByAlpha(const cv::Mat& alpha, cv::Mat& pixels);

@@ -35,16 +35,6 @@ int KeepTiffError(TIFF*, void* kept, const char*, const char* format, std::va_li
 
 int IgnoreTiffWarning(TIFF*, void*, const char*, const char*, std::va_list) { return 1; }
 
-cv::Mat FirstChannels(const cv::Mat& samples, int count) {
-  if (samples.channels() == count) return samples;
-  std::vector<cv::Mat> planes;
-  cv::split(samples, planes);
-  planes.resize(static_cast<std::size_t>(count));
-  cv::Mat first;
-  cv::merge(planes, first);
-  return first;
-}
-
 // One page of a file, decoded step by step.
 class TiffPage {
  public:
@@ -388,6 +378,9 @@ StoredPicture TiffPage::Read() {
     }
   }
   if (picture.pixels.empty()) Colors(Samples(), picture);
+  if (std::uint16_t most = 0;
+      format_ == SAMPLEFORMAT_UINT && TIFFGetField(file_.get(), TIFFTAG_MAXSAMPLEVALUE, &most) == 1)
+    WarnOfUnusedBits(most, bits_, picture);
   picture.warnings.insert(picture.warnings.begin(), warnings_.begin(), warnings_.end());
   return picture;
 }

@@ -53,6 +53,7 @@ Imf::Header HeaderOf(const ExrPartLayout& part) {
   Imf::Header header(Imath::Box2i({0, 0}, {width - 1, height - 1}),
                      Imath::Box2i({-margin, -margin}, {width - 1 + margin, height - 1 + margin}));
   header.setName(part.name);
+  if (!part.views.empty()) Imf::addMultiView(header, part.views);
   header.pixelAspectRatio() = part.pixel_aspect;
   if (part.is_panorama) Imf::addEnvmap(header, Imf::ENVMAP_LATLONG);
   header.setType(part.tiles ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);

@@ -20,6 +20,7 @@ struct ExrPartLayout {
   bool tiles = false;
   bool is_panorama = false;  // by the attribute envmap
   float pixel_aspect = 1;
+  std::vector<std::string> views = {};  // the attribute multiView
   int margin =
       0;  // pixels by which the data window is larger than the display window on each side; negative: smaller
 };

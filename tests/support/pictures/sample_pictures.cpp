@@ -128,6 +128,7 @@ void WritePage(TIFF* file, const TiffLayout& layout, int width, int height, bool
   }
   if (!layout.icc.empty())
     TIFFSetField(file, TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(layout.icc.size()), layout.icc.data());
+  if (layout.most > 0) TIFFSetField(file, TIFFTAG_MAXSAMPLEVALUE, layout.most);
   if (layout.across > 0) {
     TIFFSetField(file, TIFFTAG_XRESOLUTION, layout.across);
     TIFFSetField(file, TIFFTAG_YRESOLUTION, layout.down);

@@ -38,6 +38,7 @@ struct TiffLayout {
   int further_pages = 0;
   std::string xmp = {};
   float across = 0, down = 0;  // pixels to an inch; 0: not said
+  int most = 0;                // the tag MaxSampleValue; 0: none
 };
 void WriteTiffSample(const std::filesystem::path& path, const TiffLayout& layout);
 

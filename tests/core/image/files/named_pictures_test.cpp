@@ -218,6 +218,22 @@ TEST_F(NamedPictures, PixelsThatAreNotSquareAreNamed) {
   EXPECT_THAT(ReadPicture(In("square.png")).warnings, IsEmpty()) << "but for rounding";
 }
 
+TEST_F(NamedPictures, BitsThatATiffDoesNotUseAreNamedByItsOwnWord) {
+  WriteTiffSample(In("a.tif"), {.bits = 16, .most = 4095});
+  EXPECT_THAT(ReadPicture(In("a.tif")).warnings,
+              ElementsAre(AllOf(HasSubstr("12 bits"), HasSubstr("by 16"))));
+  for (const int most : {65535, 40000, 1}) {
+    WriteTiffSample(In("a.tif"), {.bits = 16, .most = most});
+    EXPECT_THAT(ReadPicture(In("a.tif")).warnings, IsEmpty()) << most;
+  }
+}
+
+TEST_F(NamedPictures, TheViewsOfAnExrAreSaid) {
+  WriteExrSample(In("a.exr"), {{.channels = {"R", "G", "B", "right.R", "right.G", "right.B"},
+                                .views = {"left", "right"}}});
+  EXPECT_THAT(ReadPicture(In("a.exr")).notes, Contains(HasSubstr("2 views (left, right)")));
+}
+
 // A header of version 5, whose profile stands behind the pixels.
 TEST_F(NamedPictures, TheProfileOfABmpCounts) {
   const std::string icc = IccProfile("P3");
