@@ -12,6 +12,7 @@
 #include "core/base/host_time.h"
 #include "core/base/name_order.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_folder.h"
 #include "core/image/files/raw_file.h"
 
 namespace ulf::acquisition {
@@ -59,6 +60,17 @@ void RequireSize(CollectedViews& collected, const cv::Mat& gray, const std::stri
     throw Error(
         "{}: is {}x{}, the others are {}x{}: intrinsics belong to one size; calibrate each size separately",
         name, gray.cols, gray.rows, collected.width, collected.height);
+}
+
+[[noreturn]] void ThrowSizes(const std::vector<std::string>& files) {
+  std::vector<std::string> sizes;
+  for (const std::string& file : files) {
+    const cv::Size size = ReadImageSize(file);
+    sizes.push_back(fmt::format("{}x{}", size.width, size.height));
+  }
+  const OddOne odd = OddOneOut(sizes).value_or(OddOne{});
+  throw Error("{}: is {}, {} of {} are {}: intrinsics belong to one size; calibrate each size separately",
+              files[odd.odd], sizes[odd.odd], odd.usual_count, sizes.size(), sizes[odd.usual]);
 }
 
 constexpr const char* kNoPhotograph = "a photograph did not arrive";
@@ -230,6 +242,7 @@ CollectedViews CollectViews(const std::vector<std::string>& files, const Board& 
   for (std::size_t i = 0; i < files.size() && !options.stop(); ++i) {
     const Image image{ReadImageFile(files[i]), TransferOfFile(files[i])};
     const cv::Mat gray = GrayForTracking(image);
+    if (i > 0 && gray.size() != cv::Size(collected.width, collected.height)) ThrowSizes(files);
     RequireSize(collected, gray, files[i]);
     BoardView view = DetectBoard(board, gray);
     view.name = fs::path(files[i]).filename().string();
@@ -270,22 +283,12 @@ std::vector<std::string> ImagesIn(const std::vector<std::string>& paths) {
       continue;
     }
     if (!fs::is_directory(path)) throw Error("{}: there is no such file or folder", path);
-    std::vector<std::string> inside;
-    for (const auto& entry : fs::directory_iterator(path))
-      if (entry.is_regular_file() && HasImageEnding(entry.path()) &&
-          entry.path().filename().string()[0] != '.')
-        inside.push_back(entry.path().string());
-    std::string unread;
-    for (const auto& entry : std::filesystem::directory_iterator(path))
-      if (const auto words = UnreadPicture(entry.path()))
-        unread = fmt::format("{} is {}", entry.path().filename().string(), *words);
-    if (inside.empty() && !unread.empty())
-      throw Error("{}: the folder contains no images that are read: {}", path, unread);
-    if (inside.empty()) throw Error("{}: the folder contains no images; name another", path);
-    if (!unread.empty()) spdlog::warn("{}: files are left out: {}", path, unread);
-    LeaveOutRawTwins(inside);
-    std::sort(inside.begin(), inside.end(), NameOrder);
-    files.insert(files.end(), inside.begin(), inside.end());
+    const PictureFolder folder = PicturesIn(path);
+    if (folder.pictures.empty() && !folder.left_out.empty())
+      throw Error("{}: the folder contains no images that are read: {}", path, folder.LeftOut());
+    if (folder.pictures.empty()) throw Error("{}: the folder contains no images; name another", path);
+    for (const std::string& line : folder.left_out) spdlog::warn("{}: left out: {}", path, line);
+    for (const fs::path& file : folder.pictures) files.push_back(file.string());
   }
   return files;
 }

@@ -120,6 +120,7 @@ json RecordingHeaderToJson(const RecordingHeader& header) {
                  {"bus", device.bus},
                  {"pixel_aspect", device.pixel_aspect}}},
                {"takes_stills", header.takes_stills}};
+  if (!device.remark.empty()) line["device"]["remark"] = device.remark;
   if (header.window) line["sensor"] = WindowToJson(*header.window);
   AddCalibration(line, "", header.camera, header.flat_field, header.color_profile);
   AddCalibration(line, "still_", header.still_camera, header.still_flat_field, header.still_color_profile);
@@ -137,7 +138,8 @@ RecordingHeader RecordingHeaderFromJson(const JsonPlace& line) {
                    .model = device.Text("model", ""),
                    .serial = device.Text("serial", ""),
                    .bus = device.Text("bus", "files"),
-                   .problem = ""};
+                   .problem = "",
+                   .remark = device.Text("remark", "")};
   if (device.Has("pixel_aspect")) header.device.pixel_aspect = device.Positive("pixel_aspect");
   if (line.Has("sensor")) header.window = WindowFromJson({line.Raw("sensor"), line.where + ", sensor"});
   header.takes_stills = line.Has("takes_stills") && line.Raw("takes_stills") == true;

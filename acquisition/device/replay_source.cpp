@@ -7,7 +7,6 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <set>
 
 #include "core/base/atomic_file.h"
@@ -19,6 +18,7 @@
 #include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_end.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_folder.h"
 #include "core/image/files/raw_file.h"
 #include "core/light_field/light_field_io.h"
 #include "core/video/video_reader.h"
@@ -76,40 +76,41 @@ void PutInOrderOfTimes(const std::string& uri, std::vector<fs::path>& files) {
   std::rotate(files.begin(), first, files.end());
 }
 
-std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
+std::vector<fs::path> ImagesOfGlob(const ReplayOptions& options) {
   std::vector<fs::path> files;
   std::size_t others = 0;
-  std::map<std::string, std::size_t> unread;
   for (const auto& entry : fs::directory_iterator(options.path)) {
     if (!entry.is_regular_file()) continue;
-    const std::string name = entry.path().filename().string();
-    const bool chosen = options.glob ? fnmatch(options.glob->c_str(), name.c_str(), 0) == 0
-                                     : HasImageEnding(entry.path()) && name[0] != '.';
-    if (chosen)
+    if (fnmatch(options.glob->c_str(), entry.path().filename().c_str(), 0) == 0)
       files.push_back(entry.path());
     else
       ++others;
-    if (const auto words = UnreadPicture(entry.path()); words && !chosen && !options.glob) ++unread[*words];
   }
-  if (!options.glob) LeaveOutRawTwins(files);
-  if (files.empty() && options.glob)
+  if (files.empty())
     throw Error("{}: none of the {} files in the folder matches '{}'; correct ?glob= or leave it out",
                 options.uri, others, *options.glob);
-  if (files.empty() && !unread.empty())
-    throw Error("{}: the folder contains no images that are read: {} {} {}", options.uri,
-                Counted(unread.begin()->second, "file"), unread.begin()->second == 1 ? "is" : "are",
-                unread.begin()->first);
-  if (files.empty())
-    throw Error(
-        "{}: the folder contains no images ({} other files); name a folder of photographs, a video or a "
-        "light field",
-        options.uri, others);
-  for (const auto& [words, count] : unread)
-    spdlog::warn("{}: {} {} left out: {}", options.uri, Counted(count, "file"), count == 1 ? "is" : "are",
-                 words);
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return NameOrder(a.filename().string(), b.filename().string());
   });
+  return files;
+}
+
+std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
+  std::vector<fs::path> files;
+  if (options.glob) {
+    files = ImagesOfGlob(options);
+  } else {
+    PictureFolder folder = PicturesIn(options.path);
+    if (folder.pictures.empty() && !folder.left_out.empty())
+      throw Error("{}: the folder contains no images that are read: {}", options.uri, folder.LeftOut());
+    if (folder.pictures.empty())
+      throw Error(
+          "{}: the folder contains no images ({} other files); name a folder of photographs, a video or a "
+          "light field",
+          options.uri, folder.others);
+    for (const std::string& line : folder.left_out) spdlog::warn("{}: left out: {}", options.uri, line);
+    files = std::move(folder.pictures);
+  }
   PutInOrderOfTimes(options.uri, files);
   return files;
 }
@@ -131,14 +132,19 @@ void Develop(const fs::path& file, Frame& frame) {
 class FolderSource : public ReplaySource {
  public:
   explicit FolderSource(const ReplayOptions& options) : options_(options), files_(ImagesOf(options)) {
-    header_ = ReadImageHeader(files_.front().string());
+    std::vector<std::string> kinds;
     for (const fs::path& file : files_) {
       if (!ImageFileIsWhole(file.string()))
         throw Error("{}: the image is truncated; copy it again from its source, or remove it", file.string());
       const auto header = ReadImageHeader(file.string());
-      if (header != header_) ThrowMixed(file, header ? header->Text() : "another kind of file");
+      kinds.push_back(header ? header->Text() : "another kind of file");
     }
+    if (const auto odd = OddOneOut(kinds)) ThrowMixed(*odd, kinds);
+    header_ = ReadImageHeader(files_.front().string());
     first_ = Read(files_.front());
+    for (const std::string& line : said_)
+      remark_ +=
+          fmt::format("{}{}: {}", remark_.empty() ? "" : "; ", files_.front().filename().string(), line);
     if (!options.fps && files_.size() > 1)
       spdlog::info(
           "{}: images of a folder have no times; they are taken for {:g} a second, ?fps= says otherwise",
@@ -149,6 +155,11 @@ class FolderSource : public ReplaySource {
   std::string Describe() const override {
     return fmt::format("{}{}, {}x{}", Counted(files_.size(), "image"),
                        header_ ? " (" + header_->kind + ")" : "", first_.cols, first_.rows);
+  }
+  RecordingHeader Header() const override {
+    RecordingHeader header = ReplaySource::Header();
+    header.device.remark = remark_;
+    return header;
   }
   void Rewind() override { next_ = 0; }
   double Length() const override { return static_cast<double>(files_.size()); }
@@ -162,8 +173,7 @@ class FolderSource : public ReplaySource {
     else
       frame.image.pixels = next_ == 0 ? first_.clone() : Read(file);
     const cv::Mat& pixels = frame.image.pixels;
-    if (pixels.size() != first_.size() || pixels.type() != first_.type())
-      ThrowMixed(file, fmt::format("{}x{}, {} channels", pixels.cols, pixels.rows, pixels.channels()));
+    if (pixels.size() != first_.size() || pixels.type() != first_.type()) ThrowMixedPixels(pixels);
     if (!frame.raw) frame.image.transfer = options_.TransferOf(pixels);
     frame.id = next_;
     frame.device_time_s = options_.TimeOf(next_);
@@ -183,12 +193,29 @@ class FolderSource : public ReplaySource {
       if (said_.insert(warning).second) spdlog::warn("{}: {}", file.string(), warning);
     return picture.pixels;
   }
-  [[noreturn]] void ThrowMixed(const fs::path& file, const std::string& what) const {
-    const std::string first =
-        header_ ? header_->Text()
-                : fmt::format("{}x{}, {} channels", first_.cols, first_.rows, first_.channels());
-    throw Error("{}: mixed images: {} is {}, but {} is {}; choose one kind with ?glob=", options_.uri,
-                files_.front().string(), first, file.string(), what);
+  static std::string KindOf(const cv::Mat& pixels) {
+    return fmt::format("{}x{}, {} of {} bits", pixels.cols, pixels.rows,
+                       Counted(static_cast<std::size_t>(pixels.channels()), "channel"),
+                       8 * pixels.elemSize1());
+  }
+  // All pictures before this one are like the first.
+  [[noreturn]] void ThrowMixedPixels(const cv::Mat& pixels) {
+    constexpr std::size_t kLookedAt = 30;  // which kind is the usual one needs no more of them
+    std::vector<std::string> kinds(next_, KindOf(first_));
+    kinds.push_back(KindOf(pixels));
+    for (std::size_t i = next_ + 1; i < std::min(files_.size(), kLookedAt); ++i) try {
+        kinds.push_back(KindOf(Read(files_[i])));
+      } catch (const Error&) {
+        break;  // its own damage is said once the sizes agree
+      }
+    if (const auto odd = OddOneOut(kinds)) ThrowMixed(*odd, kinds);
+    throw Error("{}: mixed images", options_.uri);
+  }
+  [[noreturn]] void ThrowMixed(const OddOne& odd, const std::vector<std::string>& kinds) const {
+    throw Error("{}: mixed images: {} is {}, but {}{} {}; choose one kind with ?glob=", options_.uri,
+                files_[odd.odd].string(), kinds[odd.odd], files_[odd.usual].string(),
+                odd.usual_count == 1 ? " is" : fmt::format(" and {} more are", odd.usual_count - 1),
+                kinds[odd.usual]);
   }
 
   ReplayOptions options_;
@@ -196,6 +223,7 @@ class FolderSource : public ReplaySource {
   std::optional<ImageHeader> header_;
   cv::Mat first_;
   std::set<std::string> said_;
+  std::string remark_;  // what was said of the first picture
   std::size_t next_ = 0;
 };
 
@@ -217,6 +245,9 @@ class VideoSource : public ReplaySource {
   RecordingHeader Header() const override {
     RecordingHeader header = ReplaySource::Header();
     header.device.pixel_aspect = reader_->Facts().pixel_aspect;
+    for (const auto* lines : {&reader_->Facts().notes, &reader_->Facts().warnings})
+      for (const std::string& line : *lines)
+        header.device.remark += (header.device.remark.empty() ? "" : "; ") + line;
     return header;
   }
   double Length() const override { return reader_->Facts().frames; }

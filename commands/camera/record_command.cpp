@@ -37,6 +37,7 @@ struct RecordRun {
   double seconds = 0;
   bool lost = false;
   FrameSource source = FrameSource::kCamera;
+  std::string remark;  // of a replay: what is converted
 };
 
 bool IsComplete(const RecordArgs& args, std::uint64_t frames, double seconds) {
@@ -73,6 +74,7 @@ RecordRun Record(const RecordArgs& args) {
   Progress progress("record");
   RecordRun run;
   run.source = device->Source();
+  run.remark = device->Info().remark;
   bool paused = false;
   acquisition::RepeatedEvents repeated;
   std::uint64_t frames = 0;
@@ -121,6 +123,7 @@ int RunRecord(const RecordArgs& args) {
                                 {"mb_per_s", mb_per_s},      {"disk_s", summary.disk_s},
                                 {"problem", summary.problem}};
     json["device"] = commands::ToJson(run.device);
+    if (!run.remark.empty()) json["remark"] = run.remark;
     fmt::print("{}\n", JsonText(json));
   } else {
     fmt::print("{}: {}, {:.1f} MB in {:.1f} s ({:.1f} MB/s); {} left out{}\n", args.dir,

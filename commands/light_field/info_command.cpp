@@ -14,6 +14,7 @@
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
 #include "core/base/shell_word.h"
+#include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/light_field_io.h"
 
@@ -86,6 +87,11 @@ int RunInfo(const InfoArgs& args) {
     json["doubts"] = DoubtsJson(light_field);
     if (poses) json["poses"] = ToJson(*poses, light_field);
     if (light) json["light"] = ToJson(*light);
+    if (light)
+      for (const Conversion& conversion : ConversionsOf(light_field))
+        json["light"]["conversions"].push_back(
+            {{"photograph", conversion.file.lexically_relative(light_field.root).generic_string()},
+             {"words", conversion.words}});
     fmt::print("{}\n", JsonText(json));
   } else {
     fmt::print("{}{}{}{}{}", ToText(report), GeometryText(geometry, light_field),

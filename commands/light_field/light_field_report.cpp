@@ -578,6 +578,7 @@ std::string ToText(const LightCheck& check, FrameSource source) {
       Counted(check.views, "view"));
   if (check.most_clipped_view != 0)
     text += fmt::format(", {:.1f} % of view {}", 100 * check.most_clipped_share, check.most_clipped_view);
+  for (const auto& [id, why] : check.unread) text += fmt::format("\nnot read       {}", why);
   text += "\nlight          ";
   if (!check.not_compared.empty()) return text + "not compared: " + check.not_compared + "\n";
   if (check.drifts.empty() && check.wavers.empty())
@@ -593,6 +594,7 @@ nlohmann::json ToJson(const LightCheck& check) {
   nlohmann::json json{{"views", check.views},
                       {"pixels", check.pixels},
                       {"clipped", check.clipped_px},
+                      {"unread", nlohmann::json::array()},
                       {"compared", check.compared},
                       {"exposure_is_told", check.exposure_is_told},
                       {"not_compared", check.not_compared},
@@ -600,6 +602,7 @@ nlohmann::json ToJson(const LightCheck& check) {
                       {"wavers", nlohmann::json::array()}};
   for (const LampWaver& waver : check.wavers)
     json["wavers"].push_back({{"words", waver.Words()}, {"log_spread", waver.spread}});
+  for (const auto& [id, why] : check.unread) json["unread"].push_back({{"view", id}, {"words", why}});
   if (check.most_clipped_view != 0)
     json["most_clipped"] = {{"view", check.most_clipped_view}, {"share", check.most_clipped_share}};
   for (const LampDrift& drift : check.drifts)

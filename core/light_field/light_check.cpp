@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -14,6 +15,7 @@
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
+#include "core/image/files/picture_end.h"
 
 namespace ulf {
 namespace {
@@ -80,8 +82,20 @@ std::vector<LitView> ReadViews(const LightField& light_field, const LightCheckOp
         if (const auto bgr = light.At(img))
           out.points[point] = {std::log((*bgr)[0]) - *log_exposure, std::log((*bgr)[1]) - *log_exposure,
                                std::log((*bgr)[2]) - *log_exposure};
-    } catch (const Error&) {  // whoever renders it reports the damage
+    } catch (const Error& error) {
+      check.unread[view.id] = error.what();
     }
+  }
+  for (std::size_t n = 0, next = 0; n < views.size(); ++n) {
+    if (next < chosen.size() && chosen[next] == n) {
+      ++next;
+      continue;
+    }
+    const std::filesystem::path file = light_field.root / views[n].image_path;
+    std::error_code unknown;
+    if (std::filesystem::exists(file, unknown) && !ImageFileIsWhole(file))
+      check.unread[views[n].id] =
+          fmt::format("{}: the image is truncated; copy it again from its source", file.string());
   }
   return lit;
 }

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -52,7 +53,8 @@ struct LampWaver {
 };
 
 struct LightCheck {
-  std::size_t views = 0;                     // that were read
+  std::size_t views = 0;                   // that were read
+  std::map<int, std::string> unread = {};  // why a photograph cannot be read, in words that name it; by view
   std::uint64_t pixels = 0, clipped_px = 0;  // of these views
   int most_clipped_view = 0;                 // id; 0: none has clipped pixels
   double most_clipped_share = 0;
@@ -64,7 +66,7 @@ struct LightCheck {
 };
 
 // Looks at a hundred views at most, evenly chosen in time, the same ones whenever it is asked: another choice could come to
-// another verdict. Photographs that cannot be read are left out. Where no view has an exposure time, gains were found by overlaps
+// another verdict. Photographs that cannot be read are named, and so is a JPEG or PNG without its end among all others. Where no view has an exposure time, gains were found by overlaps
 // (coverage/session/record/exposure) and hide what a lamp's brightness did; its colour shows all the same.
 LightCheck CheckLight(const LightField& light_field, const LightCheckOptions& options = {});
 

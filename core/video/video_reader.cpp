@@ -9,6 +9,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/image/files/picture_projection.h"
 #include "core/video/container_end.h"
 #include "core/video/ffmpeg.h"
 #include "core/video/ffmpeg_calls.h"
@@ -171,6 +172,7 @@ struct VideoReader::State {
       throw Error(
           "{}: no picture could be decoded from the video{}; play it once in a viewer, or export it again",
           name, problem.empty() ? "" : " (" + problem + ")");
+    RequireOneLens();
     TellFacts();
     has_first = true;
   }
@@ -256,6 +258,27 @@ struct VideoReader::State {
     }
   }
 
+  // Of the stream, else of its pictures; null: there are none of this kind.
+  template <typename Facts>
+  const Facts* SideData(AVPacketSideDataType of_stream, AVFrameSideDataType of_picture) const {
+    if (const AVFrameSideData* data = Ffmpeg().av_frame_get_side_data(frame, of_picture))
+      return reinterpret_cast<const Facts*>(data->data);
+    return reinterpret_cast<const Facts*>(Ffmpeg().av_stream_get_side_data(&Stream(), of_stream, nullptr));
+  }
+
+  void RequireOneLens() const {
+    if (SideData<AVSphericalMapping>(AV_PKT_DATA_SPHERICAL, AV_FRAME_DATA_SPHERICAL))
+      throw Error("{}: is a panorama (it says that its pictures are spherical), which no lens made; {}", name,
+                  kFromPanorama);
+    if (const auto* stereo = SideData<AVStereo3D>(AV_PKT_DATA_STEREO3D, AV_FRAME_DATA_STEREO3D);
+        stereo && stereo->type != AV_STEREO3D_2D)
+      throw Error("{}: shows stereo pairs{}, which no single lens made; {}", name,
+                  stereo->type == AV_STEREO3D_SIDEBYSIDE  ? ", side by side"
+                  : stereo->type == AV_STEREO3D_TOPBOTTOM ? ", one above the other"
+                                                          : "",
+                  kFromStereoPair);
+  }
+
   void TellFacts() {
     stored = {frame->width, frame->height};
     try {
@@ -301,10 +324,7 @@ struct VideoReader::State {
   }
 
   void TellTurn() {
-    const std::uint8_t* data =
-        Ffmpeg().av_stream_get_side_data(&Stream(), AV_PKT_DATA_DISPLAYMATRIX, nullptr);
-    if (const AVFrameSideData* of_frame = Ffmpeg().av_frame_get_side_data(frame, AV_FRAME_DATA_DISPLAYMATRIX))
-      data = of_frame->data;
+    const auto* data = SideData<std::uint8_t>(AV_PKT_DATA_DISPLAYMATRIX, AV_FRAME_DATA_DISPLAYMATRIX);
     if (!data) return;
     std::array<std::int32_t, 9> matrix{};
     std::memcpy(matrix.data(), data, sizeof(matrix));

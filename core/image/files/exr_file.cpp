@@ -16,6 +16,7 @@
 #include <ImfRgbaFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -31,9 +32,11 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/files/exr_header.h"
+#include "core/image/files/float_numbers.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_colors.h"
+#include "core/image/files/picture_projection.h"
 
 namespace ulf {
 namespace {
@@ -257,6 +260,13 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   const ExrPicturePlace place = PlaceOfPicture(file, path, picture);
   const Imf::Header& header = file.header(place.part);
   RequireLight(header, place.channels, path);
+  if (Imf::hasEnvmap(header))
+    throw Error("{}: is a panorama (its attribute envmap), which no lens made; {}", path, kFromPanorama);
+  if (Imf::hasMultiView(header) && Imf::multiView(header).size() > 1)
+    picture.notes.push_back(
+        fmt::format("it holds {} views ({}), of which the first is taken", Imf::multiView(header).size(),
+                    ExifText(fmt::format("{}", fmt::join(Imf::multiView(header), ", ")))));
+  WarnOfPixelAspect(1, header.pixelAspectRatio(), picture);
   const Imath::Box2i shown = header.displayWindow(), data = header.dataWindow();
   const cv::Size2d claimed = SizeOf(data), shown_size = SizeOf(shown);
   RequireRoom(path, claimed, 3);
@@ -275,6 +285,7 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
     stored = ReadStored(file, place, size);
   }
   picture.pixels = InDisplay(stored, data, shown);
+  CheckFloatNumbers(picture);
   if (place.channels.has_alpha) {
     RequireRoom(path, claimed, 1);
     TakeOpacity(InDisplay(ReadOpacity(file, place, size), data, shown), picture);

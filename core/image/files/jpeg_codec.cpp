@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_colors.h"
+#include "core/image/files/picture_projection.h"
 
 extern "C" {
 #include <jpeglib.h>
@@ -95,6 +96,7 @@ struct Photograph {
   JOCTET* icc = nullptr;
   unsigned icc_bytes = 0;
   bool is_by_adobe = false;
+  int density[2] = {};  // of JFIF: across, down
 };
 
 void DecodePhotograph(jpeg_decompress_struct& decoder, Report& report, std::string_view bytes,
@@ -107,6 +109,10 @@ void DecodePhotograph(jpeg_decompress_struct& decoder, Report& report, std::stri
   jpeg_read_header(&decoder, TRUE);
   jpeg_read_icc_profile(&decoder, &photograph.icc, &photograph.icc_bytes);
   photograph.is_by_adobe = decoder.saw_Adobe_marker != FALSE;
+  if (decoder.saw_JFIF_marker != FALSE) {
+    photograph.density[0] = decoder.X_density;
+    photograph.density[1] = decoder.Y_density;
+  }
   int type = CV_8UC3;
   switch (decoder.jpeg_color_space) {
     case JCS_GRAYSCALE:
@@ -179,6 +185,8 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name) {
   if (report.damage[0] != '\0')
     picture.warnings.push_back(
         fmt::format("its data are damaged inside ({}): part of it is wrong", report.damage));
+  RequireOneLensOfJpeg(bytes, name, picture);
+  WarnOfPixelAspect(photograph.density[0], photograph.density[1], picture);
   const ExifFacts exif = ReadExif(std::string(bytes.substr(0, kExifBytes)));
   NoteOrientation(exif.orientation, picture);
   if (photograph.pixels.channels() == 4) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
@@ -75,6 +76,19 @@ void Apply(const Transform& transform, const cv::Mat& from, cv::Mat& to) {
                            static_cast<cmsUInt32Number>(to.step), 0, 0);
 }
 
+// 255 where a channel is not finite; empty: nowhere.
+cv::Mat WithoutLight(const cv::Mat& pixels) {
+  cv::Mat unlit(pixels.size(), CV_8UC1, cv::Scalar(0));
+  bool any = false;
+  for (int y = 0; y < pixels.rows; ++y)
+    for (int i = 0; i < pixels.cols * pixels.channels(); ++i)
+      if (!std::isfinite(pixels.ptr<float>(y)[i])) {
+        unlit.at<std::uint8_t>(y, i / pixels.channels()) = 255;
+        any = true;
+      }
+  return any ? unlit : cv::Mat();
+}
+
 // Linear sRGB in float, computed for each pixel; of whole numbers the library would interpolate between colours of a table, which is
 // wrong by up to twenty levels of 255 near the border of the gamut. Empty: the profile cannot be used.
 cv::Mat LinearBy(const Profile& profile, const cv::Mat& pixels) {
@@ -85,10 +99,13 @@ cv::Mat LinearBy(const Profile& profile, const cv::Mat& pixels) {
   if (!transform) return {};
   cv::Mat from, linear(pixels.size(), CV_MAKETYPE(CV_32F, channels));
   pixels.convertTo(from, CV_32F, 1 / FullScale(pixels.depth()));
+  const cv::Mat unlit = pixels.depth() == CV_32F ? WithoutLight(from) : cv::Mat();
+  if (!unlit.empty()) from.setTo(0, unlit);  // the library's curves are tables
   cv::parallel_for_({0, from.rows}, [&](const cv::Range& rows) {
     cv::Mat to = linear.rowRange(rows);
     Apply(transform, from.rowRange(rows), to);
   });
+  if (!unlit.empty()) linear.setTo(cv::Scalar::all(std::numeric_limits<double>::quiet_NaN()), unlit);
   return linear;
 }
 

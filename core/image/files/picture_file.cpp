@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <map>
 #include <mutex>
 #include <set>
-#include <string_view>
 #include <system_error>
 
 #include "core/base/atomic_file.h"
@@ -19,6 +17,7 @@
 #include "core/image/files/image_header.h"
 #include "core/image/files/jpeg_codec.h"
 #include "core/image/files/picture_end.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/rare_pictures.h"
 #include "core/image/files/raw_file.h"
@@ -27,69 +26,6 @@
 
 namespace ulf {
 namespace {
-
-enum class Kind {
-  kUnknown,
-  kPng,
-  kJpeg,
-  kTiff,
-  kExr,
-  kWebp,
-  kBmp,
-  kNetpbm,
-  kRadiance,
-  kHeif,
-  kJpegXl,
-  kJpeg2000,
-  kGif,
-  kPsd
-};
-
-Kind KindOf(const std::filesystem::path& path) {
-  std::array<char, 16> bytes{};
-  std::ifstream(path, std::ios::binary).read(bytes.data(), bytes.size());
-  const std::string_view head(bytes.data(), bytes.size());
-  if (head.starts_with("\x89PNG")) return Kind::kPng;
-  if (head.starts_with("\xFF\xD8")) return Kind::kJpeg;
-  for (const std::string_view tiff : {std::string_view("II*\0", 4), std::string_view("MM\0*", 4),
-                                      std::string_view("II+\0", 4), std::string_view("MM\0+", 4)})
-    if (head.starts_with(tiff)) return Kind::kTiff;
-  if (head.starts_with("v/1\x01")) return Kind::kExr;
-  if (head.starts_with("RIFF") && head.substr(8, 4) == "WEBP") return Kind::kWebp;
-  if (head.starts_with("#?")) return Kind::kRadiance;
-  if (head.starts_with("BM")) return Kind::kBmp;
-  constexpr std::string_view kNetpbmKinds = "123456Ff";
-  if (head[0] == 'P' && kNetpbmKinds.find(head[1]) != std::string_view::npos) return Kind::kNetpbm;
-  if (head.starts_with("GIF8")) return Kind::kGif;
-  if (head.starts_with("8BPS")) return Kind::kPsd;
-  if (head.starts_with("\xFF\x0A") || head.substr(4, 4) == "JXL ") return Kind::kJpegXl;
-  if (head.substr(4, 4) == "jP  ") return Kind::kJpeg2000;
-  static const std::set<std::string_view> kBrands = {"heic", "heix", "hevc", "mif1",
-                                                     "msf1", "heif", "avif", "avis"};
-  if (head.substr(4, 4) == "ftyp" && kBrands.contains(head.substr(8, 4))) return Kind::kHeif;
-  return Kind::kUnknown;
-}
-
-std::string WordsOf(Kind kind) {
-  switch (kind) {
-    case Kind::kHeif:
-      return "HEIC or AVIF, as telephones write it, which is not read; convert it to JPEG or PNG with "
-             "heif-convert (Linux) "
-             "or sips (macOS), or let the telephone write JPEG (iPhone: Camera, Formats, Most Compatible)";
-    case Kind::kJpegXl:
-      return "JPEG XL, which is not read; convert it to PNG with djxl";
-    case Kind::kJpeg2000:
-      return "JPEG 2000, which is not read; convert it to TIFF or PNG with opj_decompress";
-    case Kind::kGif:
-      return "GIF, which is not read; convert it to PNG";
-    case Kind::kPsd:
-      return "a document of Photoshop, which is not read; export it as TIFF or PNG";
-    default:
-      return "damaged, or of another kind than PNG, JPEG, TIFF, EXR, WebP, BMP, PBM, PGM, PPM, PFM, HDR and "
-             "raw; copy it "
-             "again from its source, or convert it (of a light field: ulf repair DIR)";
-  }
-}
 
 void RequireWholeFile(const std::string& path) {
   if (std::error_code unknown; std::filesystem::exists(path, unknown)) RequireRegularFile(path);
@@ -102,11 +38,12 @@ void RequireWholeFile(const std::string& path) {
 }
 
 // Before a decoder takes the memory that the file claims.
-void RequireRoomFor(const std::string& path, Kind kind) {
+void RequireRoomFor(const std::string& path, PictureKind kind) {
   const std::uintmax_t bytes = std::filesystem::file_size(path);
   constexpr double kBytesOfPixel =
       6;  // of the largest Netpbm; Radiance's floats are twice that, the others half
-  if (kind == Kind::kNetpbm || kind == Kind::kRadiance || kind == Kind::kBmp || kind == Kind::kWebp) {
+  if (kind == PictureKind::kNetpbm || kind == PictureKind::kRadiance || kind == PictureKind::kBmp ||
+      kind == PictureKind::kWebp) {
     std::ifstream file(path, std::ios::binary);
     const auto size = ClaimedSize(file);
     constexpr double kMostPx = 1 << 20;
@@ -117,7 +54,7 @@ void RequireRoomFor(const std::string& path, Kind kind) {
           "repair DIR)",
           path);
     RequirePixelsOfFile(path, bytes, size->area(), kBytesOfPixel);
-  } else if (kind != Kind::kExr && kind != Kind::kTiff) {
+  } else if (kind != PictureKind::kExr && kind != PictureKind::kTiff) {
     const auto header = ReadImageHeader(path);
     if (!header)
       throw Error(
@@ -129,24 +66,23 @@ void RequireRoomFor(const std::string& path, Kind kind) {
 }
 
 StoredPicture Decoded(const std::string& path) {
-  const Kind kind = KindOf(path);
-  if (kind == Kind::kUnknown || kind >= Kind::kHeif)
-    throw Error("{}: cannot be decoded as an image: it is {}", path, WordsOf(kind));
+  const PictureKind kind = KindOfPicture(path);
+  if (!IsRead(kind)) throw Error("{}: cannot be decoded as an image: it is {}", path, WordsOf(kind));
   RequireRoomFor(path, kind);
   switch (kind) {
-    case Kind::kPng:
+    case PictureKind::kPng:
       return ReadPng(ReadWholeFile(path), path);
-    case Kind::kJpeg:
+    case PictureKind::kJpeg:
       return ReadJpeg(ReadWholeFile(path), path);
-    case Kind::kTiff:
+    case PictureKind::kTiff:
       return ReadTiff(path);
-    case Kind::kExr:
+    case PictureKind::kExr:
       return ReadExrPicture(path);
-    case Kind::kWebp:
+    case PictureKind::kWebp:
       return ReadWebp(ReadWholeFile(path), path);
-    case Kind::kBmp:
+    case PictureKind::kBmp:
       return ReadBmp(ReadWholeFile(path), path);
-    case Kind::kNetpbm:
+    case PictureKind::kNetpbm:
       return ReadNetpbm(ReadWholeFile(path), path);
     default:
       return ReadRadiance(ReadWholeFile(path), path);
@@ -180,15 +116,15 @@ cv::Mat ReadImageFile(const std::string& path) {
 
 Transfer TransferOfFile(const std::filesystem::path& path) {
   if (IsRawFile(path)) return Transfer::kLinear;
-  switch (KindOf(path)) {
-    case Kind::kExr:
-    case Kind::kRadiance:
+  switch (KindOfPicture(path)) {
+    case PictureKind::kExr:
+    case PictureKind::kRadiance:
       return Transfer::kLinear;
-    case Kind::kTiff: {
+    case PictureKind::kTiff: {
       const auto header = ReadImageHeader(path.string());
       return header && header->is_float ? Transfer::kLinear : Transfer::kSrgb;
     }
-    case Kind::kNetpbm: {
+    case PictureKind::kNetpbm: {
       char kind[2] = {};
       std::ifstream(path, std::ios::binary).read(kind, sizeof kind);
       return kind[1] == 'F' || kind[1] == 'f' ? Transfer::kLinear : Transfer::kSrgb;
@@ -200,19 +136,19 @@ Transfer TransferOfFile(const std::filesystem::path& path) {
 
 bool HasAlphaChannel(const std::filesystem::path& path) {
   if (IsRawFile(path)) return false;
-  switch (KindOf(path)) {
-    case Kind::kPng:
-    case Kind::kTiff: {
+  switch (KindOfPicture(path)) {
+    case PictureKind::kPng:
+    case PictureKind::kTiff: {
       const auto header = ReadImageHeader(path.string());
       return header && header->alpha;
     }
-    case Kind::kExr:
+    case PictureKind::kExr:
       try {
         return HasExrAlpha(path.string());
       } catch (const Error&) {
         return false;  // whoever reads it says why
       }
-    case Kind::kWebp: {
+    case PictureKind::kWebp: {
       std::array<char, 256> head{};
       std::ifstream file(path, std::ios::binary);
       file.read(head.data(), head.size());
@@ -239,20 +175,15 @@ cv::Size ReadImageSize(const std::string& path) {
 }
 
 bool HasImageEnding(const std::filesystem::path& path) {
-  static const std::set<std::string> kEndings = {".png",  ".jpg", ".jpeg", ".jpe", ".jfif", ".tif",
-                                                 ".tiff", ".bmp", ".webp", ".exr", ".ppm",  ".pgm",
-                                                 ".pbm",  ".pnm", ".pfm",  ".hdr"};
+  static const std::set<std::string> kEndings = {".png", ".jpg",  ".jpeg", ".jpe",  ".jfif", ".mpo",
+                                                 ".tif", ".tiff", ".bmp",  ".webp", ".exr",  ".ppm",
+                                                 ".pgm", ".pbm",  ".pnm",  ".pfm",  ".hdr"};
   return kEndings.contains(Lowercase(path.extension().string())) || IsRawFile(path);
 }
 
 std::optional<std::string> UnreadPicture(const std::filesystem::path& path) {
-  static const std::map<std::string, Kind> kEndings = {
-      {".heic", Kind::kHeif},    {".heif", Kind::kHeif},    {".hif", Kind::kHeif},
-      {".avif", Kind::kHeif},    {".jxl", Kind::kJpegXl},   {".jp2", Kind::kJpeg2000},
-      {".j2k", Kind::kJpeg2000}, {".jpx", Kind::kJpeg2000}, {".gif", Kind::kGif},
-      {".psd", Kind::kPsd},      {".psb", Kind::kPsd}};
-  const auto kind = kEndings.find(Lowercase(path.extension().string()));
-  return kind == kEndings.end() ? std::nullopt : std::optional(WordsOf(kind->second));
+  const PictureKind kind = UnreadKindByEnding(path);
+  return kind == PictureKind::kUnknown ? std::nullopt : std::optional(WordsOf(kind));
 }
 
 void WritePictureFile(const std::string& path, const cv::Mat& srgb8) {

@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_colors.h"
+#include "core/image/files/picture_projection.h"
 
 namespace ulf {
 namespace {
@@ -25,8 +26,9 @@ struct PngInput {
 struct PngContent {
   cv::Mat pixels;  // as libpng gives them: grey, grey and alpha, B G R, or B G R A
   ColorClaim claim;
-  bool is_srgb = false, has_code = false;
-  std::string exif;
+  bool is_srgb = false, has_code = false, is_animated = false;
+  std::string exif, xmp;
+  png_uint_32 density[2] = {};     // pixels to a metre or another length, across and down
   std::array<png_byte, 4> code{};  // cICP: primaries, curve, matrix, range
   std::array<char, 256> error{}, profile_problem{};
 };
@@ -53,14 +55,22 @@ void ReadBytes(png_structp png, png_bytep to, std::size_t size) {
 void ReadClaim(png_structp png, png_infop info, PngContent& content) {
   png_unknown_chunkp unknown = nullptr;
   const int count = png_get_unknown_chunks(png, info, &unknown);
-  for (int i = 0; i < count; ++i)
+  for (int i = 0; i < count; ++i) {
+    if (std::memcmp(unknown[i].name, "acTL", 4) == 0) content.is_animated = true;
     if (std::memcmp(unknown[i].name, "cICP", 4) == 0 && unknown[i].size == content.code.size()) {
       content.has_code = true;
       std::memcpy(content.code.data(), unknown[i].data, content.code.size());
     }
+  }
   png_bytep exif = nullptr;
   if (png_uint_32 exif_bytes = 0; png_get_eXIf_1(png, info, &exif_bytes, &exif) != 0)
     content.exif.assign(reinterpret_cast<const char*>(exif), exif_bytes);
+  int unit = 0;
+  png_get_pHYs(png, info, &content.density[0], &content.density[1], &unit);
+  png_textp texts = nullptr;
+  const int text_count = png_get_text(png, info, &texts, nullptr);
+  for (int i = 0; i < text_count; ++i)
+    if (std::strcmp(texts[i].key, "XML:com.adobe.xmp") == 0) content.xmp = texts[i].text;
   png_charp name = nullptr;
   png_bytep profile = nullptr;
   png_uint_32 size = 0;
@@ -91,7 +101,8 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
 // libpng reports an error by a longjmp out of this function: nothing here may have a destructor. The same holds for Encode().
 bool DecodePng(png_structp png, png_infop info, PngContent& content) {
   if (setjmp(png_jmpbuf(png))) return false;
-  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_ALWAYS, reinterpret_cast<png_const_bytep>("cICP"), 1);
+  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_ALWAYS, reinterpret_cast<png_const_bytep>("cICP\0acTL"),
+                              2);
   png_read_info(png, info);
   ReadClaim(png, info, content);
   png_set_expand(png);
@@ -194,6 +205,7 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
         "repair "
         "DIR)",
         name, content.error.data());
+  RequireOneLens(content.xmp, name);
   StoredPicture picture;
   const int channels = content.pixels.channels();
   if (channels == 2 || channels == 4) {
@@ -207,6 +219,10 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
   }
   if (!content.exif.empty())
     NoteOrientation(ReadExif(std::string("Exif\0\0", 6) + content.exif).orientation, picture);
+  WarnOfPixelAspect(content.density[0], content.density[1], picture);
+  if (content.is_animated)
+    picture.warnings.emplace_back(
+        "it is animated (APNG): its first picture is taken, export the others as files of their own");
   if (content.profile_problem[0] != '\0' && content.claim.icc.empty() && !content.has_code)
     picture.warnings.push_back(
         fmt::format("its colour profile cannot be used ({}): its colours are taken for sRGB",

@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/image/files/claimed_size.h"
+#include "core/image/files/float_numbers.h"
 #include "core/image/files/picture_colors.h"
 #include "core/video/ffmpeg.h"
 #include "core/video/ffmpeg_calls.h"
@@ -181,6 +182,7 @@ StoredPicture ReadPfm(std::string_view bytes, const std::string& name) {
   StoredPicture picture;
   cv::flip(rows, picture.pixels, 0);
   if (rows.channels() == 3) cv::cvtColor(picture.pixels, picture.pixels, cv::COLOR_RGB2BGR);
+  CheckFloatNumbers(picture);
   return picture;
 }
 
@@ -250,7 +252,14 @@ StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
                         (number(kCodingAt) == kRuns8 || number(kCodingAt) == kRuns4);
   if (has_runs && std::max(number(kFileBytesAt), number(kPixelsAt) + number(kPixelBytesAt)) > bytes.size())
     RefuseDamagedPicture(name, "its pixels end too early");
-  return FromFrame(*DecodeOne(AV_CODEC_ID_BMP, bytes, name), name);
+  StoredPicture picture = FromFrame(*DecodeOne(AV_CODEC_ID_BMP, bytes, name), name);
+  // Of version 5 of the header: a profile in the file, whose place counts from the header.
+  constexpr std::size_t kSpaceAt = 70, kProfileAt = 126, kProfileBytesAt = 130;
+  constexpr std::uint64_t kVersion5 = 124, kEmbedded = 0x4D424544;  // MBED
+  if (const std::uint64_t at = kHeaderBytesAt + number(kProfileAt);
+      number(kHeaderBytesAt) >= kVersion5 && number(kSpaceAt) == kEmbedded && at < bytes.size())
+    ConvertToSrgb({.icc = std::string(bytes.substr(at, number(kProfileBytesAt)))}, picture);
+  return picture;
 }
 
 StoredPicture ReadNetpbm(std::string_view bytes, const std::string& name) {
@@ -283,6 +292,7 @@ StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
   if (!rgb) RefuseDamagedPicture(name, stbi_failure_reason());
   StoredPicture picture;
   cv::cvtColor(cv::Mat(height, width, CV_32FC3, rgb.get()), picture.pixels, cv::COLOR_RGB2BGR);
+  CheckFloatNumbers(picture);
   ApplyRadianceHeader(bytes.substr(0, size_at), picture);
   return picture;
 }

@@ -4,19 +4,21 @@
 #include <tiffio.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdarg>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/image/files/float_numbers.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_colors.h"
+#include "core/image/files/picture_projection.h"
+#include "core/image/files/tiff_numbers.h"
 #include "core/image/image.h"
 
 namespace ulf {
@@ -32,15 +34,6 @@ int KeepTiffError(TIFF*, void* kept, const char*, const char* format, std::va_li
 }
 
 int IgnoreTiffWarning(TIFF*, void*, const char*, const char*, std::va_list) { return 1; }
-
-double FloatOf24Bits(std::uint32_t bits) {
-  const int exponent = static_cast<int>(bits >> 16 & 0x7F);
-  const double fraction = bits & 0xFFFF, sign = (bits & 0x800000) != 0 ? -1 : 1;
-  constexpr int kBias = 63, kFractionBits = 16, kLast = 127;
-  if (exponent == kLast) return fraction == 0 ? sign * INFINITY : NAN;
-  return exponent == 0 ? sign * std::ldexp(fraction, 1 - kBias - kFractionBits)
-                       : sign * std::ldexp(fraction + 65536.0, exponent - kBias - kFractionBits);
-}
 
 // One page of a file, decoded step by step.
 class TiffPage {
@@ -78,6 +71,13 @@ class TiffPage {
     return TIFFGetFieldDefaulted(file_.get(), tag, &value) == 1 ? value : otherwise;
   }
 
+  std::string_view Bytes(std::uint32_t tag) {
+    std::uint32_t size = 0;
+    void* bytes = nullptr;
+    if (TIFFGetField(file_.get(), tag, &size, &bytes) != 1) return {};
+    return {static_cast<const char*>(bytes), size};
+  }
+
   void ChoosePage();
   void ChooseInside();
   void ReadTags();
@@ -85,14 +85,12 @@ class TiffPage {
   cv::Mat Samples();
   void CopyBlock(const std::vector<std::uint8_t>& block, std::size_t row_bytes, const cv::Rect& place,
                  int first_channel, int block_channels, cv::Mat& samples) const;
-  template <typename Number>
-  void CopyRow(const std::uint8_t* row, int count, int block_channels, Number* to, int stride) const;
   cv::Mat DecodedByLibrary();
   void Colors(const cv::Mat& samples, StoredPicture& picture);
   void Alpha(const cv::Mat& samples, int colors, StoredPicture& picture);
   cv::Mat FromPalette(const cv::Mat& indices);
   ColorClaim Claim();
-  void ApplyTransferFunction(StoredPicture& picture);
+  void TakeTransferFunction(StoredPicture& picture);
   std::optional<std::array<double, 2>> White();
 
   const std::string path_;
@@ -198,60 +196,12 @@ int TiffPage::StoredDepth() const {
   }
 }
 
-// Samples of a row to every `stride`th number of `to`. Whole numbers are spread to full scale, but for indices and such.
-template <typename Number>
-void TiffPage::CopyRow(const std::uint8_t* row, int count, int block_channels, Number* to, int stride) const {
-  const int samples = count * block_channels;
-  const auto put = [&](int i, Number value) { to[i / block_channels * stride + i % block_channels] = value; };
-  const auto at = [&]<typename T>(int i, T) {
-    T value;
-    std::memcpy(&value, row + static_cast<std::size_t>(i) * sizeof(T), sizeof(T));
-    return value;
-  };
-  if (format_ == SAMPLEFORMAT_IEEEFP) {
-    for (int i = 0; i < samples; ++i) {
-      double value = 0;
-      if (bits_ == 16)
-        value = static_cast<float>(at(i, cv::float16_t()));
-      else if (bits_ == 24)
-        value = FloatOf24Bits(row[3 * i] | row[3 * i + 1] << 8 |
-                              static_cast<std::uint32_t>(row[3 * i + 2]) << 16);
-      else
-        value = bits_ == 32 ? static_cast<double>(at(i, float())) : at(i, double());
-      put(i, static_cast<Number>(value));
-    }
-    return;
-  }
-  if (bits_ == 8 || bits_ == 16 || bits_ == 32) {
-    constexpr int kToSixteen = 16;
-    for (int i = 0; i < samples; ++i)
-      put(i, static_cast<Number>(bits_ == 8    ? row[i]
-                                 : bits_ == 16 ? at(i, std::uint16_t())
-                                               : at(i, std::uint32_t()) >> kToSixteen));
-    return;
-  }
-  const std::uint32_t most = (1U << bits_) - 1;
-  const bool is_index = light_ == PHOTOMETRIC_PALETTE;
-  const std::uint32_t full = sizeof(Number) == 1 ? 255 : 65535;
-  for (int i = 0, bit = 0; i < samples; ++i, bit += bits_) {
-    std::uint32_t value = 0;
-    for (int b = bit; b < bit + bits_; ++b) value = value << 1 | (row[b / 8] >> (7 - b % 8) & 1U);
-    put(i, static_cast<Number>(is_index ? value : (value * full + most / 2) / most));
-  }
-}
-
 void TiffPage::CopyBlock(const std::vector<std::uint8_t>& block, std::size_t row_bytes, const cv::Rect& place,
                          int first_channel, int block_channels, cv::Mat& samples) const {
-  for (int y = 0; y < place.height; ++y) {
-    const std::uint8_t* row = block.data() + static_cast<std::size_t>(y) * row_bytes;
-    const int at = place.x * channels_ + first_channel;
-    if (samples.depth() == CV_8U)
-      CopyRow(row, place.width, block_channels, samples.ptr<std::uint8_t>(place.y + y) + at, channels_);
-    else if (samples.depth() == CV_16U)
-      CopyRow(row, place.width, block_channels, samples.ptr<std::uint16_t>(place.y + y) + at, channels_);
-    else
-      CopyRow(row, place.width, block_channels, samples.ptr<float>(place.y + y) + at, channels_);
-  }
+  const TiffNumbers numbers{bits_, format_ == SAMPLEFORMAT_IEEEFP, light_ == PHOTOMETRIC_PALETTE};
+  for (int y = 0; y < place.height; ++y)
+    CopyTiffRow(numbers, block.data() + static_cast<std::size_t>(y) * row_bytes, place.width, block_channels,
+                place.x, place.y + y, first_channel, samples);
 }
 
 cv::Mat TiffPage::Samples() {
@@ -306,25 +256,11 @@ cv::Mat TiffPage::DecodedByLibrary() {
   return bgr;
 }
 
-// Palettes have 16 bits; a few programs write 8, in which no entry is above 255.
 cv::Mat TiffPage::FromPalette(const cv::Mat& indices) {
   std::uint16_t *red = nullptr, *green = nullptr, *blue = nullptr;
   if (bits_ > 8 || TIFFGetField(file_.get(), TIFFTAG_COLORMAP, &red, &green, &blue) != 1)
     RefuseKind("with a palette of another kind than 8 bits", "write it as RGB");
-  const int count = 1 << bits_;
-  std::uint16_t most = 0;
-  for (int i = 0; i < count; ++i) most = std::max({most, red[i], green[i], blue[i]});
-  const int divisor = most > 255 ? 257 : 1;
-  const auto level = [&](std::uint16_t value) {
-    return cv::saturate_cast<std::uint8_t>((value + divisor / 2) / divisor);
-  };
-  cv::Mat bgr(indices.size(), CV_8UC3);
-  for (int y = 0; y < bgr.rows; ++y)
-    for (int x = 0; x < bgr.cols; ++x) {
-      const int i = indices.at<std::uint8_t>(y, x);
-      bgr.at<cv::Vec3b>(y, x) = {level(blue[i]), level(green[i]), level(red[i])};
-    }
-  return bgr;
+  return ThroughPalette(indices, {red, green, blue}, 1 << bits_);
 }
 
 std::optional<std::array<double, 2>> TiffPage::White() {
@@ -334,13 +270,8 @@ std::optional<std::array<double, 2>> TiffPage::White() {
 }
 
 ColorClaim TiffPage::Claim() {
-  std::uint32_t size = 0;
-  void* profile = nullptr;
-  ColorClaim claim;
-  if (TIFFGetField(file_.get(), TIFFTAG_ICCPROFILE, &size, &profile) == 1 && size > 0) {
-    claim.icc.assign(static_cast<const char*>(profile), size);
-    return claim;
-  }
+  ColorClaim claim{.icc = std::string(Bytes(TIFFTAG_ICCPROFILE))};
+  if (!claim.icc.empty()) return claim;
   float* colors = nullptr;
   if (const auto white = White();
       white && TIFFGetField(file_.get(), TIFFTAG_PRIMARYCHROMATICITIES, &colors) == 1)
@@ -360,20 +291,7 @@ void TiffPage::Alpha(const cv::Mat& samples, int colors, StoredPicture& picture)
   cv::extractChannel(samples, picture.alpha, colors);
   if (kind != EXTRASAMPLE_ASSOCALPHA) return;
   picture.notes.emplace_back("its colours are multiplied by its alpha, which is taken back");
-  const double full = FullScale(picture.pixels.depth());
-  const auto divide = [&]<typename Number>(Number) {
-    for (int y = 0; y < picture.pixels.rows; ++y)
-      for (int x = 0; x < picture.pixels.cols; ++x) {
-        const double opaque = static_cast<double>(picture.alpha.at<Number>(y, x)) / full;
-        auto* pixel = picture.pixels.ptr<Number>(y) + x * colors;
-        if (opaque > 0 && opaque < 1)
-          for (int c = 0; c < colors; ++c)
-            pixel[c] = cv::saturate_cast<Number>(static_cast<double>(pixel[c]) / opaque);
-      }
-  };
-  if (picture.pixels.depth() == CV_8U) divide(std::uint8_t());
-  if (picture.pixels.depth() == CV_16U) divide(std::uint16_t());
-  if (picture.pixels.depth() == CV_32F) divide(float());
+  DivideByAlpha(picture.alpha, picture.pixels);
 }
 
 void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
@@ -381,18 +299,6 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
   const auto require = [&](int channels) {
     if (channels_ < channels)
       RefuseKind(fmt::format("of {} channels where its colours need {}", channels_, channels), as_rgb);
-  };
-  const auto first_three = [&](int code) {
-    cv::Mat colors, rest = samples;
-    if (channels_ > 3) {
-      std::vector<cv::Mat> planes;
-      cv::split(samples, planes);
-      planes.resize(3);
-      cv::merge(planes, rest);
-    }
-    if (code < 0) return rest;
-    cv::cvtColor(rest, colors, code);
-    return colors;
   };
   switch (light_) {
     case PHOTOMETRIC_MINISWHITE:
@@ -408,29 +314,23 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
     case PHOTOMETRIC_RGB:
     case PHOTOMETRIC_YCBCR:  // made RGB by the decoder of JPEG
       require(3);
-      picture.pixels = first_three(cv::COLOR_RGB2BGR);
+      cv::cvtColor(FirstChannels(samples, 3), picture.pixels, cv::COLOR_RGB2BGR);
       Alpha(samples, 3, picture);
       break;
     case PHOTOMETRIC_PALETTE:
       cv::extractChannel(samples, picture.pixels, 0);
       picture.pixels = FromPalette(picture.pixels);
       break;
-    case PHOTOMETRIC_SEPARATED: {
+    case PHOTOMETRIC_SEPARATED:
       require(4);
       if (samples.depth() == CV_32F) RefuseKind("of inks in floating point", as_rgb);
-      std::vector<cv::Mat> planes;
-      cv::split(samples, planes);
-      planes.resize(4);
-      cv::Mat inks;
-      cv::merge(planes, inks);
-      picture.pixels = SrgbOfInks(inks, false, Claim().icc, picture);
+      picture.pixels = SrgbOfInks(FirstChannels(samples, 4), false, Claim().icc, picture);
       return;
-    }
     case PHOTOMETRIC_CIELAB:
     case PHOTOMETRIC_ICCLAB:
       require(3);
       if (samples.depth() == CV_32F) RefuseKind("of CIE L*a*b* in floating point", as_rgb);
-      picture.pixels = SrgbOfLab(first_three(-1), light_ == PHOTOMETRIC_CIELAB, White());
+      picture.pixels = SrgbOfLab(FirstChannels(samples, 3), light_ == PHOTOMETRIC_CIELAB, White());
       picture.notes.emplace_back("its colours are CIE L*a*b* and converted to sRGB");
       return;
     case PHOTOMETRIC_CFA:
@@ -441,55 +341,34 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
     case PHOTOMETRIC_LOGLUV:
       require(3);
       // X, Y, Z of the light itself, as programs write it that take sRGB's white for granted (OpenCV among them).
-      cv::cvtColor(first_three(-1), picture.pixels, cv::COLOR_XYZ2BGR);
+      cv::cvtColor(FirstChannels(samples, 3), picture.pixels, cv::COLOR_XYZ2BGR);
       return;
     default:
       RefuseKind(fmt::format("of another kind of colours (photometric interpretation {})", light_), as_rgb);
   }
+  CheckFloatNumbers(picture);
   const ColorClaim claim = Claim();
-  if (claim.icc.empty() && light_ != PHOTOMETRIC_PALETTE) ApplyTransferFunction(picture);
+  if (claim.icc.empty() && light_ != PHOTOMETRIC_PALETTE) TakeTransferFunction(picture);
   ConvertToSrgb(claim, picture);
 }
 
-// The tag TransferFunction: the light, of 65535, of every number.
-void TiffPage::ApplyTransferFunction(StoredPicture& picture) {
+void TiffPage::TakeTransferFunction(StoredPicture& picture) {
   std::uint16_t* curves[3] = {};
   if (picture.pixels.depth() == CV_32F || (bits_ != 8 && bits_ != 16) ||
-      TIFFGetField(file_.get(), TIFFTAG_TRANSFERFUNCTION, &curves[0], &curves[1], &curves[2]) != 1)
+      TIFFGetField(file_.get(), TIFFTAG_TRANSFERFUNCTION, &curves[0], &curves[1], &curves[2]) != 1 ||
+      !ApplyTransferFunction({curves[0], curves[1], curves[2]}, picture.pixels))
     return;
-  const int channels = picture.pixels.channels(), count = 1 << bits_;
-  const double full = count - 1;
-  cv::Mat tables(1, count, picture.pixels.type());
-  double largest = 0;
-  for (int i = 0; i < count; ++i)
-    for (int c = 0; c < channels; ++c) {
-      const std::uint16_t* curve = channels == 3 && curves[2 - c] ? curves[2 - c] : curves[0];
-      const double level = full * SrgbFromLinear(static_cast<float>(curve[i] / 65535.0));
-      largest = std::max(largest, std::abs(level - i) / full);
-      if (bits_ == 8)
-        tables.ptr<std::uint8_t>()[i * channels + c] = cv::saturate_cast<std::uint8_t>(level);
-      else
-        tables.ptr<std::uint16_t>()[i * channels + c] = cv::saturate_cast<std::uint16_t>(level);
-    }
-  constexpr double kNearSrgb =
-      0.035;  // an exponent of 2.2, which the tag means where it is absent, differs by as much
-  if (largest < kNearSrgb) return;
-  for (int y = 0; y < picture.pixels.rows; ++y)
-    for (int i = 0; i < picture.pixels.cols * channels; ++i) {
-      if (bits_ == 8) {
-        auto& number = picture.pixels.ptr<std::uint8_t>(y)[i];
-        number = tables.ptr<std::uint8_t>()[number * channels + i % channels];
-      } else {
-        auto& number = picture.pixels.ptr<std::uint16_t>(y)[i];
-        number = tables.ptr<std::uint16_t>()[number * channels + i % channels];
-      }
-    }
   picture.notes.emplace_back("its numbers have a transfer function of their own and are converted to sRGB");
 }
 
 StoredPicture TiffPage::Read() {
+  RequireOneLens(Bytes(TIFFTAG_XMLPACKET), path_);
   StoredPicture picture;
   NoteOrientation(Short(TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT), picture);
+  float across = 0, down = 0;
+  if (TIFFGetField(file_.get(), TIFFTAG_XRESOLUTION, &across) == 1 &&
+      TIFFGetField(file_.get(), TIFFTAG_YRESOLUTION, &down) == 1)
+    WarnOfPixelAspect(across, down, picture);
   if (light_ == PHOTOMETRIC_YCBCR) {
     if (Short(TIFFTAG_COMPRESSION, COMPRESSION_NONE) == COMPRESSION_JPEG) {
       TIFFSetField(file_.get(), TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
@@ -499,6 +378,9 @@ StoredPicture TiffPage::Read() {
     }
   }
   if (picture.pixels.empty()) Colors(Samples(), picture);
+  if (std::uint16_t most = 0;
+      format_ == SAMPLEFORMAT_UINT && TIFFGetField(file_.get(), TIFFTAG_MAXSAMPLEVALUE, &most) == 1)
+    WarnOfUnusedBits(most, bits_, picture);
   picture.warnings.insert(picture.warnings.begin(), warnings_.begin(), warnings_.end());
   return picture;
 }

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/image/files/jpeg_file.h"
 #include "core/image/files/picture_colors.h"
+#include "core/image/files/picture_projection.h"
 
 namespace ulf {
 namespace {
@@ -54,6 +55,7 @@ StoredPicture ReadWebp(std::string_view bytes, const std::string& name) {
         "{}: the image is truncated or damaged; copy it again from its source (of a light field: ulf repair "
         "DIR)",
         name);
+  RequireOneLens(ChunkOfWebp(bytes, "XMP "), name);
   StoredPicture picture;
   picture.pixels = pixels;
   if (pixels.channels() == 4) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <iterator>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -15,10 +16,12 @@
 #include "core/base/output_path.h"
 #include "core/base/parallel_for.h"
 #include "core/image/files/exr_file.h"
+#include "core/image/files/picture_file.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/raw_file.h"
 #include "core/light_field/exchange/colmap_binary.h"
 #include "core/light_field/exchange/colmap_text.h"
+#include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/image_names.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/transforms_json.h"
@@ -163,6 +166,7 @@ cv::Mat WithAlpha(const cv::Mat& bgr, const cv::Mat& alpha) {
 struct Files {
   std::vector<std::pair<fs::path, std::string>> contents;
   bool copied = false;
+  StoredPicture stored = {};  // of what is copied, without its pixels
 };
 
 class Pictures {
@@ -177,9 +181,21 @@ class Pictures {
   Files Of(std::size_t index) const {
     const View &view = from_.views[index], &exported = to_.views[index];
     const bool stays = StaysAsItIs(view, cameras_);
-    Image image = ReadRecordedImage(from_, view);  // checked, too
     const fs::path original = from_.root / view.image_path;
+    const bool is_raw = IsRawFile(original);  // no other program takes it
     Files files;
+    files.copied = stays && !is_raw && masks_ != FormRules::Masks::kAlpha && fs::is_regular_file(original);
+    Image image;
+    if (files.copied) {
+      files.stored = ReadPicture(original.string());
+      files.stored.alpha.release();
+    }
+    // Warnings and a wrong size are said by the light field's own reader.
+    const CameraModel& camera = from_.CameraOf(view);
+    if (!files.copied || !files.stored.warnings.empty() ||
+        files.stored.pixels.size() != cv::Size(camera.width, camera.height))
+      image = ReadRecordedImage(from_, view);
+    files.stored.pixels.release();
     if (masks_ == FormRules::Masks::kAlpha) {
       cv::Mat pixels = Srgb8(image), mask = MaskOf(from_, view);
       if (pixels.channels() == 1) cv::cvtColor(pixels, pixels, cv::COLOR_GRAY2BGR);
@@ -190,9 +206,7 @@ class Pictures {
       files.contents.emplace_back(folder_ / exported.image_path, PngBytes(WithAlpha(pixels, mask)));
       return files;
     }
-    const bool is_raw = IsRawFile(original);  // no other program takes it
     if (is_raw) image.pixels = Srgb8(image);
-    files.copied = stays && !is_raw && fs::is_regular_file(original);
     files.contents.emplace_back(folder_ / exported.image_path,
                                 files.copied
                                     ? ReadWholeFile(original)
@@ -221,6 +235,7 @@ class Pictures {
 // Makes a few at a time on all processors, then writes them in order.
 void WritePictures(const Pictures& pictures, std::size_t count, const ExportOptions& options,
                    ExportSummary& summary) {
+  CopiedMeanings meanings;
   const std::size_t at_once = 4 * static_cast<std::size_t>(std::max(1, cv::getNumThreads()));
   for (std::size_t done = 0; done < count; done += at_once) {
     if (options.stop && options.stop()) throw Error("stopped before the end, as asked; nothing was exported");
@@ -239,6 +254,7 @@ void WritePictures(const Pictures& pictures, std::size_t count, const ExportOpti
     FileBatch batch;
     for (const Files& of_view : files) {
       ++(of_view.copied ? summary.copied : summary.made);
+      meanings.Add(of_view.stored);
       summary.masks += of_view.contents.size() - 1;
       for (const auto& [path, bytes] : of_view.contents) batch.Write(path, ContentOf(bytes));
     }
@@ -247,6 +263,8 @@ void WritePictures(const Pictures& pictures, std::size_t count, const ExportOpti
       options.progress(static_cast<double>(done + some) / static_cast<double>(count),
                        fmt::format("photograph {} of {}", done + some, count));
   }
+  if (std::string doubt = meanings.Doubt(summary.copied); !doubt.empty())
+    summary.doubts.push_back(std::move(doubt));
 }
 
 void WriteColmap(const LightField& exported, bool binary, const fs::path& folder) {
@@ -420,8 +438,9 @@ ExportSummary ExportLightField(const LightField& light_field, const fs::path& ou
                 exported.views.size(), options, summary);
   WriteModel(exported, options.form, folder.path());
   if (options.form == ExportForm::kNerfSynthetic)
-    summary.doubts =
-        NerfSyntheticDoubts(exported, SubjectForExport(exported, "nerf-synthetic"), AnyMask(light_field));
+    std::ranges::move(
+        NerfSyntheticDoubts(exported, SubjectForExport(exported, "nerf-synthetic"), AnyMask(light_field)),
+        std::back_inserter(summary.doubts));
   summary.points = StatisticsOf(exported.points);
   folder.Commit();
   return summary;

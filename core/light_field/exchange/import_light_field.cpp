@@ -7,14 +7,17 @@
 #include <set>
 
 #include "core/base/atomic_file.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
 #include "core/image/files/over_background.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_folder.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/raw_file.h"
+#include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/image_names.h"
 #include "core/light_field/exchange/raw_beside.h"
 #include "core/light_field/exchange/staged_folder.h"
@@ -169,16 +172,33 @@ void TakeOverBackground(const LightField& source, const View& view, const cv::Ma
   WriteInFolder(dir / taken.image_path, PngBytes(Srgb8({.pixels = over, .transfer = Transfer::kSrgb})));
 }
 
-// What was converted of the first photograph of each camera and kind: others of it are like it. Warnings are said by whoever reads.
-void SayConversions(const LightField& source) {
-  std::set<std::pair<int, std::string>> said;
+// What lies beside the photographs of the set, where whoever read it has not counted that.
+void SayNotTaken(const LightField& source) {
+  const auto says = [](const std::string& doubt) { return doubt.find("left out") != std::string::npos; };
+  const bool is_said = std::ranges::any_of(source.doubts, says);
+  const bool has_endings =
+      std::ranges::all_of(source.views, [](const View& view) { return HasImageEnding(view.image_path); });
+  std::set<fs::path> folders, taken;
   for (const View& view : source.views) {
-    const fs::path photograph = source.root / view.image_path;
-    const std::string ending = Lowercase(photograph.extension().string());
-    if (IsRawFile(photograph) || !said.emplace(view.camera, ending).second || !fs::exists(photograph))
-      continue;
-    for (const std::string& note : ReadPicture(photograph.string()).notes)
-      spdlog::info("{}: {}", photograph.string(), note);
+    folders.insert(fs::path(view.image_path).parent_path());
+    for (const std::string& file : {view.image_path, view.mask_path, view.master_path})
+      if (!file.empty()) taken.insert(fs::path(file).replace_extension());
+  }
+  for (const fs::path& folder : folders) {
+    std::error_code refused;
+    const fs::path place = (source.root / folder).lexically_normal();
+    if (fs::directory_iterator(place, refused); refused)
+      continue;  // its photographs may be read all the same
+    const PictureFolder found = PicturesIn(place);
+    std::vector<std::string> names;
+    for (const fs::path& file : found.pictures)
+      if (!taken.contains((folder / file.filename()).replace_extension()))
+        names.push_back(file.filename().string());
+    if (!names.empty() && !is_said)
+      spdlog::info("{}: left out: {} without a pose ({})", place.string(),
+                   Counted(names.size(), "photograph"), SomeNames(names));
+    for (const std::string& line : has_endings ? found.left_out : std::vector<std::string>())
+      spdlog::info("{}: left out: {}", place.string(), line);
   }
 }
 
@@ -226,7 +246,9 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   made.root = folder.path();
   made.doubts.clear();
   if (made.device_uri.empty()) made.device_uri = "import:" + source_path.filename().string();
-  SayConversions(source);
+  for (const Conversion& conversion : ConversionsOf(source))
+    spdlog::info("{}: {}", conversion.file.string(), conversion.words);
+  if (set.format != Name(SetFormat::kUlf)) SayNotTaken(source);
   Progress progress("import");
   std::set<std::string> names;
   RawSetDoubts raw_doubts;

@@ -10,13 +10,16 @@
 #include <sstream>
 #include <thread>
 
+#include "acquisition/calibration/calibration_capture.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
+#include "acquisition/device/frame_recording.h"
 #include "acquisition/device/replay_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/name_order.h"
 #include "core/image/files/jpeg_codec.h"
+#include "core/image/files/png_picture.h"
 #include "core/light_field/light_field_io.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
@@ -242,6 +245,38 @@ TEST(ReplayFolder, MixedSizesNameBothFiles) {
   }
 }
 
+TEST(ReplayFolder, TheOddOneOfMixedPicturesIsOfTheFewer) {
+  for (const char* kind : {"png", "bmp"}) {
+    test::ScratchFolder scratch;
+    for (const int number : {0, 1, 2})
+      cv::imwrite((scratch / fmt::format("{}.{}", number, kind)).string(),
+                  Numbered(number, number == 0 ? cv::Size(65, 48) : cv::Size(64, 48)));
+    EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()),
+                ::testing::ContainsRegex(
+                    fmt::format("0\\.{} is .*65x48.*, but .*1\\.{} and 1 more are .*64x48", kind, kind)));
+    EXPECT_THAT(
+        [&] { CollectViews(ImagesIn({scratch.path().string()}), Board::Parse("chessboard:8x6:25"), {}); },
+        ::testing::ThrowsMessage<Error>(
+            AllOf(HasSubstr(fmt::format("0.{}: is 65x48", kind)), HasSubstr("2 of 3 are 64x48"))));
+  }
+}
+
+// In the recording, too, which keeps the numbers and not the file.
+TEST(ReplayFolder, WhatWasConvertedStandsInTheHeaderOfARecording) {
+  const test::ScratchFolder scratch;
+  MakeFolder(scratch / "photographs");
+  WriteFileAtomically(scratch / "photographs/a.png",
+                      test::WithPngChunk(PngBytes(Numbered(3)), "cICP", std::string("\x0C\x0D\0\x01", 4)));
+  const auto device = OpenDevice("replay:" + (scratch / "photographs").string());
+  EXPECT_THAT(device->Info().remark, AllOf(HasSubstr("a.png"), HasSubstr("Display P3")));
+  FrameRecorder recorder(scratch / "recording", RecordingHeader::Of(*device));
+  device->Start();
+  recorder.TryAdd(*device->Next(100ms));
+  EXPECT_EQ(recorder.Finish().written, 1u);
+  EXPECT_THAT(ReadWholeFile(scratch / "recording/frames.jsonl"), HasSubstr("Display P3"));
+  EXPECT_THAT(ReadFrameRecording(scratch / "recording").header.device.remark, HasSubstr("Display P3"));
+}
+
 std::string JpegTakenAt(int number, const std::string& time) {
   return test::WithSegment(JpegBytes(Numbered(number)), test::ExifSegment(time));
 }
@@ -283,7 +318,15 @@ TEST(ReplayFolder, OtherEndingsOfJpegAreReadAndOtherKindsNamed) {
   EXPECT_THAT(ErrorOf(uri), AllOf(HasSubstr("2 files are HEIC"), HasSubstr("heif-convert")));
   WriteFileAtomically(scratch / "a.jfif", JpegBytes(Numbered(1)));
   WriteFileAtomically(scratch / "b.JPE", JpegBytes(Numbered(2)));
-  EXPECT_THAT(NumbersOf(uri), ::testing::ElementsAre(1, 2));
+  WriteFileAtomically(scratch / "c.MPO", JpegBytes(Numbered(3)));
+  WriteFileAtomically(scratch / "d", JpegBytes(Numbered(4)));
+  std::ostringstream said;
+  const auto logger = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("said", std::make_shared<spdlog::sinks::ostream_sink_mt>(said)));
+  EXPECT_THAT(NumbersOf(uri), ::testing::ElementsAre(1, 2, 3));
+  spdlog::set_default_logger(logger);
+  EXPECT_THAT(said.str(), AllOf(HasSubstr("2 files are HEIC"), HasSubstr("(d)")));
 }
 
 TEST(ReplayFolder, MixedFormatsNameBothFiles) {

@@ -4,7 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <opencv2/core.hpp>
+#include <set>
+
+#include "core/base/atomic_file.h"
+#include "core/image/files/exr_file.h"
+#include "core/image/files/jpeg_codec.h"
+#include "core/image/files/png_picture.h"
+#include "core/image/files/tiff_file.h"
 #include "tests/core/light_field/simulated_session.h"
+#include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/seeds.h"
 #include "tests/support/test_paths.h"
 
@@ -99,6 +108,41 @@ TEST(LightCheck, SaysWhereItCannotCompare) {
   const LightCheck check = CheckLight(light_field);
   EXPECT_THAT(check.not_compared, HasSubstr("ulf refine"));
   EXPECT_EQ(check.views, 12u);
+}
+
+// As an import and every other reader do.
+TEST(LightCheck, NamesPhotographsThatAreCut) {
+  test::ScratchFolder scratch;
+  LightField light_field = test::TrackedLightField(scratch / "lf", {CameraModel::Pinhole(96, 64, 90)}, 110);
+  cv::Mat light(64, 96, CV_32FC3, cv::Scalar(0.1, 0.2, 0.3));
+  std::set<int> cut;
+  const auto put = [&](std::size_t view, const char* ending, const std::string& bytes) {
+    View& changed = light_field.views[view];
+    changed.image_path = fmt::format("images/other{}{}", view, ending);
+    WriteFileAtomically(light_field.root / changed.image_path, bytes.substr(0, bytes.size() / 2));
+    cut.insert(changed.id);
+  };
+  cv::Mat noise(64, 96, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  put(0, ".jpg", JpegBytes(noise));
+  put(1, ".png", PngBytes(noise));
+  put(2, ".exr", ExrBytes({{"B", light, 0}, {"G", light, 1}, {"R", light, 2}}, ExrCompression::kZip));
+  put(3, ".tif", [&] {
+    const FileContent content = TiffContent(noise);
+    std::string bytes(content.size, '\0');
+    content.copy(0, bytes);
+    return bytes;
+  }());
+  // Of a hundred views that the check reads these are none: 10, 21, 32 ... of 110.
+  put(10, ".jpg", JpegBytes(noise));
+  const LightCheck check = CheckLight(light_field);
+  EXPECT_EQ(check.views, 96u);
+  std::set<int> named;
+  for (const auto& [id, why] : check.unread) {
+    named.insert(id);
+    EXPECT_THAT(why, HasSubstr("images/other"));
+  }
+  EXPECT_EQ(named, cut);
 }
 
 TEST(LightCheck, CountsWhatIsClipped) {

@@ -322,6 +322,28 @@ TEST(VideoReader, PicturesAreTurnedOnceAsTheFileAsks) {
   }
 }
 
+TEST(VideoReader, PanoramasAndStereoPairsAreRefusedByName) {
+  constexpr int kFlat = 0, kSideBySide = 1, kTopBottom = 2;  // AVStereo3DType
+  const ScratchFolder scratch;
+  const fs::path file = scratch / "a.mkv";
+  VideoSample sample = Patches(kBt709, false, AV_PIX_FMT_YUV420P, 8);
+  const auto expect_refused = [&](const std::string& words, const std::string& way_out) {
+    WriteVideo(file, sample);
+    EXPECT_THAT([&] { VideoReader reader(file); },
+                ThrowsMessage<Error>(AllOf(HasSubstr(file.string()), HasSubstr(words), HasSubstr(way_out))));
+  };
+  sample.stereo = kFlat;
+  WriteVideo(file, sample);
+  EXPECT_EQ(VideoReader(file).Facts().width, 96);
+  sample.stereo = kSideBySide;
+  expect_refused("stereo pairs, side by side", "crop=iw/2");
+  sample.stereo = kTopBottom;
+  expect_refused("stereo pairs, one above the other", "one eye");
+  sample.stereo = -1;
+  sample.is_spherical = true;
+  expect_refused("is a panorama", "v360");
+}
+
 TEST(VideoReader, TheAspectOfAPixelTurnsWithThePicture) {
   const ScratchFolder scratch;
   VideoSample sample = Corners();

@@ -50,9 +50,14 @@ void AddPrimaries(const std::array<float, 8>& xy, Imf::Header& header) {
 
 Imf::Header HeaderOf(const ExrPartLayout& part) {
   const int width = 3 * kPatchPx, height = 2 * kPatchPx, margin = part.margin;
-  Imf::Header header(Imath::Box2i({0, 0}, {width - 1, height - 1}),
-                     Imath::Box2i({-margin, -margin}, {width - 1 + margin, height - 1 + margin}));
+  const Imath::V2i origin(part.origin, part.origin);
+  Imf::Header header(Imath::Box2i(origin, origin + Imath::V2i(width - 1, height - 1)),
+                     Imath::Box2i(origin - Imath::V2i(margin),
+                                  origin + Imath::V2i(width - 1 + margin, height - 1 + margin)));
   header.setName(part.name);
+  if (!part.views.empty()) Imf::addMultiView(header, part.views);
+  header.pixelAspectRatio() = part.pixel_aspect;
+  if (part.is_panorama) Imf::addEnvmap(header, Imf::ENVMAP_LATLONG);
   header.setType(part.tiles ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
   if (part.tiles) header.setTileDescription(Imf::TileDescription(16, 16));
   for (const std::string& name : part.channels)
@@ -92,8 +97,11 @@ struct Samples {
       const Imf::PixelType type = part.type == "half"   ? Imf::HALF
                                   : part.type == "uint" ? Imf::UINT
                                                         : Imf::FLOAT;
-      char* const base = reinterpret_cast<char*>(values.data) +
-                         part.margin * static_cast<std::ptrdiff_t>(values.elemSize() + values.step);
+      // A number: the place of pixel 0, 0 may lie far outside.
+      auto* const base = reinterpret_cast<char*>(
+          reinterpret_cast<std::uintptr_t>(values.data) -
+          static_cast<std::uintptr_t>((std::int64_t{part.origin} - part.margin) *
+                                      static_cast<std::int64_t>(values.elemSize() + values.step)));
       buffer.insert(name, Imf::Slice(type, base, values.elemSize(), values.step));
       channels.push_back(values);
     }

@@ -18,6 +18,10 @@ struct ExrPartLayout {
       {};           // red, green, blue, white; the numbers are converted to them
   float alpha = 1;  // of channels that end in A; colours are multiplied by it
   bool tiles = false;
+  bool is_panorama = false;  // by the attribute envmap
+  int origin = 0;            // of both windows, in x and y
+  float pixel_aspect = 1;
+  std::vector<std::string> views = {};  // the attribute multiView
   int margin =
       0;  // pixels by which the data window is larger than the display window on each side; negative: smaller
 };

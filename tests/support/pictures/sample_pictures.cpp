@@ -128,6 +128,13 @@ void WritePage(TIFF* file, const TiffLayout& layout, int width, int height, bool
   }
   if (!layout.icc.empty())
     TIFFSetField(file, TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(layout.icc.size()), layout.icc.data());
+  if (layout.most > 0) TIFFSetField(file, TIFFTAG_MAXSAMPLEVALUE, layout.most);
+  if (layout.across > 0) {
+    TIFFSetField(file, TIFFTAG_XRESOLUTION, layout.across);
+    TIFFSetField(file, TIFFTAG_YRESOLUTION, layout.down);
+  }
+  if (!layout.xmp.empty())
+    TIFFSetField(file, TIFFTAG_XMLPACKET, static_cast<std::uint32_t>(layout.xmp.size()), layout.xmp.data());
   if (layout.photometric == 3) {
     std::vector<std::uint16_t> map[3];
     for (int c = 0; c < 3; ++c) {
@@ -396,6 +403,52 @@ std::string ExifSegment(const std::string& taken, int orientation, const std::st
 
 std::string WithSegment(const std::string& jpeg, const std::string& segment) {
   return jpeg.substr(0, 2) + segment + jpeg.substr(2);
+}
+
+std::string WithPngChunk(const std::string& png, const std::string& name, const std::string& content) {
+  const auto number = [](std::uint32_t n) {
+    return std::string{static_cast<char>(n >> 24), static_cast<char>(n >> 16), static_cast<char>(n >> 8),
+                       static_cast<char>(n)};
+  };
+  std::uint32_t crc = 0xFFFFFFFF;
+  for (const char byte : name + content) {
+    crc ^= static_cast<std::uint8_t>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xEDB88320U : 0);
+  }
+  constexpr std::size_t kBehindHeader = 8 + 12 + 13;
+  return png.substr(0, kBehindHeader) + number(static_cast<std::uint32_t>(content.size())) + name + content +
+         number(~crc) + png.substr(kBehindHeader);
+}
+
+std::string WithWebpChunk(const std::string& webp, char flag, const std::string& name,
+                          const std::string& content) {
+  const auto chunk = [](const std::string& kind, const std::string& inside) {
+    const auto size = static_cast<std::uint32_t>(inside.size());
+    return kind + std::string(reinterpret_cast<const char*>(&size), 4) + inside + std::string(size % 2, '\0');
+  };
+  // Width and height less one, of three bytes each.
+  const std::string header = std::string{flag, 0, 0, 0} + std::string("\x3B\0\0\x27\0\0", 6);
+  const bool is_before = name == "ICCP";  // metadata stand behind the picture
+  const std::string extra = chunk(name, content), picture = webp.substr(12);
+  return chunk("RIFF", "WEBP" + chunk("VP8X", header) + (is_before ? extra + picture : picture + extra));
+}
+
+void WriteTiffNumbers(const std::filesystem::path& path, const cv::Mat& samples, int photometric,
+                      const std::optional<std::array<float, 2>>& white) {
+  TIFF* const file = TIFFOpen(path.c_str(), "w");
+  if (!file) throw std::runtime_error("a sample TIFF cannot be opened");
+  TIFFSetField(file, TIFFTAG_IMAGEWIDTH, samples.cols);
+  TIFFSetField(file, TIFFTAG_IMAGELENGTH, samples.rows);
+  TIFFSetField(file, TIFFTAG_BITSPERSAMPLE, samples.depth() == CV_8U ? 8 : 16);
+  TIFFSetField(file, TIFFTAG_SAMPLESPERPIXEL, samples.channels());
+  TIFFSetField(file, TIFFTAG_PHOTOMETRIC, photometric);
+  TIFFSetField(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, samples.rows);
+  if (white) TIFFSetField(file, TIFFTAG_WHITEPOINT, white->data());
+  cv::Mat rows = samples.clone();
+  if (TIFFWriteEncodedStrip(file, 0, rows.data, static_cast<tmsize_t>(rows.total() * rows.elemSize())) < 0)
+    throw std::runtime_error("a sample TIFF cannot be written");
+  TIFFClose(file);
 }
 
 }  // namespace ulf::test

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,9 @@ struct TiffLayout {
   bool is_inside_thumbnail = false;  // in a directory inside the thumbnail's
   int thumbnail_first = 0;           // pages of half the size before it, marked as such
   int further_pages = 0;
+  std::string xmp = {};
+  float across = 0, down = 0;  // pixels to an inch; 0: not said
+  int most = 0;                // the tag MaxSampleValue; 0: none
 };
 void WriteTiffSample(const std::filesystem::path& path, const TiffLayout& layout);
 
@@ -47,6 +51,16 @@ struct PngLayout {
   std::string code = {};  // chunk cICP, four bytes
 };
 void WritePngSample(const std::filesystem::path& path, const PngLayout& layout);
+
+// A plain TIFF of these numbers (CV_8UC3 or CV_16UC3), in their order; `white`: its tag WhitePoint.
+void WriteTiffNumbers(const std::filesystem::path& path, const cv::Mat& samples, int photometric,
+                      const std::optional<std::array<float, 2>>& white = {});
+
+// The PNG with a chunk behind its header.
+std::string WithPngChunk(const std::string& png, const std::string& name, const std::string& content);
+// The plain WebP of 60x40 as an extended one, with that chunk; `flag`: of the extended header, that says so.
+std::string WithWebpChunk(const std::string& webp, char flag, const std::string& name,
+                          const std::string& content);
 
 // An ICC profile: "sRGB", "P3" (Display P3), "linear" (sRGB's primaries), "grey" (exponent 1.8), "CMYK" or "Lab".
 std::string IccProfile(const std::string& kind);

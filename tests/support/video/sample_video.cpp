@@ -6,6 +6,8 @@ extern "C" {
 #include <libavutil/dovi_meta.h>
 #include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
+#include <libavutil/spherical.h>
+#include <libavutil/stereo3d.h>
 }
 
 #include <cstring>
@@ -90,6 +92,19 @@ void WriteVideo(const std::filesystem::path& file, const VideoSample& sample) {
     told->rpu_present_flag = told->bl_present_flag = 1;
     told->dv_bl_signal_compatibility_id = sample.dolby_vision_profile == 5 ? 0 : 4;
     av_stream_add_side_data(stream, AV_PKT_DATA_DOVI_CONF, reinterpret_cast<std::uint8_t*>(told), size);
+  }
+  if (sample.is_spherical) {
+    std::size_t size = 0;
+    AVSphericalMapping* mapping = av_spherical_alloc(&size);
+    mapping->projection = AV_SPHERICAL_EQUIRECTANGULAR;
+    std::memcpy(av_stream_new_side_data(stream, AV_PKT_DATA_SPHERICAL, size), mapping, size);
+    av_free(mapping);
+  }
+  if (sample.stereo >= 0) {
+    AVStereo3D stereo{};
+    stereo.type = static_cast<AVStereo3DType>(sample.stereo);
+    std::memcpy(av_stream_new_side_data(stream, AV_PKT_DATA_STEREO3D, sizeof(stereo)), &stereo,
+                sizeof(stereo));
   }
   Require(avio_open(&output->pb, file.c_str(), AVIO_FLAG_WRITE), "file");
   Require(avformat_write_header(output, nullptr), "header");

@@ -205,6 +205,7 @@ TEST_F(LyingSize, OfRarerKinds) {
   read("a.ppm", ppm);
   const std::string behind_size = ppm.substr(ppm.find("255"));
   read("a.ppm", "P6\n# made by hand\n64 # wide\n48\n" + behind_size);
+  read("a.ppm", "P6 64#wide\n48#high\r255#most\n" + ppm.substr(ppm.find("255") + 4));
   ExpectRefused("a.ppm", "P6\n# made by hand\n" + wide + " # wide\n" + wide + "\n" + behind_size);
   ExpectRefused("a.ppm",
                 "P6\n#\r" + wide + " " + wide + " 255 \n1 1 255");  // a comment ends at either line end

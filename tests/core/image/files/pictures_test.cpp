@@ -196,22 +196,6 @@ TEST_F(PictureFiles, PngsOfEveryLayoutShowTheirColours) {
   ASSERT_GT(LargestPatchError(ReadPicture(In("p3.png")).pixels), 20) << "without a claim the numbers stay";
 }
 
-// A chunk behind IHDR, with its checksum.
-std::string WithChunk(const std::string& png, const std::string& name, const std::string& content) {
-  const auto number = [](std::uint32_t n) {
-    return std::string{static_cast<char>(n >> 24), static_cast<char>(n >> 16), static_cast<char>(n >> 8),
-                       static_cast<char>(n)};
-  };
-  std::uint32_t crc = 0xFFFFFFFF;
-  for (const char byte : name + content) {
-    crc ^= static_cast<std::uint8_t>(byte);
-    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xEDB88320U : 0);
-  }
-  constexpr std::size_t kBehindHeader = 8 + 12 + 13;
-  return png.substr(0, kBehindHeader) + number(static_cast<std::uint32_t>(content.size())) + name + content +
-         number(~crc) + png.substr(kBehindHeader);
-}
-
 TEST_F(PictureFiles, WiderPrimariesAreConvertedWhoeverClaimsThem) {
   const cv::Mat in_p3 = EncodedIn("P3", PatchPicture());
   const std::string png = PngBytes(in_p3), jpeg = JpegBytes(in_p3, 100), icc = IccProfile("P3");
@@ -222,28 +206,13 @@ TEST_F(PictureFiles, WiderPrimariesAreConvertedWhoeverClaimsThem) {
   };
   std::string primaries;
   for (const double xy : {0.3127, 0.3290, 0.680, 0.320, 0.265, 0.690, 0.150, 0.060}) primaries += number(xy);
-  Write("cHRM.png", WithChunk(png, "cHRM", primaries));
-  Write("cICP.png", WithChunk(png, "cICP", std::string("\x0C\x0D\0\x01", 4)));
+  Write("cHRM.png", WithPngChunk(png, "cHRM", primaries));
+  Write("cICP.png", WithPngChunk(png, "cICP", std::string("\x0C\x0D\0\x01", 4)));
   const std::string profile_segment = std::string("\xFF\xE2") + static_cast<char>((icc.size() + 16) >> 8) +
                                       static_cast<char>(icc.size() + 16) +
                                       std::string("ICC_PROFILE\0\x01\x01", 14) + icc;
   Write("icc.jpg", WithSegment(jpeg, profile_segment));
-  {
-    cv::Mat rgb;
-    cv::cvtColor(in_p3, rgb, cv::COLOR_BGR2RGB);
-    std::string webp = WebpBytes(in_p3, 100);
-    // The simple file becomes an extended one: its header, the profile, then the picture.
-    const auto chunk = [](const std::string& name, const std::string& content) {
-      const auto size = static_cast<std::uint32_t>(content.size());
-      return name + std::string(reinterpret_cast<const char*>(&size), 4) + content +
-             std::string(size % 2, '\0');
-    };
-    const std::string body =
-        std::string("WEBP") +
-        chunk("VP8X", std::string("\x20\0\0\0", 4) + std::string("\x3B\0\0\x27\0\0", 6)) +
-        chunk("ICCP", icc) + webp.substr(12);
-    Write("icc.webp", chunk("RIFF", body));
-  }
+  Write("icc.webp", WithWebpChunk(WebpBytes(in_p3, 100), 0x20, "ICCP", icc));
   for (const char* name : {"cHRM.png", "cICP.png", "icc.jpg", "icc.webp"}) {
     const StoredPicture picture = ReadPicture(In(name));
     EXPECT_LE(LargestPatchError(picture.pixels), std::string(name).starts_with("icc") ? 5 : 3) << name;
@@ -258,7 +227,7 @@ TEST_F(PictureFiles, WiderPrimariesAreConvertedWhoeverClaimsThem) {
 TEST_F(PictureFiles, ConversionsOfSixteenBitsAreExact) {
   cv::Mat ramp(256, 256, CV_16UC1);
   for (int i = 0; i < 65536; ++i) ramp.ptr<std::uint16_t>(i / 256)[i % 256] = static_cast<std::uint16_t>(i);
-  Write("ramp.png", WithChunk(PngBytes(ramp), "gAMA", std::string("\0\x01\x86\xA0", 4)));
+  Write("ramp.png", WithPngChunk(PngBytes(ramp), "gAMA", std::string("\0\x01\x86\xA0", 4)));
   const cv::Mat read = ReadPicture(In("ramp.png")).pixels;
   ASSERT_EQ(read.type(), CV_16UC1);
   double worst = 0;
@@ -268,7 +237,7 @@ TEST_F(PictureFiles, ConversionsOfSixteenBitsAreExact) {
   EXPECT_LE(worst, 16);
   cv::Mat ramp8(1, 256, CV_8UC1);
   for (int i = 0; i < 256; ++i) ramp8.at<std::uint8_t>(i) = static_cast<std::uint8_t>(i);
-  Write("ramp8.png", WithChunk(PngBytes(ramp8), "gAMA", std::string("\0\x01\x86\xA0", 4)));
+  Write("ramp8.png", WithPngChunk(PngBytes(ramp8), "gAMA", std::string("\0\x01\x86\xA0", 4)));
   const cv::Mat read8 = ReadPicture(In("ramp8.png")).pixels;
   for (int i = 0; i < 256; ++i)
     EXPECT_NEAR(read8.at<std::uint8_t>(i), 255 * SrgbFromLinear(static_cast<float>(i) / 255), 0.51) << i;
@@ -290,13 +259,13 @@ TEST_F(PictureFiles, ConversionsOfSixteenBitsAreExact) {
         in_p3.at<cv::Vec3w>(y, x)[2 - c] =
             cv::saturate_cast<std::uint16_t>(65535 * SrgbFromLinear(static_cast<float>(p3[c])));
     }
-  Write("deep.png", WithChunk(PngBytes(in_p3), "cICP", std::string("\x0C\x0D\0\x01", 4)));
+  Write("deep.png", WithPngChunk(PngBytes(in_p3), "cICP", std::string("\x0C\x0D\0\x01", 4)));
   EXPECT_LE(cv::norm(ReadPicture(In("deep.png")).pixels, truth, cv::NORM_INF), 257) << "one level of 255";
 }
 
 TEST_F(PictureFiles, MarksOfExifAreHeardInEveryKind) {
   const std::string segment = ExifSegment("2026:11:29 10:11:12", 6), tiff = segment.substr(10);
-  Write("a.png", WithChunk(PngBytes(PatchPicture()), "eXIf", tiff));
+  Write("a.png", WithPngChunk(PngBytes(PatchPicture()), "eXIf", tiff));
   EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(HasSubstr("turned by 90 degrees")));
   // A camera set to Adobe RGB says so in its Exif data alone.
   Write("adobe.jpg",
@@ -331,7 +300,7 @@ TEST_F(PictureFiles, ProfilesOfAnotherSpaceAreNamedAndThePixelsStay) {
   EXPECT_THAT(ReadPicture(In("a.png")).notes, Contains(HasSubstr("converted to sRGB")));
   std::ifstream stream(In("a.png"), std::ios::binary);
   const std::string png((std::istreambuf_iterator<char>(stream)), {}), plain = PngBytes(PatchPicture());
-  Write("grey.png", WithChunk(plain, "iCCP", std::string("grey\0\0", 6) + "no compressed profile"));
+  Write("grey.png", WithPngChunk(plain, "iCCP", std::string("grey\0\0", 6) + "no compressed profile"));
   EXPECT_THAT(ReadPicture(In("grey.png")).warnings, Contains(HasSubstr("profile cannot be used")));
   WriteTiffSample(In("a.tif"), {.icc = std::string(200, 'x')});
   EXPECT_THAT(ReadPicture(In("a.tif")).warnings, Contains(HasSubstr("profile (ICC) is damaged")));
@@ -341,11 +310,11 @@ TEST_F(PictureFiles, ProfilesOfAnotherSpaceAreNamedAndThePixelsStay) {
 
 TEST_F(PictureFiles, HighDynamicRangeAndUnknownCodesOfPngAreNamed) {
   const std::string png = PngBytes(PatchPicture());
-  Write("pq.png", WithChunk(png, "cICP", std::string("\x09\x10\0\x01", 4)));
+  Write("pq.png", WithPngChunk(png, "cICP", std::string("\x09\x10\0\x01", 4)));
   ExpectRefused("pq.png", "high dynamic range (PQ");
-  Write("hlg.png", WithChunk(png, "cICP", std::string("\x09\x12\0\x01", 4)));
+  Write("hlg.png", WithPngChunk(png, "cICP", std::string("\x09\x12\0\x01", 4)));
   ExpectRefused("hlg.png", "high dynamic range (HLG");
-  Write("limited.png", WithChunk(png, "cICP", std::string("\x01\x0D\0\0", 4)));
+  Write("limited.png", WithPngChunk(png, "cICP", std::string("\x01\x0D\0\0", 4)));
   EXPECT_THAT(ReadPicture(In("limited.png")).warnings, Contains(HasSubstr("not understood")));
 }
 
@@ -438,6 +407,7 @@ TEST_F(PictureFiles, ExrsOfOtherProgramsShowTheirColours) {
         {.name = "beauty", .type = "float", .primaries = kBt2020, .tiles = true}}},
       {"in a layer", {{.channels = {"beauty.R", "beauty.G", "beauty.B", "Z"}}}},
       {"data beyond the display", {{.margin = 3}}},
+      {"far from 0", {{.channels = {"A", "R", "G", "B"}, .origin = 1 << 29}}},
       {"in floats, luminance alone", {{.channels = {"Y"}, .type = "float"}}},
   };
   for (const auto& [name, parts] : layouts) {
@@ -548,7 +518,7 @@ TEST_F(PictureFiles, TransparentColoursAndLevelsBecomeAlpha) {
   }
   cv::Mat other(40, 60, CV_8UC3, cv::Scalar(1, 2, 3));
   other(cv::Rect(0, 0, 10, 40)).setTo(cv::Scalar(30, 20, 10));
-  Write("key.png", WithChunk(PngBytes(other), "tRNS", std::string("\0\x0A\0\x14\0\x1E", 6)));
+  Write("key.png", WithPngChunk(PngBytes(other), "tRNS", std::string("\0\x0A\0\x14\0\x1E", 6)));
   EXPECT_EQ(cv::countNonZero(ReadAlpha(In("key.png")) == 0), 10 * 40);
 }
 

@@ -1,6 +1,7 @@
 // Tests: core/light_field/exchange/export_light_field, core/light_field/exchange/colmap_model,
 // core/light_field/exchange/colmap_binary, core/light_field/exchange/colmap_text,
-// core/light_field/exchange/image_names, core/light_field/exchange/staged_folder, core/image/undistortion.
+// core/light_field/exchange/image_names, core/light_field/exchange/staged_folder, core/image/undistortion,
+// core/light_field/exchange/conversions.
 //
 // A light field for other programs: what stays exactly as it is, what is undistorted, and that each program's
 // reader takes it.
@@ -20,6 +21,7 @@
 #include "core/light_field/exchange/export_light_field.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"
+#include "tests/support/pictures/sample_pictures.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/test_paths.h"
 
@@ -128,6 +130,26 @@ TEST(Export, NerfstudiosPosesAreTheSources) {
     }
     EXPECT_GT(fs::file_size(out / "points.ply"), 60u * 15);
   }
+}
+
+// A program that passes over a profile sees other colours in the copy than ulf does.
+TEST(Export, CopiesWhoseColoursAreNotSrgbAreCountedWithTheirProfile) {
+  ScratchFolder scratch;
+  const LightField source = TrackedLightField(scratch / "lf", {test::Straight()}, 6);
+  EXPECT_THAT(Export(source, scratch / "plain", ExportForm::kColmapText, false).doubts, testing::IsEmpty());
+  for (const std::size_t i : {0U, 2U, 4U}) {
+    const std::string png = ReadWholeFile(source.root / source.views[i].image_path);
+    WriteFileAtomically(source.root / source.views[i].image_path,
+                        test::WithPngChunk(png, "cICP", std::string("\x0C\x0D\0\x01", 4)));
+  }
+  const ExportSummary copied = Export(source, scratch / "copied", ExportForm::kColmapText, false);
+  EXPECT_EQ(copied.copied, 6u);
+  EXPECT_THAT(copied.doubts,
+              testing::ElementsAre(testing::AllOf(HasSubstr("3 of 6 photographs"), HasSubstr("Display P3"),
+                                                  HasSubstr("sRGB"))));
+  EXPECT_THAT(Export(source, scratch / "drawn", ExportForm::kNerfSynthetic, false).doubts,
+              testing::Not(testing::Contains(HasSubstr("Display P3"))))
+      << "what is drawn anew is sRGB";
 }
 
 TEST(Export, ReadersTakeWhatIsUndistorted) {

@@ -11,12 +11,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <sstream>
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
@@ -517,6 +520,39 @@ TEST(PosedSets, WhatIsThereTwiceIsSaidAndCanBeChosen) {
   EXPECT_THROW(SetFormatFromName("nerf"), UsageError);
   for (const char* name : {"colmap", "llff", "nerf-synthetic", "realityscan"})
     EXPECT_STREQ(Name(*SetFormatFromName(name)), name);
+}
+
+TEST(PosedSets, WhatLiesBesideThePhotographsOfASetIsCounted) {
+  const ScratchFolder scratch;
+  const fs::path images = scratch / "set/images";
+  fs::create_directories(images);
+  json frames = json::array();
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = fmt::format("images/shot{}.png", i);
+    cv::imwrite((scratch / "set" / name).string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar(9, 99, 199)));
+    frames.push_back({{"file_path", name},
+                      {"transform_matrix", {{1, 0, 0, 0.1 * i}, {0, 1, 0, 0}, {0, 0, 1, 2}, {0, 0, 0, 1}}}});
+  }
+  std::ofstream(scratch / "set/transforms.json")
+      << json{{"fl_x", 60}, {"w", 64}, {"h", 48}, {"frames", frames}};
+  std::ostringstream said;
+  const auto logger = spdlog::default_logger();
+  const auto import = [&](const char* name) {
+    said.str("");
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("said", std::make_shared<spdlog::sinks::ostream_sink_mt>(said)));
+    Import(scratch / "set", scratch / name, {.subject = Subject{Eigen::Vector3d::Zero(), 0.3}});
+    spdlog::set_default_logger(logger);
+    return said.str();
+  };
+  EXPECT_THAT(import("alone"), testing::Not(HasSubstr("left out")));
+  fs::copy_file(images / "shot1.png", images / "zero.png");
+  fs::copy_file(images / "shot1.png", images / "copy");
+  std::ofstream(images / "notes.txt") << "words\n";
+  const std::string words = import("beside");
+  EXPECT_THAT(words, HasSubstr("left out: 1 photograph without a pose (zero.png)"));
+  EXPECT_THAT(words, AllOf(HasSubstr("a picture by the first bytes"), HasSubstr("(copy)")));
+  EXPECT_THAT(words, testing::Not(HasSubstr("notes.txt")));
 }
 
 TEST(PosedSets, WithoutPosesTheWayOutIsSaid) {

@@ -1,0 +1,111 @@
+#include "core/image/files/picture_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "core/base/counted.h"
+#include "core/base/lowercase.h"
+#include "core/base/name_order.h"
+#include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
+#include "core/image/files/raw_file.h"
+
+namespace ulf {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What people, cameras and programs keep beside photographs.
+bool IsKeptBeside(const fs::path& file) {
+  static const std::set<std::string> kEndings = {
+      ".txt", ".md",  ".json", ".jsonl", ".xmp", ".xml", ".csv", ".tsv", ".yaml", ".yml", ".ini",
+      ".cfg", ".log", ".db",   ".aae",   ".thm", ".pp3", ".dop", ".cos", ".gpx",  ".mrk", ".nmea",
+      ".url", ".pdf", ".html", ".htm",   ".npy", ".npz", ".ply", ".obj", ".mtl",  ".bin", ".out"};
+  return kEndings.contains(Lowercase(file.extension().string()));
+}
+
+bool HoldsPictures(const fs::path& folder) {
+  std::error_code unknown;
+  for (const auto& entry : fs::directory_iterator(folder, unknown))
+    if (HasImageEnding(entry.path()) && entry.is_regular_file(unknown)) return true;
+  return false;
+}
+
+std::string CountedFiles(const std::vector<std::string>& names, const std::string& one,
+                         const std::string& several) {
+  return fmt::format("{} {}", Counted(names.size(), "file"),
+                     names.size() == 1 ? "is " + one : "are " + several);
+}
+
+}  // namespace
+
+std::string SomeNames(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 3;
+  return fmt::format("{}{}", fmt::join(names.begin(), names.begin() + std::min(names.size(), kMost), ", "),
+                     names.size() > kMost ? ", ..." : "");
+}
+
+std::optional<OddOne> OddOneOut(const std::vector<std::string>& words) {
+  std::map<std::string, std::size_t> counts;
+  for (const std::string& each : words) ++counts[each];
+  OddOne found;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    if (const std::size_t count = counts[words[i]]; count > found.usual_count) found = {0, i, count};
+  if (found.usual_count == words.size()) return std::nullopt;
+  while (words[found.odd] == words[found.usual]) ++found.odd;
+  return found;
+}
+
+std::string PictureFolder::LeftOut() const { return fmt::format("{}", fmt::join(left_out, "; ")); }
+
+PictureFolder PicturesIn(const fs::path& folder) {
+  PictureFolder found;
+  std::map<std::string, std::vector<std::string>> unread;  // by what they are
+  std::vector<std::string> unnamed, no_pictures, folders;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    std::error_code unknown;
+    if (entry.is_directory(unknown) && name[0] != '.' && HoldsPictures(entry.path())) folders.push_back(name);
+    if (!entry.is_regular_file(unknown)) continue;
+    if (HasImageEnding(name) && name[0] != '.') {
+      found.pictures.push_back(entry.path());
+      continue;
+    }
+    ++found.others;
+    if (name[0] == '.' || IsKeptBeside(name)) continue;
+    if (const auto words = UnreadPicture(name)) {
+      unread[*words].push_back(name);
+    } else if (const PictureKind kind = KindOfPicture(entry.path()); IsRead(kind)) {
+      unnamed.push_back(name);
+    } else if (kind != PictureKind::kUnknown) {
+      unread[WordsOf(kind)].push_back(name);
+    } else {
+      no_pictures.push_back(name);
+    }
+  }
+  LeaveOutRawTwins(found.pictures);
+  std::ranges::sort(found.pictures, [](const fs::path& a, const fs::path& b) {
+    return NameOrder(a.filename().string(), b.filename().string());
+  });
+  for (std::vector<std::string>* names : {&unnamed, &no_pictures, &folders})
+    std::ranges::sort(*names, NameOrder);
+  for (const auto& [words, names] : unread) found.left_out.push_back(CountedFiles(names, words, words));
+  if (!unnamed.empty())
+    found.left_out.push_back(
+        fmt::format("{} by the first bytes, but not by the ending of the name ({}); rename what belongs "
+                    "here, such as to .jpg",
+                    CountedFiles(unnamed, "a picture", "pictures"), SomeNames(unnamed)));
+  if (!no_pictures.empty())
+    found.left_out.push_back(fmt::format("{} that ulf knows ({})",
+                                         CountedFiles(no_pictures, "no picture", "no pictures"),
+                                         SomeNames(no_pictures)));
+  if (!folders.empty())
+    found.left_out.push_back(fmt::format("{} inside {} pictures ({})", Counted(folders.size(), "folder"),
+                                         folders.size() == 1 ? "holds" : "hold", SomeNames(folders)));
+  return found;
+}
+
+}  // namespace ulf
