@@ -1,6 +1,9 @@
 #include "acquisition/calibration/chessboard_count.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -12,21 +15,42 @@ namespace {
 // Squares in both directions, the smaller number first: which of them is across cannot be seen.
 using SquareCounts = std::pair<int, int>;
 
-// Whether there is room for another corner beyond the outermost ones, and for what makes it one: else the board may go on
-// outside of the picture.
-bool StandsWhole(const cv::Mat& corners, const cv::Size& inner, const cv::Size& picture) {
-  const auto at = [&](int column, int row) { return corners.at<cv::Point2f>(row * inner.width + column); };
-  const cv::Rect2f inside(0, 0, static_cast<float>(picture.width), static_cast<float>(picture.height));
-  const auto beyond = [&](const cv::Point2f& last, const cv::Point2f& before) {
-    return inside.contains(last + 1.5F * (last - before));
+// How much darker the places between neighbours are alternately, so many squares beyond an outer row of corners; none: one
+// of them lies outside of the picture. `inner`: the row beside it.
+std::optional<double> AlternationBeyond(const cv::Mat& picture, const std::vector<cv::Point2f>& outer,
+                                        const std::vector<cv::Point2f>& inner, float squares) {
+  const cv::Rect2f inside(0, 0, static_cast<float>(picture.cols), static_cast<float>(picture.rows));
+  std::array<double, 2> sums = {}, counts = {};
+  for (std::size_t i = 0; i + 1 < outer.size(); ++i) {
+    const cv::Point2f edge = 0.5F * (outer[i] + outer[i + 1]), before = 0.5F * (inner[i] + inner[i + 1]),
+                      place = edge + squares * (edge - before);
+    if (!inside.contains(place)) return std::nullopt;
+    sums[i % 2] += picture.at<std::uint8_t>(cv::Point(place));
+    ++counts[i % 2];
+  }
+  if (counts[1] == 0) return std::nullopt;
+  return std::abs(sums[0] / counts[0] - sums[1] / counts[1]);
+}
+
+// Whether the board ends on all sides, in the picture: its outermost squares alternate, and what lies behind them does not.
+bool StandsWhole(const cv::Mat& picture, const cv::Mat& corners, const cv::Size& inner) {
+  const auto line = [&](bool is_row, int number) {
+    std::vector<cv::Point2f> points;
+    for (int i = 0; i < (is_row ? inner.width : inner.height); ++i)
+      points.push_back(corners.at<cv::Point2f>(is_row ? number * inner.width + i : i * inner.width + number));
+    return points;
   };
-  for (int column = 0; column < inner.width; ++column)
-    if (!beyond(at(column, 0), at(column, 1)) ||
-        !beyond(at(column, inner.height - 1), at(column, inner.height - 2)))
-      return false;
-  for (int row = 0; row < inner.height; ++row)
-    if (!beyond(at(0, row), at(1, row)) || !beyond(at(inner.width - 1, row), at(inner.width - 2, row)))
-      return false;
+  for (const bool is_row : {true, false}) {
+    const int last = (is_row ? inner.height : inner.width) - 1;
+    for (const auto& [outer, beside] : {std::pair{0, 1}, std::pair{last, last - 1}}) {
+      const auto at = line(is_row, outer), before = line(is_row, beside);
+      constexpr float kOnSquare = 0.5F, kBehind = 1.25F;  // squares
+      const auto on_squares = AlternationBeyond(picture, at, before, kOnSquare),
+                 behind = AlternationBeyond(picture, at, before, kBehind);
+      constexpr double kMuchLess = 0.5;  // guessed
+      if (!on_squares || !behind || *behind > kMuchLess * *on_squares) return false;
+    }
+  }
   return true;
 }
 
@@ -44,7 +68,7 @@ std::optional<SquareCounts> CountsIn(const cv::Mat& picture) {
   if (!is_found(5) && !is_found(3)) return std::nullopt;
   const cv::Size inner = which.size();
   if (inner.width < 2 || inner.height < 2 || corners.total() != static_cast<std::size_t>(inner.area()) ||
-      !StandsWhole(corners, inner, smaller.size()))
+      !StandsWhole(smaller, corners, inner))
     return std::nullopt;
   return std::minmax(inner.width + 1, inner.height + 1);
 }
@@ -59,7 +83,7 @@ std::optional<cv::Size> OtherChessboardIn(const Board& said, const std::vector<c
   const auto needed = [&](const SquareCounts& counts) {
     const bool is_larger = counts.first >= as_said.first && counts.second >= as_said.second,
                is_near = counts.first <= as_said.first + 1 && counts.second <= as_said.second + 1;
-    return is_larger && is_near ? 1 : is_larger ? 2 : 3;
+    return is_larger && is_near ? 1 : 2;
   };
   const int seen_as_said = times.contains(as_said) ? times.at(as_said) : 0;
   // A part of a board looks like a smaller one: of all that are seen often enough the largest is meant.
