@@ -71,15 +71,18 @@ std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource
     return stored.string();
   }
   const std::string output = args.output.empty() ? UnusedCalibrationName().string() : args.output;
+  RequireOwnCalibration(output);
+  return output;
+}
+
+void RequireOwnCalibration(const std::string& output) {
   RequireWritable(output);
-  // Results are written into a file of ulf; one of another program would be lost.
   if (fs::is_regular_file(output) && ReadWholeFile(output).find("\"modes\"") == std::string::npos)
     throw UsageError(
         "{}: exists already, is no calibration file of ulf, and is not replaced; choose another name, or "
         "convert "
         "it first: ulf calibration {} -o camera.json",
         output, ShellWord(output));
-  return output;
 }
 
 void RequireReportFolder(const CalibrateArgs& args) {

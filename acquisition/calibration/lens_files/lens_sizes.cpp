@@ -46,6 +46,10 @@ constexpr std::array<std::string_view, 22> kSizeWords = {"imagesize",
 constexpr std::array<std::string_view, 6> kShapeWords = {"imageshape", "imgshape", "shape",
                                                          "frameshape", "hw",       "imagehw"};
 
+// Maps that hold two sides among other things.
+constexpr std::array<std::string_view, 6> kPictureWords = {"image", "img",   "picture",
+                                                           "frame", "video", "images"};
+
 std::optional<double> SideBehind(const LensNode& map, std::span<const std::string_view> words,
                                  const std::string& mark, const std::string& where) {
   const auto [key, node] =
@@ -115,6 +119,11 @@ bool SetTwoSides(const LensNode& map, const std::string& mark, LensNumbers& numb
 
 bool SetSizeOf(const LensNode& map, const std::string& mark, LensNumbers& numbers, const std::string& where) {
   if (SetTwoSides(map, mark, numbers, where)) return true;
+  for (std::size_t i = 0; i < map.keys.size(); ++i)
+    if (map.items[i].IsMap() &&
+        std::ranges::find(kPictureWords, LensWord(map.keys[i])) != kPictureWords.end() &&
+        SetTwoSides(map.items[i], "", numbers, where))
+      return true;
   const auto is_there = [](const LensNode& value) { return value.kind != LensNode::Kind::kNothing; };
   for (const bool is_shape : {false, true}) {
     const auto [key, node] = FindMarked(

@@ -8,6 +8,7 @@
 #include <initializer_list>
 
 #include "acquisition/calibration/lens_files/lens_mentions.h"
+#include "acquisition/calibration/lens_files/lens_sizes.h"
 #include "acquisition/calibration/lens_files/matrix_files.h"
 #include "core/base/error.h"
 
@@ -130,10 +131,7 @@ Lens ReadGyroflowLens(const LensNode& top, const std::string& where, const std::
   SetCameraMatrix(numbers,
                   LensMatrixOf(RequiredLensNode(parameters, "camera_matrix", where), "camera_matrix", where),
                   "camera_matrix", where);
-  if (const LensNode* size = top.Find("calib_dimension")) {
-    numbers.width = RequiredLensNumber(*size, "w", where);
-    numbers.height = RequiredLensNumber(*size, "h", where);
-  }
+  ReadLensSize({&top}, "", numbers, where);
   numbers.coefficients = RequiredLensNumbers(parameters, "distortion_coeffs", where);
   return FinishedLens(numbers, where);
 }

@@ -192,6 +192,9 @@ TEST(OtherBoard, AVideoOfTheBoardCalibrates) {
   const auto kept = test::RunUlf("calibrate " + film + " --board chessboard:8x6:25 -o " + chain);
   EXPECT_EQ(kept.exit_code, 2);
   EXPECT_THAT(kept.errors, AllOf(HasSubstr("no calibration file of ulf"), HasSubstr("choose another name")));
+  const auto found = test::RunUlf("track sim:studio --intrinsics refine --calibration-out " + chain);
+  EXPECT_EQ(found.exit_code, 2);
+  EXPECT_THAT(found.errors, HasSubstr("no calibration file of ulf"));
   std::ofstream(scratch / "notes.txt") << "no picture\n";
   EXPECT_THAT(test::RunUlf("calibrate " + (scratch / "notes.txt").string() + " -o " + file + "2").errors,
               AllOf(HasSubstr("notes.txt"), HasSubstr("video")));

@@ -33,7 +33,8 @@ TEST(LensScripts, TheSizeUnderManyWords) {
         "\"calib_dimension\": {\"w\": 640, \"h\": 480}", "\"image_dimension\": [640, 480]",
         "\"frame_size\": [640, 480]", "\"width_px\": 640, \"height_px\": 480", "\"resolution\": \"640x480\"",
         "\"resolution\": \"640 x 480\"", "\"image_size\": \"(640, 480)\"",
-        "\"resolution_x\": 640, \"resolution_y\": 480", "\"img_size\": {\"width\": 640, \"height\": 480}",
+        "\"resolution_x\": 640, \"resolution_y\": 480", "\"image\": {\"width\": 640, \"height\": 480}",
+        "\"resolution\": {\"x\": 640, \"y\": 480}", "\"img_size\": {\"width\": 640, \"height\": 480}",
         "\"image_shape\": [480, 640]", "\"img_shape\": [480, 640, 3]", "\"shape\": [480, 640]"}) {
     const ReadLens read = Read(WithSize(size));
     ExpectLens(read, Radial());
