@@ -170,9 +170,9 @@ TEST(OtherBoard, AVideoOfTheBoardCalibrates) {
     const BoardScene scene(
         {.board = Board::Parse("chessboard:8x6:25"), .camera = SimulatedLens("pinhole", 400, 300)});
     VideoWriter video(film, {400, 300}, 30);
-    for (std::uint64_t i = 0; i < 80; ++i) {
+    for (std::uint64_t i = 0; i < 56; ++i) {
       cv::Mat bgr;
-      cv::cvtColor(scene.Render(scene.HeldAt(i / 5, 0), i), bgr, cv::COLOR_GRAY2BGR);
+      cv::cvtColor(scene.Render(scene.HeldAt(i / 4, 0), i), bgr, cv::COLOR_GRAY2BGR);
       video.Add(bgr);
     }
     video.Close();
