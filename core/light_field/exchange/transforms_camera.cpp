@@ -80,6 +80,15 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   }
   camera.cx = place.Number("cx", 0.5 * camera.width);
   camera.cy = place.Number("cy", 0.5 * camera.height);
+  // In parts of the picture, or from its middle: no lens has its axis at a picture's corner.
+  constexpr int kLeastSide = 8;
+  if (std::abs(camera.cx) <= 1 && std::abs(camera.cy) <= 1 &&
+      std::max(camera.width, camera.height) >= kLeastSide)
+    throw Error(
+        "{}: 'cx' and 'cy' are {} and {}, in the corner of pictures of {}x{}: are they in parts of the "
+        "picture, or from its middle? Write pixels from the upper left corner; the middle is {} {}",
+        place.where, camera.cx, camera.cy, camera.width, camera.height, 0.5 * camera.width,
+        0.5 * camera.height);
 
   for (const char* other : {"ftheta_p0", "latlong", "equirectangular"})
     if (place.Has(other) && place.Raw(other) != false)
