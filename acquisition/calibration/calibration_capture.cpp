@@ -89,11 +89,14 @@ class OtherBoardWatch {
 
   // A picture without the board. Looked at are the first ones of a while, then fewer and fewer.
   void NotSeen(const cv::Mat& gray, bool is_photograph) {
+    Keep(gray);
     if (is_photograph) ThrowIfOther({gray});
-    if (++unseen_ < next_) return;
+    if (unseen_ < next_) return;
     next_ *= 4;
     ThrowIfOther({gray});
   }
+  // Some of the pictures without the board, spread over the while.
+  std::vector<cv::Mat> TakeUnseen() { return std::move(unseen_pictures_); }
   // The views so far: the first ones are looked at where their corners do not lie in a plane.
   void Taken(const std::vector<BoardView>& views, const std::vector<cv::Mat>& pictures) {
     constexpr std::size_t kFirst = 4;
@@ -104,13 +107,24 @@ class OtherBoardWatch {
   }
 
  private:
+  void Keep(const cv::Mat& gray) {
+    constexpr std::size_t kMost = 12;
+    if (unseen_++ % apart_ != 0) return;
+    if (unseen_pictures_.size() == kMost) {
+      for (std::size_t i = 1; i < kMost / 2; ++i) std::swap(unseen_pictures_[i], unseen_pictures_[2 * i]);
+      unseen_pictures_.resize(kMost / 2);
+      apart_ *= 2;
+    }
+    unseen_pictures_.push_back(gray.clone());
+  }
   void ThrowIfOther(const std::vector<cv::Mat>& pictures) const {
     if (const auto other = BoardInPictures(said_, pictures))
       throw Error("no calibration: {}", DescribeOtherBoard(said_, *other));
   }
   Board said_;
   std::vector<Eigen::Vector3d> points_;
-  int unseen_ = 0, next_ = 30;  // frames; guessed
+  std::vector<cv::Mat> unseen_pictures_;
+  int unseen_ = 0, apart_ = 1, next_ = 30;  // frames; guessed
 };
 
 // What a photograph showed, for its photographer.
@@ -232,6 +246,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
     if (judged && judged->Enough() && pending.count == 0) break;
   }
   if (!stills && guide) collected.views = guide->views();
+  collected.unseen = watch.TakeUnseen();
   return collected;
 }
 

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -47,17 +48,27 @@ std::optional<std::vector<double>> LineOfNumbers(const std::string& text) {
 
 CameraModel FromNumbers(const std::vector<double>& numbers, const std::string& where) {
   if (numbers.size() != 10 && numbers.size() != 11)
-    throw Error("{}: {} numbers where 10 or 11 are expected: fx fy cx cy k1 k2 p1 p2 width height [fps]",
-                where, numbers.size());
+    throw Error(
+        "{}: {} numbers where 10 or 11 are expected: fx fy cx cy k1 k2 p1 p2 width height [fps]; a camera "
+        "matrix alone "
+        "tells neither size nor distortion: write it as an OpenCV file (image_width, image_height, "
+        "camera_matrix, "
+        "distortion_coefficients)",
+        where, numbers.size());
   constexpr double kMostPx = 1 << 20;
   for (const double side : {numbers[8], numbers[9]})
-    if (!(side >= 1 && side <= kMostPx))
-      throw Error("{}: width and height must be 1 to {:.0f} px, not {}", where, kMostPx, side);
+    if (!(side >= 1 && side <= kMostPx) || side != std::floor(side))
+      throw Error("{}: width and height must be whole numbers from 1 to {:.0f} px, not {}", where, kMostPx,
+                  side);
   CameraModel camera = CameraModel::FromOpenCv(
       static_cast<int>(numbers[8]), static_cast<int>(numbers[9]), numbers[0], numbers[1], numbers[2],
       numbers[3], Distortion::kRadialTangential, {numbers[4], numbers[5], numbers[6], numbers[7], 0});
   camera.Validate(where);
   return camera;
+}
+
+CalibrationFile FileOfLens(Lens lens, const std::string& source) {
+  return {{}, source, {{"live", {lens.camera}}}, std::move(lens.warnings)};
 }
 
 nlohmann::json ModeToJson(const ModeCalibration& mode) {
@@ -113,21 +124,26 @@ CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) throw Error("{}: the calibration file is empty; calibrate again", where);
   const auto require_no_choice = [&] {
-    if (!camera.empty()) throw UsageError("--camera {}: {} contains only one camera", camera, where);
+    if (!camera.empty())
+      throw UsageError("{}: contains only one camera; '{}' must be left out", where, camera);
   };
   if (text[first] == '{')
     if (auto ours = OursFromJson(text, where)) {
       require_no_choice();
       return *ours;
     }
-  if (const auto numbers = LineOfNumbers(text)) {
+  const auto numbers = LineOfNumbers(text);
+  const bool is_line = numbers && (numbers->size() == 10 || numbers->size() == 11);
+  // Other numbers alone may be of another program, which its marks in the text name.
+  auto read = is_line ? std::nullopt : ReadLensText(text, where, camera);
+  if (numbers && !read) {
     require_no_choice();
-    return {{}, "line of numbers", {{"live", {FromNumbers(*numbers, where)}}}, {}};
+    Lens lens{FromNumbers(*numbers, where), {}};
+    CheckLensNumbers(lens, where);
+    return FileOfLens(std::move(lens), "line of numbers");
   }
-  const auto read = ReadLensText(text, where, camera);
-  if (!read)
-    throw Error("{}: is no calibration that ulf knows. Read are the files of {}", where, ReadableLensFiles());
-  return {{}, read->program + " file", {{"live", {read->lens.camera}}}, read->lens.warnings};
+  if (!read) throw Error("{}: is no calibration that ulf knows. {}", where, ReadableLensFiles());
+  return FileOfLens(read->lens, read->program + " file");
 }
 
 ModeCalibration ModeOf(const CalibrationFile& file, const std::string& mode, const std::string& where) {

@@ -10,6 +10,7 @@
 #include <map>
 #include <opencv2/calib3d.hpp>
 
+#include "acquisition/calibration/chessboard_count.h"
 #include "acquisition/calibration/layout_fit.h"
 #include "core/base/quantile.h"
 #include "core/fiducials/touching_markers.h"
@@ -260,7 +261,8 @@ std::string Differences(const Board& said, const Board& board, bool other_step) 
                                     board.gap_mm / board.marker_mm, said.gap_mm / said.marker_mm)
                       : fmt::format("the square is {:.2f} of the marker, not {:.2f}; measure both",
                                     board.square_mm / board.marker_mm, said.square_mm / said.marker_mm));
-  else if (board.IsMarkerGrid() != said.IsMarkerGrid() || said.kind == BoardKind::kChessboard)
+  else if (board.IsMarkerGrid() != said.IsMarkerGrid() ||
+           (said.kind == BoardKind::kChessboard && board.kind != said.kind))
     all.emplace_back("measure its lengths");
   return fmt::format("{}", fmt::join(all, "; "));
 }
@@ -325,6 +327,20 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
   return other;
 }
 
+std::optional<OtherBoard> OtherChessboard(const Board& said, const std::vector<cv::Mat>& pictures) {
+  const auto squares = OtherChessboardIn(said, pictures);
+  if (!squares) return std::nullopt;
+  OtherBoard other{.board = said};
+  other.board.columns = squares->width;
+  other.board.rows = squares->height;
+  const bool counts_corners = squares->width == said.columns + 1 && squares->height == said.rows + 1;
+  other.what = counts_corners ? fmt::format("{} x {} counts inner corners, the text counts squares",
+                                            said.columns, said.rows)
+                              : Differences(said, other.board, false);
+  other.cure = fmt::format("give --board {}", other.board.Text());
+  return other;
+}
+
 }  // namespace
 
 double BendOf(const std::vector<Eigen::Vector3d>& points, const BoardView& view) {
@@ -373,7 +389,7 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
       if (sighting.Most() >= needed) best = std::move(sighting);
     }
   if (best) return LayoutOf(said, *best, pictures, said_share);
-  if (said.kind == BoardKind::kChessboard) return std::nullopt;
+  if (said.kind == BoardKind::kChessboard) return OtherChessboard(said, pictures);
   // Markers cannot be read in a mirror.
   std::vector<cv::Mat> mirrored(pictures.size());
   for (std::size_t i = 0; i < pictures.size(); ++i) cv::flip(pictures[i], mirrored[i], 1);

@@ -48,15 +48,17 @@ void WarnOfNoSerial(const CalibrationSource& source, std::vector<std::string>& w
         source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
 }
 
-// Some of the pictures that were calibrated from, evenly chosen, grey.
+// Some of the pictures that were calibrated from, and of those in which the board was not found, evenly chosen, grey.
 std::vector<cv::Mat> SomePictures(const CalibrationSource& source,
                                   const acquisition::CollectedViews& collected) {
-  constexpr std::size_t kFew = 8;  // they tell which board it is
-  const std::size_t all = source.device ? collected.pictures.size() : source.files.size();
+  constexpr std::size_t kFew = 12;  // they tell which board it is
+  std::vector<cv::Mat> taken = collected.pictures;
+  taken.insert(taken.end(), collected.unseen.begin(), collected.unseen.end());
+  const std::size_t all = source.device ? taken.size() : source.files.size();
   std::vector<cv::Mat> some;
   for (std::size_t i = 0; i < std::min(kFew, all); ++i) {
     const std::size_t at = all <= kFew ? i : i * (all - 1) / (kFew - 1);
-    some.push_back(source.device ? collected.pictures[at]
+    some.push_back(source.device ? taken[at]
                                  : GrayForTracking({ReadImageFile(source.files[at]), Transfer::kSrgb}));
   }
   return some;

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "acquisition/calibration/board_sheet.h"
 #include "commands/commands.h"
@@ -23,17 +25,17 @@ struct BoardArgs {
 int RunBoard(const BoardArgs& args) {
   const Board board = Board::Parse(args.board);
   const acquisition::SheetLayout layout = acquisition::LayOutSheet(board, args.page);
+  std::vector<std::string> sheets;
   for (const std::string& output : args.outputs) {
     const std::string extension = std::filesystem::path(output).extension();
     if (extension != ".pdf" && extension != ".svg")
       throw UsageError("-o {}: a board is written as .pdf or .svg", output);
     RequireWritable(output);
+    sheets.push_back(extension == ".pdf" ? acquisition::SheetPdf(board, layout)
+                                         : acquisition::SheetSvg(board, layout));
+    RequireUnused(output, sheets.back());
   }
-  for (const std::string& output : args.outputs) {
-    const bool pdf = std::filesystem::path(output).extension() == ".pdf";
-    WriteFileAtomically(output,
-                        pdf ? acquisition::SheetPdf(board, layout) : acquisition::SheetSvg(board, layout));
-  }
+  for (std::size_t i = 0; i < sheets.size(); ++i) WriteFileAtomically(args.outputs[i], sheets[i]);
   if (args.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"board", board.Text()},
                                               {"files", args.outputs},

@@ -290,7 +290,8 @@ void AddCalibrateCommand(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* command = app.add_subcommand("calibrate",
                                          "Find a camera's intrinsics from a printed board, its flat field "
                                          "from a card, or its colours from a chart");
-  command->add_option("SOURCE", args->sources, "Device URI, folder of images, or image files")->required();
+  command->add_option("SOURCE", args->sources, "Device URI, folder of images, image files, or a video")
+      ->required();
   command->add_option("--board", args->board, "Board, as its text is printed on the sheet (ulf board)")
       ->capture_default_str();
   command

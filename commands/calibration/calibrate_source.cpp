@@ -2,22 +2,45 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
+#include "core/base/atomic_file.h"
+#include "core/base/error.h"
 #include "core/base/output_path.h"
+#include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
+#include "core/image/files/picture_file.h"
 
 namespace ulf::commands {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+// Whether a file is of no kind of picture, by its ending and by its bytes.
+bool IsNoPicture(const std::string& path) {
+  if (!fs::is_regular_file(path) || HasImageEnding(path) || UnreadPicture(path)) return false;
+  try {
+    return ReadImageSize(path).empty();
+  } catch (const Error&) {
+    return true;
+  }
+}
+
+}  // namespace
 
 CalibrationSource OpenCalibrationSource(const CalibrateArgs& args) {
   CalibrationSource source;
   source.name = args.sources[0];
   const bool is_device = args.sources.size() == 1 && !fs::exists(args.sources[0]) &&
                          args.sources[0].find(':') != std::string::npos;
-  if (is_device) {
-    source.device = acquisition::OpenDevice(args.sources[0]);
+  const auto video = std::ranges::find_if(args.sources, IsNoPicture);
+  const bool is_video = video != args.sources.end();
+  if (is_video && args.sources.size() > 1)
+    throw UsageError("{}: is no picture; give pictures alone, or one video", *video);
+  if (is_device || is_video) {
+    source.device = acquisition::OpenDevice(is_video ? "replay:" + source.name : source.name);
     const acquisition::DeviceInfo info = source.device->Info();
     // The camera of images and videos is unknown.
     if (info.bus != "files" || !info.serial.empty()) source.identity = acquisition::CameraIdentity::Of(info);
@@ -48,8 +71,18 @@ std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource
     return stored.string();
   }
   const std::string output = args.output.empty() ? UnusedCalibrationName().string() : args.output;
-  RequireWritable(output);
+  RequireOwnCalibration(output);
   return output;
+}
+
+void RequireOwnCalibration(const std::string& output) {
+  RequireWritable(output);
+  if (fs::is_regular_file(output) && ReadWholeFile(output).find("\"modes\"") == std::string::npos)
+    throw UsageError(
+        "{}: exists already, is no calibration file of ulf, and is not replaced; choose another name, or "
+        "convert "
+        "it first: ulf calibration {} -o camera.json",
+        output, ShellWord(output));
 }
 
 void RequireReportFolder(const CalibrateArgs& args) {

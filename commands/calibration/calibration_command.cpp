@@ -146,6 +146,12 @@ void Print(const acquisition::CalibrationFile& file) {
   }
 }
 
+// Whether the file that is read is meant to be the one that is written, with all that it holds.
+bool BindsInPlace(const CalibrationArgs& args) {
+  std::error_code unknown;
+  return args.camera.empty() && std::filesystem::equivalent(args.path, args.output, unknown);
+}
+
 int RunCalibration(const CalibrationArgs& args) {
   const auto to = FormatOf(args);
   if (args.output.empty()) {
@@ -176,8 +182,11 @@ int RunCalibration(const CalibrationArgs& args) {
     const CameraModel camera = acquisition::ModeOf(file, args.mode, args.path).camera;
     const bool xml = std::filesystem::path(args.output).extension() == ".xml";
     const std::string name = file.identity.serial.empty() ? "camera" : file.identity.serial;
-    WriteFileAtomically(args.output, acquisition::CalibrationText(*to, camera, name, xml));
+    const std::string text = acquisition::CalibrationText(*to, camera, name, xml);
+    RequireUnused(args.output, text);
+    WriteFileAtomically(args.output, text);
   } else {
+    if (!BindsInPlace(args)) RequireUnused(args.output);
     acquisition::WriteCalibrationFile(args.output, file);
   }
   if (args.json)

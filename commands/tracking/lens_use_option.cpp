@@ -5,8 +5,8 @@
 #include <map>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "commands/calibration/calibrate_source.h"
 #include "core/base/error.h"
-#include "core/base/output_path.h"
 
 namespace ulf::commands {
 
@@ -34,7 +34,7 @@ void RequireUsable(const LensUseArgs& args) {
   if (args.use != tracking::LensUse::kRefine)
     throw UsageError("--calibration-out {}: the lens is found with --intrinsics refine",
                      args.calibration_output);
-  RequireWritable(args.calibration_output);
+  RequireOwnCalibration(args.calibration_output);
 }
 
 void WriteFoundLens(const LensUseArgs& args, const acquisition::Device& device,

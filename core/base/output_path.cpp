@@ -22,6 +22,13 @@ void RequireWritable(const std::string& path) {
     throw UsageError("{}: the folder {} is not writable; choose another", path, folder.string());
 }
 
+void RequireUnused(const std::string& path, std::string_view bytes) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(path, unknown)) return;
+  if (fs::file_size(path, unknown) == bytes.size() && ReadWholeFile(path) == bytes) return;
+  throw UsageError("{}: exists already and is not replaced; choose another name, or remove it first", path);
+}
+
 void RequireWritablePicture(const std::string& path) {
   const std::string ending = Lowercase(fs::path(path).extension().string());
   if (ending != ".png" && ending != ".jpg" && ending != ".jpeg")

@@ -4,13 +4,18 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace ulf {
 
 // Throws UsageError when `path` is a folder, or its folder is missing or not writable.
 void RequireWritable(const std::string& path);
 
-// The same; throws also when the ending is not .png, .jpg or .jpeg.
+// Throws UsageError where a file of this name holds anything but `bytes`: what a user has is not replaced unasked. A pipe or
+// a device takes whatever comes.
+void RequireUnused(const std::string& path, std::string_view bytes = {});
+
+// As RequireWritable(); throws also when the ending is not .png, .jpg or .jpeg.
 void RequireWritablePicture(const std::string& path);
 
 // Throws UsageError when the folder could not be made or written into; makes none.

@@ -1,5 +1,5 @@
-// Reads a lens out of the files of other programs, whatever their syntax. ReadableLensFiles() is the one list of what is
-// read; docs/calibration.md has it as a table.
+// Reads a lens out of the files of other programs, whatever their syntax. ReadableLensPrograms() is the one list of whose
+// are read; docs/calibration.md has it as a table.
 //
 // A model's word in the file decides what the coefficients are; where none is and both are possible, a warning says what
 // was taken and which word decides. A model that ulf does not have is an Error that names it and the way out, and so are
@@ -24,7 +24,7 @@ struct ReadLens {
 std::optional<ReadLens> ReadLensText(const std::string& text, const std::string& where,
                                      const std::string& camera = "");
 
-// "ulf (JSON of ulf calibrate), Kalibr (camchain YAML), ...", for messages.
+// "Lenses of ulf, Kalibr, ... are read (docs/calibration.md)", for messages.
 std::string ReadableLensFiles();
 // The programs alone.
 std::vector<std::string> ReadableLensPrograms();

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <iterator>
 
 #include "core/base/error.h"
 
@@ -90,26 +92,30 @@ void RequireCount(const LensNumbers& numbers, LensModel model, const std::string
   }
 }
 
-void WarnOfPrincipalPoint(Lens& lens, const std::string& where) {
-  const CameraModel& c = lens.camera;
-  if (!c.Contains({c.cx, c.cy})) {
-    lens.warnings.push_back(
-        fmt::format("{}: the principal point ({:.1f}, {:.1f}) lies outside the picture of {}x{}: is that the "
-                    "size of the pictures "
-                    "from which the lens was found?",
-                    where, c.cx, c.cy, c.width, c.height));
-    return;
-  }
-  // Half of the difference of the sides off the middle, each axis towards the other's: the size was written height
-  // first, as arrays have it.
+// Half of the difference of the sides off the middle, each axis towards the other's: the size was written height first, as
+// arrays have it.
+bool HasExchangedSides(const CameraModel& c) {
   const double off = std::hypot(c.cx - 0.5 * c.width, c.cy - 0.5 * c.height),
                off_exchanged = std::hypot(c.cx - 0.5 * c.height, c.cy - 0.5 * c.width);
   const double apart = std::abs(c.width - c.height) * 0.5 * std::sqrt(2.0);
-  if (apart > 0.05 * c.width && off_exchanged < 0.25 * apart && off > 0.75 * apart)
-    lens.warnings.push_back(fmt::format(
-        "{}: the principal point ({:.1f}, {:.1f}) is the middle of a picture of {}x{}, not of {}x{}: are "
-        "width and height exchanged?",
-        where, c.cx, c.cy, c.height, c.width, c.width, c.height));
+  return apart > 0.05 * c.width && off_exchanged < 0.25 * apart && off > 0.75 * apart;
+}
+
+// The number of "2", "cam2", "Camera 2"; -1: it is none.
+int NumberOfCameraWord(const std::string& text) {
+  std::string word = LensWord(text);
+  for (const std::string_view name : {"camera", "cam"})
+    if (word.starts_with(name)) word.erase(0, name.size());
+  const bool is_number = !word.empty() && word.size() <= 6 &&
+                         std::ranges::all_of(word, [](unsigned char c) { return std::isdigit(c) != 0; });
+  return is_number ? std::stoi(word) : -1;
+}
+
+// Whether a name ends, after its last / or dot, in what is wanted.
+bool EndsInCamera(const std::string& name, const std::string& wanted) {
+  const std::string last = name.substr(name.find_last_of("/.") + 1);
+  const int number = NumberOfCameraWord(wanted);
+  return LensWord(last) == LensWord(wanted) || (number >= 0 && NumberOfCameraWord(last) == number);
 }
 
 }  // namespace
@@ -173,32 +179,85 @@ Lens FinishedLens(const LensNumbers& numbers, const std::string& where) {
   std::copy_n(numbers.coefficients.begin(), std::min<std::size_t>(5, numbers.coefficients.size()),
               camera.coefficients.begin());
   camera.Validate(where);
-  // Shorter than any lens: a focal length in millimetres, or in widths of the picture.
-  constexpr double kShortest = 0.1;
-  const double longest = std::max(camera.width, camera.height);
-  if (std::max(camera.fx, camera.fy) < kShortest * longest)
-    throw Error(
-        "{}: focal lengths of {} and {} px with pictures of {}x{}; no lens has that: is it in millimetres or "
-        "in widths of the picture? Write pixels",
-        where, camera.fx, camera.fy, camera.width, camera.height);
-  WarnOfPrincipalPoint(lens, where);
+  CheckLensNumbers(lens, where);
   return lens;
 }
 
-std::string PickLens(const std::vector<std::string>& names, const std::string& wanted,
-                     const std::string& where) {
-  if (names.empty()) throw Error("{}: contains no camera", where);
-  if (wanted.empty() && names.size() > 1)
+void CheckLensNumbers(Lens& lens, const std::string& where) {
+  const CameraModel& c = lens.camera;
+  const double longest = std::max(c.width, c.height), focal = std::max(c.fx, c.fy);
+  // The widest fisheyes see 280 degrees: with their circle inside a picture of 16:9 they have 0.115 of its width.
+  constexpr double kShortest = 0.1;
+  if (focal < kShortest * longest)
     throw Error(
-        "{}: contains {} cameras ({}); extract one with ulf calibration {} --camera {} -o camera.json", where,
-        names.size(), fmt::join(names, ", "), where, names[0]);
-  if (wanted.empty()) return names[0];
-  const auto found = std::ranges::find_if(
-      names, [&](const std::string& name) { return LensWord(name) == LensWord(wanted); });
-  if (found == names.end())
-    throw Error("{}: there is no camera '{}' (there {}: {})", where, wanted,
-                names.size() == 1 ? "is only" : "are", fmt::join(names, ", "));
-  return *found;
+        "{}: focal lengths of {} and {} px with pictures of {}x{}; no lens has that: is it in millimetres or "
+        "in widths of the picture? Write pixels",
+        where, c.fx, c.fy, c.width, c.height);
+  // No lens has its axis at a picture's corner to a pixel. Shifted lenses and parts of a sensor have it far off the middle.
+  constexpr double kCorner_px = 1.5, kLeastSide_px = 8;
+  if (std::abs(c.cx) <= kCorner_px && std::abs(c.cy) <= kCorner_px && longest >= kLeastSide_px)
+    throw Error(
+        "{}: the principal point is in the corner of pictures of {}x{}: is it in parts of the picture, or "
+        "from "
+        "its middle? Write pixels from the upper left corner; the middle is {} {}",
+        where, c.width, c.height, 0.5 * c.width, 0.5 * c.height);
+  // The shortest lens that keeps lines straight has 9 mm for pictures 36 mm wide; the longest zooms have 83 widths.
+  constexpr double kShortestStraight = 0.2, kLongest = 100;
+  if (focal < kShortestStraight * longest && c.distortion != Distortion::kFisheye)
+    lens.warnings.push_back(
+        fmt::format("{}: a focal length of {:.6g} px is short for pictures of {}x{} without a fisheye: is "
+                    "that the size of "
+                    "the pictures "
+                    "from which the lens was found, and is the lens no fisheye?",
+                    where, focal, c.width, c.height));
+  if (focal > kLongest * longest)
+    lens.warnings.push_back(fmt::format(
+        "{}: a focal length of {:.6g} px is that of a telescope with pictures of {}x{}: is it in pixels?",
+        where, focal, c.width, c.height));
+  if (!c.Contains({c.cx, c.cy}))
+    lens.warnings.push_back(
+        fmt::format("{}: the principal point ({:.1f}, {:.1f}) lies outside the picture of {}x{}: is that the "
+                    "size of the pictures "
+                    "from which the lens was found?",
+                    where, c.cx, c.cy, c.width, c.height));
+  else if (HasExchangedSides(c))
+    lens.warnings.push_back(fmt::format(
+        "{}: the principal point ({:.1f}, {:.1f}) is the middle of a picture of {}x{}, not of {}x{}: are "
+        "width and height exchanged?",
+        where, c.cx, c.cy, c.height, c.width, c.width, c.height));
+}
+
+std::string PickLens(const std::vector<std::string>& names, const std::string& wanted,
+                     const std::string& where, const std::vector<std::string>& topics) {
+  if (names.empty()) throw Error("{}: contains no camera", where);
+  if (wanted.empty() && names.size() == 1) return names[0];
+  std::vector<std::string> list = names;
+  for (std::size_t i = 0; i < topics.size(); ++i)
+    if (!topics[i].empty()) list[i] += fmt::format(" {}", topics[i]);
+  constexpr std::size_t kMostNamed = 12;
+  if (list.size() > kMostNamed) {
+    list.resize(kMostNamed);
+    list.emplace_back("...");
+  }
+  if (wanted.empty())
+    throw Error(
+        "{}: contains {} cameras ({}); extract one with ulf calibration, which takes the camera's name or "
+        "number",
+        where, names.size(), fmt::join(list, ", "));
+  for (const auto& words : {names, topics})
+    for (std::size_t i = 0; i < words.size(); ++i)
+      if (!words[i].empty() && LensWord(words[i]) == LensWord(wanted)) return names[i];
+  std::vector<std::string> ending;
+  std::ranges::copy_if(names, std::back_inserter(ending),
+                       [&](const std::string& name) { return EndsInCamera(name, wanted); });
+  if (ending.size() == 1) return ending[0];
+  throw Error("{}: there is no camera '{}' (there {}: {})", where, wanted,
+              names.size() == 1 ? "is only" : "are", fmt::join(list, ", "));
+}
+
+void RequireOnlyLens(const std::string& wanted, const std::string& where) {
+  if (!wanted.empty() && NumberOfCameraWord(wanted) != 0)
+    throw Error("{}: contains only one camera, which has no name; '{}' must be left out", where, wanted);
 }
 
 }  // namespace ulf::acquisition

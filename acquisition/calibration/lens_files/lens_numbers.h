@@ -37,8 +37,16 @@ void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::
 // Throws Error that begins with `where`.
 Lens FinishedLens(const LensNumbers& numbers, const std::string& where);
 
-// The wanted one of a file's cameras, or the only one; cases do not matter. Throws Error that lists them.
+// What no lens has: throws Error that begins with `where` for a focal length or a principal point in parts of the picture
+// or in millimetres; a warning names what only strange lenses and parts of a sensor have.
+void CheckLensNumbers(Lens& lens, const std::string& where);
+
+// The wanted one of a file's cameras, or the only one: by its name, its number (cam0: 0; narrow_stereo/left: left), or its
+// topic, one for each name or none at all; cases do not matter. Throws Error that lists them.
 std::string PickLens(const std::vector<std::string>& names, const std::string& wanted,
-                     const std::string& where);
+                     const std::string& where, const std::vector<std::string>& topics = {});
+
+// Of a file that has only one camera without a name. Throws Error where one is wanted.
+void RequireOnlyLens(const std::string& wanted, const std::string& where);
 
 }  // namespace ulf::acquisition

@@ -155,6 +155,15 @@ LensNode FromJsonValue(const nlohmann::json& json, LensTreeSize& size, int level
   return made;
 }
 
+// Values that stand in attributes, as in <camera fx="600" fy="600"/>, are of the element's map.
+void AddXmlAttributes(const XmlElement& element, LensNode& map) {
+  for (const std::string& name : element.AttributeNames()) {
+    map.kind = LensNode::Kind::kMap;
+    map.keys.push_back(name);
+    map.items.push_back({.kind = LensNode::Kind::kText, .text = *element.Attribute(name.c_str())});
+  }
+}
+
 LensNode FromXml(const XmlElement& element, bool is_storage, LensTreeSize& size, int level) {
   size.Add(level);
   const std::vector<XmlElement> children = element.AllChildren();
@@ -162,6 +171,7 @@ LensNode FromXml(const XmlElement& element, bool is_storage, LensTreeSize& size,
   if (children.empty()) {
     made.kind = LensNode::Kind::kText;
     made.text = element.Text();
+    if (made.text.empty() && !is_storage) AddXmlAttributes(element, made);
     if (made.text.size() >= 2 && made.text.front() == '"' && made.text.back() == '"')
       made.text = made.text.substr(1, made.text.size() - 2);
     return made;
@@ -179,6 +189,7 @@ LensNode FromXml(const XmlElement& element, bool is_storage, LensTreeSize& size,
     if (!is_list) made.keys.push_back(child.Name());
     made.items.push_back(std::move(value));
   }
+  if (!is_list && !is_storage) AddXmlAttributes(element, made);
   return made;
 }
 
@@ -206,16 +217,52 @@ bool IsSectionHead(const std::string& line) {
          std::isalpha(static_cast<unsigned char>(line[1])) != 0 && line.find(',') == std::string::npos;
 }
 
-// A name stands on a line of its own, its numbers on those below. The size, a section before the cameras, becomes part
-// of each of them.
+// Of a line "key = value", with a key of one word, as in ini and TOML; empty: it is none.
+std::string AssignedKey(const std::string& line) {
+  const std::size_t equals = line.find('=');
+  if (equals == std::string::npos || line.substr(equals).starts_with("==")) return "";
+  const std::string key = WithoutBlanksAround(line.substr(0, equals));
+  const bool is_word = std::ranges::all_of(
+      key, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.' || c == '-'; });
+  return is_word ? key : "";
+}
+
+int OpenBrackets(const std::string& text) {
+  return static_cast<int>(std::ranges::count(text, '[') - std::ranges::count(text, ']'));
+}
+
+// The value of a line of ini or TOML: a list in brackets, with commas, or, as MATLAB writes it, with blanks and semicolons;
+// a text else.
+LensNode AssignedValue(std::string value, LensTreeSize& size) {
+  if (value.starts_with('[') && value.find(',') == std::string::npos) {
+    std::ranges::replace_if(
+        value, [](char c) { return c == '[' || c == ']' || c == ';'; }, ' ');
+  } else if (value.starts_with('[')) {
+    if (IsNestedDeeply(value)) size.Add(kMostLensLevels + 1);
+    try {
+      return FromYaml(YAML::Load(value), size, 1);
+    } catch (const YAML::Exception& error) {
+      throw Error("{}: the list '{}' cannot be read: {}; correct or write the file again", size.where,
+                  value.substr(0, 40), error.msg);
+    }
+  }
+  value = WithoutBlanksAround(value.substr(0, value.find(';')));
+  if (value.size() >= 2 && (value.front() == '"' || value.front() == '\'') && value.back() == value.front())
+    value = value.substr(1, value.size() - 2);
+  return {.kind = LensNode::Kind::kText, .text = value};
+}
+
+// In ROS's ost.ini a name stands on a line of its own, its numbers on those below; ini and TOML have both in one line, and
+// lists over several. The size, a section before the cameras, becomes part of each of them.
 LensNode FromSections(const std::string& text, const std::string& where) {
   LensNode top{.kind = LensNode::Kind::kMap};
   LensNode image{.kind = LensNode::Kind::kMap};
   LensNode* section = nullptr;
+  LensTreeSize size{where};
   std::istringstream lines(text);
   for (std::string raw; std::getline(lines, raw);) {
-    const std::string line = WithoutBlanksAround(raw.substr(0, raw.find('#')));
-    if (line.empty()) continue;
+    std::string line = WithoutBlanksAround(raw.substr(0, raw.find('#')));
+    if (line.empty() || line[0] == ';') continue;
     if (IsSectionHead(line)) {
       const std::string name = line.substr(1, line.size() - 2);
       if (name == "image") {
@@ -228,6 +275,17 @@ LensNode FromSections(const std::string& text, const std::string& where) {
       top.keys.push_back(name);
       top.items.push_back(image);
       section = &top.items.back();
+      continue;
+    }
+    if (const std::string key = AssignedKey(line); !key.empty()) {
+      while (OpenBrackets(line) > 0 && std::getline(lines, raw)) line += " " + raw.substr(0, raw.find('#'));
+      if (OpenBrackets(line) > 0)
+        throw Error("{}: the list behind '{}' has no end: the file may be cut; write it again", where, key);
+      size.Add(1);
+      LensNode& map = section ? *section : top;
+      if (map.Has(key)) throw Error("{}: the key '{}' is there twice; delete the wrong one", where, key);
+      map.keys.push_back(key);
+      map.items.push_back(AssignedValue(WithoutBlanksAround(line.substr(line.find('=') + 1)), size));
       continue;
     }
     if (!section) continue;
@@ -243,12 +301,12 @@ LensNode FromSections(const std::string& text, const std::string& where) {
   return top;
 }
 
-// The first line that is neither empty nor a comment.
+// The first line that is neither empty nor a comment, which ; begins in ini.
 std::string FirstLine(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     line = WithoutBlanksAround(line);
-    if (!line.empty() && line[0] != '#') return line;
+    if (!line.empty() && line[0] != '#' && line[0] != ';') return line;
   }
   return "";
 }
@@ -286,7 +344,7 @@ std::optional<std::vector<LensNode>> LensTreesOf(const std::string& text, const 
     LensTreeSize size{where};
     return std::vector{FromJsonValue(ParseJson(text, where, "write the file again"), size, 0)};
   }
-  if (IsSectionHead(first)) return std::vector{FromSections(text, where)};
+  if (IsSectionHead(first) || !AssignedKey(first).empty()) return std::vector{FromSections(text, where)};
   if (first.starts_with("%YAML") || first == "---" || HasYamlKey(text)) return FromYamlText(text, where);
   return std::nullopt;
 }
@@ -340,7 +398,9 @@ bool LooksLikeLensMatrix(const LensNode& node) {
 
 LensMatrix LensMatrixOf(const LensNode& node, std::string_view key, const std::string& where) {
   const LensNode* data = node.IsMap() ? node.Find("data") : &node;
-  if (!data) throw Error("{}: '{}' is no matrix with rows, cols and data", where, key);
+  if (!data)
+    throw Error("{}: '{}' is no matrix with rows, cols and data; if the file was cut, write it again", where,
+                key);
   if (data->IsText() && data->text.find("$base64$") != std::string::npos)
     throw Error("{}: '{}' is written in base64; write it as text (without OpenCV's WRITE_BASE64)", where,
                 key);

@@ -1,6 +1,6 @@
 // The text of a lens file as one tree, whatever its syntax: YAML with or without OpenCV's head, JSON, XML (OpenCV's
-// storage and others), or the sections of ROS's ost.ini. What a file means is thereby looked for once and not once for
-// each syntax.
+// storage and others, attributes too), or the sections of ROS's ost.ini, of ini and of TOML. What a file means is thereby
+// looked for once and not once for each syntax.
 #pragma once
 
 #include <cstddef>

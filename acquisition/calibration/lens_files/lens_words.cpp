@@ -33,6 +33,7 @@ constexpr std::array kModelWords = {
     LensWords{"radtan5", LensModel::kRadialTangential},
     LensWords{"pinholeradtan", LensModel::kRadialTangential},
     LensWords{"radialtangential", LensModel::kRadialTangential},
+    LensWords{"opencvstandard", LensModel::kRadialTangential},
     LensWords{"brown", LensModel::kRadialTangential},
     LensWords{"brownconrady", LensModel::kRadialTangential},
     LensWords{"opencv", LensModel::kRadialTangential},
@@ -41,6 +42,7 @@ constexpr std::array kModelWords = {
     LensWords{"rational", LensModel::kRational},
     LensWords{"rationalpolynomial", LensModel::kRational},
     LensWords{"radtan8", LensModel::kRational},
+    LensWords{"radialtangential8", LensModel::kRational},
     LensWords{"pinholeradtan8", LensModel::kRational},
     LensWords{"opencv8", LensModel::kRational},
     LensWords{"fullopencv", LensModel::kRational},
@@ -162,7 +164,8 @@ bool IsSame(LensModel a, LensModel b) {
 
 std::optional<SaidLensModel> LensModelOfWord(std::string_view text, const std::string& said,
                                              const std::string& where) {
-  const std::string word = LensWord(text);
+  std::string word = LensWord(text);
+  if (word.starts_with("distortion") && word.size() > 10) word.erase(0, 10);  // RealSense's distortion.none
   if (word.empty()) return std::nullopt;
   LensModel model = LensModel::kNone;
   switch (MeaningOf(word, model)) {
@@ -210,10 +213,17 @@ std::optional<SaidLensModel> SaidLensModelOf(const LensNode& map, const std::str
     } else if (IsOneOf(kModelKeys, key)) {
       // In some files the coefficients, or the projection's matrix.
       if ((key == "distortion" || key == "projection") && LensNumbersIn(value)) continue;
+      // MC-Calib's numbers of its two models.
+      if (key == "distortiontype" && map.Has("distortion_vector") && SwitchOf(value.text)) {
+        add(SaidLensModel{*SwitchOf(value.text) ? LensModel::kFisheye : LensModel::kRadialTangential, said});
+        continue;
+      }
       add(LensModelOfWord(value.text, said, where));
     } else if (IsOneOf(kAnyKeys, key)) {
       LensModel model = LensModel::kNone;
-      const WordMeaning meaning = MeaningOf(LensWord(value.text), model);
+      std::string word = LensWord(value.text);
+      if (word.starts_with("distortion")) word.erase(0, 10);
+      const WordMeaning meaning = MeaningOf(word, model);
       if (meaning == WordMeaning::kModel || meaning == WordMeaning::kOther)
         add(LensModelOfWord(value.text, said, where));
     }

@@ -8,103 +8,17 @@
 #include <cctype>
 #include <cmath>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "acquisition/calibration/lens_files/lens_mentions.h"
+#include "acquisition/calibration/lens_files/lens_sizes.h"
+#include "acquisition/calibration/lens_files/marked_keys.h"
+#include "acquisition/calibration/lens_files/plain_numbers.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
 namespace {
-
-// As LensWord() makes them. With one of two cameras' marks before or behind they are a stereo pair's.
-constexpr std::array<std::string_view, 9> kMatrixKeys = {"cameramatrix",
-                                                         "intrinsicmatrix",
-                                                         "intrinsicsmatrix",
-                                                         "intrinsics",
-                                                         "intrinsic",
-                                                         "mtx",
-                                                         "cammatrix",
-                                                         "k",
-                                                         "m"};
-constexpr std::array<std::string_view, 14> kCoefficientKeys = {"distortioncoefficients",
-                                                               "distortioncoeffs",
-                                                               "distortioncoeff",
-                                                               "distortionparameters",
-                                                               "distortionvector",
-                                                               "distcoefficients",
-                                                               "distcoeffs",
-                                                               "distcoeff",
-                                                               "distcoefs",
-                                                               "distortion",
-                                                               "coeffs",
-                                                               "dist",
-                                                               "distortions",
-                                                               "d"};
-constexpr std::array<std::string_view, 4> kWidthKeys = {"imagewidth", "imgwidth", "width", "w"};
-constexpr std::array<std::string_view, 4> kHeightKeys = {"imageheight", "imgheight", "height", "h"};
-constexpr std::array<std::string_view, 6> kSizeKeys = {"imagesize", "imgsize",         "resolution",
-                                                       "size",      "imageresolution", "s"};
-
-bool IsMark(std::string_view word) {
-  for (const std::string_view mark : {"left", "right", "l", "r", "rgb", "color", "colour", "ir", "depth"})
-    if (word == mark) return true;
-  if (word.starts_with("camera")) word.remove_prefix(6);
-  if (word.starts_with("cam")) word.remove_prefix(3);
-  return !word.empty() && word.size() <= 2 &&
-         std::ranges::all_of(word, [](unsigned char c) { return std::isdigit(c) != 0; });
-}
-
-// A key's word, and the camera's mark before or behind it: "k" and "1" of K1, "k" and "left" of LEFT.K.
-struct MarkedKey {
-  std::string_view base;
-  std::string mark;  // empty: none
-};
-
-// None: another key.
-template <std::size_t kCount>
-std::optional<MarkedKey> MarkedAs(const std::string& key, const std::array<std::string_view, kCount>& bases) {
-  const std::string word = LensWord(key);
-  for (const std::string_view base : bases)
-    if (word == base) return MarkedKey{base, ""};
-  for (const std::string_view base : bases) {
-    if (word.size() <= base.size()) continue;
-    const std::string behind = word.substr(base.size()), before = word.substr(0, word.size() - base.size());
-    if (word.starts_with(base) && IsMark(behind)) return MarkedKey{base, behind};
-    if (word.ends_with(base) && IsMark(before)) return MarkedKey{base, before};
-  }
-  return std::nullopt;
-}
-
-// The value behind the key that has the mark and passes the test. Throws Error for two such keys with different values.
-template <std::size_t kCount, typename Test>
-std::pair<std::string, const LensNode*> FindMarked(const LensNode& map,
-                                                   const std::array<std::string_view, kCount>& bases,
-                                                   const std::string& mark, const std::string& where,
-                                                   const Test& test) {
-  std::pair<std::string, const LensNode*> found{"", nullptr};
-  for (std::size_t i = 0; i < map.keys.size(); ++i) {
-    const auto marked = MarkedAs(map.keys[i], bases);
-    if (!marked || marked->mark != mark || !test(map.items[i])) continue;
-    if (!found.second) {
-      found = {map.keys[i], &map.items[i]};
-      continue;
-    }
-    const auto first = LensNumbersIn(*found.second), second = LensNumbersIn(map.items[i]);
-    if (first && second ? *first != *second : *found.second != map.items[i])
-      throw Error("{}: '{}' and '{}' are of the same thing and have different values; delete the wrong one",
-                  where, found.first, map.keys[i]);
-  }
-  return found;
-}
-
-std::vector<std::string> MarksOfMatrices(const LensNode& map) {
-  std::vector<std::string> marks;
-  for (std::size_t i = 0; i < map.keys.size(); ++i) {
-    const auto marked = MarkedAs(map.keys[i], kMatrixKeys);
-    if (marked && LooksLikeLensMatrix(map.items[i]) && std::ranges::find(marks, marked->mark) == marks.end())
-      marks.push_back(marked->mark);
-  }
-  return marks;
-}
 
 // A camera of the file: its map, those that this lies in, and its mark in there.
 struct FoundLens {
@@ -137,59 +51,12 @@ std::vector<FoundLens> LensesIn(const LensNode& document) {
   return found;
 }
 
-void ReadLensSize(const FoundLens& found, LensNumbers& numbers, const std::string& where) {
-  const auto side = [&](const LensNode& map, const auto& bases,
-                        const std::string& mark) -> std::optional<double> {
-    const auto [key, node] =
-        FindMarked(map, bases, mark, where, [](const LensNode& value) { return value.IsText(); });
-    if (!node) return std::nullopt;
-    const auto value = LensNumber(*node);
-    if (!value) throw Error("{}: '{}' must be a number, not '{}'", where, key, node->text.substr(0, 40));
-    return value;
-  };
-  for (const LensNode* map : found.maps)
-    for (const std::string& mark : {found.mark, std::string()}) {
-      const auto width = side(*map, kWidthKeys, mark), height = side(*map, kHeightKeys, mark);
-      if (width && height) {
-        numbers.width = *width;
-        numbers.height = *height;
-        // 0 is a size of nothing, not one that the file does not say.
-        if (*width == 0 && *height == 0)
-          throw Error("{}: the size of the pictures is 0x0; calibrate again", where);
-        return;
-      }
-      const auto [key, both] = FindMarked(*map, kSizeKeys, mark, where, [](const LensNode& value) {
-        return value.kind != LensNode::Kind::kNothing;
-      });
-      if (!both) continue;
-      if (both->IsMap() && both->Has("width") && both->Has("height")) {
-        numbers.width = RequiredLensNumber(*both, "width", where);
-        numbers.height = RequiredLensNumber(*both, "height", where);
-        return;
-      }
-      const auto sides = both->IsMap() ? LensMatrixOf(*both, key, where).numbers
-                                       : LensNumbersIn(*both).value_or(std::vector<double>());
-      if (sides.size() != 2) {
-        if (LensWord(key) == "s" || LensWord(key) == "size") continue;
-        throw Error("{}: '{}' must be width and height, two numbers", where, key);
-      }
-      numbers.width = sides[0];
-      numbers.height = sides[1];
-      if (sides[0] == 0 && sides[1] == 0)
-        throw Error("{}: the size of the pictures is 0x0; calibrate again", where);
-      return;
-    }
-}
-
 // Distortion under a key that is not known would be left out silently.
 void RefuseUnknownDistortion(const LensNode& map, const std::string& where) {
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
-    const std::string key = LensWord(map.keys[i]);
-    const bool is_coefficient = key.size() == 2 && (key[0] == 'k' || key[0] == 'p') && key[1] >= '1' &&
-                                key[1] <= '6' && LensNumber(map.items[i]);
-    const bool is_distortion = key.find("distortion") != std::string::npos && !map.items[i].IsText() &&
-                               map.items[i].kind != LensNode::Kind::kNothing;
-    if (is_coefficient || is_distortion)
+    const bool is_distortion = LensWord(map.keys[i]).find("distortion") != std::string::npos &&
+                               !map.items[i].IsText() && map.items[i].kind != LensNode::Kind::kNothing;
+    if (is_distortion)
       throw Error(
           "{}: '{}' holds distortion in a form that ulf does not read beside a camera matrix; write it as "
           "distortion_coefficients: [k1, k2, p1, p2, k3]",
@@ -197,19 +64,50 @@ void RefuseUnknownDistortion(const LensNode& map, const std::string& where) {
   }
 }
 
-std::vector<double> LensCoefficients(const FoundLens& found, LensNumbers& numbers, const std::string& where) {
-  const LensNode& map = *found.maps.front();
-  // A text without numbers is a word for the model.
-  const auto [key, node] = FindMarked(map, kCoefficientKeys, found.mark, where, [](const LensNode& value) {
-    return value.kind == LensNode::Kind::kNothing || value.IsList() || (value.IsMap() && value.Has("data")) ||
-           (value.IsText() && LensNumbersIn(value));
-  });
+// A file without coefficients is one of a lens without distortion, or was cut. Programs that write matrices with rows and
+// columns, and ROS, always write coefficients; texts that do not end by themselves may have been cut.
+void RefuseCutFile(const FoundLens& found, const LensNode& matrix, const LensNumbers& numbers,
+                   bool may_be_cut, const std::string& where) {
+  const bool says_none = numbers.said && numbers.said->model == LensModel::kNone;
+  // Middlebury's stereo sets are rectified.
+  if (says_none || found.maps.front()->Has("doffs")) return;
+  if (!matrix.IsMap() && !numbers.said && !numbers.is_ros &&
+      (!may_be_cut || found.maps.front()->Has(kPlainMatrixKey)))
+    return;
+  throw Error(
+      "{}: there is a camera matrix, but there are no distortion coefficients{}: the file may be cut. Write "
+      "it "
+      "again; if the lens has no distortion, add the line distortion_coefficients: [0, 0, 0, 0, 0]",
+      where, numbers.said ? " for '" + numbers.said->said + "'" : "");
+}
+
+std::vector<double> LensCoefficients(const FoundLens& found, const LensNode& of_matrix, bool may_be_cut,
+                                     LensNumbers& numbers, const std::string& where) {
+  std::pair<std::string, const LensNode*> list{"", nullptr};
+  for (const LensNode* map : found.maps) {
+    // A text without numbers is a word for the model.
+    list = FindMarked(*map, kCoefficientKeys, found.mark, where, [](const LensNode& value) {
+      return value.kind == LensNode::Kind::kNothing || value.IsList() ||
+             (value.IsMap() && (value.Has("data") || value.Has("rows"))) ||
+             (value.IsText() && LensNumbersIn(value));
+    });
+    if (list.second) break;
+    if (const auto plain = PlainCoefficients(*map, numbers, where)) return *plain;
+    RefuseUnknownDistortion(*map, where);
+  }
+  const auto& [key, node] = list;
   if (!node) {
-    RefuseUnknownDistortion(map, where);
-    numbers.warnings.push_back(
-        fmt::format("{}: holds no distortion coefficients; taken as a lens without distortion", where));
+    RefuseCutFile(found, of_matrix, numbers, may_be_cut, where);
+    if (!numbers.said)
+      numbers.warnings.push_back(
+          fmt::format("{}: holds no distortion coefficients; taken as a lens without distortion", where));
     return {};
   }
+  if (node->kind == LensNode::Kind::kNothing)
+    throw Error(
+        "{}: nothing stands behind '{}': the file may be cut. Write it again; if the lens has no distortion, "
+        "write {}: []",
+        where, key, key);
   const LensMatrix matrix = LensMatrixOf(*node, key, where);
   if (std::min(matrix.rows, matrix.cols) > 1)
     throw Error("{}: '{}' has {} x {} values; distortion coefficients are one row or one column", where, key,
@@ -268,11 +166,11 @@ void WarnOfWindow(const LensNode& map, LensNumbers& numbers, const std::string& 
   const bool is_whole = left == 0 && top == 0 &&
                         ((width == 0 && height == 0) || (width == numbers.width && height == numbers.height));
   if (!is_whole)
-    numbers.warnings.push_back(
-        fmt::format("{}: roi {:g}x{:g}+{:g}+{:g}: the lens is that of the whole picture of {:g}x{:g}; "
-                    "pictures of the region alone "
-                    "need a calibration of their own, or --sensor and --roi",
-                    where, width, height, left, top, numbers.width, numbers.height));
+    numbers.warnings.push_back(fmt::format(
+        "{}: roi {:g}x{:g}+{:g}+{:g}: the lens is that of the whole picture of {:g}x{:g}; "
+        "pictures of the region alone "
+        "need a calibration of their own, or the sensor and the region that ulf calibration binds them to",
+        where, width, height, left, top, numbers.width, numbers.height));
 }
 
 // The map without what is said of another camera in it, as distortion_model_right.
@@ -319,10 +217,13 @@ LensNode PartOfLens(const FoundLens& found) {
   return part;
 }
 
-Lens ReadFoundLens(const FoundLens& found, const std::string& where) {
+Lens ReadFoundLens(const FoundLens& found, bool may_be_cut, const std::string& where) {
   LensNumbers numbers;
   const LensNode& map = *found.maps.front();
-  const auto [key, matrix] = FindMarked(map, kMatrixKeys, found.mark, where, LooksLikeLensMatrix);
+  auto [key, matrix] = FindMarked(map, kMatrixKeys, found.mark, where, LooksLikeLensMatrix);
+  // In A2D2's file CamMatrix is of pictures without their distortion.
+  if (const LensNode* distorted = map.Find("CamMatrixOriginal"))
+    std::tie(key, matrix) = std::pair(std::string("CamMatrixOriginal"), distorted);
   numbers.is_ros = IsRosLens(map);
   // A word stands beside the numbers or in a map around them.
   for (const LensNode* outer : found.maps)
@@ -336,11 +237,29 @@ Lens ReadFoundLens(const FoundLens& found, const std::string& where) {
       throw Error("{}: '{}' is {}, which ulf does not support; calibrate again with CALIB_FIX_SKEW", where,
                   map.keys[i], *skew);
   SetCameraMatrix(numbers, LensMatrixOf(*matrix, key, where), key, where);
-  ReadLensSize(found, numbers, where);
-  numbers.coefficients = LensCoefficients(found, numbers, where);
+  ReadLensSize(found.maps, found.mark, numbers, where);
+  numbers.coefficients = LensCoefficients(found, *matrix, may_be_cut, numbers, where);
   CheckFlags(found, numbers, where);
   WarnOfWindow(map, numbers, where);
   return FinishedLens(numbers, where);
+}
+
+// Whether they are of one list, and equal.
+bool AreSameLens(const std::vector<FoundLens>& all, bool may_be_cut, const std::string& where) {
+  const auto without_number = [](std::string name) {
+    std::erase_if(name, [](unsigned char c) { return std::isdigit(c) != 0; });
+    return name;
+  };
+  for (const FoundLens& found : all)
+    if (without_number(found.name) != without_number(all[0].name)) return false;
+  try {
+    const Lens first = ReadFoundLens(all[0], may_be_cut, where);
+    return std::all_of(all.begin() + 1, all.end(), [&](const FoundLens& found) {
+      return ReadFoundLens(found, may_be_cut, where).camera == first.camera;
+    });
+  } catch (const Error&) {
+    return false;  // the one that is wanted is read, or named
+  }
 }
 
 }  // namespace
@@ -361,29 +280,25 @@ bool IsRosLens(const LensNode& top) {
 }
 
 Lens ReadMatrixLens(const std::vector<LensNode>& documents, const std::string& where,
-                    const std::string& wanted) {
+                    const std::string& wanted, bool may_be_cut) {
+  std::vector<LensNode> with_matrices;
+  for (const LensNode& document : documents) with_matrices.push_back(WithCameraMatrices(document));
   std::vector<FoundLens> all;
-  for (std::size_t i = 0; i < documents.size(); ++i)
-    for (FoundLens& found : LensesIn(documents[i])) {
+  for (std::size_t i = 0; i < with_matrices.size(); ++i)
+    for (FoundLens& found : LensesIn(with_matrices[i])) {
       const bool is_numbered = documents.size() > 1;
       if (is_numbered) found.name = std::to_string(i + 1) + (found.name.empty() ? "" : "." + found.name);
       all.push_back(std::move(found));
     }
-  if (all.size() > 1 && wanted.empty() && documents.size() > 1) {
-    // Messages of one topic, one after the other: the same lens, unless it was set anew.
-    const Lens first = ReadFoundLens(all[0], where + ", message " + all[0].name);
-    const bool are_equal = std::all_of(all.begin() + 1, all.end(), [&](const FoundLens& found) {
-      return ReadFoundLens(found, where + ", message " + found.name).camera == first.camera;
-    });
-    if (are_equal) return ReadFoundLens(all[0], where);
-  }
-  if (all.size() == 1 && all[0].name.empty() && !wanted.empty())
-    throw Error("{}: contains only one camera; leave out --camera {}", where, wanted);
+  // Messages of one topic, or pictures of one camera, one after the other: the same lens, unless it was set anew.
+  if (all.size() > 1 && wanted.empty() && AreSameLens(all, may_be_cut, where))
+    return ReadFoundLens(all[0], may_be_cut, where);
+  if (all.size() == 1 && all[0].name.empty()) RequireOnlyLens(wanted, where);
   std::vector<std::string> names;
   for (const FoundLens& found : all) names.push_back(found.name);
   const std::string name = PickLens(names, wanted, where);
   const auto chosen = std::ranges::find(all, name, &FoundLens::name);
-  return ReadFoundLens(*chosen, all.size() == 1 ? where : where + ", camera " + name);
+  return ReadFoundLens(*chosen, may_be_cut, all.size() == 1 ? where : where + ", camera " + name);
 }
 
 }  // namespace ulf::acquisition

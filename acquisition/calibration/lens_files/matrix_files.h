@@ -16,8 +16,8 @@ bool HasCameraMatrix(const LensNode& top);
 bool IsRosLens(const LensNode& top);
 
 // The lens of a document, or of equal ones; of several cameras (K1 K2, left right, sections, unequal documents) the
-// wanted one. Throws Error that begins with `where`.
+// wanted one. `may_be_cut`: the text has no end of its own, as JSON and XML have. Throws Error that begins with `where`.
 Lens ReadMatrixLens(const std::vector<LensNode>& documents, const std::string& where,
-                    const std::string& wanted);
+                    const std::string& wanted, bool may_be_cut = true);
 
 }  // namespace ulf::acquisition

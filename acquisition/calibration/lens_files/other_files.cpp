@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <initializer_list>
+#include <sstream>
 #include <string_view>
+#include <vector>
 
 #include "acquisition/calibration/lens_files/matrix_files.h"
 
@@ -19,6 +22,12 @@ struct OtherText {
 
 constexpr const char* kAsOpenCv =
     "write its numbers as an OpenCV file (image_width, image_height, camera_matrix, distortion_coefficients)";
+
+constexpr const char* kOfSet =
+    "of RealityScan (RealityCapture), in millimetres of film; ulf import takes its export with the "
+    "photographs. "
+    "For "
+    "the lens alone, calibrate with ulf calibrate";
 
 constexpr std::array kOtherTexts = {
     OtherText{"LENSMODEL_",
@@ -39,6 +48,21 @@ constexpr std::array kOtherTexts = {
     OtherText{"Camera-system parameters",
               "Kalibr's report in words; give its camchain YAML file (camchain-*.yaml)"},
     OtherText{"[LEFT_CAM_", "a settings file of a ZED camera; {}"},
+    OtherText{"xcr:DistortionModel", kOfSet},
+    OtherText{"#name,x,y,alt", kOfSet},
+    OtherText{"NVM_V3", "a set of VisualSFM; import it to COLMAP, and give the cameras.txt of that"},
+    OtherText{"# Bundle file v", "a set of Bundler, whose lenses have no size; {}"},
+    OtherText{"<lensdatabase", "lensfun's, which does not tell pixels; calibrate with ulf calibrate"},
+    OtherText{"calibu_", "a camera of Calibu; {}"},
+    OtherText{"<CalibrationInternConique",
+              "a camera of MicMac, whose distortion is about a centre of its own; {}"},
+    OtherText{"<BlocksExchange",
+              "a set in Bentley's BlocksExchange form; export it to COLMAP, and give its cameras.txt"},
+    OtherText{"VICON_RADIAL", "a calibration of Vicon's cameras; {}"},
+    OtherText{"centerPointU", "a calibration of Qualisys's cameras, in parts of a pixel; {}"},
+    OtherText{"# hugin project file",
+              "a project of Hugin, which does not tell pixels; calibrate with ulf calibrate"},
+    OtherText{"Pix4D camera", "a camera of Pix4D, in millimetres; {}"},
     OtherText{
         "fc = [",
         "a result of the calibration toolbox for MATLAB (Calib_Results.m); {}, with cc less 0 and kc as "
@@ -83,6 +107,24 @@ bool IsKittiLens(const LensNode& top) {
   return false;
 }
 
+// Camera files of DSO and LSD-SLAM without a word: five numbers in parts of the picture, two sides, what to do with the
+// rest, two sides.
+bool IsDsoFov(const std::string& text) {
+  std::istringstream lines(text);
+  std::string line, word;
+  double number = 0;
+  std::vector<int> counts;
+  for (int i = 0; i < 2 && std::getline(lines, line); ++i) {
+    std::istringstream words(line);
+    counts.push_back(0);
+    while (words >> number) ++counts.back();
+    if (!words.eof()) return false;
+  }
+  return counts == std::vector{5, 2} && lines >> word &&
+         (word == "crop" || word == "full" || word == "none" ||
+          std::isdigit(static_cast<unsigned char>(word[0])));
+}
+
 }  // namespace
 
 std::optional<std::string> OtherLensText(const std::string& text) {
@@ -104,21 +146,25 @@ std::optional<std::string> OtherLensText(const std::string& text) {
   const std::string first = text.substr(0, text.find_first_of(" \t\r\n"));
   for (const char* model : {"RadTan", "FOV", "EquiDistant", "KannalaBrandt", "Pinhole"})
     if (first == model) return fmt::format("is a camera of DSO; {}", kAsOpenCv);
+  if (IsDsoFov(text))
+    return fmt::format("is a camera of DSO or LSD-SLAM with the field-of-view model, {}; {}",
+                       "which ulf does not have",
+                       "calibrate again with ulf calibrate, or Kalibr's pinhole-radtan");
   return std::nullopt;
 }
 
 std::optional<std::string> OtherLensTree(const LensNode& top) {
-  if (HasBelow(top, "RadialDistortion") || HasBelow(top, "IntrinsicMatrix"))
+  if (HasBelow(top, "RadialDistortion") || HasBelow(top, "IntrinsicMatrix") ||
+      (HasBelow(top, "FocalLength") && HasBelow(top, "PrincipalPoint")))
     return fmt::format(
         "is a camera of MATLAB, which counts pixels from 1; convert it with cameraIntrinsicsToOpenCV and {}",
         kAsOpenCv);
-  if (HasCameraMatrix(top)) return std::nullopt;
   if (HasBelow(top, "CameraIntrinsicsPrior") || top.Has("priors"))
     return fmt::format("is a calibration of Theia; {}", kAsOpenCv);
   if (top.Has("sfm_data_version"))
     return "is a scene of OpenMVG; export it to COLMAP (openMVG_main_openMVG2Colmap), and give its "
            "cameras.txt";
-  if (top.Has("views") && top.Has("intrinsics"))
+  if ((top.Has("views") || HasBelow(top, "distortionParams")) && top.Has("intrinsics"))
     return "is a scene of AliceVision (Meshroom); export it to COLMAP (ExportColmap), and give its "
            "cameras.txt";
   if (HasBelow(top, "projection_type"))
@@ -130,6 +176,9 @@ std::optional<std::string> OtherLensTree(const LensNode& top) {
         "is a calibration of Azure Kinect, in parts of the picture and with a rational lens model; {}",
         "calibrate with ulf calibrate");
   if (top.Has("cameraData")) return fmt::format("is a calibration of DepthAI (OAK cameras); {}", kAsOpenCv);
+  if (HasBelow(top, "pixel_aspect") && HasBelow(top, "focal_length"))
+    return fmt::format("is a view of MVE, in parts of the picture's longer side; {}", kAsOpenCv);
+  if (HasCameraMatrix(top)) return std::nullopt;
   if (top.Has("target_type"))
     return "is a calibration target of Kalibr and no lens; give its camchain YAML file";
   if (HasAny(top, {"accelerometer_noise_density", "gyroscope_noise_density"}))

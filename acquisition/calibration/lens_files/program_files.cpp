@@ -8,6 +8,7 @@
 #include <initializer_list>
 
 #include "acquisition/calibration/lens_files/lens_mentions.h"
+#include "acquisition/calibration/lens_files/lens_sizes.h"
 #include "acquisition/calibration/lens_files/matrix_files.h"
 #include "core/base/error.h"
 
@@ -19,10 +20,6 @@ std::size_t NumberOfLens(std::size_t count, const std::string& wanted, const std
   std::vector<std::string> names;
   for (std::size_t i = 0; i < count; ++i) names.push_back(std::to_string(i));
   return std::stoul(PickLens(names, wanted, where));
-}
-
-void RequireOnlyLens(const std::string& wanted, const std::string& where) {
-  if (!wanted.empty()) throw Error("{}: contains only one camera; leave out --camera {}", where, wanted);
 }
 
 // The numbers behind these keys; 0 for those that are not there, unless all must be.
@@ -109,15 +106,66 @@ std::vector<double> MaplabColumn(const LensNode& map, std::string_view key, cons
 
 }  // namespace
 
+bool IsGyroflowLens(const LensNode& top) {
+  const LensNode* parameters = top.Find("fisheye_params");
+  return parameters && parameters->Has("camera_matrix") && parameters->Has("distortion_coeffs");
+}
+
+Lens ReadGyroflowLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  RequireOnlyLens(wanted, where);
+  const LensNode& parameters = *top.Find("fisheye_params");
+  LensNumbers numbers{.size_keys = "\"calib_dimension\": {\"w\": W, \"h\": H}"};
+  const LensNode* word = top.Find("distortion_model");
+  numbers.said = word ? LensModelOfWord(word->text, "distortion_model: " + word->text, where) : std::nullopt;
+  if (!numbers.said) numbers.said = SaidLensModel{LensModel::kFisheye, "fisheye_params"};
+  // What the camera or an adapter does to the picture besides, which no lens model describes.
+  for (const char* key : {"digital_lens", "input_horizontal_stretch", "input_vertical_stretch"})
+    if (const LensNode* more = top.Find(key); more && !more->text.empty()) {
+      const auto factor = LensNumber(*more);
+      if (!factor || (*factor != 1 && *factor != 0))
+        throw Error(
+            "{}: '{}: {}' of Gyroflow changes the picture besides the lens, which ulf does not have; "
+            "calibrate with ulf calibrate, from pictures as they come",
+            where, key, more->text.substr(0, 40));
+    }
+  SetCameraMatrix(numbers,
+                  LensMatrixOf(RequiredLensNode(parameters, "camera_matrix", where), "camera_matrix", where),
+                  "camera_matrix", where);
+  ReadLensSize({&top}, "", numbers, where);
+  numbers.coefficients = RequiredLensNumbers(parameters, "distortion_coeffs", where);
+  return FinishedLens(numbers, where);
+}
+
+bool IsOkvisLens(const LensNode& top) {
+  const LensNode* cameras = top.Find("cameras");
+  return cameras && cameras->IsList() && std::ranges::any_of(cameras->items, [](const LensNode& camera) {
+           return camera.Has("focal_length") && camera.Has("principal_point") &&
+                  camera.Has("distortion_type");
+         });
+}
+
+Lens ReadOkvisLens(const LensNode& top, const std::string& where, const std::string& wanted) {
+  LensNode cameras{.kind = LensNode::Kind::kMap};
+  for (const LensNode& camera : top.Find("cameras")->items) {
+    cameras.keys.push_back(std::to_string(cameras.keys.size()));
+    cameras.items.push_back(camera);
+  }
+  return ReadMatrixLens({cameras}, where, wanted);
+}
+
 bool IsKalibrLens(const LensNode& top) {
   return top.IsMap() && std::ranges::any_of(top.items, IsLensOfLists);
 }
 
 Lens ReadKalibrLens(const LensNode& top, const std::string& where, const std::string& wanted) {
-  std::vector<std::string> names;
+  std::vector<std::string> names, topics;
   for (std::size_t i = 0; i < top.keys.size(); ++i)
-    if (IsLensOfLists(top.items[i])) names.push_back(top.keys[i]);
-  const std::string name = PickLens(names, wanted, where), place = where + ", " + name;
+    if (IsLensOfLists(top.items[i])) {
+      names.push_back(top.keys[i]);
+      const LensNode* topic = top.items[i].Find("rostopic");
+      topics.push_back(topic ? topic->text : "");
+    }
+  const std::string name = PickLens(names, wanted, where, topics), place = where + ", " + name;
   return LensOfLists(*top.Find(name), place);
 }
 
@@ -228,6 +276,9 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
   const bool is_fisheye = numbers.said && numbers.said->model == LensModel::kFisheye;
   if (is_fisheye) {
     numbers.coefficients = {number("k1", true), number("k2", true), number("k3", true), number("k4", true)};
+    for (const char* key : {"p1", "p2"})
+      if (number(key, false) != 0)
+        throw Error("{}: '{}.{}' does not belong to a fisheye ({}); {}", place, name, key, type, kLensWayOut);
   } else {
     if (number("k4", false) != 0)
       throw Error(
@@ -235,8 +286,11 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
           "leave out "
           "k4",
           place, name, type);
-    numbers.coefficients = {number("k1", false), number("k2", false), number("p1", false),
-                            number("p2", false), number("k3", false)};
+    // All four or none, as the programs themselves want them.
+    const bool any = std::ranges::any_of(std::array{"k1", "k2", "p1", "p2"},
+                                         [&](const char* key) { return top.Has(name + "." + key); });
+    numbers.coefficients = {number("k1", any), number("k2", any), number("p1", any), number("p2", any),
+                            number("k3", false)};
     if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, "Camera.type: " + type};
   }
   for (const auto& [key, side] : {std::pair{"width", &numbers.width}, std::pair{"height", &numbers.height},
@@ -263,7 +317,8 @@ Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::stri
   const LensNode& projection = RequiredLensNode(top, "projection_parameters", where);
   const LensNode nothing{.kind = LensNode::Kind::kMap};
   const LensNode* found = top.Find("distortion_parameters");
-  const LensNode& distortion = found && found->IsMap() ? *found : nothing;
+  const bool has_distortion = found && found->IsMap();
+  const LensNode& distortion = has_distortion ? *found : nothing;
   if (numbers.said && numbers.said->model == LensModel::kFisheye) {
     SetPinhole(numbers, NumbersBehind(projection, {"mu", "mv", "u0", "v0"}, where, true));
     // VINS has them in the projection, converters write them into the distortion.
@@ -277,10 +332,16 @@ Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::stri
     return FinishedLens(numbers, where);
   }
   SetPinhole(numbers, NumbersBehind(projection, {"fx", "fy", "cx", "cy"}, where, true));
-  numbers.coefficients =
-      word == "pinholefull"
-          ? NumbersBehind(distortion, {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}, where, false)
-          : NumbersBehind(distortion, {"k1", "k2", "p1", "p2"}, where, false);
+  if (!has_distortion)
+    throw Error(
+        "{}: 'distortion_parameters' are missing: the file may be cut. Write it again; if the lens has no "
+        "distortion, "
+        "add them with k1, k2, p1 and p2 of 0",
+        where);
+  numbers.coefficients = NumbersBehind(distortion, {"k1", "k2", "p1", "p2"}, where, true);
+  if (word == "pinholefull")
+    for (const double more : NumbersBehind(distortion, {"k3", "k4", "k5", "k6"}, where, false))
+      numbers.coefficients.push_back(more);
   if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, said};
   return FinishedLens(numbers, where);
 }

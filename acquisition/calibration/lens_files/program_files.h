@@ -1,7 +1,7 @@
 // Lens files of single programs, each with names and forms of its own. Each function takes the file's first document
 // and throws Error that begins with `where`; `wanted` selects one of several cameras.
 //
-// Kalibr, EuRoC, maplab, ORB-SLAM, VINS, Basalt and calib.io have pixel centres at integers. Metashape counts the principal
+// Gyroflow, okvis, Kalibr, EuRoC, maplab, ORB-SLAM, VINS, Basalt and calib.io have pixel centres at integers. Metashape counts the principal
 // point from the picture's middle, pixel centres at integer + 0.5, has p1 and p2 in the other order than OpenCV, and fx
 // is f + b1.
 #pragma once
@@ -12,6 +12,14 @@
 #include "acquisition/calibration/lens_files/lens_tree.h"
 
 namespace ulf::acquisition {
+
+// A lens profile: OpenCV's fisheye, unless its distortion_model says otherwise; camera_model is the camera's.
+bool IsGyroflowLens(const LensNode& top);
+Lens ReadGyroflowLens(const LensNode& top, const std::string& where, const std::string& wanted);
+
+// The cameras of okvis's and okvis2's configuration: lists for focal length, principal point and size.
+bool IsOkvisLens(const LensNode& top);
+Lens ReadOkvisLens(const LensNode& top, const std::string& where, const std::string& wanted);
 
 bool IsKalibrLens(const LensNode& top);
 Lens ReadKalibrLens(const LensNode& top, const std::string& where, const std::string& wanted);

@@ -17,9 +17,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::string_view kCameraKeys[] = {
-    "fl_x", "fl_y", "cx", "cy", "w",  "h",  "camera_angle_x", "camera_angle_y",
-    "k1",   "k2",   "k3", "k4", "p1", "p2", "camera_model",   "is_fisheye"};
+constexpr std::string_view kCameraKeys[] = {"fl_x", "fl_y", "cx", "cy", "w", "h", "camera_angle_x",
+                                            "camera_angle_y", "k1", "k2", "k3", "k4", "p1", "p2",
+                                            "camera_model", "is_fisheye",
+                                            // Of instant-ngp, refused.
+                                            "ftheta_p0", "latlong", "equirectangular"};
 
 constexpr int kMostPx = 1 << 20;
 
@@ -78,7 +80,20 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
   }
   camera.cx = place.Number("cx", 0.5 * camera.width);
   camera.cy = place.Number("cy", 0.5 * camera.height);
+  // In parts of the picture, or from its middle: no lens has its axis at a picture's corner.
+  constexpr int kLeastSide = 8;
+  if (std::abs(camera.cx) <= 1 && std::abs(camera.cy) <= 1 &&
+      std::max(camera.width, camera.height) >= kLeastSide)
+    throw Error(
+        "{}: 'cx' and 'cy' are {} and {}, in the corner of pictures of {}x{}: are they in parts of the "
+        "picture, or from its middle? Write pixels from the upper left corner; the middle is {} {}",
+        place.where, camera.cx, camera.cy, camera.width, camera.height, 0.5 * camera.width,
+        0.5 * camera.height);
 
+  for (const char* other : {"ftheta_p0", "latlong", "equirectangular"})
+    if (place.Has(other) && place.Raw(other) != false)
+      throw Error("{}: '{}' is of a lens model of instant-ngp that ulf does not have; undistort to PINHOLE",
+                  place.where, other);
   const std::string model = place.Text("camera_model", "OPENCV");
   const bool fisheye =
       model == "OPENCV_FISHEYE" || (place.Has("is_fisheye") && place.Raw("is_fisheye") == true);
@@ -97,6 +112,11 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image) {
                                  : Distortion::kRadialTangential;
   if (!fisheye && k4 != 0)
     throw Error("{}: 'k4' belongs to OPENCV_FISHEYE; the model here is {}", place.where, model);
+  if (fisheye && (p1 != 0 || p2 != 0))
+    throw Error(
+        "{}: 'p1' and 'p2' are {} and {}, which do not belong to OPENCV_FISHEYE (k1 k2 k3 k4); calibrate "
+        "without them, or undistort to PINHOLE",
+        place.where, p1, p2);
   camera.Validate(place.where);
   return camera;
 }

@@ -137,6 +137,12 @@ std::optional<std::string> XmlElement::Attribute(const char* name) const {
   return WithoutSpaceAround(attribute.value());
 }
 
+std::vector<std::string> XmlElement::AttributeNames() const {
+  std::vector<std::string> names;
+  for (const pugi::xml_attribute attribute : NodeOf(node_).attributes()) names.emplace_back(attribute.name());
+  return names;
+}
+
 int XmlElement::IntegerAttribute(const char* name, int least, int most) const {
   const auto text = Attribute(name);
   if (!text) throw Error("{}: the attribute '{}' is missing; export the file again", Where(), name);

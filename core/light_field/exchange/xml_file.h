@@ -37,6 +37,7 @@ class XmlElement {
   std::vector<XmlElement> Below(const char* name) const;
 
   std::optional<std::string> Attribute(const char* name) const;
+  std::vector<std::string> AttributeNames() const;
   // Throws Error where it is missing or no whole number from `least` to `most`.
   int IntegerAttribute(const char* name, int least, int most) const;
   // The element's own text without white space around it.

@@ -215,13 +215,27 @@ TEST(CalibrationCommand, ConvertsThereAndBack) {
   WriteCalibration(ours, SomeCamera(Distortion::kRadialTangential), "S1", "a test");
   for (const CalibrationFormat format : kAll) {
     const std::string theirs = (scratch / (std::string("out.") + Name(format))).string();
-    const std::string back = (scratch / "back.json").string();
+    const std::string back = (scratch / (std::string(Name(format)) + ".json")).string();
     auto result = test::RunUlf("calibration " + ours + " --to " + Name(format) + " -o " + theirs);
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     result = test::RunUlf("calibration " + theirs + " -o " + back + " --json");
     ASSERT_EQ(result.exit_code, 0) << result.errors;
     EXPECT_NEAR(ReadCalibration(back).cy, 238.25, 1e-12) << Name(format);
   }
+  // What is there is not replaced unasked, except by the same bytes, or by itself with more in it.
+  const std::string kalibr = (scratch / "out.kalibr").string(), before = ReadWholeFile(kalibr);
+  for (const std::string& command :
+       {"calibration " + ours + " --to ros -o " + kalibr, "calibration " + kalibr + " --to ulf -o " + ours,
+        "calibration " + ours + " --to ulf -o " + kalibr}) {
+    const auto refused = test::RunUlf(command);
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr("exists already"), HasSubstr("choose another name")))
+        << command;
+  }
+  EXPECT_EQ(ReadWholeFile(kalibr), before);
+  EXPECT_EQ(test::RunUlf("calibration " + ours + " --to kalibr -o " + kalibr).exit_code, 0);
+  EXPECT_EQ(test::RunUlf("calibration " + ours + " --model M -o " + ours).exit_code, 0);
+  EXPECT_EQ(ReadCalibrationFile(ours).identity.model, "M");
   EXPECT_EQ(test::RunUlf("calibration " + ours + " --to maya -o x").exit_code, 2);
   EXPECT_EQ(test::RunUlf("calibration " + ours + " --to ros").exit_code, 2);
   EXPECT_THAT(test::RunUlf("calibration " + ours).output, HasSubstr("S1"));

@@ -88,11 +88,15 @@ TEST(CalibrationIo, ErrorsNameFileAndTrouble) {
   const test::ScratchFolder scratch;
   const std::pair<const char*, const char*> kCases[] = {
       {"", "empty"},
-      {"hello", "no calibration that ulf knows. Read are the files of ulf"},
+      {"hello", "no calibration that ulf knows. Lenses of ulf"},
       {"500 500 320 240", "4 numbers"},
       {"-500 500 320 240 0 0 0 0 640 480", "focal"},
       {"500 500 320 240 0 0 0 0 1e118 480", "width and height"},
       {"500 500 320 240 0 0 0 0 640 0.5", "width and height"},
+      {"517 516 318 255 0.26 -0.95 -0.005 0.003 1.16 640 480", "whole numbers"},
+      {"500 500 0.5 0.5 0 0 0 0 640 480", "corner of pictures"},
+      {"600 0 320\n0 600 240\n0 0 1\n", "matrix alone"},
+      {"# Bundle file v0.3\n1 0\n600 0.1 0.2\n1 0 0\n0 1 0\n0 0 1\n0 0 0\n", "Bundler"},
       {"{\"modes\": ", "JSON"},
       {"{\"modes\": 1e999}", "too large"},
       {"{}", "modes"},

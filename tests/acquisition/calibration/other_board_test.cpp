@@ -1,17 +1,20 @@
 // Tests: acquisition/calibration/other_board, acquisition/calibration/layout_fit,
-// acquisition/calibration/calibration_capture, commands/calibration/calibrate_command.
+// acquisition/calibration/chessboard_count, acquisition/calibration/calibration_capture,
+// commands/calibration/calibrate_command, commands/calibration/calibrate_source.
 //
 // Another board than was said is told by its text; a right one never, however poor its views are.
 #include "acquisition/calibration/other_board.h"
 
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "core/geometry/angles.h"
+#include "core/video/video_writer.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 
@@ -113,6 +116,88 @@ TEST(OtherBoard, ARightBoardIsNeverRenamed) {
     EXPECT_FALSE(BoardInPictures(said, {nothing}));
     EXPECT_FALSE(BoardInPictures(said, {}));
   }
+}
+
+// Squares are counted, inner corners are often said; a board may have more of them than was said, or less.
+TEST(OtherBoard, AChessboardIsToldByItsSquares) {
+  struct Case {
+    const char *said, *shown, *what;
+  };
+  // Whole, over six tenths of the picture, tilted to several sides.
+  const auto pictures_of = [](const std::string& text, int count) {
+    const Board board = Board::Parse(text);
+    const CameraModel camera = SimulatedLens("pinhole", 400, 300);
+    const BoardScene scene({.board = board, .camera = camera});
+    const double z = camera.fx / 0.6 * std::max(board.WidthMm() / 400, board.HeightMm() / 300);
+    std::vector<cv::Mat> pictures;
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector3d axis(i % 2, 1 - i % 2, 0.2), middle(board.WidthMm() / 2, board.HeightMm() / 2, 0);
+      const Eigen::Quaterniond turn(Eigen::AngleAxisd(i % 4 < 2 ? 0.3 : -0.3, axis.normalized()));
+      pictures.push_back(
+          scene.Render({turn, Eigen::Vector3d(0, 0, z) - turn * middle}, static_cast<std::uint64_t>(i)));
+    }
+    return pictures;
+  };
+  for (const Case& c : {Case{"chessboard:9x6:25", "chessboard:10x7:25",
+                             "9 x 6 counts inner corners, the text counts squares"},
+                        {"chessboard:5x6:25", "chessboard:6x7:25", "5 x 6 counts inner corners"},
+                        {"chessboard:9x6:25", "chessboard:9x7:25", "9 x 7 instead of 9 x 6"},
+                        {"chessboard:9x6:25", "chessboard:10x6:25", "10 x 6 instead of 9 x 6"},
+                        {"chessboard:8x5:25", "chessboard:11x8:25", "11 x 8 instead of 8 x 5"},
+                        {"chessboard:9x6:25", "chessboard:8x6:25", "8 x 6 instead of 9 x 6"},
+                        {"chessboard:9x6:25", "chessboard:8x5:25", "8 x 5 instead of 9 x 6"}}) {
+    const Board said = Board::Parse(c.said);
+    const auto other = BoardInPictures(said, pictures_of(c.shown, 3));
+    EXPECT_TRUE(other) << c.said << " for " << c.shown;
+    if (!other) continue;
+    EXPECT_THAT(DescribeOtherBoard(said, *other),
+                AllOf(HasSubstr(c.what), HasSubstr(std::string("give --board ") + c.shown)));
+  }
+  // A hand over a column, a single picture of something larger, and parts are no other board.
+  const Board said = Board::Parse("chessboard:9x6:25");
+  EXPECT_FALSE(BoardInPictures(said, pictures_of("chessboard:8x6:25", 1)));
+  EXPECT_FALSE(BoardInPictures(said, pictures_of("chessboard:12x9:25", 1)));
+  std::vector<cv::Mat> pictures = pictures_of(said.Text(), 2);
+  EXPECT_FALSE(BoardInPictures(said, pictures));
+  for (cv::Mat& picture : pictures) picture = picture(cv::Rect(0, 0, 250, 300)).clone();
+  EXPECT_FALSE(BoardInPictures(said, pictures));
+}
+
+TEST(OtherBoard, AVideoOfTheBoardCalibrates) {
+  const test::ScratchFolder scratch;
+  const std::string film = (scratch / "board.mp4").string(), file = (scratch / "camera.json").string();
+  {
+    const BoardScene scene(
+        {.board = Board::Parse("chessboard:8x6:25"), .camera = SimulatedLens("pinhole", 400, 300)});
+    VideoWriter video(film, {400, 300}, 30);
+    for (std::uint64_t i = 0; i < 56; ++i) {
+      cv::Mat bgr;
+      cv::cvtColor(scene.Render(scene.HeldAt(i / 4, 0), i), bgr, cv::COLOR_GRAY2BGR);
+      video.Add(bgr);
+    }
+    video.Close();
+  }
+  const auto right = test::RunUlf("calibrate " + film + " --views 8 --board chessboard:8x6:25 -o " + file);
+  ASSERT_EQ(right.exit_code, 0) << right.errors;
+  EXPECT_NEAR(ReadCalibration(file).fx, SimulatedLens("pinhole", 400, 300).fx, 10);
+  const auto corners = test::RunUlf("calibrate " + film + " --board chessboard:7x5:25 -o " + file + "2");
+  EXPECT_EQ(corners.exit_code, 1);
+  EXPECT_THAT(corners.errors, AllOf(HasSubstr("7 x 5 counts inner corners"), HasSubstr("chessboard:8x6:25")));
+  const auto two = test::RunUlf("calibrate " + film + " " + film + " -o " + file + "2");
+  EXPECT_EQ(two.exit_code, 2);
+  EXPECT_THAT(two.errors, HasSubstr("one video"));
+  // A file of another program is not replaced.
+  const std::string chain = (scratch / "camchain.yaml").string();
+  std::ofstream(chain) << "cam0:\n";
+  const auto kept = test::RunUlf("calibrate " + film + " --board chessboard:8x6:25 -o " + chain);
+  EXPECT_EQ(kept.exit_code, 2);
+  EXPECT_THAT(kept.errors, AllOf(HasSubstr("no calibration file of ulf"), HasSubstr("choose another name")));
+  const auto found = test::RunUlf("track sim:studio --intrinsics refine --calibration-out " + chain);
+  EXPECT_EQ(found.exit_code, 2);
+  EXPECT_THAT(found.errors, HasSubstr("no calibration file of ulf"));
+  std::ofstream(scratch / "notes.txt") << "no picture\n";
+  EXPECT_THAT(test::RunUlf("calibrate " + (scratch / "notes.txt").string() + " -o " + file + "2").errors,
+              AllOf(HasSubstr("notes.txt"), HasSubstr("video")));
 }
 
 // Markers of another sheet have numbers that the board does not have, but do not lie on its grid.

@@ -201,6 +201,14 @@ TEST(BoardCommand, WritesBothAndRefusesOthers) {
   EXPECT_THAT(result.output, HasSubstr("chessboard:9x6:20"));
   EXPECT_TRUE(ReadWholeFile(pdf).starts_with("%PDF-"));
   EXPECT_TRUE(ReadWholeFile(svg).starts_with("<?xml"));
+  const std::string sheet = ReadWholeFile(pdf);
+  EXPECT_EQ(test::RunUlf("board chessboard:9x6:20 -o " + pdf).exit_code, 0) << "the same again";
+  const auto other =
+      test::RunUlf("board chessboard:8x6:20 -o " + (scratch / "new.svg").string() + " -o " + pdf);
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.errors, AllOf(HasSubstr("b.pdf: exists already"), HasSubstr("choose another name")));
+  EXPECT_EQ(ReadWholeFile(pdf), sheet);
+  EXPECT_FALSE(std::filesystem::exists(scratch / "new.svg"));
   EXPECT_EQ(test::RunUlf("board -o " + (scratch / "b.png").string()).exit_code, 2);
   EXPECT_EQ(test::RunUlf("board chessboard:90x60:20 -o " + pdf).exit_code, 2);
   const auto unknown = test::RunUlf("board foo:1 -o " + pdf);

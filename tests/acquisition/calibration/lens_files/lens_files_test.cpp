@@ -164,7 +164,7 @@ TEST(LensFiles, RosEchoesAndOst) {
   const std::string first = RosEcho("k", five, "plumb_bob"), other = RosEcho("k", kFisheyeD, "equidistant");
   ExpectLens(Read(first + first + first), Radial());
   EXPECT_THAT(ErrorOf(first + first + other),
-              AllOf(HasSubstr("3 cameras (1, 2, 3)"), HasSubstr("--camera 1")));
+              AllOf(HasSubstr("3 cameras (1, 2, 3)"), HasSubstr("extract one")));
   ExpectLens(Read(first + first + other, "3"), Fisheye());
   // As ROS 2 prints it, one number a line.
   std::string lines =
@@ -253,7 +253,7 @@ TEST(LensFiles, OfTwoCamerasOneIsNamed) {
            Case{fmt::format("cameras:\n- K: {}\n  D: {}\n- K: {}\n  D: {}\n", kK, d5, other, d5),
                 "(cameras.1, cameras.2)", "cameras.1"},
        }) {
-    EXPECT_THAT(ErrorOf(c.text + size), AllOf(HasSubstr(c.names), HasSubstr("--camera")));
+    EXPECT_THAT(ErrorOf(c.text + size), AllOf(HasSubstr(c.names), HasSubstr("ulf calibration")));
     ExpectLens(Read(c.text + size, c.first), Radial());
     EXPECT_THAT(ErrorOf(c.text, c.first), HasSubstr("size of the pictures is missing"));
     EXPECT_THAT(ErrorOf(c.text + size, "third"), HasSubstr("no camera 'third'"));
@@ -323,7 +323,9 @@ TEST(LensFiles, ThePageNamesEveryProgram) {
   for (const std::string& program : ReadableLensPrograms())
     EXPECT_THAT(page.str(), HasSubstr("| " + program + " |"));
   for (const std::string& program : ReadableLensPrograms())
-    EXPECT_THAT(ReadableLensFiles(), HasSubstr(program + " ("));
+    EXPECT_THAT(ReadableLensFiles(), HasSubstr(program));
+  // What is wrong comes first, and stays in sight.
+  EXPECT_LT(ReadableLensFiles().size(), 200u);
 }
 
 }  // namespace

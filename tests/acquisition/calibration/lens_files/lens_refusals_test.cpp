@@ -218,13 +218,42 @@ TEST(LensRefusals, OtherProgramsAreNamed) {
                 "distortion_model: equidistant"},
            Case{"cam:\n  fisheye_params: {fx: 300, k1: 0.1}\n", "'fisheye_params'",
                 "distortion_model: equidistant"},
-           Case{"shutter: 5\ngain: 3\n", "(it holds shutter, gain)", "Kalibr"},
+           Case{"<x:xmpmeta><rdf:Description xcr:DistortionModel=\"brown3\" "
+                "xcr:FocalLength35mm=\"24\"/></x:xmpmeta>",
+                "RealityScan", "ulf import"},
+           Case{"#name,x,y,alt,heading,pitch,roll,f,px,py,k1\n", "RealityScan", "ulf import"},
+           Case{"NVM_V3\n\n1\n", "VisualSFM", "cameras.txt"},
+           Case{"# Bundle file v0.3\n1 0\n600 0.1 0.2\n", "Bundler", "camera_matrix"},
+           Case{"<lensdatabase><lens/></lensdatabase>", "lensfun", "ulf calibrate"},
+           Case{"<rig><camera_model type=\"calibu_fu_fv_u0_v0_w\"/></rig>", "Calibu", "camera_matrix"},
+           Case{"<ExportAPERO><CalibrationInternConique/></ExportAPERO>", "MicMac", "camera_matrix"},
+           Case{"<BlocksExchange version=\"2.1\"/>", "BlocksExchange", "cameras.txt"},
+           Case{"<Cameras><KeyFrame VICON_RADIAL=\"632 520 0 0\"/></Cameras>", "Vicon", "camera_matrix"},
+           Case{"Pix4D camera calibration file 0\nF 15.0\n", "Pix4D", "camera_matrix"},
+           Case{"0.349 0.437 0.493 0.499 0.933\n1280 1024\ncrop\n640 480\n", "field-of-view",
+                "pinhole-radtan"},
+           Case{"[camera]\nfocal_length = 0.88\npixel_aspect = 1\nprincipal_point = 0.5 0.5\n", "MVE",
+                "camera_matrix"},
+           Case{"{\"cameraData\": [[0, {\"cameraType\": 0, \"width\": 640, \"height\": 480, "
+                "\"intrinsicMatrix\": "
+                "[[600, 0, 320], [0, 600, 240], [0, 0, 1]], \"distortionCoeff\": [0, 0, 0, 0, 0]}]]}",
+                "DepthAI", "camera_matrix"},
+           Case{"{\"sfm_data_version\": \"0.3\", \"intrinsics\": [{\"value\": {\"data\": {\"width\": 640, "
+                "\"focal_length\": [600, 600], \"principal_point\": [320, 240]}}}]}",
+                "OpenMVG", "cameras.txt"},
+           Case{"{\"FocalLength\": [600, 600], \"PrincipalPoint\": [321, 241], \"ImageSize\": [480, 640]}",
+                "MATLAB", "cameraIntrinsicsToOpenCV"},
+           Case{"{\"fl_x\": 600, \"w\": 640, \"h\": 480, \"ftheta_p0\": 0.1}", "instant-ngp", "undistort"},
+           Case{"shutter: 5\ngain: 3\n", "(its keys are 'shutter', 'gain')", "Kalibr"},
            Case{"<?xml version=\"1.0\"?><nothing/>", "no lens that ulf knows", "Kalibr"},
        }) {
     EXPECT_THAT(ErrorOf(c.text), AllOf(HasSubstr("the file"), HasSubstr(c.program), HasSubstr(c.way_out)))
         << c.text;
   }
-  // What follows is the one list.
+  // What is wrong is the first sentence; what follows is the one list.
+  EXPECT_THAT(ErrorOf("shutter: 5\n"),
+              ::testing::StartsWith("the file: holds no lens that ulf knows: neither a camera "
+                                    "matrix nor fx, fy, cx and cy (its keys are 'shutter'). "));
   EXPECT_THAT(ErrorOf("shutter: 5\n"), HasSubstr(ReadableLensFiles()));
   EXPECT_THAT(ErrorOf("[LEFT_CAM_HD]\nfx=700\n"), HasSubstr(ReadableLensFiles()));
   for (const char* text : {"words without any form\n", "import cv2\nprint(\"a: b\")\nx = [1\n",
@@ -341,8 +370,8 @@ TEST(LensRefusals, TheCommandRefusesWithTheListAndWritesNothing) {
   for (const std::string& more : {std::string(), " -o " + out.string()}) {
     const auto result = test::RunUlf("calibration " + path.string() + more);
     EXPECT_EQ(result.exit_code, 1);
-    EXPECT_THAT(result.errors, AllOf(HasSubstr("notes.txt"), HasSubstr("Read are the files of ulf"),
-                                     HasSubstr("ROS"), Not(HasSubstr("neither JSON nor numbers"))));
+    EXPECT_THAT(result.errors, AllOf(HasSubstr("notes.txt"), HasSubstr("Lenses of ulf"), HasSubstr("ROS"),
+                                     Not(HasSubstr("neither JSON nor numbers"))));
   }
   EXPECT_FALSE(std::filesystem::exists(out));
 }

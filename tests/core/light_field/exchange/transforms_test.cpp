@@ -70,6 +70,16 @@ TEST_F(BadTransforms, MissingFocalLength) {
   document_.erase("fl_x");
   ExpectError("frame 0", "fl_x");
 }
+TEST_F(BadTransforms, PrincipalPointInPartsOfThePicture) {
+  document_["cx"] = 0.5;
+  document_["cy"] = 0.5;
+  ExpectError("'cx' and 'cy' are 0.5 and 0.5", "Write pixels");
+}
+TEST_F(BadTransforms, TangentialDistortionOfAFisheye) {
+  document_["camera_model"] = "OPENCV_FISHEYE";
+  document_["p1"] = 0.001;
+  ExpectError("'p1' and 'p2' are 0.001", "OPENCV_FISHEYE");
+}
 TEST_F(BadTransforms, MissingFrames) {
   document_.erase("frames");
   ExpectError("'frames'", "missing");

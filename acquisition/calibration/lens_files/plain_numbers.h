@@ -1,0 +1,26 @@
+// Lenses without a camera matrix: fx fy cx cy as keys of their own, or a list of focal lengths and one for the principal
+// point, as okvis, RealSense's and telephones' programs and many scripts write them; pixels.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/calibration/lens_files/lens_numbers.h"
+#include "acquisition/calibration/lens_files/lens_tree.h"
+
+namespace ulf::acquisition {
+
+// The key of a matrix made of such numbers.
+inline constexpr const char* kPlainMatrixKey = "fx fy cx cy";
+
+// The tree, in which each map with such numbers and no camera matrix has one.
+LensNode WithCameraMatrices(const LensNode& top);
+
+// Distortion as keys k1, k2, p1, ... of the map, or of a map in it whose key speaks of distortion, in OpenCV's order; none:
+// there are no such keys. `numbers.said` tells the order. Throws Error that begins with `where` where there is no word for
+// the model and they are not all zero, and for keys that do not belong to it.
+std::optional<std::vector<double>> PlainCoefficients(const LensNode& map, const LensNumbers& numbers,
+                                                     const std::string& where);
+
+}  // namespace ulf::acquisition
