@@ -221,7 +221,7 @@ void Dng(std::string_view bytes) {
     return at < file.size() ? file.substr(static_cast<std::size_t>(at), count) : std::string();
   });
   if (!layout) throw Error("no DNG");
-  if (IsKnownMosaic(*layout) && !layout->pattern.empty() &&
+  if (IsKnownMosaic(*layout) && !layout->mosaic.empty() && !layout->pattern.empty() &&
       layout->pattern.size() != static_cast<std::size_t>(layout->mosaic.area()))
     Broken("a mosaic of another size than its pattern");
   if (layout->has_plain_tiles && DngWithoutTiles(file, "a.dng").size() > 4 * file.size())

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <istream>
+#include <sstream>
 #include <string>
 #include <string_view>
 
@@ -80,9 +81,11 @@ std::optional<cv::Size2d> OfRadiance(std::istream& file) {
   std::string line;
   for (int i = 0; i < kMostLines && std::getline(file, line) && !line.empty(); ++i)
     if (line.size() > kMostOfLine) return std::nullopt;
+  std::getline(file, line);
+  std::istringstream sides(line);
   std::string y, x;
   int height = 0, width = 0;
-  if (!(file >> y >> height >> x >> width) || y != "-Y" || x != "+X") return std::nullopt;
+  if (!(sides >> y >> height >> x >> width) || y != "-Y" || x != "+X") return std::nullopt;
   return cv::Size2d(width, height);
 }
 

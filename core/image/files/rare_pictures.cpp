@@ -290,6 +290,7 @@ StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
                              &width, &height, &channels, kColors),
       stbi_image_free);
   if (!rgb) RefuseDamagedPicture(name, stbi_failure_reason());
+  if (cv::Size2d(width, height) != *claimed) RefuseDamagedPicture(name, "its header can be read in two ways");
   StoredPicture picture;
   cv::cvtColor(cv::Mat(height, width, CV_32FC3, rgb.get()), picture.pixels, cv::COLOR_RGB2BGR);
   CheckFloatNumbers(picture);

@@ -214,6 +214,8 @@ TEST_F(LyingSize, OfRarerKinds) {
   std::istringstream fraction("P6 64.48 1\n255\n"),
       long_line("#?RADIANCE\n#" + std::string(127, 'x') + "\n\n-Y 1 +X 1\n" + std::string(32, ' '));
   EXPECT_FALSE(ClaimedSize(fraction));
+  std::istringstream size_on_two_lines("#?RADIANCE\n\n-Y 3 +X\n8\n");
+  EXPECT_FALSE(ClaimedSize(size_on_two_lines));
   EXPECT_FALSE(ClaimedSize(long_line)) << "OpenCV reads another size behind it";
   read("a.hdr", hdr);
   const std::size_t size_line = hdr.find("-Y 48 +X 64");
