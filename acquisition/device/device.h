@@ -43,7 +43,7 @@ struct DeviceInfo {
   std::string bus;  // "GigEVision", "USB3Vision", "simulated"; "files" when the camera is unknown
   bool available = true;
   std::string problem;       // why it cannot be opened and what to do; empty when available
-  std::string remark = {};   // what slows it though it can be opened, and what to do; mostly empty
+  std::string remark = {};   // what slows it, or how a replay's pictures were taken; mostly empty
   std::string address = {};  // IPv4, of a camera in a network
   double pixel_aspect = 1;   // width of a pixel over its height; of a video that says so
 };

@@ -22,14 +22,15 @@ if(ULF_PRIVATE_MODULES)
 endif()
 # It opens these two by name (libepoxy does): no linker knows of them.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libegl1, libgl1")
-# OpenGL where no GPU's driver is, letters on the display, plots (--plot), man, completion in bash.
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libgl1-mesa-dri, fonts-dejavu-core, gnuplot-nox | gnuplot, man-db, bash-completion")
+# OpenGL where no GPU's driver is, letters on the display, man, completion in bash.
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libgl1-mesa-dri, fonts-dejavu-core, man-db, bash-completion")
 # What reads and writes videos, opened by name when it is needed (core/video/ffmpeg_calls): of the versions whose headers were there.
 foreach(library avformat avcodec avutil swscale)
   string(REGEX MATCH "^[0-9]+" major "${ffmpeg_lib${library}_VERSION}")
   string(APPEND CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS ", lib${library}${major}")
 endforeach()
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ulf-dev, colmap")
+# Plots (--plot) need gnuplot, which brings seventy packages.
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "ulf-dev, colmap, gnuplot-nox | gnuplot")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
 "captures and renders unstructured light fields
 ulf captures light fields with one camera held in the hand: it tells which

@@ -140,7 +140,7 @@ void VideoLight::Judge(const AVFrame& frame) {
     default:
       break;  // BT.601's differ from BT.709's by less than cameras do
   }
-  if (layout && (layout->flags & AV_PIX_FMT_FLAG_ALPHA) != 0)
+  if (layout && (layout->flags & AV_PIX_FMT_FLAG_ALPHA) != 0 && (layout->flags & AV_PIX_FMT_FLAG_PAL) == 0)
     notes_.emplace_back("what it says of opacity (alpha) is left out");
   // Through which swscale sends red, green and blue of more than 8 bits, too: there and back again alike.
   used_matrix_ = is_rgb_ || is_gray ? static_cast<AVColorSpace>(SWS_CS_DEFAULT) : matrix_;

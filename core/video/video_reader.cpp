@@ -159,11 +159,15 @@ struct VideoReader::State {
       throw Error(
           "{}: is one picture and no video; name the folder that holds it (?glob= chooses among its files)",
           name);
-    if (IsDrawnText(*input)) throw Error("{}: is no video", name);
+    if (IsDrawnText(*input))
+      throw Error("{}: is no video; name a video, a folder of photographs or a light field", name);
     if (const int status = Ffmpeg().avformat_find_stream_info(input.get(), nullptr); status < 0)
       throw Error("{}: is no video that can be read: {}", name, FfmpegWords(status));
     index = StreamOf(*input);
-    if (index < 0) throw Error("{}: holds no video stream", name);
+    if (index < 0)
+      throw Error(
+          "{}: holds sound or data and no video; name a video, a folder of photographs or a light field",
+          name);
     RefuseDolbyVision();
     OpenCodec();
     for (unsigned i = 0; i < input->nb_streams; ++i)
@@ -191,11 +195,11 @@ struct VideoReader::State {
     if (!data) return;
     AVDOVIDecoderConfigurationRecord told;
     std::memcpy(&told, data, sizeof(told));
-    if (told.dv_bl_signal_compatibility_id == 0)
+    constexpr int kWithoutOtherBase = 5;
+    if (told.dv_profile == kWithoutOtherBase)
       throw Error(
           "{}: its colours are those of Dolby Vision (profile {}), which are not understood here; export it "
-          "again as "
-          "BT.709 or HLG",
+          "again as BT.709 or HLG",
           name, told.dv_profile);
   }
 
@@ -399,15 +403,33 @@ struct VideoReader::State {
     return last_time_s;
   }
 
+  // A stream may change its matrix or range on the way, as films do that were joined. False where its pictures would be of
+  // another kind than the first ones.
+  bool FollowLight() {
+    if (light->IsOf(*frame)) return true;
+    try {
+      const VideoLight other(*frame);
+      if (other.transfer() != light->transfer()) return false;
+      light = other;
+    } catch (const Error&) {
+      return false;
+    }
+    scaler.reset();
+    return true;
+  }
+
   std::optional<VideoPicture> Next() {
     while (true) {
       if (!has_first && !Decode()) return std::nullopt;
       has_first = false;
-      if (frame->width != stored.width || frame->height != stored.height || !light->IsOf(*frame)) {
+      const bool has_other_size = frame->width != stored.width || frame->height != stored.height;
+      if (has_other_size || !FollowLight()) {
         if (others++ == 0)
-          first_other = fmt::format("from picture {} on some are {}x{} ({})", delivered + 1, frame->width,
-                                    frame->height,
-                                    Ffmpeg().av_get_pix_fmt_name(static_cast<AVPixelFormat>(frame->format)));
+          first_other =
+              has_other_size
+                  ? fmt::format("from picture {} on some are {}x{}, where the others are {}x{}",
+                                delivered + 1, frame->width, frame->height, stored.width, stored.height)
+                  : fmt::format("from picture {} on the light of some is coded otherwise", delivered + 1);
         continue;
       }
       VideoPicture picture{Picture(), TimeOfFrame()};
@@ -426,9 +448,7 @@ struct VideoReader::State {
                       problem));
     if (damaged > 0)
       add(fmt::format("{} could not be decoded whole and left out", Counted(damaged, "picture")));
-    if (others > 0)
-      add(fmt::format("{}, where the others are {}x{}: {} left out", first_other, stored.width, stored.height,
-                      Counted(others, "picture")));
+    if (others > 0) add(fmt::format("{}: {} left out", first_other, Counted(others, "picture")));
     return words;
   }
 

@@ -180,8 +180,9 @@ class Tiff {
 }  // namespace
 
 std::string ImageHeader::Text() const {
-  return fmt::format("{} {}x{}, {} {} of {} bits", kind, width, height, channels,
-                     channels == 1 ? "channel" : "channels", bits);
+  return fmt::format("{} {}x{}, {} {} of {} bits{}{}", kind, width, height, channels,
+                     channels == 1 ? "channel" : "channels", bits, is_float ? " in floating point" : "",
+                     alpha ? ", with alpha" : "");
 }
 
 std::optional<ImageHeader> ReadImageHeader(std::istream& file) {

@@ -31,6 +31,9 @@ struct FreeFrame {
 };
 using PictureFrame = std::unique_ptr<AVFrame, FreeFrame>;
 
+// Within which a header has its numbers.
+constexpr std::size_t kMostOfHead = 64 << 10;
+
 [[noreturn]] void RefuseDamagedPicture(const std::string& name, const std::string& words) {
   throw Error(
       "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
@@ -40,7 +43,7 @@ using PictureFrame = std::unique_ptr<AVFrame, FreeFrame>;
 
 // A picture of the size for which there is room (ClaimedSize): the library may read a header another way.
 PictureFrame DecodeOne(AVCodecID kind, std::string_view bytes, const std::string& name) {
-  std::istringstream stream{std::string(bytes)};
+  std::istringstream stream{std::string(bytes.substr(0, kMostOfHead))};
   const auto claimed = ClaimedSize(stream);
   if (!claimed) RefuseDamagedPicture(name, "its header");
   RouteFfmpegLog();
@@ -269,14 +272,16 @@ StoredPicture ReadNetpbm(std::string_view bytes, const std::string& name) {
                           : kind == '2' || kind == '5' ? AV_CODEC_ID_PGM
                                                        : AV_CODEC_ID_PPM;
   const int numbers = codec == AV_CODEC_ID_PBM ? 2 : 3;
-  return FromFrame(*DecodeOne(codec, WithoutComments(bytes, numbers, name), name), name);
+  const bool has_comments = bytes.substr(0, kMostOfHead).find('#') != std::string_view::npos;
+  return FromFrame(*DecodeOne(codec, has_comments ? WithoutComments(bytes, numbers, name) : bytes, name),
+                   name);
 }
 
 StoredPicture ReadRadiance(std::string_view bytes, const std::string& name) {
   // An empty line ends the header; the line of the size follows.
   const std::size_t size_at = bytes.find("\n\n");
   const std::size_t line_end = size_at == std::string_view::npos ? size_at : bytes.find('\n', size_at + 2);
-  std::istringstream stream{std::string(bytes)};
+  std::istringstream stream{std::string(bytes.substr(0, kMostOfHead))};
   const auto claimed = ClaimedSize(stream);
   // Before the library sees it, which goes on for ever in some damaged rows.
   if (line_end == std::string_view::npos || !claimed ||

@@ -261,6 +261,15 @@ TEST(ReplayFolder, TheOddOneOfMixedPicturesIsOfTheFewer) {
   }
 }
 
+TEST(ReplayFolder, PicturesWithAndWithoutAlphaAreMixed) {
+  const test::ScratchFolder scratch;
+  const std::string plain = PngBytes(Numbered(1));
+  for (const char* name : {"a.png", "b.png"}) WriteFileAtomically(scratch / name, plain);
+  WriteFileAtomically(scratch / "c.png", test::WithPngChunk(plain, "tRNS", std::string(6, '\0')));
+  EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()),
+              AllOf(HasSubstr("c.png"), HasSubstr("with alpha")));
+}
+
 // In the recording, too, which keeps the numbers and not the file.
 TEST(ReplayFolder, WhatWasConvertedStandsInTheHeaderOfARecording) {
   const test::ScratchFolder scratch;

@@ -193,9 +193,11 @@ TEST(VideoReader, ColoursThatAreCodedOtherwiseAreRefusedByName) {
   EXPECT_THAT(
       [&] { VideoReader(scratch / "video.mkv"); },
       ThrowsMessage<Error>(AllOf(HasSubstr("Dolby Vision (profile 5)"), HasSubstr("export it again"))));
-  dolby.dolby_vision_profile = 8;
-  WriteVideo(scratch / "video.mkv", dolby);
-  ExpectPatches(scratch / "video.mkv", "a base layer that others read");
+  for (const int profile : {4, 7, 8}) {  // 4 says of no other standard that it is one, and has its tags
+    dolby.dolby_vision_profile = profile;
+    WriteVideo(scratch / "video.mkv", dolby);
+    ExpectPatches(scratch / "video.mkv", "a base layer that others read");
+  }
   VideoSample sample = Patches(kBt2020, false, AV_PIX_FMT_YUV444P, 8);
   sample.matrix = AVCOL_SPC_BT2020_CL;
   WriteVideo(scratch / "video.mkv", sample);
@@ -438,6 +440,28 @@ TEST(VideoReader, PicturesOfAnotherSizeAreLeftOutAndNamed) {
   EXPECT_THAT(reader.Problem(), AllOf(HasSubstr("some are 96x32"), HasSubstr("pictures left out")));
 }
 
+TEST(VideoReader, TagsThatChangeOnTheWayAreFollowed) {
+  const ScratchFolder scratch;
+  std::string joined;
+  for (const auto& [weights, matrix] :
+       {std::pair(kBt709, AVCOL_SPC_BT709), std::pair(kBt601, AVCOL_SPC_SMPTE170M)}) {
+    VideoSample sample = Patches(weights, false, AV_PIX_FMT_YUV420P, 8);
+    sample.encoder = "libx264";
+    sample.matrix = matrix;
+    WriteVideo(scratch / "part.ts", sample);
+    joined += ReadWholeFile(scratch / "part.ts");
+  }
+  std::ofstream(scratch / "video.ts", std::ios::binary) << joined;
+  VideoReader reader(scratch / "video.ts");
+  int pictures = 0;
+  for (auto picture = reader.Next(); picture; picture = reader.Next(), ++pictures)
+    for (std::size_t patch = 0; patch < kPatches.size(); ++patch)
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        EXPECT_NEAR(PatchOf(picture->image, patch)[channel], kPatches[patch][channel], 2) << pictures;
+  EXPECT_EQ(pictures, 10);
+  EXPECT_EQ(reader.Problem(), "");
+}
+
 TEST(VideoReader, TagsThatContradictThePixelsAreNamed) {
   const ScratchFolder scratch;
   VideoSample sample = Patches(kBt601, false, AV_PIX_FMT_YUV420P, 8);
@@ -477,7 +501,7 @@ TEST(VideoReader, WhatIsNoVideoIsNamed) {
       ThrowsMessage<Error>(AllOf(HasSubstr("is one picture and no video"), HasSubstr("name the folder"))));
   std::ofstream(scratch / "read_me.txt") << "FFmpeg draws a text as a terminal would have shown it.\n";
   EXPECT_THAT([&] { VideoReader reader(scratch / "read_me.txt"); },
-              ThrowsMessage<Error>(HasSubstr("read_me.txt: is no video")));
+              ThrowsMessage<Error>(AllOf(HasSubstr("read_me.txt: is no video"), HasSubstr("name a video"))));
   std::ofstream(scratch / "list.m3u8") << "#EXTM3U\n#EXTINF:1,\nhttp://localhost:9/a.ts\n";
   EXPECT_THROW(VideoReader reader(scratch / "list.m3u8"), Error) << "no address is asked";
 }

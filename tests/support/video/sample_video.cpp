@@ -90,7 +90,7 @@ void WriteVideo(const std::filesystem::path& file, const VideoSample& sample) {
     told->dv_version_major = 1;
     told->dv_profile = static_cast<std::uint8_t>(sample.dolby_vision_profile);
     told->rpu_present_flag = told->bl_present_flag = 1;
-    told->dv_bl_signal_compatibility_id = sample.dolby_vision_profile == 5 ? 0 : 4;
+    told->dv_bl_signal_compatibility_id = sample.dolby_vision_profile < 6 ? 0 : 4;
     av_stream_add_side_data(stream, AV_PKT_DATA_DOVI_CONF, reinterpret_cast<std::uint8_t*>(told), size);
   }
   if (sample.is_spherical) {
