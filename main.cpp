@@ -64,6 +64,7 @@ int Run(int argc, char** argv) {
   if (verbose) spdlog::set_level(spdlog::level::debug);
 
   try {
+    ulf::commands::RequireInputsStay(app);
     return chosen();
   } catch (const ulf::UsageError& error) {
     std::fprintf(stderr, "ulf: %s\n", error.what());

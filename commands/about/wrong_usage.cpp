@@ -4,11 +4,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <numeric>
+#include <string_view>
 #include <vector>
+
+#include "core/base/error.h"
 
 namespace ulf::commands {
 namespace {
+namespace fs = std::filesystem;
 
 // The command that the words lead to: of `ulf export colmap ...` that of colmap.
 const CLI::App& ChosenOf(const CLI::App& app) {
@@ -65,7 +71,49 @@ std::vector<std::string> OptionsOf(const CLI::App& app) {
   return names;
 }
 
+// Files to write, by option. `ulf calibration` may write what it reads, and looks at it first.
+bool IsOutput(const CLI::App& command, const CLI::Option& option) {
+  constexpr std::array<std::string_view, 8> kOutputs{"--output",          "--final",      "--plot",
+                                                     "--calibration-out", "--screenshot", "--map",
+                                                     "--overlay",         "--preview"};
+  return command.get_name() != "calibration" &&
+         std::ranges::find(kOutputs, "--" + option.get_single_name()) != kOutputs.end();
+}
+
+// What may be read, as a path: a device's name may hold one (replay:DIR?fps=5).
+fs::path PathIn(const std::string& value) {
+  const std::size_t begin = value.starts_with("replay:") ? std::string_view("replay:").size() : 0;
+  const std::string path = value.substr(begin, value.find('?', begin) - begin);
+  return path.empty() ? fs::path(value) : fs::path(path);
+}
+
+// Whether an existing file is a record of the folder's own: what lies deeper, or is no picture, mesh or film at its top.
+bool IsRecordOf(const fs::path& folder, const fs::path& file) {
+  const fs::path inside = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
+  if (inside.empty() || *inside.begin() == "..") return false;
+  const std::string ending = file.extension().string();
+  return inside.has_parent_path() || ending == ".json" || ending == ".jsonl" || ending == ".txt";
+}
+
 }  // namespace
+
+void RequireInputsStay(const CLI::App& app) {
+  const CLI::App& command = ChosenOf(app);
+  std::vector<std::string> written, read;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& value : option->results())
+      (IsOutput(command, *option) ? written : read).push_back(value);
+  std::error_code unknown;
+  for (const std::string& out : written) {
+    if (!fs::is_regular_file(out, unknown)) continue;
+    for (const std::string& in : read) {
+      const fs::path path = PathIn(in);
+      if (fs::equivalent(out, path, unknown) || (fs::is_directory(path, unknown) && IsRecordOf(path, out)))
+        throw UsageError("{}: is what '{}' reads and would be replaced; give another name", out,
+                         FullNameOf(command));
+    }
+  }
+}
 
 std::string WrongUsageInWords(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return {};  // --help

@@ -33,6 +33,8 @@ using Input = std::unique_ptr<AVFormatContext, CloseInput>;
 using Codec = std::unique_ptr<AVCodecContext, FreeCodec>;
 using Scaler = std::unique_ptr<SwsContext, FreeScaler>;
 
+constexpr const char* kNameAnother = "; name a video, a folder of photographs or a light field";
+
 // No file makes this process read others: a playlist may name addresses.
 Input Open(const fs::path& file) {
   RouteFfmpegLog();
@@ -44,8 +46,9 @@ Input Open(const fs::path& file) {
   Ffmpeg().av_dict_free(&options);
   if (status < 0) {
     const std::string missing = MissingEnd(file);
-    throw Error("{}: is no video that can be opened: {}", file.string(),
-                missing.empty() ? FfmpegWords(status) : missing + "; copy it again from its source");
+    throw Error(
+        "{}: is no video that can be opened: {}", file.string(),
+        missing.empty() ? FfmpegWords(status) + kNameAnother : missing + "; copy it again from its source");
   }
   return Input(opened);
 }
@@ -159,15 +162,11 @@ struct VideoReader::State {
       throw Error(
           "{}: is one picture and no video; name the folder that holds it (?glob= chooses among its files)",
           name);
-    if (IsDrawnText(*input))
-      throw Error("{}: is no video; name a video, a folder of photographs or a light field", name);
+    if (IsDrawnText(*input)) throw Error("{}: is no video{}", name, kNameAnother);
     if (const int status = Ffmpeg().avformat_find_stream_info(input.get(), nullptr); status < 0)
       throw Error("{}: is no video that can be read: {}", name, FfmpegWords(status));
     index = StreamOf(*input);
-    if (index < 0)
-      throw Error(
-          "{}: holds sound or data and no video; name a video, a folder of photographs or a light field",
-          name);
+    if (index < 0) throw Error("{}: holds sound or data and no video{}", name, kNameAnother);
     RefuseDolbyVision();
     OpenCodec();
     for (unsigned i = 0; i < input->nb_streams; ++i)

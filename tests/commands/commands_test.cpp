@@ -26,6 +26,7 @@
 namespace ulf::test {
 namespace {
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -130,6 +131,25 @@ TEST(Commands, AnOptionThatIsGivenTwiceIsNamed) {
       RunUlf("plan --focal-px 600 --width 640 --distance 1 --radius 0.2 --cap 1x1 --cap 2x2");
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(result.errors, "ulf: --cap is given more than once; give it once\n");
+}
+
+TEST(Commands, WhatIsReadIsNotReplaced) {
+  const ScratchFolder folder;
+  const std::string camera = (folder / "camera.json").string(), truth = (folder / "truth.txt").string(),
+                    light_field = (folder / "vase").string(), journal = light_field + "/journal.jsonl";
+  fs::create_directories(light_field);
+  for (const std::string& file : {camera, truth, journal}) std::ofstream(file) << "kept";
+  for (const std::string& line :
+       {"track replay:" + light_field + " --poses known --truth " + truth + " -o " + truth,
+        "track 'replay:" + light_field + "?fps=5' --calibration " + camera + " --final " + camera,
+        "track replay:" + light_field + " -o " + journal, "render " + light_field + " -o " + journal,
+        "capture 'replay:" + light_field + "' -o " + light_field + "2 --map " + journal}) {
+    const CommandResult result = RunUlf(line);
+    EXPECT_EQ(result.exit_code, 2) << line;
+    EXPECT_THAT(result.errors, AllOf(HasSubstr("reads and would be replaced"), HasSubstr("another name")))
+        << line;
+  }
+  for (const std::string& file : {camera, truth, journal}) EXPECT_EQ(ReadWholeFile(file), "kept") << file;
 }
 
 TEST(Commands, WhatIsMisspeltIsNamedWithWhatIsMeant) {
