@@ -7,8 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-
-#include "core/base/counted.h"
+#include <vector>
 
 namespace ulf {
 namespace {
@@ -36,23 +35,22 @@ std::size_t CountNan(const cv::Mat& pixels) {
   return count;
 }
 
-// Whether nearly all numbers but zero are whole, and some above full scale: told by a million of them.
-bool LooksLikeLevels(const cv::Mat& pixels) {
-  constexpr std::size_t kLookedAt = 1'000'000;
-  constexpr double kNearlyAll = 0.99;
-  const auto in_row = static_cast<std::size_t>(pixels.cols) * static_cast<std::size_t>(pixels.channels());
-  const std::size_t step =
-      std::max<std::size_t>(1, in_row * static_cast<std::size_t>(pixels.rows) / kLookedAt) | 1;
-  std::size_t lit = 0, whole = 0;
-  float largest = 0;
-  for (std::size_t at = 0; at < in_row * static_cast<std::size_t>(pixels.rows); at += step) {
-    const float number = pixels.ptr<float>(static_cast<int>(at / in_row))[at % in_row];
-    if (number == 0 || !IsFiniteNumber(number)) continue;
-    ++lit;
-    whole += number > 0 && number == std::floor(number);
-    largest = std::max(largest, number);
-  }
-  return largest > 1 && static_cast<double>(whole) >= kNearlyAll * static_cast<double>(lit);
+// Of the numbers above 0, by all channels of some of the pixels; 0 where fewer than a hundredth are: lamps in the dark.
+float MedianOfLit(const cv::Mat& pixels) {
+  constexpr std::size_t kLookedAt = 300'000, kFewest = 100;
+  const std::size_t step = (pixels.total() / kLookedAt) | 1;
+  const auto columns = static_cast<std::size_t>(pixels.cols),
+             channels = static_cast<std::size_t>(pixels.channels());
+  std::vector<float> lit;
+  for (std::size_t at = 0; at < pixels.total(); at += step)
+    for (std::size_t c = 0; c < channels; ++c)
+      if (const float number = pixels.ptr<float>(static_cast<int>(at / columns))[at % columns * channels + c];
+          number > 0 && IsFiniteNumber(number))
+        lit.push_back(number);
+  if (lit.empty() || lit.size() * kFewest * step < pixels.total() * channels) return 0;
+  const auto middle = lit.begin() + static_cast<std::ptrdiff_t>((lit.size() - 1) / 2);
+  std::ranges::nth_element(lit, middle);
+  return *middle;
 }
 
 float LargestOf(const cv::Mat& pixels) {
@@ -72,22 +70,24 @@ void CheckFloatNumbers(StoredPicture& picture) {
   if (const std::size_t count = CountNotFinite(pixels); count > 0) {
     const std::size_t nan = CountNan(pixels);
     picture.warnings.push_back(
-        fmt::format("it holds {} that say no light ({} NaN, {} infinite): such pixels get no weight in "
+        fmt::format("it holds numbers that say no light ({} NaN, {} infinite): such pixels get no weight in "
                     "renderings, and are black or white in copies of 8 bits",
-                    Counted(count, "number"), nan, count - nan));
+                    nan, count - nan));
   }
-  if (!LooksLikeLevels(pixels)) return;
+  const float median = MedianOfLit(pixels);
+  if (!(median > 1)) return;
   const float largest = LargestOf(pixels);
-  constexpr float kMost8 = 255, kMost16 = 65535;
-  const std::string as_levels =
-      largest > kMost16
-          ? std::string("divide them by what full scale is")
-          : fmt::format("write levels of sRGB as whole numbers of {} bits, and divide levels of light by {}",
-                        largest > kMost8 ? 16 : 8, largest > kMost8 ? kMost16 : kMost8);
+  constexpr float kMostOfLevels = 65535;
+  constexpr unsigned kFewestLevels = 255;
+  const unsigned full =
+      largest > kMostOfLevels
+          ? 0
+          : std::bit_ceil(std::max(kFewestLevels, static_cast<unsigned>(std::ceil(largest))) + 1) - 1;
   picture.warnings.push_back(fmt::format(
-      "its numbers are whole, up to {:g}, as levels are, but are floating point, which is linear light with "
-      "full scale at 1: they are taken for that; {}",
-      largest, as_levels));
+      "more than half of its lit numbers are above 1, which is white in floating point (median {:g}, largest "
+      "{:g}): they are taken as they are; divide {}absolute light by what its white has",
+      median, largest,
+      full == 0 ? "" : fmt::format("levels of {} bits by {}, and ", std::bit_width(full), full)));
 }
 
 }  // namespace ulf
