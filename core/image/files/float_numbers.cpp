@@ -28,38 +28,29 @@ std::size_t CountNotFinite(const cv::Mat& pixels) {
   return count;
 }
 
-std::size_t CountNan(const cv::Mat& pixels) {
-  std::size_t count = 0;
-  for (int y = 0; y < pixels.rows; ++y)
-    for (int i = 0; i < pixels.cols * pixels.channels(); ++i) count += std::isnan(pixels.ptr<float>(y)[i]);
-  return count;
+// All channels of every `step`th pixel.
+template <typename Look>
+void LookAtNumbers(const cv::Mat& pixels, std::size_t step, const Look& look) {
+  const auto columns = static_cast<std::size_t>(pixels.cols);
+  for (std::size_t at = 0; at < pixels.total(); at += step) {
+    const float* pixel = pixels.ptr<float>(static_cast<int>(at / columns), static_cast<int>(at % columns));
+    for (int c = 0; c < pixels.channels(); ++c) look(pixel[c]);
+  }
 }
 
-// Of the numbers above 0, by all channels of some of the pixels; 0 where fewer than a hundredth are: lamps in the dark.
+// Of the numbers above 0, by some of the pixels; 0 where fewer than a hundredth are: lamps in the dark.
 float MedianOfLit(const cv::Mat& pixels) {
   constexpr std::size_t kLookedAt = 300'000, kFewest = 100;
-  const std::size_t step = (pixels.total() / kLookedAt) | 1;
-  const auto columns = static_cast<std::size_t>(pixels.cols),
-             channels = static_cast<std::size_t>(pixels.channels());
+  std::size_t all = 0;
   std::vector<float> lit;
-  for (std::size_t at = 0; at < pixels.total(); at += step)
-    for (std::size_t c = 0; c < channels; ++c)
-      if (const float number = pixels.ptr<float>(static_cast<int>(at / columns))[at % columns * channels + c];
-          number > 0 && IsFiniteNumber(number))
-        lit.push_back(number);
-  if (lit.empty() || lit.size() * kFewest * step < pixels.total() * channels) return 0;
+  LookAtNumbers(pixels, (pixels.total() / kLookedAt) | 1, [&](float number) {
+    ++all;
+    if (number > 0 && IsFiniteNumber(number)) lit.push_back(number);
+  });
+  if (lit.empty() || lit.size() * kFewest < all) return 0;
   const auto middle = lit.begin() + static_cast<std::ptrdiff_t>((lit.size() - 1) / 2);
   std::ranges::nth_element(lit, middle);
   return *middle;
-}
-
-float LargestOf(const cv::Mat& pixels) {
-  float largest = 0;
-  for (int y = 0; y < pixels.rows; ++y)
-    for (int i = 0; i < pixels.cols * pixels.channels(); ++i)
-      if (const float number = pixels.ptr<float>(y)[i]; IsFiniteNumber(number))
-        largest = std::max(largest, number);
-  return largest;
 }
 
 }  // namespace
@@ -68,7 +59,8 @@ void CheckFloatNumbers(StoredPicture& picture) {
   if (picture.pixels.depth() != CV_32F) return;
   const cv::Mat& pixels = picture.pixels;
   if (const std::size_t count = CountNotFinite(pixels); count > 0) {
-    const std::size_t nan = CountNan(pixels);
+    std::size_t nan = 0;
+    LookAtNumbers(pixels, 1, [&](float number) { nan += std::isnan(number); });
     picture.warnings.push_back(
         fmt::format("it holds numbers that say no light ({} NaN, {} infinite): such pixels get no weight in "
                     "renderings, and are black or white in copies of 8 bits",
@@ -76,18 +68,21 @@ void CheckFloatNumbers(StoredPicture& picture) {
   }
   const float median = MedianOfLit(pixels);
   if (!(median > 1)) return;
-  const float largest = LargestOf(pixels);
-  constexpr float kMostOfLevels = 65535;
-  constexpr unsigned kFewestLevels = 255;
-  const unsigned full =
-      largest > kMostOfLevels
-          ? 0
-          : std::bit_ceil(std::max(kFewestLevels, static_cast<unsigned>(std::ceil(largest))) + 1) - 1;
+  float largest = 0;
+  LookAtNumbers(pixels, 1, [&](float number) {
+    if (IsFiniteNumber(number)) largest = std::max(largest, number);
+  });
+  constexpr float kFewestLevels = 255, kMostLevels = 65535;
+  const unsigned levels =
+      std::bit_ceil(static_cast<unsigned>(std::clamp(std::ceil(largest), kFewestLevels, kMostLevels)) + 1) -
+      1;
   picture.warnings.push_back(fmt::format(
-      "more than half of its lit numbers are above 1, which is white in floating point (median {:g}, largest "
-      "{:g}): they are taken as they are; divide {}absolute light by what its white has",
+      "more than half of its light is brighter than 1, which is white in floating point (median {:g}, "
+      "largest "
+      "{:g}): it is taken as it is; divide {}absolute light by the number of its white",
       median, largest,
-      full == 0 ? "" : fmt::format("levels of {} bits by {}, and ", std::bit_width(full), full)));
+      largest > kMostLevels ? ""
+                            : fmt::format("levels of {} bits by {}, and ", std::bit_width(levels), levels)));
 }
 
 }  // namespace ulf
