@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "core/base/atomic_file.h"
@@ -142,7 +143,7 @@ class FolderSource : public ReplaySource {
     if (const auto odd = OddOneOut(kinds)) ThrowMixed(*odd, kinds);
     header_ = ReadImageHeader(files_.front().string());
     first_ = Read(files_.front());
-    for (const std::string& line : said_)
+    for (const auto& [kind, line] : said_)
       remark_ +=
           fmt::format("{}{}: {}", remark_.empty() ? "" : "; ", files_.front().filename().string(), line);
     if (!options.fps && files_.size() > 1)
@@ -187,10 +188,14 @@ class FolderSource : public ReplaySource {
   cv::Mat Read(const fs::path& file) {
     if (IsRawFile(file)) return ReadImageFile(file.string());
     StoredPicture picture = ReadPicture(file.string());
-    for (const std::string& note : picture.notes)
-      if (said_.insert(note).second) spdlog::info("{}: {}", file.string(), note);
-    for (const std::string& warning : picture.warnings)
-      if (said_.insert(warning).second) spdlog::warn("{}: {}", file.string(), warning);
+    const auto say = [&](const std::vector<std::string>& lines, spdlog::level::level_enum level) {
+      for (const std::string& line : lines)
+        if (said_.emplace(WithoutNumbers(line), line).second)
+          spdlog::log(level, "{}: {}", file.string(), line);
+    };
+    say(picture.notes, spdlog::level::info);
+    say(picture.remarks, spdlog::level::info);
+    say(picture.warnings, spdlog::level::warn);
     return picture.pixels;
   }
   static std::string KindOf(const cv::Mat& pixels) {
@@ -222,8 +227,8 @@ class FolderSource : public ReplaySource {
   std::vector<fs::path> files_;
   std::optional<ImageHeader> header_;
   cv::Mat first_;
-  std::set<std::string> said_;
-  std::string remark_;  // what was said of the first picture
+  std::map<std::string, std::string> said_;  // by their kind
+  std::string remark_;                       // what was said of the first picture
   std::size_t next_ = 0;
 };
 

@@ -270,16 +270,18 @@ struct VideoReader::State {
   }
 
   void RequireOneLens() const {
-    if (SideData<AVSphericalMapping>(AV_PKT_DATA_SPHERICAL, AV_FRAME_DATA_SPHERICAL))
+    if (const auto* sphere = SideData<AVSphericalMapping>(AV_PKT_DATA_SPHERICAL, AV_FRAME_DATA_SPHERICAL))
       throw Error("{}: is a panorama (it says that its pictures are spherical), which no lens made; {}", name,
-                  kFromPanorama);
+                  WayFromPanorama(sphere->projection == AV_SPHERICAL_EQUIRECTANGULAR, "OUT%05d.png"));
     if (const auto* stereo = SideData<AVStereo3D>(AV_PKT_DATA_STEREO3D, AV_FRAME_DATA_STEREO3D);
         stereo && stereo->type != AV_STEREO3D_2D)
       throw Error("{}: shows stereo pairs{}, which no single lens made; {}", name,
                   stereo->type == AV_STEREO3D_SIDEBYSIDE  ? ", side by side"
                   : stereo->type == AV_STEREO3D_TOPBOTTOM ? ", one above the other"
                                                           : "",
-                  kFromStereoPair);
+                  WayFromStereoPair(stereo->type == AV_STEREO3D_SIDEBYSIDE  ? StereoLayout::kSideBySide
+                                    : stereo->type == AV_STEREO3D_TOPBOTTOM ? StereoLayout::kOverUnder
+                                                                            : StereoLayout::kOther));
   }
 
   void TellFacts() {

@@ -159,7 +159,7 @@ ExrPicturePlace PlaceOfPicture(const Imf::MultiPartInputFile& file, const std::s
                     "the one that is meant as a file of its own",
                     chosen->words, equals));
   else if (!is_plain_file)
-    picture.notes.push_back(fmt::format("its picture is taken from {}", chosen->words));
+    picture.remarks.push_back(fmt::format("its picture is taken from {}", chosen->words));
   return chosen->place;
 }
 
@@ -261,9 +261,10 @@ StoredPicture ReadColours(Imf::MultiPartInputFile& file, const std::string& path
   const Imf::Header& header = file.header(place.part);
   RequireLight(header, place.channels, path);
   if (Imf::hasEnvmap(header))
-    throw Error("{}: is a panorama (its attribute envmap), which no lens made; {}", path, kFromPanorama);
+    throw Error("{}: is a panorama (its attribute envmap), which no lens made; {}", path,
+                WayFromPanorama(Imf::envmap(header) == Imf::ENVMAP_LATLONG));
   if (Imf::hasMultiView(header) && Imf::multiView(header).size() > 1)
-    picture.notes.push_back(
+    picture.remarks.push_back(
         fmt::format("it holds {} views ({}), of which the first is taken", Imf::multiView(header).size(),
                     ExifText(fmt::format("{}", fmt::join(Imf::multiView(header), ", ")))));
   WarnOfPixelAspect(1, header.pixelAspectRatio(), picture);

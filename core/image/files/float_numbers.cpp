@@ -7,8 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-
-#include "core/base/counted.h"
+#include <vector>
 
 namespace ulf {
 namespace {
@@ -29,39 +28,29 @@ std::size_t CountNotFinite(const cv::Mat& pixels) {
   return count;
 }
 
-std::size_t CountNan(const cv::Mat& pixels) {
-  std::size_t count = 0;
-  for (int y = 0; y < pixels.rows; ++y)
-    for (int i = 0; i < pixels.cols * pixels.channels(); ++i) count += std::isnan(pixels.ptr<float>(y)[i]);
-  return count;
-}
-
-// Whether nearly all numbers but zero are whole, and some above full scale: told by a million of them.
-bool LooksLikeLevels(const cv::Mat& pixels) {
-  constexpr std::size_t kLookedAt = 1'000'000;
-  constexpr double kNearlyAll = 0.99;
-  const auto in_row = static_cast<std::size_t>(pixels.cols) * static_cast<std::size_t>(pixels.channels());
-  const std::size_t step =
-      std::max<std::size_t>(1, in_row * static_cast<std::size_t>(pixels.rows) / kLookedAt) | 1;
-  std::size_t lit = 0, whole = 0;
-  float largest = 0;
-  for (std::size_t at = 0; at < in_row * static_cast<std::size_t>(pixels.rows); at += step) {
-    const float number = pixels.ptr<float>(static_cast<int>(at / in_row))[at % in_row];
-    if (number == 0 || !IsFiniteNumber(number)) continue;
-    ++lit;
-    whole += number > 0 && number == std::floor(number);
-    largest = std::max(largest, number);
+// All channels of every `step`th pixel.
+template <typename Look>
+void LookAtNumbers(const cv::Mat& pixels, std::size_t step, const Look& look) {
+  const auto columns = static_cast<std::size_t>(pixels.cols);
+  for (std::size_t at = 0; at < pixels.total(); at += step) {
+    const float* pixel = pixels.ptr<float>(static_cast<int>(at / columns), static_cast<int>(at % columns));
+    for (int c = 0; c < pixels.channels(); ++c) look(pixel[c]);
   }
-  return largest > 1 && static_cast<double>(whole) >= kNearlyAll * static_cast<double>(lit);
 }
 
-float LargestOf(const cv::Mat& pixels) {
-  float largest = 0;
-  for (int y = 0; y < pixels.rows; ++y)
-    for (int i = 0; i < pixels.cols * pixels.channels(); ++i)
-      if (const float number = pixels.ptr<float>(y)[i]; IsFiniteNumber(number))
-        largest = std::max(largest, number);
-  return largest;
+// Of the numbers above 0, by some of the pixels; 0 where fewer than a hundredth are: lamps in the dark.
+float MedianOfLit(const cv::Mat& pixels) {
+  constexpr std::size_t kLookedAt = 300'000, kFewest = 100;
+  std::size_t all = 0;
+  std::vector<float> lit;
+  LookAtNumbers(pixels, (pixels.total() / kLookedAt) | 1, [&](float number) {
+    ++all;
+    if (number > 0 && IsFiniteNumber(number)) lit.push_back(number);
+  });
+  if (lit.empty() || lit.size() * kFewest < all) return 0;
+  const auto middle = lit.begin() + static_cast<std::ptrdiff_t>((lit.size() - 1) / 2);
+  std::ranges::nth_element(lit, middle);
+  return *middle;
 }
 
 }  // namespace
@@ -70,24 +59,30 @@ void CheckFloatNumbers(StoredPicture& picture) {
   if (picture.pixels.depth() != CV_32F) return;
   const cv::Mat& pixels = picture.pixels;
   if (const std::size_t count = CountNotFinite(pixels); count > 0) {
-    const std::size_t nan = CountNan(pixels);
+    std::size_t nan = 0;
+    LookAtNumbers(pixels, 1, [&](float number) { nan += std::isnan(number); });
     picture.warnings.push_back(
-        fmt::format("it holds {} that say no light ({} NaN, {} infinite): such pixels get no weight in "
+        fmt::format("it holds numbers that say no light ({} NaN, {} infinite): such pixels get no weight in "
                     "renderings, and are black or white in copies of 8 bits",
-                    Counted(count, "number"), nan, count - nan));
+                    nan, count - nan));
   }
-  if (!LooksLikeLevels(pixels)) return;
-  const float largest = LargestOf(pixels);
-  constexpr float kMost8 = 255, kMost16 = 65535;
-  const std::string as_levels =
-      largest > kMost16
-          ? std::string("divide them by what full scale is")
-          : fmt::format("write levels of sRGB as whole numbers of {} bits, and divide levels of light by {}",
-                        largest > kMost8 ? 16 : 8, largest > kMost8 ? kMost16 : kMost8);
+  const float median = MedianOfLit(pixels);
+  if (!(median > 1)) return;
+  float largest = 0;
+  LookAtNumbers(pixels, 1, [&](float number) {
+    if (IsFiniteNumber(number)) largest = std::max(largest, number);
+  });
+  constexpr float kFewestLevels = 255, kMostLevels = 65535;
+  const unsigned levels =
+      std::bit_ceil(static_cast<unsigned>(std::clamp(std::ceil(largest), kFewestLevels, kMostLevels)) + 1) -
+      1;
   picture.warnings.push_back(fmt::format(
-      "its numbers are whole, up to {:g}, as levels are, but are floating point, which is linear light with "
-      "full scale at 1: they are taken for that; {}",
-      largest, as_levels));
+      "more than half of its light is brighter than 1, which is white in floating point (median {:g}, "
+      "largest "
+      "{:g}): it is taken as it is; divide {}absolute light by the number of its white",
+      median, largest,
+      largest > kMostLevels ? ""
+                            : fmt::format("levels of {} bits by {}, and ", std::bit_width(levels), levels)));
 }
 
 }  // namespace ulf

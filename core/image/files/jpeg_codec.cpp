@@ -1,5 +1,6 @@
 #include "core/image/files/jpeg_codec.h"
 
+#include <cmath>
 #include <csetjmp>
 #include <cstddef>
 #include <cstdio>
@@ -186,7 +187,12 @@ StoredPicture ReadJpeg(std::string_view bytes, const std::string& name) {
     picture.warnings.push_back(
         fmt::format("its data are damaged inside ({}): part of it is wrong", report.damage));
   RequireOneLensOfJpeg(bytes, name, picture);
-  WarnOfPixelAspect(photograph.density[0], photograph.density[1], picture);
+  const auto [across, down] = photograph.density;
+  const cv::Size size = photograph.pixels.size();
+  constexpr double kSame = 0.02;
+  if (std::abs(across * size.height - down * size.width) >
+      kSame * down * size.width)  // its size, of some programs
+    WarnOfPixelAspect(across, down, picture);
   const ExifFacts exif = ReadExif(std::string(bytes.substr(0, kExifBytes)));
   NoteOrientation(exif.orientation, picture);
   if (photograph.pixels.channels() == 4) {

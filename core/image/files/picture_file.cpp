@@ -89,19 +89,20 @@ StoredPicture Decoded(const std::string& path) {
   }
 }
 
-// A folder of a thousand pictures with one fault says it once.
-void WarnOnce(const std::string& path, const std::string& warning) {
-  static std::mutex mutex;
-  static std::set<std::string> said;
-  const std::lock_guard lock(mutex);
-  if (said.insert(warning).second) spdlog::warn("{}: {} (said once, others may be like it)", path, warning);
-}
-
 }  // namespace
 
 StoredPicture ReadPicture(const std::string& path) {
   RequireWholeFile(path);
   return Decoded(path);
+}
+
+void SayWarnings(const std::string& path, const StoredPicture& picture) {
+  static std::mutex mutex;
+  static std::set<std::string> said;
+  const std::lock_guard lock(mutex);
+  for (const std::string& warning : picture.warnings)
+    if (said.insert(WithoutNumbers(warning)).second)
+      spdlog::warn("{}: {} (said once, others may be like it)", path, warning);
 }
 
 cv::Mat ReadImageFile(const std::string& path) {
@@ -110,7 +111,7 @@ cv::Mat ReadImageFile(const std::string& path) {
     return ReadRawFile(path);
   }
   const StoredPicture picture = ReadPicture(path);
-  for (const std::string& warning : picture.warnings) WarnOnce(path, warning);
+  SayWarnings(path, picture);
   return picture.pixels;
 }
 

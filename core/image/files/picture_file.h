@@ -15,6 +15,9 @@ namespace ulf {
 // Any kind but raw files. Throws Error naming the file, what is wrong with it, and the way out.
 StoredPicture ReadPicture(const std::string& path);
 
+// Logs the warnings of a picture, each kind of them once for all files.
+void SayWarnings(const std::string& path, const StoredPicture& picture);
+
 // The pixels of ReadPicture(), or of a camera's raw file as raw_file.h reads it; what is transparent keeps its colours. Warnings
 // of the picture are logged, each once. Throws Error as ReadPicture() does.
 cv::Mat ReadImageFile(const std::string& path);

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <set>
 
 #include "core/base/counted.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
+#include "core/image/files/claimed_size.h"
+#include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
@@ -32,6 +35,15 @@ bool HoldsPictures(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder, unknown))
     if (HasImageEnding(entry.path()) && entry.is_regular_file(unknown)) return true;
   return false;
+}
+
+// Texts begin with the letters of some kinds of pictures.
+bool SaysASize(const fs::path& file, PictureKind kind) {
+  if (kind == PictureKind::kExr || ReadImageHeader(file.string())) return true;
+  std::ifstream stream(file, std::ios::binary);
+  const auto size = ClaimedSize(stream);
+  constexpr double kMostPx = 1 << 20;
+  return size && std::min(size->width, size->height) >= 1 && std::max(size->width, size->height) < kMostPx;
 }
 
 std::string CountedFiles(const std::vector<std::string>& names, const std::string& one,
@@ -61,25 +73,26 @@ std::optional<OddOne> OddOneOut(const std::vector<std::string>& words) {
 
 std::string PictureFolder::LeftOut() const { return fmt::format("{}", fmt::join(left_out, "; ")); }
 
-PictureFolder PicturesIn(const fs::path& folder) {
+PictureFolder PicturesIn(const fs::path& folder, const std::set<std::string>& used) {
   PictureFolder found;
   std::map<std::string, std::vector<std::string>> unread;  // by what they are
   std::vector<std::string> unnamed, no_pictures, folders;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     std::error_code unknown;
-    if (entry.is_directory(unknown) && name[0] != '.' && HoldsPictures(entry.path())) folders.push_back(name);
+    if (entry.is_directory(unknown) && name[0] != '.' && !used.contains(name) && HoldsPictures(entry.path()))
+      folders.push_back(name);
     if (!entry.is_regular_file(unknown)) continue;
     if (HasImageEnding(name) && name[0] != '.') {
       found.pictures.push_back(entry.path());
       continue;
     }
     ++found.others;
-    if (name[0] == '.' || IsKeptBeside(name)) continue;
+    if (name[0] == '.' || IsKeptBeside(name) || used.contains(name)) continue;
     if (const auto words = UnreadPicture(name)) {
       unread[*words].push_back(name);
     } else if (const PictureKind kind = KindOfPicture(entry.path()); IsRead(kind)) {
-      unnamed.push_back(name);
+      (SaysASize(entry.path(), kind) ? unnamed : no_pictures).push_back(name);
     } else if (kind != PictureKind::kUnknown) {
       unread[WordsOf(kind)].push_back(name);
     } else {

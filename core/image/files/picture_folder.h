@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,8 @@ struct PictureFolder {
   std::string LeftOut() const;
 };
 
-// Throws std::filesystem::filesystem_error where the folder cannot be read.
-PictureFolder PicturesIn(const std::filesystem::path& folder);
+// Files and folders of the names `used` are not left out. Throws std::filesystem::filesystem_error where the folder cannot be read.
+PictureFolder PicturesIn(const std::filesystem::path& folder, const std::set<std::string>& used = {});
 
 // The first of these words that is not the most frequent one (of as many of both, the first counts as usual), and one that is. None:
 // all are alike.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -16,24 +17,44 @@
 namespace ulf {
 namespace {
 
-// The value of a property in whatever namespace, as an attribute or as an element, in lower case; empty: there is none.
-std::string XmpValue(std::string_view xmp, const std::string& property) {
-  const std::string wanted = ":" + property;
-  for (std::size_t at = xmp.find(wanted); at != std::string_view::npos; at = xmp.find(wanted, at + 1)) {
-    std::size_t begin = xmp.find_first_not_of(" \t\r\n", at + wanted.size());
-    if (begin == std::string_view::npos) break;
-    char end = '<';
-    if (xmp[begin] == '=') {
-      begin = xmp.find_first_of("\"'", begin);
-      if (begin == std::string_view::npos) break;
-      end = xmp[begin];
-    } else if (xmp[begin] != '>') {
-      continue;  // a longer name
+// Of attributes and of elements that hold text, by their names without the namespace; values are in lower case. What text, comments
+// and other values hold names none.
+std::map<std::string, std::string> PropertiesOf(std::string_view xmp) {
+  constexpr std::string_view kSpaces = " \t\r\n";
+  std::map<std::string, std::string> properties;
+  const auto keep = [&](std::string_view name, std::string_view value) {
+    value = value.substr(std::min(value.find_first_not_of(kSpaces), value.size()));
+    value = value.substr(0, value.find_last_not_of(kSpaces) + 1);
+    if (!value.empty()) properties.emplace(name.substr(name.rfind(':') + 1), Lowercase(ExifText(value)));
+  };
+  const auto next = [&](std::string_view any_of, std::size_t at) {
+    return std::min(xmp.find_first_of(any_of, at), xmp.size());
+  };
+  const auto behind_spaces = [&](std::size_t at) {
+    return std::min(xmp.find_first_not_of(kSpaces, at), xmp.size());
+  };
+  for (std::size_t at = xmp.find('<'); at < xmp.size(); at = xmp.find('<', at)) {
+    if (const bool is_comment = xmp.substr(at).starts_with("<!--");
+        is_comment || xmp.substr(at).starts_with("<![CDATA[")) {
+      at = xmp.find(is_comment ? "-->" : "]]>", at);
+      continue;
     }
-    std::string value = Lowercase(ExifText(xmp.substr(begin + 1, xmp.find(end, begin + 1) - begin - 1)));
-    if (!value.empty()) return value;
+    const std::size_t name_at = at + 1;
+    at = next(" \t\r\n/>", name_at);
+    const std::string_view element = xmp.substr(name_at, at - name_at);
+    for (at = behind_spaces(at); at < xmp.size() && xmp[at] != '>'; at = behind_spaces(at)) {
+      const std::size_t begin = at;
+      at = next(" \t\r\n=/>", begin);
+      const std::string_view attribute = xmp.substr(begin, at - begin);
+      if (at == begin) ++at;
+      const std::size_t equals = behind_spaces(at), quote = behind_spaces(equals + 1);
+      if (quote >= xmp.size() || xmp[equals] != '=' || (xmp[quote] != '"' && xmp[quote] != '\'')) continue;
+      at = std::min(xmp.find(xmp[quote], quote + 1), xmp.size() - 1) + 1;
+      keep(attribute, xmp.substr(quote + 1, at - quote - 2));
+    }
+    if (at < xmp.size()) keep(element, xmp.substr(at + 1, next("<", at) - at - 1));
   }
-  return {};
+  return properties;
 }
 
 // Numbers of either order of bytes; none beyond the end.
@@ -80,33 +101,65 @@ FurtherPictures FurtherPicturesIn(std::string_view index) {
   return further;
 }
 
-[[noreturn]] void RefuseStereo(const std::string& name, const std::string& what) {
-  throw Error("{}: is a stereo pair ({}), which no single lens made; {}", name, what, kFromStereoPair);
+[[noreturn]] void RefuseStereo(const std::string& name, const std::string& what, StereoLayout layout) {
+  throw Error("{}: is a stereo pair ({}), which no single lens made; {}", name, what,
+              WayFromStereoPair(layout));
 }
 
 // Behind its mark: a length, then distance, flags, layout and type, a byte each.
 void RequireNoJps(std::string_view segment, const std::string& name) {
   constexpr std::size_t kLayoutAt = 12, kTypeAt = 13;
-  constexpr char kOverUnder = 3, kAnaglyph = 4, kStereo = 1;
+  constexpr char kSideBySide = 2, kOverUnder = 3, kAnaglyph = 4, kStereo = 1;
   if (segment.size() <= kTypeAt || segment[kTypeAt] != kStereo) return;
-  RefuseStereo(name, segment[kLayoutAt] == kOverUnder  ? "JPS, one above the other"
-                     : segment[kLayoutAt] == kAnaglyph ? "JPS, an anaglyph"
-                                                       : "JPS");
+  const char layout = segment[kLayoutAt];
+  RefuseStereo(name,
+               layout == kOverUnder  ? "JPS, one above the other"
+               : layout == kAnaglyph ? "JPS, an anaglyph"
+                                     : "JPS",
+               layout == kSideBySide  ? StereoLayout::kSideBySide
+               : layout == kOverUnder ? StereoLayout::kOverUnder
+                                      : StereoLayout::kOther);
 }
 
 }  // namespace
 
+std::string WayFromPanorama(bool is_whole_sphere, const char* out) {
+  return is_whole_sphere ? fmt::format(
+                               "make perspective pictures of it, for instance with 'ffmpeg -i IN -vf "
+                               "v360=e:flat:h_fov=90:v_fov=90:w=1500:h=1500:yaw=0 {}'",
+                               out)
+                         : "make perspective pictures of it with a program that knows its projection, such "
+                           "as Hugin, or give the photographs that it was made of";
+}
+
+std::string WayFromStereoPair(StereoLayout layout) {
+  if (layout == StereoLayout::kOther) return "give the pictures of one eye";
+  return fmt::format("give the pictures of one eye, for instance by 'ffmpeg -i IN -vf crop={}:0:0 OUT'",
+                     layout == StereoLayout::kSideBySide ? "iw/2:ih" : "iw:ih/2");
+}
+
 void RequireOneLens(std::string_view xmp, const std::string& name) {
-  static const std::set<std::string> kOfLenses = {"perspective", "rectilinear", "fisheye"};
-  const std::string projection = XmpValue(xmp, "ProjectionType"), stereo = XmpValue(xmp, "StereoMode");
+  static const std::set<std::string> kOfLenses = {"perspective", "rectilinear", "fisheye", "planar"};
+  const auto properties = PropertiesOf(xmp);
+  const auto value = [&](const char* property) {
+    const auto found = properties.find(property);
+    return found == properties.end() ? std::string() : found->second;
+  };
+  const std::string projection = value("ProjectionType"), stereo = value("StereoMode");
+  const bool is_whole = projection == "equirectangular" &&
+                        value("CroppedAreaImageWidthPixels") == value("FullPanoWidthPixels") &&
+                        value("CroppedAreaImageHeightPixels") == value("FullPanoHeightPixels");
   if (!projection.empty() && !kOfLenses.contains(projection))
     throw Error("{}: is a panorama (its XMP says ProjectionType {}), which no lens made; {}", name,
-                projection, kFromPanorama);
-  if (projection.empty() && XmpValue(xmp, "UsePanoramaViewer") == "true")
+                projection, WayFromPanorama(is_whole));
+  if (projection.empty() && value("UsePanoramaViewer") == "true")
     throw Error("{}: is a panorama (its XMP says UsePanoramaViewer), which no lens made; {}", name,
-                kFromPanorama);
+                WayFromPanorama(false));
   if (!stereo.empty() && stereo != "mono" && stereo != "none")
-    RefuseStereo(name, fmt::format("its XMP says StereoMode {}", stereo));
+    RefuseStereo(name, fmt::format("its XMP says StereoMode {}", stereo),
+                 stereo == "left-right"   ? StereoLayout::kSideBySide
+                 : stereo == "top-bottom" ? StereoLayout::kOverUnder
+                                          : StereoLayout::kOther);
 }
 
 void WarnOfPixelAspect(double across, double down, StoredPicture& picture) {
@@ -145,7 +198,7 @@ void RequireOneLensOfJpeg(std::string_view jpeg, const std::string& name, Stored
             "as files of their own, for instance by 'djpeg IN | cjpeg -quality 95 > OUT.jpg'",
             name);
       if (further.count > 0)
-        picture.notes.push_back(
+        picture.remarks.push_back(
             fmt::format("it holds {} pictures, of which the first is taken", further.count + 1));
     }
     at += 2 + *size;

@@ -11,18 +11,16 @@ namespace ulf {
 
 // Both throw Error, which begins with `name` and says the way out, of such a picture.
 void RequireOneLens(std::string_view xmp, const std::string& name);
-// By the segments of a JPEG; further pictures that lie behind the first are a note.
+// By the segments of a JPEG; further pictures that lie behind the first are a remark.
 void RequireOneLensOfJpeg(std::string_view jpeg, const std::string& name, StoredPicture& picture);
 
 // Warns where numbers of pixels to a length, across and down, say that pixels are not square; zeros say nothing.
 void WarnOfPixelAspect(double across, double down, StoredPicture& picture);
 
-// What makes perspective pictures of a panorama, and of a stereo pair, in words for errors.
-inline constexpr const char* kFromPanorama =
-    "make perspective pictures of it, for instance with 'ffmpeg -i IN -vf "
-    "v360=e:flat:h_fov=90:v_fov=90:w=1500:h=1500:yaw=0 OUT.png'";
-inline constexpr const char* kFromStereoPair =
-    "give the pictures of one eye, for instance by 'ffmpeg -i IN -vf crop=iw/2:ih:0:0 OUT' where they lie "
-    "side by side";
+// What makes perspective pictures of a panorama, in words for errors: of a whole sphere, height by azimuth, a command that writes `out`.
+std::string WayFromPanorama(bool is_whole_sphere, const char* out = "OUT.png");
+
+enum class StereoLayout { kSideBySide, kOverUnder, kOther };
+std::string WayFromStereoPair(StereoLayout layout);
 
 }  // namespace ulf

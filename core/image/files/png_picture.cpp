@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 #include <csetjmp>
+#include <cstdlib>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <sstream>
 
 #include "core/base/error.h"
 #include "core/image/files/jpeg_file.h"
@@ -52,10 +54,25 @@ void ReadBytes(png_structp png, png_bytep to, std::size_t size) {
   input.at += size;
 }
 
+// What ImageMagick and its like write of a profile: its name, its length, and its bytes in hexadecimal digits.
+std::string OfRawProfile(std::string_view text) {
+  std::istringstream words{std::string(text)};
+  std::string name, bytes;
+  std::size_t size = 0;
+  words >> name >> size;
+  char high = 0, low = 0;
+  while (bytes.size() < size && words >> high >> low) {
+    const char digits[] = {high, low, '\0'};
+    bytes += static_cast<char>(std::strtol(digits, nullptr, 16));
+  }
+  return bytes;
+}
+
 void ReadClaim(png_structp png, png_infop info, PngContent& content) {
   png_unknown_chunkp unknown = nullptr;
   const int count = png_get_unknown_chunks(png, info, &unknown);
   for (int i = 0; i < count; ++i) {
+    if ((unknown[i].location & PNG_AFTER_IDAT) != 0) continue;  // where neither may stand
     if (std::memcmp(unknown[i].name, "acTL", 4) == 0) content.is_animated = true;
     if (std::memcmp(unknown[i].name, "cICP", 4) == 0 && unknown[i].size == content.code.size()) {
       content.has_code = true;
@@ -69,8 +86,10 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
   png_get_pHYs(png, info, &content.density[0], &content.density[1], &unit);
   png_textp texts = nullptr;
   const int text_count = png_get_text(png, info, &texts, nullptr);
-  for (int i = 0; i < text_count; ++i)
+  for (int i = 0; i < text_count; ++i) {
     if (std::strcmp(texts[i].key, "XML:com.adobe.xmp") == 0) content.xmp = texts[i].text;
+    if (std::strcmp(texts[i].key, "Raw profile type xmp") == 0) content.xmp = OfRawProfile(texts[i].text);
+  }
   png_charp name = nullptr;
   png_bytep profile = nullptr;
   png_uint_32 size = 0;
@@ -104,7 +123,6 @@ bool DecodePng(png_structp png, png_infop info, PngContent& content) {
   png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_ALWAYS, reinterpret_cast<png_const_bytep>("cICP\0acTL"),
                               2);
   png_read_info(png, info);
-  ReadClaim(png, info, content);
   png_set_expand(png);
   if (png_get_bit_depth(png, info) == 16) png_set_swap(png);
   png_set_bgr(png);
@@ -116,7 +134,8 @@ bool DecodePng(png_structp png, png_infop info, PngContent& content) {
                         CV_MAKETYPE(depth, png_get_channels(png, info)));
   for (int pass = 0; pass < passes; ++pass)
     for (int y = 0; y < content.pixels.rows; ++y) png_read_row(png, content.pixels.ptr(y), nullptr);
-  png_read_end(png, nullptr);
+  png_read_end(png, info);  // with texts and Exif that stand behind the pixels
+  ReadClaim(png, info, content);
   return true;
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <opencv2/imgproc.hpp>
@@ -239,6 +240,30 @@ bool RadianceIsWhole(std::string_view bytes, std::size_t pixels_at, int width, i
   return true;
 }
 
+// Whether the primaries and exponents of a calibrated BMP are those of sRGB, or not said (zero). Exponents stand for the curve or for its
+// inverse, by program.
+bool IsNearSrgb(std::string_view bytes) {
+  constexpr std::size_t kEndpointsAt = 74, kExponentsAt = 110;
+  const auto number = [&](std::size_t at) {
+    std::int32_t value = 0;
+    if (at + sizeof value <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof value);
+    return static_cast<double>(value);
+  };
+  constexpr double kSame = 0.01, kOne = 1 << 16, kSrgbExponent = 2.2, kNear = 0.1;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::size_t at = kEndpointsAt + 12 * c;
+    const double x = number(at), y = number(at + 4), sum = x + y + number(at + 8);
+    if (sum != 0 && (std::abs(x / sum - kSrgbPrimaries[2 * c]) > kSame ||
+                     std::abs(y / sum - kSrgbPrimaries[2 * c + 1]) > kSame))
+      return false;
+    const double exponent = number(kExponentsAt + 4 * c) / kOne;
+    if (exponent != 0 && std::abs(exponent - kSrgbExponent) > kNear &&
+        std::abs(1 / exponent - kSrgbExponent) > kNear)
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
@@ -262,6 +287,12 @@ StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
   if (const std::uint64_t at = kHeaderBytesAt + number(kProfileAt);
       number(kHeaderBytesAt) >= kVersion5 && number(kSpaceAt) == kEmbedded && at < bytes.size())
     ConvertToSrgb({.icc = std::string(bytes.substr(at, number(kProfileBytesAt)))}, picture);
+  constexpr std::uint64_t kVersion4 = 108, kCalibrated = 0;
+  if (number(kHeaderBytesAt) >= kVersion4 && number(kSpaceAt) == kCalibrated && !IsNearSrgb(bytes))
+    picture.warnings.emplace_back(
+        "its header says primaries or a curve that are not those of sRGB, which is not read of BMP: its "
+        "colours "
+        "are taken for sRGB");
   return picture;
 }
 

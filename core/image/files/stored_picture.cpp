@@ -1,8 +1,22 @@
 #include "core/image/files/stored_picture.h"
 
 #include <array>
+#include <cctype>
 
 namespace ulf {
+
+std::string WithoutNumbers(const std::string& sentence) {
+  std::string words;
+  bool is_in_number = false;
+  for (char before = ' '; const char c : sentence) {
+    const auto is = [](int (*kind)(int), char of) { return kind(static_cast<unsigned char>(of)) != 0; };
+    if (is(std::isdigit, c) && !is(std::isalnum, before)) is_in_number = true;
+    if (is(std::isspace, c) || c == ',' || c == ')' || c == ';') is_in_number = false;
+    if (!is_in_number) words += c;
+    before = c;
+  }
+  return words;
+}
 
 void NoteOrientation(int orientation, StoredPicture& picture) {
   constexpr std::array kWords = {"mirrored",

@@ -12,9 +12,14 @@ struct StoredPicture {
   // CV_8U and CV_16U are encoded as sRGB, CV_32F is linear light with sRGB's primaries, 1 at full scale.
   cv::Mat pixels;
   cv::Mat alpha;  // one channel of the same depth, colours not multiplied by it; empty: opaque
-  // Sentences that begin with "its" or "it": what was converted, and what was not understood and how it was taken.
-  std::vector<std::string> notes = {}, warnings = {};
+  // Sentences that begin with "its" or "it". Notes: what was converted, or is turned for display, so that the file's own numbers
+  // show another picture. Remarks: what is only said, such as that the file holds more pictures. Warnings: what was not understood,
+  // and how it was taken.
+  std::vector<std::string> notes = {}, remarks = {}, warnings = {};
 };
+
+// A sentence without the words that begin with a digit: what makes it one of a kind, where a folder's fault is said once.
+std::string WithoutNumbers(const std::string& sentence);
 
 // Notes a mark (Exif's numbers, 1 to 8) that turns or mirrors the picture for display, which is not applied.
 void NoteOrientation(int orientation, StoredPicture& picture);

@@ -136,10 +136,13 @@ bool ApplyTransferFunction(const std::array<const std::uint16_t*, 3>& rgb, cv::M
   return true;
 }
 
-void WarnOfUnusedBits(unsigned largest, int bits, StoredPicture& picture) {
+void WarnOfUnusedBits(unsigned largest, int bits, const cv::Mat& samples, StoredPicture& picture) {
   constexpr int kFewestBits = 8;
   const int used = std::bit_width(largest);
   if (used < kFewestBits || used >= bits || largest + 1 != 1U << used) return;
+  double most = 0;
+  cv::minMaxLoc(samples.reshape(1), nullptr, &most);
+  if (most / FullScale(samples.depth()) * (std::exp2(bits) - 1) > largest + 0.5) return;
   picture.warnings.push_back(
       fmt::format("its largest number is {} by its tag MaxSampleValue, of {} bits: its numbers are taken as "
                   "they are, of {} bits; if it looks dark, multiply them by {}",

@@ -30,8 +30,9 @@ cv::Mat ThroughPalette(const cv::Mat& indices, const std::array<const std::uint1
 // for all where the others are null. False where that is nearly sRGB itself: the pixels stay.
 bool ApplyTransferFunction(const std::array<const std::uint16_t*, 3>& rgb, cv::Mat& pixels);
 
-// Warns where the largest number that a file tells of (MaxSampleValue) is that of fewer bits than it has.
-void WarnOfUnusedBits(unsigned largest, int bits, StoredPicture& picture);
+// Warns where the largest number that a file tells of (MaxSampleValue) is that of fewer bits than it has, unless samples, as
+// CopyTiffRow() gives them, are above it.
+void WarnOfUnusedBits(unsigned largest, int bits, const cv::Mat& samples, StoredPicture& picture);
 
 // Colours that were multiplied by `alpha`, which has their depth.
 void DivideByAlpha(const cv::Mat& alpha, cv::Mat& pixels);

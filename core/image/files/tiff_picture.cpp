@@ -377,10 +377,13 @@ StoredPicture TiffPage::Read() {
       ConvertToSrgb(Claim(), picture);
     }
   }
-  if (picture.pixels.empty()) Colors(Samples(), picture);
-  if (std::uint16_t most = 0;
-      format_ == SAMPLEFORMAT_UINT && TIFFGetField(file_.get(), TIFFTAG_MAXSAMPLEVALUE, &most) == 1)
-    WarnOfUnusedBits(most, bits_, picture);
+  if (picture.pixels.empty()) {
+    const cv::Mat samples = Samples();
+    Colors(samples, picture);
+    if (std::uint16_t most = 0;
+        format_ == SAMPLEFORMAT_UINT && TIFFGetField(file_.get(), TIFFTAG_MAXSAMPLEVALUE, &most) == 1)
+      WarnOfUnusedBits(most, bits_, samples, picture);
+  }
   picture.warnings.insert(picture.warnings.begin(), warnings_.begin(), warnings_.end());
   return picture;
 }

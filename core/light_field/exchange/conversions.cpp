@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
+#include <tuple>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -27,15 +29,18 @@ std::string MeaningOf(const std::string& note) {
 
 std::vector<Conversion> ConversionsOf(const LightField& light_field) {
   std::vector<Conversion> conversions;
-  std::set<std::pair<int, std::string>> seen;
+  std::set<std::tuple<int, int, std::string>> seen;
   for (const View& view : light_field.views) {
     const fs::path photograph = light_field.root / view.image_path;
     const std::string ending = Lowercase(photograph.extension().string());
-    if (IsRawFile(photograph) || !seen.emplace(view.camera, ending).second || !fs::exists(photograph))
+    const CameraModel& camera = light_field.CameraOf(view);
+    if (IsRawFile(photograph) || !seen.emplace(camera.width, camera.height, ending).second ||
+        !fs::exists(photograph))
       continue;
     try {
-      for (const std::string& note : ReadPicture(photograph.string()).notes)
-        conversions.push_back({photograph, note});
+      const StoredPicture picture = ReadPicture(photograph.string());
+      for (const auto* lines : {&picture.notes, &picture.remarks})
+        for (const std::string& line : *lines) conversions.push_back({photograph, line});
     } catch (const Error&) {
       continue;  // whoever needs its pixels says why
     }
@@ -53,12 +58,18 @@ std::string CopiedMeanings::Doubt(std::size_t copied) const {
   std::string list;
   for (const auto& [meaning, count] : counts_)
     list += fmt::format("{}{}: {}", list.empty() ? "" : "; ", count, meaning);
+  // A profile is all that the command understands: it would only attach sRGB's to other colours.
+  const bool is_told_by_profiles = std::ranges::all_of(counts_, [](const auto& each) {
+    return each.first.find("of the profile") != std::string::npos || each.first.starts_with("its mark says");
+  });
   return fmt::format(
       "{} of {} are not upright sRGB but say what they are ({}): they are copied, and programs that pass "
       "over "
-      "what they say see them otherwise than ulf does; convert them before they are posed, for instance with "
-      "'magick IN -auto-orient -profile sRGB.icc OUT'",
-      photographs_, Counted(copied, "photograph"), list);
+      "what they say see them otherwise than ulf does; convert them before they are posed{}",
+      photographs_, Counted(copied, "photograph"), list,
+      is_told_by_profiles ? ", for instance with 'magick IN -auto-orient -profile sRGB.icc OUT' (ImageMagick "
+                            "6: 'convert')"
+                          : "");
 }
 
 }  // namespace ulf

@@ -13,9 +13,9 @@ namespace ulf {
 
 struct Conversion {
   std::filesystem::path file;
-  std::string words;  // a note of stored_picture.h
+  std::string words;  // a note or remark of stored_picture.h
 };
-// Of the first photograph of each camera and kind of file: others of it are like it. Raw files and files that cannot be read are
+// Of the first photograph of each kind and size of file: others of it are like it. Raw files and files that cannot be read are
 // passed over.
 std::vector<Conversion> ConversionsOf(const LightField& light_field);
 

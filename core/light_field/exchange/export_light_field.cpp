@@ -190,10 +190,10 @@ class Pictures {
       files.stored = ReadPicture(original.string());
       files.stored.alpha.release();
     }
-    // Warnings and a wrong size are said by the light field's own reader.
+    SayWarnings(original.string(), files.stored);
+    // A wrong size is said by the light field's own reader.
     const CameraModel& camera = from_.CameraOf(view);
-    if (!files.copied || !files.stored.warnings.empty() ||
-        files.stored.pixels.size() != cv::Size(camera.width, camera.height))
+    if (!files.copied || files.stored.pixels.size() != cv::Size(camera.width, camera.height))
       image = ReadRecordedImage(from_, view);
     files.stored.pixels.release();
     if (masks_ == FormRules::Masks::kAlpha) {

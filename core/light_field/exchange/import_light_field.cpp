@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <map>
 #include <opencv2/core.hpp>
 #include <set>
 
@@ -172,12 +173,27 @@ void TakeOverBackground(const LightField& source, const View& view, const cv::Ma
   WriteInFolder(dir / taken.image_path, PngBytes(Srgb8({.pixels = over, .transfer = Transfer::kSrgb})));
 }
 
+// By folder: the files and folders in it that views of the set name.
+std::map<fs::path, std::set<std::string>> NamesUsed(const LightField& source) {
+  std::map<fs::path, std::set<std::string>> used;
+  for (const View& view : source.views) {
+    std::set<std::string> files = FilesOf(view);
+    if (!view.mask_path.empty()) files.insert(view.mask_path);
+    for (const std::string& file : files)
+      for (fs::path at = (source.root / file).lexically_normal();
+           at.has_filename() && used[at.parent_path()].insert(at.filename().string()).second;)
+        at = at.parent_path();
+  }
+  return used;
+}
+
 // What lies beside the photographs of the set, where whoever read it has not counted that.
 void SayNotTaken(const LightField& source) {
   const auto says = [](const std::string& doubt) { return doubt.find("left out") != std::string::npos; };
   const bool is_said = std::ranges::any_of(source.doubts, says);
   const bool has_endings =
       std::ranges::all_of(source.views, [](const View& view) { return HasImageEnding(view.image_path); });
+  auto used = NamesUsed(source);
   std::set<fs::path> folders, taken;
   for (const View& view : source.views) {
     folders.insert(fs::path(view.image_path).parent_path());
@@ -189,7 +205,7 @@ void SayNotTaken(const LightField& source) {
     const fs::path place = (source.root / folder).lexically_normal();
     if (fs::directory_iterator(place, refused); refused)
       continue;  // its photographs may be read all the same
-    const PictureFolder found = PicturesIn(place);
+    const PictureFolder found = PicturesIn(place, used[(place / "any").lexically_normal().parent_path()]);
     std::vector<std::string> names;
     for (const fs::path& file : found.pictures)
       if (!taken.contains((folder / file.filename()).replace_extension()))

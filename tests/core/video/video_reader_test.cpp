@@ -326,6 +326,7 @@ TEST(VideoReader, PicturesAreTurnedOnceAsTheFileAsks) {
 
 TEST(VideoReader, PanoramasAndStereoPairsAreRefusedByName) {
   constexpr int kFlat = 0, kSideBySide = 1, kTopBottom = 2;  // AVStereo3DType
+  constexpr int kEquirectangular = 0, kCube = 1;             // AVSphericalProjection
   const ScratchFolder scratch;
   const fs::path file = scratch / "a.mkv";
   VideoSample sample = Patches(kBt709, false, AV_PIX_FMT_YUV420P, 8);
@@ -338,12 +339,14 @@ TEST(VideoReader, PanoramasAndStereoPairsAreRefusedByName) {
   WriteVideo(file, sample);
   EXPECT_EQ(VideoReader(file).Facts().width, 96);
   sample.stereo = kSideBySide;
-  expect_refused("stereo pairs, side by side", "crop=iw/2");
+  expect_refused("stereo pairs, side by side", "crop=iw/2:ih");
   sample.stereo = kTopBottom;
-  expect_refused("stereo pairs, one above the other", "one eye");
+  expect_refused("stereo pairs, one above the other", "crop=iw:ih/2");
   sample.stereo = -1;
-  sample.is_spherical = true;
-  expect_refused("is a panorama", "v360");
+  sample.spherical = kEquirectangular;
+  expect_refused("is a panorama", "v360=e:flat:h_fov=90:v_fov=90:w=1500:h=1500:yaw=0 OUT%05d.png");
+  sample.spherical = kCube;
+  expect_refused("is a panorama", "Hugin");
 }
 
 TEST(VideoReader, TheAspectOfAPixelTurnsWithThePicture) {

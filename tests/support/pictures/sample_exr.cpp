@@ -57,7 +57,7 @@ Imf::Header HeaderOf(const ExrPartLayout& part) {
   header.setName(part.name);
   if (!part.views.empty()) Imf::addMultiView(header, part.views);
   header.pixelAspectRatio() = part.pixel_aspect;
-  if (part.is_panorama) Imf::addEnvmap(header, Imf::ENVMAP_LATLONG);
+  if (part.panorama >= 0) Imf::addEnvmap(header, static_cast<Imf::Envmap>(part.panorama));
   header.setType(part.tiles ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
   if (part.tiles) header.setTileDescription(Imf::TileDescription(16, 16));
   for (const std::string& name : part.channels)

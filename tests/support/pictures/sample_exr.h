@@ -18,8 +18,8 @@ struct ExrPartLayout {
       {};           // red, green, blue, white; the numbers are converted to them
   float alpha = 1;  // of channels that end in A; colours are multiplied by it
   bool tiles = false;
-  bool is_panorama = false;  // by the attribute envmap
-  int origin = 0;            // of both windows, in x and y
+  int panorama = -1;  // the attribute envmap: 0 latitude and longitude, 1 a cube; -1: none
+  int origin = 0;     // of both windows, in x and y
   float pixel_aspect = 1;
   std::vector<std::string> views = {};  // the attribute multiView
   int margin =

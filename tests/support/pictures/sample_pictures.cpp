@@ -128,7 +128,6 @@ void WritePage(TIFF* file, const TiffLayout& layout, int width, int height, bool
   }
   if (!layout.icc.empty())
     TIFFSetField(file, TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(layout.icc.size()), layout.icc.data());
-  if (layout.most > 0) TIFFSetField(file, TIFFTAG_MAXSAMPLEVALUE, layout.most);
   if (layout.across > 0) {
     TIFFSetField(file, TIFFTAG_XRESOLUTION, layout.across);
     TIFFSetField(file, TIFFTAG_YRESOLUTION, layout.down);
@@ -405,7 +404,8 @@ std::string WithSegment(const std::string& jpeg, const std::string& segment) {
   return jpeg.substr(0, 2) + segment + jpeg.substr(2);
 }
 
-std::string WithPngChunk(const std::string& png, const std::string& name, const std::string& content) {
+std::string WithPngChunk(const std::string& png, const std::string& name, const std::string& content,
+                         bool at_end) {
   const auto number = [](std::uint32_t n) {
     return std::string{static_cast<char>(n >> 24), static_cast<char>(n >> 16), static_cast<char>(n >> 8),
                        static_cast<char>(n)};
@@ -415,9 +415,9 @@ std::string WithPngChunk(const std::string& png, const std::string& name, const 
     crc ^= static_cast<std::uint8_t>(byte);
     for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xEDB88320U : 0);
   }
-  constexpr std::size_t kBehindHeader = 8 + 12 + 13;
-  return png.substr(0, kBehindHeader) + number(static_cast<std::uint32_t>(content.size())) + name + content +
-         number(~crc) + png.substr(kBehindHeader);
+  const std::size_t at = at_end ? png.size() - 12 : 8 + 12 + 13;
+  return png.substr(0, at) + number(static_cast<std::uint32_t>(content.size())) + name + content +
+         number(~crc) + png.substr(at);
 }
 
 std::string WithWebpChunk(const std::string& webp, char flag, const std::string& name,
@@ -434,7 +434,7 @@ std::string WithWebpChunk(const std::string& webp, char flag, const std::string&
 }
 
 void WriteTiffNumbers(const std::filesystem::path& path, const cv::Mat& samples, int photometric,
-                      const std::optional<std::array<float, 2>>& white) {
+                      const std::optional<std::array<float, 2>>& white, int most) {
   TIFF* const file = TIFFOpen(path.c_str(), "w");
   if (!file) throw std::runtime_error("a sample TIFF cannot be opened");
   TIFFSetField(file, TIFFTAG_IMAGEWIDTH, samples.cols);
@@ -445,6 +445,7 @@ void WriteTiffNumbers(const std::filesystem::path& path, const cv::Mat& samples,
   TIFFSetField(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
   TIFFSetField(file, TIFFTAG_ROWSPERSTRIP, samples.rows);
   if (white) TIFFSetField(file, TIFFTAG_WHITEPOINT, white->data());
+  if (most > 0) TIFFSetField(file, TIFFTAG_MAXSAMPLEVALUE, most);
   cv::Mat rows = samples.clone();
   if (TIFFWriteEncodedStrip(file, 0, rows.data, static_cast<tmsize_t>(rows.total() * rows.elemSize())) < 0)
     throw std::runtime_error("a sample TIFF cannot be written");

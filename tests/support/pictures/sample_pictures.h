@@ -38,7 +38,6 @@ struct TiffLayout {
   int further_pages = 0;
   std::string xmp = {};
   float across = 0, down = 0;  // pixels to an inch; 0: not said
-  int most = 0;                // the tag MaxSampleValue; 0: none
 };
 void WriteTiffSample(const std::filesystem::path& path, const TiffLayout& layout);
 
@@ -52,12 +51,13 @@ struct PngLayout {
 };
 void WritePngSample(const std::filesystem::path& path, const PngLayout& layout);
 
-// A plain TIFF of these numbers (CV_8UC3 or CV_16UC3), in their order; `white`: its tag WhitePoint.
+// A plain TIFF of these numbers (CV_8UC3 or CV_16UC3), in their order; `white`, `most`: its tags WhitePoint and MaxSampleValue.
 void WriteTiffNumbers(const std::filesystem::path& path, const cv::Mat& samples, int photometric,
-                      const std::optional<std::array<float, 2>>& white = {});
+                      const std::optional<std::array<float, 2>>& white = {}, int most = 0);
 
-// The PNG with a chunk behind its header.
-std::string WithPngChunk(const std::string& png, const std::string& name, const std::string& content);
+// The PNG with a chunk behind its header, or before its end.
+std::string WithPngChunk(const std::string& png, const std::string& name, const std::string& content,
+                         bool at_end = false);
 // The plain WebP of 60x40 as an extended one, with that chunk; `flag`: of the extended header, that says so.
 std::string WithWebpChunk(const std::string& webp, char flag, const std::string& name,
                           const std::string& content);

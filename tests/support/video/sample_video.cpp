@@ -93,10 +93,10 @@ void WriteVideo(const std::filesystem::path& file, const VideoSample& sample) {
     told->dv_bl_signal_compatibility_id = sample.dolby_vision_profile < 6 ? 0 : 4;
     av_stream_add_side_data(stream, AV_PKT_DATA_DOVI_CONF, reinterpret_cast<std::uint8_t*>(told), size);
   }
-  if (sample.is_spherical) {
+  if (sample.spherical >= 0) {
     std::size_t size = 0;
     AVSphericalMapping* mapping = av_spherical_alloc(&size);
-    mapping->projection = AV_SPHERICAL_EQUIRECTANGULAR;
+    mapping->projection = static_cast<AVSphericalProjection>(sample.spherical);
     std::memcpy(av_stream_new_side_data(stream, AV_PKT_DATA_SPHERICAL, size), mapping, size);
     av_free(mapping);
   }

@@ -26,7 +26,7 @@ struct VideoSample {
   int aspect_num = 0, aspect_den = 1;                     // of a pixel; 0: not said
   std::optional<std::array<int, 4>> display_matrix = {};  // a, b, c, d: x' = a x + c y, y' = b x + d y
   int dolby_vision_profile = 0;  // 0: none; 5: its base layer is of no other standard
-  bool is_spherical = false;     // of a Matroska file
+  int spherical = -1;            // AVSphericalProjection, of a Matroska file; -1: not said
   int stereo = -1;               // AVStereo3DType, of a Matroska file; -1: not said
   bool is_interlaced = false;
   bool drops_key_frames = false;

@@ -417,7 +417,7 @@ TEST_F(PictureFiles, ExrsOfOtherProgramsShowTheirColours) {
     if (name.ends_with("luminance alone")) cv::extractChannel(picture.pixels, shown, 1);
     EXPECT_LE(LargestPatchError(shown), 1) << name;
     const bool is_plain = parts.size() == 1 && !parts[0].primaries && parts[0].channels[0] != "beauty.R";
-    EXPECT_EQ(picture.notes.empty(), is_plain) << name;
+    EXPECT_EQ(picture.notes.empty() && picture.remarks.empty(), is_plain) << name;
     EXPECT_THAT(picture.warnings, IsEmpty()) << name;
   }
   WriteLuminanceChromaExr(In("a.exr"));
@@ -440,11 +440,11 @@ TEST_F(PictureFiles, TheLayerOfAnExrIsThePictureAndNoNormals) {
   for (const auto& [layer, channels] : layouts) {
     WriteExrSample(In("a.exr"), {{.channels = channels}});
     const StoredPicture picture = ReadPicture(In("a.exr"));
-    EXPECT_THAT(picture.notes, Contains(HasSubstr("layer '" + layer + "'")));
+    EXPECT_THAT(picture.remarks, Contains(HasSubstr("layer '" + layer + "'")));
     EXPECT_THAT(picture.warnings, IsEmpty()) << layer;
   }
   WriteExrSample(In("a.exr"), {{.name = "albedo"}, {.name = "rgba"}});
-  EXPECT_THAT(ReadPicture(In("a.exr")).notes, Contains(HasSubstr("part 2 of 2 (rgba)")));
+  EXPECT_THAT(ReadPicture(In("a.exr")).remarks, Contains(HasSubstr("part 2 of 2 (rgba)")));
   WriteExrSample(In("a.exr"), {{.name = "left"}, {.name = "right"}});
   EXPECT_THAT(ReadPicture(In("a.exr")).warnings, Contains(HasSubstr("part 1 of 2 (left), the first of 2")));
   WriteExrSample(In("a.exr"), {{.channels = {"Y", "Z"}}});

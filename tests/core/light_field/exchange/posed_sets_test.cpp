@@ -527,10 +527,15 @@ TEST(PosedSets, WhatLiesBesideThePhotographsOfASetIsCounted) {
   const fs::path images = scratch / "set/images";
   fs::create_directories(images);
   json frames = json::array();
+  fs::create_directories(images / "left");
+  fs::create_directories(images / "masks");
   for (int i = 0; i < 3; ++i) {
-    const std::string name = fmt::format("images/shot{}.png", i);
+    const std::string name = fmt::format("images/{}shot{}.png", i == 2 ? "left/" : "", i),
+                      mask = fmt::format("images/masks/shot{}.png", i);
     cv::imwrite((scratch / "set" / name).string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar(9, 99, 199)));
+    cv::imwrite((scratch / "set" / mask).string(), cv::Mat(48, 64, CV_8UC1, cv::Scalar(255)));
     frames.push_back({{"file_path", name},
+                      {"mask_path", mask},
                       {"transform_matrix", {{1, 0, 0, 0.1 * i}, {0, 1, 0, 0}, {0, 0, 1, 2}, {0, 0, 0, 1}}}});
   }
   std::ofstream(scratch / "set/transforms.json")
@@ -549,7 +554,10 @@ TEST(PosedSets, WhatLiesBesideThePhotographsOfASetIsCounted) {
   fs::copy_file(images / "shot1.png", images / "zero.png");
   fs::copy_file(images / "shot1.png", images / "copy");
   std::ofstream(images / "notes.txt") << "words\n";
+  fs::create_directories(images / "more");
+  fs::copy_file(images / "shot1.png", images / "more/shot9.png");
   const std::string words = import("beside");
+  EXPECT_THAT(words, HasSubstr("1 folder inside holds pictures (more)"));
   EXPECT_THAT(words, HasSubstr("left out: 1 photograph without a pose (zero.png)"));
   EXPECT_THAT(words, AllOf(HasSubstr("a picture by the first bytes"), HasSubstr("(copy)")));
   EXPECT_THAT(words, testing::Not(HasSubstr("notes.txt")));
