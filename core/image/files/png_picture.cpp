@@ -89,6 +89,8 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
   for (int i = 0; i < text_count; ++i) {
     if (std::strcmp(texts[i].key, "XML:com.adobe.xmp") == 0) content.xmp = texts[i].text;
     if (std::strcmp(texts[i].key, "Raw profile type xmp") == 0) content.xmp = OfRawProfile(texts[i].text);
+    if (std::strcmp(texts[i].key, "Raw profile type exif") == 0 && content.exif.empty())
+      content.exif = OfRawProfile(texts[i].text);
   }
   png_charp name = nullptr;
   png_bytep profile = nullptr;
@@ -237,7 +239,10 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
     picture.pixels = content.pixels;
   }
   if (!content.exif.empty())
-    NoteOrientation(ReadExif(std::string("Exif\0\0", 6) + content.exif).orientation, picture);
+    NoteOrientation(
+        ReadExif((content.exif.starts_with("Exif") ? "" : std::string("Exif\0\0", 6)) + content.exif)
+            .orientation,
+        picture);
   WarnOfPixelAspect(content.density[0], content.density[1], picture);
   if (content.is_animated)
     picture.warnings.emplace_back(

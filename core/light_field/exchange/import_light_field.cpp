@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <opencv2/core.hpp>
 #include <set>
@@ -187,6 +188,15 @@ std::map<fs::path, std::set<std::string>> NamesUsed(const LightField& source) {
   return used;
 }
 
+// "r_0_depth_0001.png" beside "r_0.png", as renderers of sets write it.
+bool IsMapBeside(const std::set<fs::path>& taken, const fs::path& folder, const fs::path& file) {
+  const std::string stem = file.stem().string();
+  return std::ranges::any_of(std::array{"depth", "normal", "mask"}, [&](const char* map) {
+    const std::size_t at = stem.rfind(std::string("_") + map);
+    return at != std::string::npos && taken.contains(folder / stem.substr(0, at));
+  });
+}
+
 // What lies beside the photographs of the set, where whoever read it has not counted that.
 void SayNotTaken(const LightField& source) {
   const auto says = [](const std::string& doubt) { return doubt.find("left out") != std::string::npos; };
@@ -208,7 +218,8 @@ void SayNotTaken(const LightField& source) {
     const PictureFolder found = PicturesIn(place, used[(place / "any").lexically_normal().parent_path()]);
     std::vector<std::string> names;
     for (const fs::path& file : found.pictures)
-      if (!taken.contains((folder / file.filename()).replace_extension()))
+      if (!taken.contains((folder / file.filename()).replace_extension()) &&
+          !IsMapBeside(taken, folder, file))
         names.push_back(file.filename().string());
     if (!names.empty() && !is_said)
       spdlog::info("{}: left out: {} without a pose ({})", place.string(),

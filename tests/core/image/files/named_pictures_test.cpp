@@ -183,6 +183,14 @@ const std::string kSphere = "<rdf:Description GPano:ProjectionType=\"equirectang
                       "GPano:CroppedAreaImageHeightPixels='4000' GPano:FullPanoHeightPixels='4000'/>",
                   kCylinder = "<rdf:Description GPano:ProjectionType=\"cylindrical\"/>";
 
+// As ImageMagick writes it.
+std::string RawProfile(const std::string& kind, const std::string& bytes) {
+  std::string text = fmt::format("Raw profile type {}{}\n{}\n{:8}\n", kind, '\0', kind, bytes.size());
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    text += fmt::format("{:02x}{}", static_cast<std::uint8_t>(bytes[i]), i % 36 == 35 ? "\n" : "");
+  return text;
+}
+
 TEST_F(NamedPictures, PanoramasAreRefusedByName) {
   const std::string jpeg = JpegBytes(PatchPicture()), png = PngBytes(PatchPicture());
   for (const std::string& xmp : {kSphere, kSphereAsElement, kViewer, kPart, kCylinder}) {
@@ -190,13 +198,10 @@ TEST_F(NamedPictures, PanoramasAreRefusedByName) {
     ExpectRefused("a.jpg", "is a panorama");
     ExpectRefused("a.jpg", xmp == kSphere || xmp == kSphereAsElement ? "v360=e" : "Hugin");
     const std::string text = std::string("XML:com.adobe.xmp\0\0\0\0\0", 22) + xmp;
-    std::string profile = fmt::format("Raw profile type xmp{}\nxmp\n{:8}\n", '\0', xmp.size());
-    for (std::size_t i = 0; i < xmp.size(); ++i)
-      profile += fmt::format("{:02x}{}", static_cast<unsigned>(xmp[i]), i % 36 == 35 ? "\n" : "");
     for (const bool at_end : {false, true}) {
       Write("a.png", WithPngChunk(png, "iTXt", text, at_end));
       ExpectRefused("a.png", "is a panorama");
-      Write("a.png", WithPngChunk(png, "tEXt", profile, at_end));
+      Write("a.png", WithPngChunk(png, "tEXt", RawProfile("xmp", xmp), at_end));
       ExpectRefused("a.png", "is a panorama");
     }
     WriteTiffSample(In("a.tif"), {.xmp = xmp});
@@ -227,9 +232,12 @@ TEST_F(NamedPictures, WhatOnlySpeaksOfPanoramasIsRead) {
 }
 
 TEST_F(NamedPictures, AMarkBehindThePixelsOfAPngIsHeard) {
-  const std::string exif = ExifSegment("2026:11:29 10:11:12", 6).substr(10);
-  Write("a.png", WithPngChunk(PngBytes(PatchPicture()), "eXIf", exif, true));
-  EXPECT_THAT(ReadPicture(In("a.png")).notes, ElementsAre(HasSubstr("turned by 90 degrees clockwise")));
+  const std::string exif = ExifSegment("2026:11:29 10:11:12", 6).substr(4), png = PngBytes(PatchPicture());
+  for (const std::string& with : {WithPngChunk(png, "eXIf", exif.substr(6), true),
+                                  WithPngChunk(png, "tEXt", RawProfile("exif", exif), true)}) {
+    Write("a.png", with);
+    EXPECT_THAT(ReadPicture(In("a.png")).notes, ElementsAre(HasSubstr("turned by 90 degrees clockwise")));
+  }
 }
 
 // An index of CIPA DC-007 of two pictures, of which the second is of this kind.
