@@ -227,6 +227,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
       if (!stills) RequireSize(collected, gray, name);
       const ViewVerdict verdict = guide->Look(gray, name);
       if (verdict == ViewVerdict::kNotSeen) watch.NotSeen(gray, false);
+      if (verdict == ViewVerdict::kMoving) ++collected.moving;
       if (verdict == ViewVerdict::kTaken) {
         if (stills) {
           ask();

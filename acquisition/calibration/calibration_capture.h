@@ -17,6 +17,7 @@ struct CollectedViews {
       {};  // of a device: those taken; of files: one each, empty when no board was found
   std::vector<cv::Mat> pictures = {};  // of a device: the frames of the views
   std::vector<cv::Mat> unseen = {};    // of a device: some of the frames without the board
+  std::size_t moving = 0;              // of a device: the live frames in which the board moved
   std::string ended = {};              // message why it ended early; empty: the views suffice
 };
 

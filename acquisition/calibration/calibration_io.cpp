@@ -17,6 +17,8 @@ namespace ulf::acquisition {
 namespace {
 
 std::string ReadText(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path))
+    throw Error("{}: is a folder; give the calibration file in it (a light field: ulf info)", path.string());
   if (!std::filesystem::is_regular_file(path))
     throw Error("{}: there is no such calibration file; check the path, or calibrate (ulf calibrate)",
                 path.string());
@@ -99,7 +101,7 @@ ModeCalibration ModeFromJson(const JsonPlace& place) {
 CalibrationFile FromJson(const nlohmann::json& json, const std::string& where) {
   const JsonPlace top{json, where};
   const JsonPlace modes{top.Raw("modes"), where + ", modes"};
-  CalibrationFile file;
+  CalibrationFile file{.is_ours = true};
   file.identity = {top.Text("serial", ""), top.Text("maker", ""), top.Text("model", ""), top.Text("bus", "")};
   file.source = top.Text("source", "");
   if (modes.object.is_object())

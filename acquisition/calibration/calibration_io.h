@@ -52,6 +52,7 @@ struct CalibrationFile {
   std::string source = {};
   std::map<std::string, ModeCalibration> modes = {};  // "live", "still"
   std::vector<std::string> warnings = {};  // of reading, for the user: what another program's file left open
+  bool is_ours = false;  // read from ulf's own format, so that writing it again loses nothing
 };
 
 // `camera`: one of several in another program's file; empty: it must contain only one. Throws Error that names the file

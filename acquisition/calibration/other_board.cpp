@@ -162,6 +162,9 @@ bool HasOtherStep(const Board& layout, double rough_step, const std::vector<cv::
 
 // The lengths of another kind, or of another ratio, with the marker as wide as was said.
 void SetLengths(const Board& said, double step, Board& board) {
+  // Kalibr's own gap, unless the pictures speak against it.
+  constexpr double kKalibrStep = 1.3, kNearStep = 0.02;
+  if (board.kind == BoardKind::kAprilGrid && std::abs(step / kKalibrStep - 1) < kNearStep) step = kKalibrStep;
   const auto rounded = [](double mm) { return std::round(10 * mm) / 10; };
   if (board.marker_mm <= 0) board.marker_mm = rounded(said.square_mm / step);
   board.square_mm = board.IsMarkerGrid() ? 0 : rounded(step * board.marker_mm);
@@ -227,7 +230,10 @@ void AddLayouts(const Board& said, BoardKind kind, const Sighting& sighting, std
             const int along_said = layout.order.by_columns ? rows : columns,
                       across_said = layout.order.by_columns ? columns : rows;
             const int across_enough = layout.order.by_columns ? enough.columns : enough.rows;
-            if (along_said == along && across_said > across_enough)
+            // Of a board with its sides exchanged no more than a line is out of sight.
+            const bool is_said = columns == said.columns && rows == said.rows;
+            if (along_said == along && across_said > across_enough &&
+                (is_said || across_said == across_enough + 1))
               layouts.push_back(with_across(across_said));
           }
         }
@@ -328,8 +334,21 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
 }
 
 std::optional<OtherBoard> OtherChessboard(const Board& said, const std::vector<cv::Mat>& pictures) {
-  const auto squares = OtherChessboardIn(said, pictures);
+  Board counted = said;
+  // Of another kind no counts are said.
+  const bool is_said = said.kind == BoardKind::kChessboard;
+  if (!is_said) counted.columns = counted.rows = 0;
+  const auto squares = OtherChessboardIn(counted, pictures);
   if (!squares) return std::nullopt;
+  if (!is_said) {
+    OtherBoard other{
+        .board = Board::Parse(fmt::format("chessboard:{}x{}:{}", std::max(squares->width, squares->height),
+                                          std::min(squares->width, squares->height),
+                                          said.IsMarkerGrid() ? said.marker_mm : said.square_mm))};
+    other.what = "a chessboard; measure its squares";
+    other.cure = fmt::format("give --board {}", other.board.Text());
+    return other;
+  }
   OtherBoard other{.board = said};
   other.board.columns = squares->width;
   other.board.rows = squares->height;
@@ -396,7 +415,7 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
   const Sighting in_mirror = SightingAsSaid(said, QuadsIn(mirrored), mirrored);
   if (in_mirror.Most() < kLeastMarkers ||
       LayoutFitOf(said, NeighboursIn(in_mirror.pictures)).share < kLayoutFits)
-    return std::nullopt;
+    return OtherChessboard(said, pictures);
   return OtherBoard{
       .board = said,
       .what = "mirrored",

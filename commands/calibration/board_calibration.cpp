@@ -14,6 +14,7 @@
 #include "commands/calibration/guide_picture.h"
 #include "commands/commands.h"
 #include "core/base/atomic_file.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/base/stop_signal.h"
@@ -103,6 +104,12 @@ int RunBoardCalibration(const CalibrateArgs& args) {
   acquisition::CalibrationResult result =
       acquisition::CalibrateFromViews(board, collected.views, collected.width, collected.height);
   const bool other_board = RefuseOtherBoard(board, source, collected, result);
+  const bool only_moves = !other_board && collected.views.empty() && collected.moving > 0;
+  if (only_moves)
+    result.refusal = fmt::format(
+        "the board {} was seen in {}, and moved in all of them: hold it still for a moment at each place, or "
+        "give single frames as pictures (ulf calibrate FOLDER)",
+        board.Text(), Counted(collected.moving, "picture"));
   if (result.ok()) WarnOfNoSerial(source, result.warnings);
   if (result.ok() && !collected.ended.empty() && collected.ended != "the device has ended")
     result.warnings.push_back("ended before the views were complete: " + collected.ended);
@@ -126,7 +133,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
     fmt::print("{}\n", json.dump(2));
   }
   if (!result.ok())
-    throw Error("no calibration: {}{}", other_board ? "" : source.TakeOthers(), result.refusal);
+    throw Error("no calibration: {}{}", other_board || only_moves ? "" : source.TakeOthers(), result.refusal);
   if (args.json) return kOk;
   fmt::print("{}", text);
   if (args.explain) fmt::print("\n{}", CandidateTable(result.choice));

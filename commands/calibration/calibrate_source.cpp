@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "acquisition/calibration/calibration_io.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"
@@ -77,12 +78,17 @@ std::string CalibrationOutput(const CalibrateArgs& args, const CalibrationSource
 
 void RequireOwnCalibration(const std::string& output) {
   RequireWritable(output);
-  if (fs::is_regular_file(output) && ReadWholeFile(output).find("\"modes\"") == std::string::npos)
-    throw UsageError(
-        "{}: exists already, is no calibration file of ulf, and is not replaced; choose another name, or "
-        "convert "
-        "it first: ulf calibration {} -o camera.json",
-        output, ShellWord(output));
+  if (!fs::is_regular_file(output)) return;
+  std::string convert;
+  try {
+    if (acquisition::ReadCalibrationFile(output).is_ours) return;
+    convert = fmt::format(", or convert it first: ulf calibration {} -o camera.json", ShellWord(output));
+  } catch (const Error&) {
+    // What is no calibration cannot be converted.
+  }
+  throw UsageError(
+      "{}: exists already, is no calibration file of ulf, and is not replaced; choose another name{}", output,
+      convert);
 }
 
 void RequireReportFolder(const CalibrateArgs& args) {

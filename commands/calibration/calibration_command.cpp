@@ -146,10 +146,11 @@ void Print(const acquisition::CalibrationFile& file) {
   }
 }
 
-// Whether the file that is read is meant to be the one that is written, with all that it holds.
-bool BindsInPlace(const CalibrationArgs& args) {
+// Whether the file that is read is meant to be the one that is written, with all that it holds: another program's holds
+// more than a lens.
+bool BindsInPlace(const CalibrationArgs& args, const acquisition::CalibrationFile& file) {
   std::error_code unknown;
-  return args.camera.empty() && std::filesystem::equivalent(args.path, args.output, unknown);
+  return file.is_ours && std::filesystem::equivalent(args.path, args.output, unknown);
 }
 
 int RunCalibration(const CalibrationArgs& args) {
@@ -186,7 +187,7 @@ int RunCalibration(const CalibrationArgs& args) {
     RequireUnused(args.output, text);
     WriteFileAtomically(args.output, text);
   } else {
-    if (!BindsInPlace(args)) RequireUnused(args.output);
+    if (!BindsInPlace(args, file)) RequireUnused(args.output);
     acquisition::WriteCalibrationFile(args.output, file);
   }
   if (args.json)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"
@@ -60,6 +61,22 @@ void ParseCounts(const std::string& word, const std::string& text, Board& board)
   const bool counts = std::sscanf(word.c_str(), "%d%c%d%c", &board.columns, &x, &board.rows, &rest) == 3;
   if (!counts || x != 'x' || board.columns < 1 || board.rows < 1 || board.columns > 200 || board.rows > 200)
     throw UsageError("board '{}': '{}' is not COLUMNSxROWS, as 7x5", text, word);
+}
+
+// Lengths in metres, and Kalibr's gap as a share of the tag, are taken for what they are where they can be nothing else.
+void RefuseMetres(const Board& board, const std::string& text) {
+  constexpr double kLeastMm = 1, kMmPerM = 1000;
+  const double length = board.IsMarkerGrid() ? board.marker_mm : board.square_mm;
+  if (length >= kLeastMm) return;
+  const auto rounded = [](double mm) { return std::round(1e4 * mm) / 1e4; };
+  const bool is_share = board.kind == BoardKind::kAprilGrid && board.gap_mm > 0.5 * length;
+  Board meant = board;
+  meant.square_mm = rounded(kMmPerM * board.square_mm);
+  meant.marker_mm = rounded(kMmPerM * board.marker_mm);
+  meant.gap_mm = rounded(is_share ? kMmPerM * board.gap_mm * board.marker_mm : kMmPerM * board.gap_mm);
+  throw UsageError("board '{}': {} of {} mm; lengths are in millimetres. If these are metres{}, give {}",
+                   text, board.IsMarkerGrid() ? "markers" : "squares", length,
+                   is_share ? " and the gap a share of the tag, as Kalibr has it" : "", meant.Text());
 }
 
 bool IsDarkSquare(const Board& board, int column, int row) {
@@ -173,6 +190,7 @@ Board Board::Parse(const std::string& text) {
         text, kind);
   }
   ParseCounts(parts[1], text, board);
+  RefuseMetres(board, text);
   const int least = board.IsMarkerGrid() ? 1 : 3;
   if (board.columns < least || board.rows < least)
     throw UsageError("board '{}': needs at least {}x{} squares (counted are squares, not inner corners)",

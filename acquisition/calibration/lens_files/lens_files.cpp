@@ -47,10 +47,20 @@ constexpr std::array kLensPrograms = {
 
 // Whether damaged text has words of a lens file: else it is of something else, which no message should tell to mend.
 bool HasLensWords(const std::string& text) {
-  for (const char* word : {"intrinsic", "matrix", "ameraMatrix", "istortion", "resolution", "K:", "\"K\"",
-                           "fx", "<f>", "projection", "amera_model", "mage_width", "opencv"})
+  for (const char* word :
+       {"intrinsic", "matrix", "ameraMatrix", "istortion", "resolution", "K:", "\"K\"", "fx", "<f>", "fl_x",
+        "camera_angle", "projection", "amera_model", "mage_width", "opencv"})
     if (text.find(word) != std::string::npos) return true;
   return false;
+}
+
+// Throws Error for a message of ROS (CameraInfo) that ends before its camera matrix does.
+void RefuseCutMessage(const LensNode& top, const std::string& where) {
+  if (!top.Has("distortion_model") || !top.Has("height")) return;
+  const char* key = top.Has("K") ? "K" : "k";
+  const LensNode* matrix = top.Find(key);
+  throw Error("{}: '{}' has {} of 9 values: the file may be cut; write it again", where, key,
+              matrix ? std::ranges::count_if(matrix->items, &LensNode::IsText) : 0);
 }
 
 // As LensTreesOf(); none for damaged text without words of a lens file, too.
@@ -93,6 +103,7 @@ std::optional<ReadLens> ReadLensText(const std::string& text, const std::string&
     const bool may_be_cut = is_section || std::string_view("{[<").find(text[first]) == std::string_view::npos;
     return ReadLens{ReadMatrixLens(*trees, where, camera, may_be_cut), IsRosLens(top) ? "ROS" : "OpenCV"};
   }
+  RefuseCutMessage(top, where);
   constexpr std::size_t kMostKeys = 6;
   std::vector<std::string> keys;
   for (std::size_t i = 0; i < std::min(kMostKeys, top.keys.size()); ++i)

@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "core/base/error.h"
+#include "core/base/shell_word.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -160,6 +161,10 @@ void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::
   numbers.cy = k[5];
 }
 
+std::string WarningOfNoCoefficients(const std::string& where) {
+  return where + ": holds no distortion coefficients; taken as a lens without distortion";
+}
+
 Lens FinishedLens(const LensNumbers& numbers, const std::string& where) {
   Lens lens{.warnings = numbers.warnings};
   CameraModel& camera = lens.camera;
@@ -203,6 +208,8 @@ void CheckLensNumbers(Lens& lens, const std::string& where) {
         where, c.width, c.height, 0.5 * c.width, 0.5 * c.height);
   // The shortest lens that keeps lines straight has 9 mm for pictures 36 mm wide; the longest zooms have 83 widths.
   constexpr double kShortestStraight = 0.2, kLongest = 100;
+  // Shares: as ulf calibrate warns; anamorphic lenses and old video have more.
+  constexpr double kOffMiddle = 0.1, kUnequal = 1.2;
   if (focal < kShortestStraight * longest && c.distortion != Distortion::kFisheye)
     lens.warnings.push_back(
         fmt::format("{}: a focal length of {:.6g} px is short for pictures of {}x{} without a fisheye: is "
@@ -225,6 +232,20 @@ void CheckLensNumbers(Lens& lens, const std::string& where) {
         "{}: the principal point ({:.1f}, {:.1f}) is the middle of a picture of {}x{}, not of {}x{}: are "
         "width and height exchanged?",
         where, c.cx, c.cy, c.height, c.width, c.width, c.height));
+  else if (const double wide = std::abs(c.cx / c.width - 0.5), high = std::abs(c.cy / c.height - 0.5);
+           std::max(wide, high) > kOffMiddle)
+    lens.warnings.push_back(fmt::format(
+        "{}: the principal point ({:.1f}, {:.1f}) is {:.0f} % of the width and {:.0f} % of the height from "
+        "the "
+        "middle of pictures of {}x{}, which hardly any lens has: are its numbers whole and in their order, "
+        "and "
+        "is that the size of the pictures from which the lens was found? It is right if these were cropped",
+        where, c.cx, c.cy, 100 * wide, 100 * high, c.width, c.height));
+  if (const double ratio = focal / std::min(c.fx, c.fy); ratio > kUnequal)
+    lens.warnings.push_back(
+        fmt::format("{}: fx and fy, {:.6g} and {:.6g} px, differ by {:.0f} %, which they do not where pixels "
+                    "are square: are the numbers in their order, and were the pictures not stretched?",
+                    where, c.fx, c.fy, 100 * (ratio - 1)));
 }
 
 std::string PickLens(const std::vector<std::string>& names, const std::string& wanted,
@@ -240,10 +261,8 @@ std::string PickLens(const std::vector<std::string>& names, const std::string& w
     list.emplace_back("...");
   }
   if (wanted.empty())
-    throw Error(
-        "{}: contains {} cameras ({}); extract one with ulf calibration, which takes the camera's name or "
-        "number",
-        where, names.size(), fmt::join(list, ", "));
+    throw Error("{}: contains {} cameras ({}); extract one: ulf calibration {} --camera {} -o camera.json",
+                where, names.size(), fmt::join(list, ", "), ShellWord(where), ShellWord(names[0]));
   for (const auto& words : {names, topics})
     for (std::size_t i = 0; i < words.size(); ++i)
       if (!words[i].empty() && LensWord(words[i]) == LensWord(wanted)) return names[i];

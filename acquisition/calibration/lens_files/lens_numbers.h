@@ -34,6 +34,9 @@ struct LensNumbers {
 void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::string& key,
                      const std::string& where);
 
+// For a file that may be whole without them.
+std::string WarningOfNoCoefficients(const std::string& where);
+
 // Throws Error that begins with `where`.
 Lens FinishedLens(const LensNumbers& numbers, const std::string& where);
 

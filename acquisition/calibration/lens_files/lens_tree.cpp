@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
 #include <sstream>
 #include <unordered_map>
 
@@ -135,6 +136,19 @@ std::vector<LensNode> FromYamlText(const std::string& text, const std::string& w
 }
 
 // ---- JSON, XML ----
+
+// The library keeps the last of two values, silently.
+void RefuseJsonKeysTwice(const std::string& text, const std::string& where) {
+  std::vector<std::set<std::string>> open;
+  const auto look = [&](int, nlohmann::json::parse_event_t event, const nlohmann::json& value) {
+    if (event == nlohmann::json::parse_event_t::object_start) open.emplace_back();
+    if (event == nlohmann::json::parse_event_t::object_end) open.pop_back();
+    if (event == nlohmann::json::parse_event_t::key && !open.back().insert(value.get<std::string>()).second)
+      throw Error("{}: the key '{}' is there twice; delete the wrong one", where, value.get<std::string>());
+    return true;
+  };
+  [[maybe_unused]] const auto looked_at = nlohmann::json::parse(text, look);
+}
 
 LensNode FromJsonValue(const nlohmann::json& json, LensTreeSize& size, int level) {
   size.Add(level);
@@ -342,7 +356,9 @@ std::optional<std::vector<LensNode>> LensTreesOf(const std::string& text, const 
   if (first[0] == '<') return std::vector{FromXmlText(text, where)};
   if (first[0] == '{') {
     LensTreeSize size{where};
-    return std::vector{FromJsonValue(ParseJson(text, where, "write the file again"), size, 0)};
+    const nlohmann::json json = ParseJson(text, where, "write the file again");
+    RefuseJsonKeysTwice(text, where);
+    return std::vector{FromJsonValue(json, size, 0)};
   }
   if (IsSectionHead(first) || !AssignedKey(first).empty()) return std::vector{FromSections(text, where)};
   if (first.starts_with("%YAML") || first == "---" || HasYamlKey(text)) return FromYamlText(text, where);

@@ -98,12 +98,11 @@ std::vector<double> LensCoefficients(const FoundLens& found, const LensNode& of_
   const auto& [key, node] = list;
   if (!node) {
     RefuseCutFile(found, of_matrix, numbers, may_be_cut, where);
-    if (!numbers.said)
-      numbers.warnings.push_back(
-          fmt::format("{}: holds no distortion coefficients; taken as a lens without distortion", where));
+    if (!numbers.said) numbers.warnings.push_back(WarningOfNoCoefficients(where));
     return {};
   }
-  if (node->kind == LensNode::Kind::kNothing)
+  // Nothing but a tag, or a name alone in ost.ini, is an empty text.
+  if (node->kind == LensNode::Kind::kNothing || (node->IsText() && LensWord(node->text).empty()))
     throw Error(
         "{}: nothing stands behind '{}': the file may be cut. Write it again; if the lens has no distortion, "
         "write {}: []",
@@ -155,9 +154,8 @@ void WarnOfWindow(const LensNode& map, LensNumbers& numbers, const std::string& 
   const double x = value(map.Find("binning_x")), y = value(map.Find("binning_y"));
   if (x > 1 || y > 1)
     numbers.warnings.push_back(
-        fmt::format("{}: binning {:g}x{:g}: the lens is that of pictures without binning, of {:g}x{:g}; "
-                    "pictures of the same shape "
-                    "are scaled to",
+        fmt::format("{}: binning {:g}x{:g}: the lens is that of pictures without binning, of {:g}x{:g}, and "
+                    "is scaled to pictures of the same shape",
                     where, std::max(1.0, x), std::max(1.0, y), numbers.width, numbers.height));
   const LensNode* roi = map.Find("roi");
   if (!roi) return;
@@ -217,6 +215,19 @@ LensNode PartOfLens(const FoundLens& found) {
   return part;
 }
 
+// Numbers beside the matrix must be the matrix's, up to rounding and where pixels are counted from.
+void RefuseOtherPinhole(const LensNode& map, const LensNumbers& numbers, const std::string& key,
+                        const std::string& where) {
+  constexpr double kSame_px = 1;
+  for (const auto& [name, value] : {std::pair{"fx", numbers.fx}, std::pair{"fy", numbers.fy},
+                                    std::pair{"cx", numbers.cx}, std::pair{"cy", numbers.cy}}) {
+    const auto beside = map.Has(name) ? LensNumber(*map.Find(name)) : std::nullopt;
+    if (beside && std::abs(*beside - value) > kSame_px)
+      throw Error("{}: '{}: {}' stands beside '{}', which has {} there; delete the wrong one", where, name,
+                  *beside, key, value);
+  }
+}
+
 Lens ReadFoundLens(const FoundLens& found, bool may_be_cut, const std::string& where) {
   LensNumbers numbers;
   const LensNode& map = *found.maps.front();
@@ -237,6 +248,7 @@ Lens ReadFoundLens(const FoundLens& found, bool may_be_cut, const std::string& w
       throw Error("{}: '{}' is {}, which ulf does not support; calibrate again with CALIB_FIX_SKEW", where,
                   map.keys[i], *skew);
   SetCameraMatrix(numbers, LensMatrixOf(*matrix, key, where), key, where);
+  if (key != kPlainMatrixKey && found.mark.empty()) RefuseOtherPinhole(map, numbers, key, where);
   ReadLensSize(found.maps, found.mark, numbers, where);
   numbers.coefficients = LensCoefficients(found, *matrix, may_be_cut, numbers, where);
   CheckFlags(found, numbers, where);

@@ -131,6 +131,10 @@ std::optional<std::string> OtherLensText(const std::string& text) {
   using namespace std::string_view_literals;
   if (BeginsWithBytes(text, "\x1f\x8b"sv))
     return "is packed by gzip; unpack it first (of ROS's calibrationdata.tar.gz, give ost.yaml)";
+  for (const auto picture :
+       {"\x89PNG"sv, "\xff\xd8\xff"sv, "II*\0"sv, "MM\0*"sv, "BM"sv, "RIFF"sv, "v/1\x01"sv})
+    if (BeginsWithBytes(text, picture) && text.find('\0') != std::string::npos)
+      return "is a picture or a video, and no lens; pictures of a board make one: ulf calibrate FOLDER";
   if (BeginsWithBytes(text, "\x93NUMPY"sv) || BeginsWithBytes(text, "PK\x03\x04"sv))
     return fmt::format("is an archive (of NumPy, or zip); {}", kAsOpenCv);
   if (BeginsWithBytes(text, "MATLAB 5.0"sv))

@@ -49,12 +49,7 @@ Lens LensOfLists(const LensNode& camera, const std::string& where) {
     throw Error("{}: a pinhole has 4 intrinsics, not {}; correct the file or calibrate again", where,
                 intrinsics.size());
   SetPinhole(numbers, intrinsics);
-  if (camera.Has("resolution")) {
-    const auto size = RequiredLensNumbers(camera, "resolution", where);
-    if (size.size() != 2) throw Error("{}: 'resolution' must be width and height, two numbers", where);
-    numbers.width = size[0];
-    numbers.height = size[1];
-  }
+  ReadLensSize({&camera}, "", numbers, where);
   for (const char* key : {"distortion_coeffs", "distortion_coefficients"})
     if (camera.Has(key)) numbers.coefficients = RequiredLensNumbers(camera, key, where);
   const bool needs_coefficients = !numbers.said || numbers.said->model != LensModel::kNone;
@@ -200,7 +195,13 @@ Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::st
     throw Error("{}: the camera type '{}' of maplab is not one of ulf's; {}", place, projection, kLensWayOut);
   LensNumbers numbers;
   const LensNode* distortion = camera.Find("distortion");
-  const std::string type = distortion ? word_of(*distortion) : "none", word = LensWord(type);
+  if (!distortion)
+    throw Error(
+        "{}: 'distortion' is missing: the file may be cut. Write it again; if the lens has no distortion, "
+        "add "
+        "distortion: {{type: none}}",
+        place);
+  const std::string type = word_of(*distortion), word = LensWord(type);
   const std::string said = "distortion type: " + type;
   if (word == "equidistant")
     numbers.said = SaidLensModel{LensModel::kFisheye, said};
@@ -216,7 +217,7 @@ Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::st
     throw Error("{}: a pinhole has 4 intrinsics, not {}; correct the file or calibrate again", place,
                 intrinsics.size());
   SetPinhole(numbers, intrinsics);
-  if (distortion && (word != "none" || distortion->Has("parameters")))
+  if (word != "none" || distortion->Has("parameters"))
     numbers.coefficients = MaplabColumn(*distortion, "parameters", place);
   if (word != "none" && numbers.coefficients.empty())
     throw Error("{}: the distortion's parameters are missing; write the file again", place);
@@ -291,6 +292,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
                                          [&](const char* key) { return top.Has(name + "." + key); });
     numbers.coefficients = {number("k1", any), number("k2", any), number("p1", any), number("p2", any),
                             number("k3", false)};
+    if (!any && !numbers.said) numbers.warnings.push_back(WarningOfNoCoefficients(place));
     if (!numbers.said) numbers.said = SaidLensModel{LensModel::kRadialTangential, "Camera.type: " + type};
   }
   for (const auto& [key, side] : {std::pair{"width", &numbers.width}, std::pair{"height", &numbers.height},

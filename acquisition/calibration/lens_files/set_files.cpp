@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <sstream>
 
@@ -12,14 +13,17 @@
 namespace ulf::acquisition {
 namespace {
 
-// The rows of cameras.txt by their numbers.
-std::map<std::string, std::string> ColmapRows(const std::string& text) {
+// The rows of cameras.txt by their numbers. Throws Error where two rows have one number.
+std::map<std::string, std::string> ColmapRows(const std::string& text, const std::string& where) {
   std::map<std::string, std::string> rows;
   std::istringstream in(text);
   for (std::string row; std::getline(in, row);) {
     std::istringstream words(row);
     std::string id;
-    if (words >> id && id[0] != '#') rows[id] = row;
+    if (!(words >> id) || id[0] == '#') continue;
+    const auto [known, is_new] = rows.try_emplace(id, row);
+    if (!is_new && known->second != row)
+      throw Error("{}: camera {} is there twice with different values; delete the wrong one", where, id);
   }
   return rows;
 }
@@ -29,7 +33,18 @@ CameraModel TransformsCamera(const nlohmann::json& keys, const std::string& wher
   if (!HasSize(place))
     throw Error("{}: the size of the pictures is missing; write it into the file (\"w\": W, \"h\": H)",
                 where);
-  return ReadCamera(place, {});
+  const CameraModel camera = ReadCamera(place, {});
+  // As instant-ngp writes both; only one of the two is read.
+  constexpr double kSameShare = 0.01;
+  if (keys.contains("fl_x") && keys.contains("camera_angle_x")) {
+    const double angle = place.Number("camera_angle_x"), fl_x = 0.5 * camera.width / std::tan(0.5 * angle);
+    if (std::abs(fl_x / camera.fx - 1) > kSameShare)
+      throw Error(
+          "{}: 'camera_angle_x: {}' is a focal length of {:.6g} px, but 'fl_x' is {:.6g}; delete the "
+          "wrong one",
+          where, angle, fl_x, camera.fx);
+  }
+  return camera;
 }
 
 }  // namespace
@@ -51,7 +66,7 @@ bool IsColmapCameras(const std::string& text) {
 }
 
 Lens ReadColmapLens(const std::string& text, const std::string& where, const std::string& wanted) {
-  const auto rows = ColmapRows(text);
+  const auto rows = ColmapRows(text, where);
   std::vector<std::string> ids;
   for (const auto& [id, row] : rows) ids.push_back(id);
   const std::string id = PickLens(ids, wanted, where);

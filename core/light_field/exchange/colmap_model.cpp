@@ -97,6 +97,10 @@ CameraModel ReadColmapCamera(std::istream& row, const std::string& where) {
   const ColmapLens lens =
       LensThat([&](const ColmapLens& known) { return known.name == name; }, fmt::format("'{}'", name), where);
   for (double parameter; row >> parameter;) camera.parameters.push_back(parameter);
+  row.clear();
+  if (std::string word; row >> word && word[0] != '#')
+    throw Error("{}: '{}' is no number that a lens has; correct the row, or export the cameras again", where,
+                word);
   return CameraOf(lens, camera, where);
 }
 

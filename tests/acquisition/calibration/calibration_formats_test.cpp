@@ -236,6 +236,14 @@ TEST(CalibrationCommand, ConvertsThereAndBack) {
   EXPECT_EQ(test::RunUlf("calibration " + ours + " --to kalibr -o " + kalibr).exit_code, 0);
   EXPECT_EQ(test::RunUlf("calibration " + ours + " --model M -o " + ours).exit_code, 0);
   EXPECT_EQ(ReadCalibrationFile(ours).identity.model, "M");
+  // Another program's file holds more than a lens, such as a set's poses.
+  const std::string set = (scratch / "transforms.json").string(),
+                    poses =
+                        "{\"w\": 640, \"h\": 480, \"fl_x\": 600, \"frames\": [{\"file_path\": \"1.png\"}]}";
+  WriteFileAtomically(set, poses);
+  EXPECT_THAT(test::RunUlf("calibration " + set + " --serial S1 -o " + set).errors,
+              HasSubstr("exists already"));
+  EXPECT_EQ(ReadWholeFile(set), poses);
   EXPECT_EQ(test::RunUlf("calibration " + ours + " --to maya -o x").exit_code, 2);
   EXPECT_EQ(test::RunUlf("calibration " + ours + " --to ros").exit_code, 2);
   EXPECT_THAT(test::RunUlf("calibration " + ours).output, HasSubstr("S1"));

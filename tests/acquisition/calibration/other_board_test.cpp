@@ -52,6 +52,7 @@ TEST(OtherBoard, IsToldByItsText) {
             "charuco:7x5:30:22:DICT_5X5_100:first=60", "markers of DICT_5X5_100"},
            {"charuco:7x5:30:22:DICT_5X5_100", "charuco:7x5:30:22:DICT_4X4_50", "", "DICT_4X4_50"},
            {"charuco:7x5:30:22:DICT_5X5_100", "charuco:6x8:30:22:DICT_5X5_100", "", "6 x 8 instead of 7 x 5"},
+           {"charuco:9x7:30:22:DICT_5X5_100", "charuco:7x5:30:22:DICT_5X5_100", "", "7 x 5 instead of 9 x 7"},
            {"aruco:5x4:30:9:DICT_6X6_250", "aruco:4x5:30:9:DICT_6X6_250", "", "exchanged"},
            {"aruco:5x4:30:9:DICT_6X6_250", "aruco:5x4:30:9:DICT_6X6_250:right-up", "", "numbered right-up"},
            {"aruco:4x4:30:9:DICT_6X6_250", "aruco:4x4:30:9:DICT_6X6_250:down-right", "", "down-right"},
@@ -77,6 +78,9 @@ TEST(OtherBoard, IsToldByItsText) {
     EXPECT_NEAR(as_told.gap_mm, told.gap_mm, 0.02 * told.marker_mm) << c.said << " for " << c.shown;
     EXPECT_NEAR(as_told.square_mm, told.square_mm, 0.03 * told.marker_mm) << c.said << " for " << c.shown;
     EXPECT_NEAR(as_told.marker_mm, told.marker_mm, 0.03 * told.marker_mm) << c.said << " for " << c.shown;
+    if (told.kind == BoardKind::kAprilGrid) {
+      EXPECT_NEAR(as_told.gap_mm, 0.3 * as_told.marker_mm, 0.051) << "Kalibr's own gap, rounded";
+    }
     as_told.gap_mm = told.gap_mm;
     as_told.marker_mm = told.marker_mm;
     as_told.square_mm = told.square_mm;
@@ -153,6 +157,16 @@ TEST(OtherBoard, AChessboardIsToldByItsSquares) {
     EXPECT_THAT(DescribeOtherBoard(said, *other),
                 AllOf(HasSubstr(c.what), HasSubstr(std::string("give --board ") + c.shown)));
   }
+  // Of another kind, too; the same counts are no hint that it is right.
+  for (const char* text :
+       {"charuco:7x5:30:22:DICT_5X5_100", "charuco:9x6:30:22:DICT_5X5_100", "aprilgrid:6x6:30:9"}) {
+    const Board of_markers = Board::Parse(text);
+    const auto other = BoardInPictures(of_markers, pictures_of("chessboard:9x6:25", 3));
+    ASSERT_TRUE(other) << text;
+    EXPECT_THAT(DescribeOtherBoard(of_markers, *other),
+                AllOf(HasSubstr("a chessboard; measure"), HasSubstr("give --board chessboard:9x6:30")));
+    EXPECT_FALSE(BoardInPictures(of_markers, pictures_of("chessboard:9x6:25", 1)));
+  }
   // A hand over a column, a single picture of something larger, and parts are no other board.
   const Board said = Board::Parse("chessboard:9x6:25");
   EXPECT_FALSE(BoardInPictures(said, pictures_of("chessboard:8x6:25", 1)));
@@ -192,12 +206,40 @@ TEST(OtherBoard, AVideoOfTheBoardCalibrates) {
   const auto kept = test::RunUlf("calibrate " + film + " --board chessboard:8x6:25 -o " + chain);
   EXPECT_EQ(kept.exit_code, 2);
   EXPECT_THAT(kept.errors, AllOf(HasSubstr("no calibration file of ulf"), HasSubstr("choose another name")));
+  const std::string picture = (scratch / "shot.png").string();
+  cv::imwrite(picture, cv::Mat(16, 16, CV_8U, cv::Scalar(90)));
+  const auto shot = test::RunUlf("calibrate " + film + " --board chessboard:8x6:25 -o " + picture);
+  EXPECT_EQ(shot.exit_code, 2);
+  EXPECT_THAT(shot.errors, AllOf(HasSubstr("choose another name"), Not(HasSubstr("convert"))));
   const auto found = test::RunUlf("track sim:studio --intrinsics refine --calibration-out " + chain);
   EXPECT_EQ(found.exit_code, 2);
   EXPECT_THAT(found.errors, HasSubstr("no calibration file of ulf"));
   std::ofstream(scratch / "notes.txt") << "no picture\n";
   EXPECT_THAT(test::RunUlf("calibrate " + (scratch / "notes.txt").string() + " -o " + file + "2").errors,
               AllOf(HasSubstr("notes.txt"), HasSubstr("video")));
+}
+
+TEST(OtherBoard, AVideoOfABoardThatNeverRestsSaysSo) {
+  const test::ScratchFolder scratch;
+  const std::string film = (scratch / "board.mp4").string();
+  {
+    const BoardScene scene(
+        {.board = Board::Parse("chessboard:8x6:25"), .camera = SimulatedLens("pinhole", 400, 300)});
+    VideoWriter video(film, {400, 300}, 30);
+    for (std::uint64_t i = 0; i < 24; ++i) {
+      cv::Mat bgr;
+      cv::cvtColor(scene.Render(scene.HeldAt(i / 6, static_cast<double>(i % 6) / 6), i), bgr,
+                   cv::COLOR_GRAY2BGR);
+      video.Add(bgr);
+    }
+    video.Close();
+  }
+  const auto result =
+      test::RunUlf("calibrate " + film + " --board chessboard:8x6:25 -o " + (scratch / "c.json").string());
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("no calibration: the board chessboard:8x6:25 was seen in"),
+                                   HasSubstr("pictures, and moved in all of them"),
+                                   HasSubstr("ulf calibrate FOLDER"), Not(HasSubstr("not found"))));
 }
 
 // Markers of another sheet have numbers that the board does not have, but do not lie on its grid.

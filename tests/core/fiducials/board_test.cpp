@@ -65,6 +65,22 @@ TEST(Board, WhatCannotBePrintedIsSaid) {
 }
 
 // What is drawn here is what OpenCV draws and looks for.
+TEST(Board, MetresAreAskedAbout) {
+  for (const auto& [text, meant] :
+       {std::pair{"aprilgrid:6x6:0.03:0.3", "aprilgrid:6x6:30:9"},
+        {"aprilgrid:6x6:0.088:0.0264", "aprilgrid:6x6:88:26.4"},
+        {"charuco:7x5:0.03:0.022:DICT_5X5_100", "charuco:7x5:30:22:DICT_5X5_100"},
+        {"aruco:4x5:0.0375:0.005:DICT_6X6_1000", "aruco:4x5:37.5:5:DICT_6X6_1000"},
+        {"chessboard:8x6:0.025", "chessboard:8x6:25"}}) {
+    const auto result = test::RunUlf(std::string("board ") + text + " -o /nowhere/board.pdf");
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.errors,
+                AllOf(HasSubstr("millimetres"), HasSubstr(std::string("give ") + meant + "\n")));
+    EXPECT_EQ(Board::Parse(meant).Text(), meant);
+  }
+  EXPECT_EQ(Board::Parse("chessboard:8x6:1").square_mm, 1);
+}
+
 TEST(Board, IsOpenCvs) {
   for (const char* text : kBoards) {
     const Board board = Board::Parse(text);

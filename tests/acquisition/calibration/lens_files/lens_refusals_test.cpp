@@ -351,6 +351,98 @@ TEST(LensRefusals, NamesThatSpeakOfFisheyesAreWarnings) {
   EXPECT_THROW(ReadLensText(pair, "the file", "2"), Error);
 }
 
+TEST(LensRefusals, CutFilesAreNoLensesWithoutDistortion) {
+  const std::string whole = LensOfTest{}.Text();
+  const std::size_t at = whole.find("distortion_coefficients: !!ope");
+  for (const char* end : {"distortion_coefficients: !!ope", "distortion_coefficients: !!opencv-matrix\n",
+                          "distortion_coefficients:"})
+    EXPECT_THAT(ErrorOf(whole.substr(0, at) + end),
+                AllOf(HasSubstr("nothing stands behind 'distortion_coefficients'"), HasSubstr("may be cut")));
+  const std::string ost =
+      "[image]\n\nwidth\n640\n\nheight\n480\n\n[narrow_stereo]\n\ncamera matrix\n"
+      "600.0 0.0 320.0\n0.0 601.0 240.0\n0.0 0.0 1.0\n\ndistortion\n";
+  EXPECT_THAT(ErrorOf(ost), HasSubstr("nothing stands behind 'distortion'"));
+  EXPECT_EQ(ErrorOf(ost + "0.1 -0.2 0.001 -0.002 0.0\n"), "accepted");
+  EXPECT_THAT(ErrorOf("[cam_0]\nname = \"a\"\nsize = [ 640, 480,]\n"
+                      "matrix = [ [ 600.0, 0.0, 320.0,], [ 0.0, 601.0, 240.0,], [ 0.0, 0.0, 1.0,],]\ndist"),
+              HasSubstr("nothing stands behind 'dist'"));
+  EXPECT_THAT(ErrorOf("label: cam0\nimage_height: 480\nimage_width: 640\ntype: pinhole\n"
+                      "line-delay-nanoseconds: 0\nintrinsics:\n  cols: 1\n  rows: 4\n"
+                      "  data: [600, 601, 320, 240]\n"),
+              AllOf(HasSubstr("'distortion' is missing"), HasSubstr("type: none")));
+  // What ORB-SLAM3 and stella_vslam take without coefficients is said.
+  const char* numbers = "fx: 600\n{0}fy: 601\n{0}cx: 320\n{0}cy: 240\n";
+  for (const std::string& text :
+       {"Camera.type: \"PinHole\"\nCamera1." + fmt::format(fmt::runtime(numbers), "Camera1.") +
+            "Camera.width: 640\nCamera.height: 480\n",
+        "Camera:\n  model: perspective\n  " + fmt::format(fmt::runtime(numbers), "  ") +
+            "  cols: 640\n  rows: 480\n"}) {
+    const auto read = ReadLensText(text, "the file");
+    ASSERT_TRUE(read) << text;
+    EXPECT_THAT(read->lens.warnings, ::testing::ElementsAre(HasSubstr("holds no distortion coefficients")));
+  }
+  // A message of ROS cut in its matrix, or before it.
+  const std::string head =
+      "header:\n  frame_id: c\nheight: 480\nwidth: 640\ndistortion_model: plumb_bob\nd:\n";
+  EXPECT_THAT(ErrorOf(head + "- 0.1\nk:\n- 600.0\n- 0.0\n- 320.0\n- 0.0\n"),
+              HasSubstr("'k' has 4 of 9 values"));
+  EXPECT_THAT(ErrorOf(head), HasSubstr("'k' has 0 of 9 values"));
+}
+
+TEST(LensRefusals, NumbersThatHardlyAnyLensHasAreSaid) {
+  const auto warnings_of = [](const std::string& text) {
+    const auto read = ReadLensText(text, "the file");
+    return read ? read->lens.warnings : std::vector<std::string>{"not recognised"};
+  };
+  const auto kalibr = [](const std::string& intrinsics, const std::string& size) {
+    return fmt::format(
+        "cam0:\n  camera_model: pinhole\n  distortion_coeffs: [-0.1, 0.05, 0.001, -0.002]\n"
+        "  distortion_model: radtan\n  intrinsics: [{}]\n  resolution: {}\n",
+        intrinsics, size);
+  };
+  // By hand: 0.1 of 640 and 480 are 64 and 48 px; pixels are counted from the middle of the first.
+  EXPECT_THAT(warnings_of(kalibr("600, 601, 383, 240", "[640, 480]")), ::testing::IsEmpty());
+  EXPECT_THAT(warnings_of(kalibr("600, 601, 320, 240", "640x480")), ::testing::IsEmpty());
+  EXPECT_THAT(
+      warnings_of(kalibr("600, 601, 384, 240", "[640, 480]")),
+      ::testing::ElementsAre(AllOf(HasSubstr("(384.5, 240.5) is 10 % of the width and 0 % of the height"),
+                                   HasSubstr("hardly any lens"))));
+  EXPECT_THAT(warnings_of(kalibr("600, 601, 320, 2.5", "[640, 480]")),
+              ::testing::ElementsAre(HasSubstr("0 % of the width and 49 % of the height")));
+  // Another size; and the numbers in another order, cx cy fx fy.
+  EXPECT_THAT(warnings_of(kalibr("600, 601, 320, 240", "[1280, 960]")),
+              ::testing::ElementsAre(HasSubstr("middle of pictures of 1280x960")));
+  EXPECT_THAT(
+      warnings_of(kalibr("320, 240, 600, 400", "[640, 480]")),
+      ::testing::ElementsAre(HasSubstr("principal point"), HasSubstr("320 and 240 px, differ by 33 %")));
+  EXPECT_THAT(warnings_of("1 PINHOLE 640 480 600 730 320 240\n"),
+              ::testing::ElementsAre(HasSubstr("differ by 22 %")));
+  EXPECT_THAT(warnings_of("1 PINHOLE 640 480 600 710 320 240\n"), ::testing::IsEmpty());
+}
+
+TEST(LensRefusals, WhatIsThereTwiceWithOtherNumbers) {
+  const std::string json = "{{\"w\": 640, \"h\": 480, \"fl_x\": 600, {}\"cx\": 320, \"cy\": 240}}";
+  const auto with = [&](const char* more) { return fmt::format(fmt::runtime(json), more); };
+  EXPECT_EQ(ErrorOf(with("")), "accepted");
+  EXPECT_THAT(ErrorOf(with("\"fl_x\": 700, ")),
+              AllOf(HasSubstr("'fl_x' is there twice"), HasSubstr("delete")));
+  // By hand: an angle of 2 atan(320 / 600) is 0.98096; 1.2 is a focal length of 467.7 px.
+  EXPECT_EQ(ErrorOf(with("\"camera_angle_x\": 0.98096, ")), "accepted");
+  EXPECT_THAT(
+      ErrorOf(with("\"camera_angle_x\": 1.2, ")),
+      AllOf(HasSubstr("'camera_angle_x: 1.2' is a focal length of 467.7"), HasSubstr("'fl_x' is 600")));
+  EXPECT_THAT(ErrorOf(LensOfTest{.words = "fx: 600\nfx: 700\n"}.Text()), HasSubstr("'fx' is there twice"));
+  EXPECT_EQ(ErrorOf(LensOfTest{.words = "fx: 600.4\nfy: 601\ncx: 320.5\ncy: 240.5\n"}.Text()), "accepted");
+  EXPECT_THAT(
+      ErrorOf(LensOfTest{.words = "fx: 700\n"}.Text()),
+      AllOf(HasSubstr("'fx: 700' stands beside 'camera_matrix', which has 600"), HasSubstr("delete")));
+  const std::string row = "1 PINHOLE 640 480 600 600 320 240\n";
+  EXPECT_EQ(ErrorOf(row + row), "accepted");
+  EXPECT_THAT(ErrorOf(row + "1 PINHOLE 640 480 500 500 320 240\n"), HasSubstr("camera 1 is there twice"));
+  EXPECT_THAT(ErrorOf("1 PINHOLE 640 480 nan 500 320 240\n"),
+              HasSubstr("'nan' is no number that a lens has"));
+}
+
 TEST(LensRefusals, DamagedTextIsNamedByItsLine) {
   EXPECT_THAT(ErrorOf("cam0:\n  intrinsics: [500, 500\n"),
               AllOf(HasSubstr("the file, line"), HasSubstr("YAML")));
@@ -361,6 +453,17 @@ TEST(LensRefusals, DamagedTextIsNamedByItsLine) {
   std::string growing = "intrinsics: 1\na0: &a0 [1, 1]\n";
   for (int i = 1; i < 11; ++i) growing += fmt::format("a{0}: &a{0} [*a{1}, *a{1}, *a{1}, *a{1}]\n", i, i - 1);
   EXPECT_THAT(ErrorOf(growing), HasSubstr("too many values"));
+}
+
+TEST(LensRefusals, PicturesAndFoldersAreNamed) {
+  const test::ScratchFolder scratch;
+  const auto picture = scratch / "photo.png";
+  cv::imwrite(picture.string(), cv::Mat(16, 16, CV_8U, cv::Scalar(90)));
+  EXPECT_THAT(
+      test::RunUlf("calibration " + picture.string()).errors,
+      AllOf(HasSubstr("is a picture"), HasSubstr("ulf calibrate FOLDER"), Not(HasSubstr("COLMAP's"))));
+  EXPECT_THAT(test::RunUlf("calibration " + scratch.path().string()).errors,
+              AllOf(HasSubstr("is a folder"), Not(HasSubstr("no such"))));
 }
 
 TEST(LensRefusals, TheCommandRefusesWithTheListAndWritesNothing) {
