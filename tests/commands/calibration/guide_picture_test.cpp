@@ -70,7 +70,8 @@ TEST(GuidePicture, AFileIsRewrittenWhileADeviceIsCalibrated) {
   const auto refused = [&](const std::string& arguments) { return test::RunUlf("calibrate " + arguments); };
   EXPECT_THAT(refused("sim:board --preview " + (scratch / "live.bmp").string()).errors,
               HasSubstr("is written as PNG"));
-  EXPECT_THAT(refused(preview + " --preview " + preview).errors, HasSubstr("of a device"));
+  EXPECT_THAT(refused(preview + " --preview " + (scratch / "other.png").string()).errors,
+              HasSubstr("of a device"));
 }
 
 // A tethered camera without live view, whose photographs come when they are asked for.
