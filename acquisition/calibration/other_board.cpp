@@ -18,6 +18,8 @@
 namespace ulf::acquisition {
 namespace {
 
+std::string GiveBoard(const Board& board) { return fmt::format("give --board {}", board.Text()); }
+
 struct DictionaryFamily {
   const char* largest;             // contains the smaller dictionaries as its first markers
   std::vector<const char*> names;  // from the smallest
@@ -325,7 +327,7 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
   other.other_lengths_only = with_said_lengths == said;
   other.what = Differences(said, other.board, other_step);
   const bool is_written = sighting.border_cells == 1 || other.board.dictionary == "DICT_APRILTAG_36h11";
-  other.cure = is_written ? fmt::format("give --board {}", other.board.Text())
+  other.cure = is_written ? GiveBoard(other.board)
                           : fmt::format(
                                 "a border of two cells is known with DICT_APRILTAG_36h11 only, not with {}: "
                                 "print another board (ulf board)",
@@ -335,7 +337,7 @@ std::optional<OtherBoard> LayoutOf(const Board& said, const Sighting& sighting,
 
 std::optional<OtherBoard> OtherChessboard(const Board& said, const std::vector<cv::Mat>& pictures) {
   Board counted = said;
-  // Of another kind no counts are said.
+  // The text says another kind of board, and so no counts of a chessboard.
   const bool is_said = said.kind == BoardKind::kChessboard;
   if (!is_said) counted.columns = counted.rows = 0;
   const auto squares = OtherChessboardIn(counted, pictures);
@@ -346,7 +348,7 @@ std::optional<OtherBoard> OtherChessboard(const Board& said, const std::vector<c
                                           std::min(squares->width, squares->height),
                                           said.IsMarkerGrid() ? said.marker_mm : said.square_mm))};
     other.what = "a chessboard; measure its squares";
-    other.cure = fmt::format("give --board {}", other.board.Text());
+    other.cure = GiveBoard(other.board);
     return other;
   }
   OtherBoard other{.board = said};
@@ -356,7 +358,7 @@ std::optional<OtherBoard> OtherChessboard(const Board& said, const std::vector<c
   other.what = counts_corners ? fmt::format("{} x {} counts inner corners, the text counts squares",
                                             said.columns, said.rows)
                               : Differences(said, other.board, false);
-  other.cure = fmt::format("give --board {}", other.board.Text());
+  other.cure = GiveBoard(other.board);
   return other;
 }
 

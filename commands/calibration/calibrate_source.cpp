@@ -84,7 +84,7 @@ void RequireOwnCalibration(const std::string& output) {
     if (acquisition::ReadCalibrationFile(output).is_ours) return;
     convert = fmt::format(", or convert it first: ulf calibration {} -o camera.json", ShellWord(output));
   } catch (const Error&) {
-    // What is no calibration cannot be converted.
+    // A file that is no calibration cannot be converted.
   }
   throw UsageError(
       "{}: exists already, is no calibration file of ulf, and is not replaced; choose another name{}", output,

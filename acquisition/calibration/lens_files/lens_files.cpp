@@ -80,7 +80,7 @@ std::optional<ReadLens> ReadLensText(const std::string& text, const std::string&
   const auto refuse = [&](const std::string& what) {
     throw Error("{}: {}. {}", where, what, ReadableLensFiles());
   };
-  // Of readers that check their numbers for themselves only.
+  // It checks the numbers of readers that do not check them by themselves.
   const auto checked = [&](Lens lens, const char* program) {
     CheckLensNumbers(lens, where);
     return ReadLens{lens, program};

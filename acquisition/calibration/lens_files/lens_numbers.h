@@ -34,7 +34,7 @@ struct LensNumbers {
 void SetCameraMatrix(LensNumbers& numbers, const LensMatrix& matrix, const std::string& key,
                      const std::string& where);
 
-// For a file that may be whole without them.
+// This warns of a file that has no coefficients and may be whole without them.
 std::string WarningOfNoCoefficients(const std::string& where);
 
 // Throws Error that begins with `where`.

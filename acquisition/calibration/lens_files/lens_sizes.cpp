@@ -12,7 +12,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// As LensWord() makes them. Rows and columns alone are a board's as well.
+// The words are written as LensWord() makes them. Rows and columns alone are a board's as well.
 constexpr std::array<std::string_view, 13> kWidthWords = {
     "imagewidth", "imgwidth",    "width",     "w",          "widthpx",     "imagewidthpx", "imgw",
     "framewidth", "resolutionx", "imagecols", "imagesizex", "camerawidth", "videowidth"};
@@ -80,7 +80,7 @@ std::optional<bool> FitsPrincipalPoint(const LensNumbers& numbers, double width,
   return std::nullopt;
 }
 
-// Of an array's shape; the third number is that of its channels.
+// An array's shape names rows, columns and, where it has a third number, channels.
 void SetSizeOfShape(const std::vector<double>& shape, const std::string& key, LensNumbers& numbers,
                     const std::string& where) {
   numbers.width = shape[1];

@@ -21,7 +21,7 @@ enum class WordMeaning { kProjectionOnly, kModel, kOther, kUnknown };
 
 using LensWords = std::pair<std::string_view, LensModel>;
 
-// As LensWord() makes them.
+// The words are written as LensWord() makes them.
 constexpr std::array kModelWords = {
     LensWords{"none", LensModel::kNone},
     LensWords{"nodistortion", LensModel::kNone},

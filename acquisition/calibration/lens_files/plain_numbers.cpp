@@ -10,7 +10,7 @@
 namespace ulf::acquisition {
 namespace {
 
-// As LensWord() makes them, for fx, fy, cx and cy.
+// The keys of fx, fy, cx and cy are written as LensWord() makes them.
 using PlainKeys = std::array<std::string_view, 4>;
 constexpr std::array kPlainKeys = {
     PlainKeys{"fx", "fy", "cx", "cy"},

@@ -34,7 +34,7 @@ CameraModel TransformsCamera(const nlohmann::json& keys, const std::string& wher
     throw Error("{}: the size of the pictures is missing; write it into the file (\"w\": W, \"h\": H)",
                 where);
   const CameraModel camera = ReadCamera(place, {});
-  // As instant-ngp writes both; only one of the two is read.
+  // Instant-ngp writes both, and only one of the two is read.
   constexpr double kSameShare = 0.01;
   if (keys.contains("fl_x") && keys.contains("camera_angle_x")) {
     const double angle = place.Number("camera_angle_x"), fl_x = 0.5 * camera.width / std::tan(0.5 * angle);

@@ -224,7 +224,7 @@ cv::Mat ReadOpacity(Imf::MultiPartInputFile& file, const ExrPicturePlace& place,
   return opacity;
 }
 
-// What a data window holds, as the display window shows it.
+// This shows the pixels of the data window in the display window.
 cv::Mat InDisplay(const cv::Mat& stored, const Imath::Box2i& data, const Imath::Box2i& shown) {
   if (shown == data) return stored;
   cv::Mat picture(shown.max.y - shown.min.y + 1, shown.max.x - shown.min.x + 1, stored.type(),
