@@ -69,6 +69,9 @@ int Run(int argc, char** argv) {
   } catch (const ulf::UsageError& error) {
     std::fprintf(stderr, "ulf: %s\n", error.what());
     return ulf::commands::kWrongUsage;
+  } catch (const ulf::Refusal& refusal) {
+    std::fprintf(stderr, "ulf: %s\n", refusal.what());
+    return ulf::commands::kWrongUsage;
   } catch (const std::filesystem::filesystem_error& error) {
     std::fprintf(stderr, "ulf: %s: %s; check the path and its permissions\n", error.path1().c_str(),
                  error.code().message().c_str());
@@ -92,6 +95,7 @@ int ExitStatus(int of_command) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  ulf::SpellParameters(ulf::commands::OptionOf);
   ulf::commands::GuardStandardStreams();
   std::signal(SIGXFSZ, SIG_IGN);  // A file beyond what `ulimit -f` allows is an error.
   return ExitStatus(Run(argc, argv));

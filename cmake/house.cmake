@@ -65,12 +65,13 @@ endif()
 # and tools that read compile_commands.json see only one file in 32.
 option(ULF_UNITY "Compile the libraries' files 32 at a time" OFF)
 
-# ulf_library(NAME SOURCES ... [APART ...] LINK ... PRECOMPILE ...)
+# ulf_library(NAME [APART ...] LINK ... PRECOMPILE ...): every source under this folder is one library.
 # APART: files with private names that others have, too, or that take long (CMake itself keeps files with options of their
 # own apart).
 function(ulf_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;APART;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
-  add_library(${name} STATIC ${ARG_SOURCES} ${ARG_APART})
+  cmake_parse_arguments(ARG "" "" "APART;LINK;LINK_PRIVATE;PRECOMPILE" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.cpp)
+  add_library(${name} STATIC ${sources})
   target_link_libraries(${name} PUBLIC ulf_flags ${ARG_LINK} PRIVATE ${ARG_LINK_PRIVATE})
   if(ULF_UNITY)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 32)

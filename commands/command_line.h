@@ -1,7 +1,10 @@
-// Exit codes, and the function that runs the chosen subcommand.
+// Exit codes, the function that runs the chosen subcommand, and how options are spelled.
 #pragma once
 
+#include <algorithm>
 #include <functional>
+#include <string>
+#include <string_view>
 
 namespace CLI {
 class App;
@@ -15,5 +18,12 @@ inline constexpr int kWrongUsage = 2;
 
 // Set by the subcommand that the command line names; returns the exit code.
 using ChosenCommand = std::function<int()>;
+
+// A parameter of the libraries as an option: "no_subject" is "--no-subject".
+inline std::string OptionOf(std::string_view parameter) {
+  std::string option = "--" + std::string(parameter);
+  std::replace(option.begin(), option.end(), '_', '-');
+  return option;
+}
 
 }  // namespace ulf::commands

@@ -6,6 +6,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace ulf {
@@ -19,7 +20,31 @@ class Error : public std::runtime_error {
       : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
 };
 
-// The command line or an option asks for something impossible. Exit status 2.
+// A caller's request that cannot be met: a parameter has an impossible value, or two contradict each other. The text
+// is "WHAT VALUE: WHY; REMEDY". Exit status 2.
+class Refusal : public Error {
+ public:
+  // what: the parameter, as Parameter() spells it, or the thing that was named (a device URI, a file). value: what was
+  // given for it; empty where that adds nothing. why: what is wrong. remedy: what to do; empty where `why` says it.
+  Refusal(std::string what, std::string value, std::string why, std::string remedy);
+
+  const std::string& Subject() const { return what_; }
+  const std::string& Value() const { return value_; }
+  const std::string& Why() const { return why_; }
+  const std::string& Remedy() const { return remedy_; }
+
+ private:
+  std::string what_, value_, why_, remedy_;
+};
+
+// The name of a parameter as whoever reads messages writes it: "no_subject", its name in the API, unless a program has
+// its own way (the command line writes "--no-subject"). For texts of errors, warnings and hints.
+std::string Parameter(std::string_view name);
+
+// How Parameter() spells names from now on in this process. Called once, before other threads begin.
+void SpellParameters(std::string (*spell)(std::string_view name));
+
+// The command line asks for something impossible. Exit status 2. Thrown by commands/ alone.
 class UsageError : public Error {
  public:
   using Error::Error;

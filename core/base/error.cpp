@@ -1,0 +1,33 @@
+#include "core/base/error.h"
+
+#include <atomic>
+
+namespace ulf {
+namespace {
+
+std::string AsInTheApi(std::string_view name) { return std::string(name); }
+
+std::atomic<std::string (*)(std::string_view)> spelling{AsInTheApi};
+
+std::string Joined(const std::string& what, const std::string& value, const std::string& why,
+                   const std::string& remedy) {
+  std::string text = what;
+  if (!value.empty()) text += " " + value;
+  text += ": " + why;
+  return remedy.empty() ? text : text + "; " + remedy;
+}
+
+}  // namespace
+
+Refusal::Refusal(std::string what, std::string value, std::string why, std::string remedy)
+    : Error("{}", Joined(what, value, why, remedy)),
+      what_(std::move(what)),
+      value_(std::move(value)),
+      why_(std::move(why)),
+      remedy_(std::move(remedy)) {}
+
+std::string Parameter(std::string_view name) { return spelling.load()(name); }
+
+void SpellParameters(std::string (*spell)(std::string_view name)) { spelling = spell; }
+
+}  // namespace ulf
