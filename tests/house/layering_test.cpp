@@ -75,6 +75,7 @@ bool Within(const std::string& path, const std::vector<std::string>& places) {
                      [&](const std::string& place) { return Within(path, place); });
 }
 
+// A floor, or a room of one.
 struct Floor {
   std::string place;
   std::vector<std::string> may_include;  // itself among them
@@ -85,8 +86,9 @@ struct Library {
   std::vector<std::string> room;
 };
 
+// A place of the table of rooms is written from its floor on: `gl/` in `render/`.
 struct House {
-  std::vector<Floor> floors;
+  std::vector<Floor> floors, rooms;
   std::vector<Library> libraries;
   std::string prose;  // the page without the tables that are read
 
@@ -98,16 +100,43 @@ struct House {
       floor.may_include.push_back(floor.place);
       house.floors.push_back(floor);
     }
+    for (auto rows = TakeTable(page, "room"); !rows.empty(); rows = TakeTable(page, "room"))
+      for (const auto& row : rows) house.AddRoom(row);
     for (const auto& row : TakeTable(page, "library"))
       if (row.size() >= 3) house.libraries.push_back({Quoted(row[1]), Quoted(row[2])});
     house.prose = page;
     return house;
   }
 
-  // The strictest that holds the path.
-  const Floor* FloorOf(const std::string& path) const {
+  void AddRoom(const std::vector<std::string>& row) {
+    if (row.size() < 3 || Quoted(row[0]).size() != 1) return;
+    Floor room{Quoted(row[0])[0], {}};
+    const std::string floor = room.place.substr(0, room.place.find('/') + 1);
+    for (const std::string& name : Quoted(row[1])) room.may_include.push_back(floor + name);
+    room.may_include.push_back(room.place);
+    rooms.push_back(room);
+  }
+
+  const Floor* FloorOf(const std::string& path) const { return Innermost(floors, path); }
+  const Floor* RoomOf(const std::string& path) const { return Innermost(rooms, path); }
+
+  // A file may include what its floor may. What stands on its own floor must also stand in a room that its own room
+  // names; a room within that room counts as another.
+  bool MayInclude(const std::string& path, const std::string& included) const {
+    const Floor* floor = FloorOf(path);
+    if (!FloorOf(included)) return true;
+    if (!Within(included, floor->may_include)) return false;
+    const Floor *own = RoomOf(path), *other = RoomOf(included);
+    if (!own || !Within(included, floor->place)) return true;
+    return std::any_of(own->may_include.begin(), own->may_include.end(), [&](const std::string& place) {
+      return place.ends_with('/') ? other && other->place == place : Within(included, place);
+    });
+  }
+
+ private:
+  static const Floor* Innermost(const std::vector<Floor>& places, const std::string& path) {
     const Floor* found = nullptr;
-    for (const Floor& floor : floors)
+    for (const Floor& floor : places)
       if (Within(path, floor.place) && (!found || floor.place.size() > found->place.size())) found = &floor;
     return found;
   }
@@ -160,8 +189,7 @@ std::vector<std::string> IncludeFaults(const fs::path& root, const House& house)
         continue;
       }
       const std::string included = match[2];
-      bool wrong = included.starts_with("tests/") ||
-                   (house.FloorOf(included) && !Within(included, floor->may_include));
+      bool wrong = included.starts_with("tests/") || !house.MayInclude(path, included);
       // A quoted name is a path from the root: any other way round ("../", the folder itself) hides the floor.
       if (match[1] == "\"")
         wrong |= !house.FloorOf(included) || fs::path(included).lexically_normal() != fs::path(included);
@@ -171,6 +199,84 @@ std::vector<std::string> IncludeFaults(const fs::path& root, const House& house)
       if (wrong) found.push_back(path + " includes " + included);
     }
   }
+  return found;
+}
+
+// Folders with sources that have no row of their own, and rooms that name one which stands after them.
+std::vector<std::string> RoomFaults(const fs::path& root, const House& house) {
+  std::set<std::string> folders;
+  for (const std::string& path : FilesUnder(root))
+    if (IsSource(path) && house.FloorOf(path) && path.find('/') != std::string::npos)
+      folders.insert(fs::path(path).parent_path().generic_string() + "/");
+  std::vector<std::string> found;
+  for (const std::string& folder : folders)
+    if (!house.RoomOf(folder) || house.RoomOf(folder)->place != folder)
+      found.push_back(folder + " has no row");
+  std::set<std::string> before;
+  for (const Floor& room : house.rooms) {
+    before.insert(room.place);
+    for (const std::string& place : room.may_include)
+      if (!before.contains(place.substr(0, place.rfind('/') + 1)))
+        found.push_back(room.place + " names " + place + ", which stands after it");
+  }
+  return found;
+}
+
+// Header and source count as one file.
+std::vector<std::string> CirclesOfFiles(const fs::path& root) {
+  static const std::regex quoted_include("^#include \"([^\"]+)\\.h\"");
+  std::map<std::string, std::set<std::string>> includes;
+  for (const std::string& path : FilesUnder(root)) {
+    if (!IsSource(path)) continue;
+    const std::string unit = path.substr(0, path.rfind('.'));
+    std::ifstream file(root / path);
+    std::smatch match;
+    for (std::string line; std::getline(file, line);)
+      if (std::regex_search(line, match, quoted_include) && match[1] != unit) includes[unit].insert(match[1]);
+  }
+  // Whoever includes nothing that is left, or is included by nothing that is left, is in no circle.
+  for (bool taken = true; taken;) {
+    taken = false;
+    std::set<std::string> included;
+    for (const auto& [unit, others] : includes) included.insert(others.begin(), others.end());
+    for (auto it = includes.begin(); it != includes.end();) {
+      std::erase_if(it->second, [&](const std::string& other) { return !includes.contains(other); });
+      const bool free = it->second.empty() || !included.contains(it->first);
+      taken |= free;
+      it = free ? includes.erase(it) : std::next(it);
+    }
+  }
+  std::vector<std::string> found;
+  for (const auto& [unit, others] : includes) found.push_back(unit);
+  return found;
+}
+
+// Texts of a source with options of the command line ("--poses"), but for whole command lines ("ulf refine DIR
+// --intrinsics"). Literals that follow each other are one text.
+std::vector<std::string> OptionsIn(const std::string& source) {
+  std::vector<std::string> texts(1);
+  bool joined = false;  // nothing but white space since the last literal
+  for (std::size_t at = 0; at < source.size(); ++at) {
+    if (source.compare(at, 2, "//") == 0) {
+      at = std::min(source.find('\n', at), source.size());
+    } else if (source[at] == '\'' && at + 2 < source.size() && !std::isalnum(at ? source[at - 1] : ' ')) {
+      at = std::min(source.find('\'', at + (source[at + 1] == '\\' ? 3 : 2)), source.size());
+      joined = false;
+    } else if (source[at] == '"') {
+      if (!joined) texts.emplace_back();
+      for (++at; at < source.size() && source[at] != '"'; ++at) {
+        if (source[at] == '\\') ++at;
+        texts.back() += source[at];
+      }
+      joined = true;
+    } else if (!std::isspace(static_cast<unsigned char>(source[at]))) {
+      joined = false;
+    }
+  }
+  static const std::regex option("(^|[^-\\w])--[a-z]"), command_line("ulf [a-z]+[^;]*? --[a-z][-a-z]*");
+  std::vector<std::string> found;
+  for (const std::string& text : texts)
+    if (std::regex_search(std::regex_replace(text, command_line, ""), option)) found.push_back(text);
   return found;
 }
 
@@ -236,8 +342,9 @@ std::vector<std::string> NamesOfNothing(const fs::path& root, const House& house
   for (const std::string& path : known) all += "/" + path + "\n";
 
   std::vector<std::string> places = Quoted(house.prose);
-  for (const Floor& floor : house.floors)
-    places.insert(places.end(), floor.may_include.begin(), floor.may_include.end());
+  for (const auto* table : {&house.floors, &house.rooms})
+    for (const Floor& floor : *table)
+      places.insert(places.end(), floor.may_include.begin(), floor.may_include.end());
   for (const Library& library : house.libraries)
     places.insert(places.end(), library.room.begin(), library.room.end());
   static const std::regex name_of_ours("[a-z0-9_*./]*[a-z0-9_*/]");
@@ -279,6 +386,7 @@ std::vector<std::string> FilesOfNothing(const fs::path& root, const std::string&
 
 // Pages, charts and sections that a source names (docs/tracking.md, "How a map starts") and that are not there.
 std::vector<std::string> PagesOfNothing(const fs::path& root, std::string source) {
+  if (source.find("docs/") == std::string::npos) return {};
   static const std::regex comment_goes_on(R"(\n\s*// ?)"), spaces(R"(\s+)");
   static const std::regex page_and_section(R"((docs/[\w/]+\.(?:md|png|svg|csv))(?:,? "([^"\\]+)\")?)");
   source = std::regex_replace(std::regex_replace(source, comment_goes_on, " "), spaces, " ");
@@ -310,6 +418,22 @@ void Plant(const fs::path& root, const std::string& path, const std::string& tex
 
 TEST(Layering, NoIncludeClimbsAFloorAndLibrariesStayInTheirRooms) {
   EXPECT_THAT(IncludeFaults(Checkout(), OurHouse()), IsEmpty());
+}
+
+TEST(Layering, EveryRoomHasARowAndIncludesOnlyRoomsBeforeIt) {
+  EXPECT_THAT(RoomFaults(Checkout(), OurHouse()), IsEmpty());
+}
+
+TEST(Layering, NoFilesIncludeEachOtherInACircle) { EXPECT_THAT(CirclesOfFiles(Checkout()), IsEmpty()); }
+
+TEST(Layering, LibrariesKnowNoCommandLine) {
+  for (const std::string& path : FilesUnder(Checkout())) {
+    if (!IsSource(path) || path.starts_with("commands/") || path.starts_with("tests/") || path == "main.cpp")
+      continue;
+    const std::string text = TextOf(Checkout() / path);
+    EXPECT_THAT(OptionsIn(text), IsEmpty()) << path;
+    EXPECT_EQ(text.find("UsageError"), std::string::npos) << path;
+  }
 }
 
 TEST(Layering, EveryFloorHasItsNamespace) { EXPECT_THAT(NamespaceFaults(Checkout()), IsEmpty()); }
@@ -403,6 +527,40 @@ TEST(Layering, FindsAPlantedClimb) {
     Plant(scratch.path(), c.path, c.text);
     EXPECT_EQ(!IncludeFaults(scratch.path(), house).empty(), c.climbs) << c.path << ": " << c.text;
   }
+}
+
+TEST(Layering, FindsARoomWithoutARowAndOneThatLooksAhead) {
+  const House house = House::Read(
+      "\n| floor | folder | may include |\n| --- | --- | --- |\n| 1 | `a/` | nothing |\n"
+      "\n| room | includes | owns |\n| --- | --- | --- |\n| `a/one/` | `two/` | x |\n| `a/two/` |  | y |\n");
+  const ScratchFolder scratch;
+  Plant(scratch.path(), "a/one/x.h");
+  Plant(scratch.path(), "a/two/deep/y.h");
+  EXPECT_THAT(RoomFaults(scratch.path(), house),
+              ElementsAre("a/two/deep/ has no row", "a/one/ names a/two/, which stands after it"));
+  Plant(scratch.path(), "a/two/y.cpp", "#include \"a/one/x.h\"\n");
+  EXPECT_THAT(IncludeFaults(scratch.path(), house), ElementsAre("a/two/y.cpp includes a/one/x.h"));
+}
+
+TEST(Layering, FindsACircleOfFiles) {
+  const ScratchFolder scratch;
+  Plant(scratch.path(), "a/x.h");
+  Plant(scratch.path(), "a/x.cpp", "#include \"a/x.h\"\n#include \"a/y.h\"\n");
+  Plant(scratch.path(), "a/y.h", "#include \"a/z.h\"\n");
+  Plant(scratch.path(), "a/z.h");
+  Plant(scratch.path(), "a/above.h", "#include \"a/x.h\"\n");
+  EXPECT_THAT(CirclesOfFiles(scratch.path()), IsEmpty());
+  Plant(scratch.path(), "a/z.cpp", "#include \"a/x.h\"\n");
+  EXPECT_THAT(CirclesOfFiles(scratch.path()), ElementsAre("a/x", "a/y", "a/z"));
+}
+
+TEST(Layering, FindsAnOptionInAText) {
+  EXPECT_THAT(OptionsIn("throw Error(\"--poses {}: none\");"), SizeIs(1));
+  EXPECT_THAT(OptionsIn("f(\"leave it out \"\n  \"(--poses)\")"), SizeIs(1));
+  EXPECT_THAT(OptionsIn("f('\"', \"x\", \"--a\")"), SizeIs(1));
+  EXPECT_THAT(OptionsIn("f(\"run 'ulf refine {} \"\n  \"--intrinsics', or give --poses\")"), SizeIs(1));
+  EXPECT_THAT(OptionsIn("// \"--poses\"\nf(\"run 'ulf refine {} \"\n  \"--intrinsics'\"); --i; a--b;"),
+              IsEmpty());
 }
 
 TEST(Layering, FindsALibraryOutsideItsRoom) {
