@@ -14,7 +14,7 @@
 #include "acquisition/aravis/aravis_setting.h"
 #include "acquisition/aravis/aravis_trigger.h"
 #include "acquisition/aravis/aravis_white_balance.h"
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -20,7 +20,7 @@
 #include "acquisition/aravis/aravis_usb.h"
 #include "acquisition/aravis/aravis_watch.h"
 #include "acquisition/aravis/aravis_white_balance.h"
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "acquisition/device/background_closer.h"
 #include "acquisition/device/frame_id_counter.h"
 #include "acquisition/device/frame_queue.h"

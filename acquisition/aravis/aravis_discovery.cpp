@@ -5,7 +5,7 @@
 
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_usb.h"
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "acquisition/aravis/bound_sockets.h"
+#include "acquisition/gige_vision/bound_sockets.h"
 #include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {

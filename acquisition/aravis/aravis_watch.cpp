@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/counted.h"
 #include "core/base/host_time.h"
 

@@ -22,7 +22,7 @@
 #include <thread>
 #include <vector>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "acquisition/device/device.h"
 #include "core/base/error.h"
 #include "tests/benchmarks/figures.h"

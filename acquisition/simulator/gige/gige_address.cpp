@@ -12,7 +12,7 @@
 #include <cstring>
 #include <optional>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {

@@ -17,10 +17,10 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/simulator/gige/gvcp.h"
+#include "acquisition/gige_vision/gvcp.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 

@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/simulator/gige/gvcp.h"
+#include "acquisition/gige_vision/gvcp.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 

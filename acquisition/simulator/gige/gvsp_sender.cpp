@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "acquisition/simulator/gige/gvcp.h"
+#include "acquisition/gige_vision/gvcp.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {

@@ -1,5 +1,5 @@
 // Tests: acquisition/aravis/aravis_features, acquisition/device/features, acquisition/device/feature_file,
-// acquisition/device/open_device, acquisition/simulator/gige/genicam_description,
+// acquisition/opening/open_device, acquisition/simulator/gige/genicam_description,
 // commands/camera/features_command.
 //
 // A camera's own settings by name: the tree, its errors, and files of settings that depend on each other.

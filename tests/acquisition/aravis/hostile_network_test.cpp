@@ -1,5 +1,5 @@
 // Tests: acquisition/aravis/stream_guard, acquisition/simulator/gige/gvcp_filter,
-// acquisition/simulator/gige/gvcp, acquisition/simulator/gige/taken_sockets,
+// acquisition/gige_vision/gvcp, acquisition/simulator/gige/taken_sockets,
 // acquisition/simulator/gige/gige_registers.
 //
 // Forged packets against both ends of a GigE Vision link, each just beyond what is allowed: a camera or a stream must go

@@ -1,4 +1,4 @@
-// Tests: acquisition/device/open_device, acquisition/device/device, core/base/device_uri.
+// Tests: acquisition/opening/open_device, acquisition/device/device, core/base/device_uri.
 #include <gmock/gmock.h>
 
 #include "acquisition/device/device.h"

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <map>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_relay.h"
 #include "core/base/error.h"

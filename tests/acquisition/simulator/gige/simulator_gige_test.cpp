@@ -15,7 +15,7 @@
 #include <sstream>
 #include <thread>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"

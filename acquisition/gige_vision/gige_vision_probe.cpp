@@ -1,4 +1,4 @@
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 
 #include <arpa/inet.h>
 #include <fmt/core.h>
