@@ -229,6 +229,11 @@ std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, con
   return notes;
 }
 
+void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
+  const std::string why = SwitchAutomatic(session, "BalanceWhiteAuto", AutomaticMode::kOnce);
+  if (!why.empty()) throw UsageError("{}: white_balance=auto: {}; give white_balance=RED,BLUE", who, why);
+}
+
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options) {
   return std::any_of(kAutomatics.begin(), kAutomatics.end(),
                      [&](const Automatic& automatic) { return IsOnUnasked(session, options, automatic); });

@@ -36,6 +36,9 @@ std::string SwitchOffFor(const AravisSession& session, const std::string& who, c
 std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, const std::string& who,
                                                const AravisOptions& options);
 
+// Lets the camera adjust its white balance once. The camera must be streaming.
+void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
+
 // Whether any is on that the URI does not ask for.
 bool HasAutomaticOn(const AravisSession& session, const AravisOptions& options);
 

@@ -84,7 +84,7 @@ class Configurator {
     // After the frame rate, because setting that may switch the trigger off.
     for (std::string& note : WriteAravisTrigger(session_, who_, names_, options)) Note(std::move(note));
     WriteChunks(options.chunks);
-    WriteAravisLink(session_, who_, options, names_, configured_);
+    configured_.link = WriteAravisLink(session_, who_, options, names_, configured_.notes);
     ReadBack(options);
     return configured_;
   }

@@ -221,8 +221,8 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
   shown.emplace_back("payload (bytes)", static_cast<double>(configured_.payload_bytes));
   if (configured_.set_fps && !options_.Triggered())
     shown.emplace_back("frames a second set", *configured_.set_fps);
-  if (configured_.throughput_limit)
-    shown.emplace_back("throughput limit (bytes/s)", *configured_.throughput_limit);
+  if (configured_.link.throughput_limit)
+    shown.emplace_back("throughput limit (bytes/s)", *configured_.link.throughput_limit);
   if (const auto granted = PriorityGranted())
     shown.emplace_back(
         options_.priority == ThreadPriority::kRealtime ? "real-time priority" : "high priority", *granted);
@@ -232,9 +232,9 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
   g_object_get(stream, "packet-timeout", &packet_timeout_us, "frame-retention", &frame_retention_us,
                "packet-resend", &resend, nullptr);
   shown.emplace_back("packets refused", static_cast<double>(RefusedPackets()));
-  shown.emplace_back("packet size", configured_.packet_size);
-  shown.emplace_back("packet size negotiated", configured_.packet_size_negotiated);
-  shown.emplace_back("packet delay (ns)", static_cast<double>(configured_.packet_delay_ns));
+  shown.emplace_back("packet size", configured_.link.packet_size);
+  shown.emplace_back("packet size negotiated", configured_.link.packet_size_negotiated);
+  shown.emplace_back("packet delay (ns)", static_cast<double>(configured_.link.packet_delay_ns));
   shown.emplace_back("resend on", resend == ARV_GV_STREAM_PACKET_RESEND_ALWAYS);
   shown.emplace_back("packet timeout (ms)", 1e-3 * packet_timeout_us);
   shown.emplace_back("frame retention (ms)", 1e-3 * frame_retention_us);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_setting.h"
 
@@ -79,11 +78,6 @@ void WriteWhiteBalance(const AravisSession& session, const std::string& who, con
 double WhiteBalanceStep(const AravisSession& session, const FeatureNames& names) {
   const BackToAll back(session, names);
   return AravisNumber(session, names.balance_ratio).Step() / GreenOf(session, names);
-}
-
-void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
-  const std::string why = SwitchAutomatic(session, "BalanceWhiteAuto", AutomaticMode::kOnce);
-  if (!why.empty()) throw UsageError("{}: white_balance=auto: {}; give white_balance=RED,BLUE", who, why);
 }
 
 }  // namespace ulf::acquisition

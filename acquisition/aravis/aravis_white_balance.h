@@ -21,7 +21,4 @@ void WriteWhiteBalance(const AravisSession& session, const std::string& who, con
 // What a ratio may be off after it was written.
 double WhiteBalanceStep(const AravisSession& session, const FeatureNames& names);
 
-// Lets the camera adjust its white balance once. The camera must be streaming.
-void BalanceWhiteOnce(const AravisSession& session, const std::string& who);
-
 }  // namespace ulf::acquisition

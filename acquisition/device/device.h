@@ -1,7 +1,6 @@
 // The interface of every camera: machine-vision, webcam, tethered, simulated, replayed.
 //
-// OpenDevice() opens a device by its URI (`aravis:ID`, `v4l2:/dev/video0`, `gphoto2:PORT`,
-// `sim:studio?seed=7`, `replay:PATH`). The caller starts it and asks for frames one by one; threads inside a
+// OpenDevice() (opening/open_device.h) opens a device by its URI. The caller starts it and asks for frames one by one; threads inside a
 // device are hidden. Faults during operation (a frame that did not arrive, an incomplete frame, a pulled
 // cable) are values. A device that cannot be opened throws Error with the reason and the remedy.
 //
@@ -157,12 +156,5 @@ class Device {
 // For whoever waits for live frames. Throws Error where none will ever come, with the way that is left: photographs first,
 // their poses afterwards.
 void RequireLiveFrames(const Device& device);
-
-// Opens a device by the scheme of its URI; an empty URI: the first real camera found. Throws UsageError for
-// an invalid URI, Error for a device that cannot be opened.
-std::unique_ptr<Device> OpenDevice(const std::string& uri);
-
-// Every camera that can be found: real ones first, then the simulated one. Takes about a second.
-std::vector<DeviceInfo> ListDevices();
 
 }  // namespace ulf::acquisition

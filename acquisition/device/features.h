@@ -73,7 +73,4 @@ std::string CheckedValue(const std::string& who, const CameraFeature& feature, c
 // Whether two texts are the same value of a feature ("1" and "1.0").
 bool SameValue(const CameraFeature& feature, const std::string& a, const std::string& b);
 
-// Opens the features of a camera by its URI. Throws UsageError for a device without features (replay, sim).
-std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& uri);
-
 }  // namespace ulf::acquisition

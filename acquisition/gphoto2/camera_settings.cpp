@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include "acquisition/gphoto2/photograph_pairing.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 
@@ -50,13 +49,22 @@ std::string FormatsWithJpeg(GphotoCamera& camera) {
     if (!setting) continue;
     std::vector<std::string> with_jpeg;
     std::copy_if(setting->choices.begin(), setting->choices.end(), std::back_inserter(with_jpeg),
-                 ComesWithJpeg);
+                 [](const std::string& format) { return FilesOf(format).jpeg; });
     return fmt::format("{}", fmt::join(with_jpeg, ", "));
   }
   return "";
 }
 
 }  // namespace
+
+PhotographFiles FilesOf(const std::string& image_format) {
+  const std::string format = Lowercase(image_format);
+  const auto holds = [&](const char* word) { return format.find(word) != std::string::npos; };
+  const bool both = holds("+");
+  const bool raw =
+      holds("raw") || holds("nef") || holds("cr2") || holds("cr3") || holds("arw") || holds("raf");
+  return {raw || both, !raw || both || holds("jpeg") || holds("jpg")};
+}
 
 const char* Name(ShotSetting setting) { return NamesOf(setting).name; }
 
@@ -125,7 +133,7 @@ bool IsAutomatic(const std::string& value) {
 }
 
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format) {
-  if (ComesWithJpeg(image_format)) return "";
+  if (FilesOf(image_format).jpeg) return "";
   return fmt::format(
       "the image format is '{}': ulf develops each raw file itself, and follows nothing meanwhile; where "
       "that takes too long, set imageformat= to one of {}",

@@ -29,6 +29,12 @@ std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, co
 std::optional<std::string> ManualChoice(const std::vector<std::string>& choices);
 bool IsAutomatic(const std::string& value);
 
+// The files of a photograph in this image format (as the camera names it).
+struct PhotographFiles {
+  bool raw = false, jpeg = true;
+};
+PhotographFiles FilesOf(const std::string& image_format);
+
 // A message that tells which image format to set when this one has no JPEG; empty when it has one.
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format);
 

@@ -480,4 +480,19 @@ std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri, std::shared_ptr<L
   return std::make_unique<GphotoDevice>(uri, std::move(left));
 }
 
+std::vector<DeviceInfo> ListGphotoDevices() {
+  std::vector<DeviceInfo> devices;
+  for (const GphotoAddress& camera : DetectGphotoCameras()) {
+    DeviceInfo info{.uri = "gphoto2:" + camera.port,
+                    .maker = {},
+                    .model = camera.model,
+                    .serial = {},
+                    .bus = "USB",
+                    .problem = UsbObstacle(camera.port)};
+    info.available = info.problem.empty();
+    devices.push_back(info);
+  }
+  return devices;
+}
+
 }  // namespace ulf::acquisition

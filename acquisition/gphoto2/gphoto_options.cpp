@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 
-#include "acquisition/gphoto2/gphoto_device.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 
@@ -106,21 +105,6 @@ DeviceInfo DescribeGphoto(GphotoCamera& camera, const std::string& uri, const st
           .serial = text("serialnumber"),
           .bus = bus,
           .problem = {}};
-}
-
-std::vector<DeviceInfo> ListGphotoDevices() {
-  std::vector<DeviceInfo> devices;
-  for (const GphotoAddress& camera : DetectGphotoCameras()) {
-    DeviceInfo info{.uri = "gphoto2:" + camera.port,
-                    .maker = {},
-                    .model = camera.model,
-                    .serial = {},
-                    .bus = "USB",
-                    .problem = UsbObstacle(camera.port)};
-    info.available = info.problem.empty();
-    devices.push_back(info);
-  }
-  return devices;
 }
 
 }  // namespace ulf::acquisition

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "acquisition/opening/open_device.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"

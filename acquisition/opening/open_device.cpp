@@ -1,9 +1,8 @@
-// Opens the device, or the settings of the device, that a URI's scheme names.
+#include "acquisition/opening/open_device.h"
+
 #include "acquisition/aravis/aravis_device.h"
 #include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_features.h"
-#include "acquisition/device/device.h"
-#include "acquisition/device/features.h"
 #include "acquisition/device/reconnecting_device.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/gphoto2/gphoto_device.h"

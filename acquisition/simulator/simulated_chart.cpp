@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdint>
 
-#include "acquisition/calibration/color_chart.h"
 #include "acquisition/simulator/scene/noise.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
+#include "core/fiducials/color_chart_patches.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/sensor_window.h"
 #include "core/image/color_difference.h"

@@ -1,6 +1,6 @@
 // `sim:chart` and `sim:grey`: simulated colour calibration with known ground truth.
 //
-//   sim:chart  a chart of 24 patches with the published colours (acquisition/calibration/color_chart.h) on black, before a
+//   sim:chart  a chart of 24 patches with the published colours (core/fiducials/color_chart_patches.h) on black, before a
 //              plain wall, held in a hand that is not quite still
 //   sim:grey   a grey card that fills most of the picture
 //

@@ -28,7 +28,6 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/simulator/gige/gige_relay.h"
 #include "acquisition/simulator/imperfections.h"
 
 namespace ulf::acquisition {
@@ -36,6 +35,13 @@ namespace ulf::acquisition {
 struct FaultSpan {
   double at_s = 0, for_s = 0;
   bool Holds(double t_s) const { return t_s >= at_s && t_s < at_s + for_s; }
+};
+
+// What a faulty network link does to the camera's packets (gige/gige_relay.h).
+struct GigeLinkFaults {
+  double lost = 0, doubled = 0, swapped = 0;  // shares of the stream's packets
+  double late = 0;                            // share of the frames that are delayed ...
+  std::chrono::milliseconds late_by{0};       // ... by this time
 };
 
 enum class AutoExposure { kOff, kTold, kUntold };
@@ -55,7 +61,7 @@ struct SimulatedFaults {
 
   // Throws UsageError that names an unknown fault or a value out of range.
   void Add(const std::string& text);
-  // Whether these faults need a GigeRelay.
+  // Whether these faults are those of a network link.
   bool NeedRelay() const;
 
   bool Frozen(double t_s) const { return AnyHolds(freezes, t_s); }

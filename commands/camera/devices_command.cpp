@@ -8,6 +8,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/udev_rules.h"
 #include "acquisition/link/link_check.h"
+#include "acquisition/opening/open_device.h"
 #include "commands/commands.h"
 #include "core/base/counted.h"
 #include "core/base/stop_signal.h"

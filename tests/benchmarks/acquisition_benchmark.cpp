@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "acquisition/gige_vision/gige_vision_probe.h"
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"

@@ -14,6 +14,7 @@
 
 #include "acquisition/device/feature_file.h"
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/opening/open_device.h"
 #include "tests/acquisition/aravis/edited_camera.h"
 
 namespace ulf::test::fixed_cameras {

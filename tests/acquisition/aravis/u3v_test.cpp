@@ -26,6 +26,7 @@
 #include "acquisition/aravis/aravis_usb.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/image/pixel_format.h"

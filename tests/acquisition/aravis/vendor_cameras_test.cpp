@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/opening/open_device.h"
 #include "tests/acquisition/aravis/edited_camera.h"
 
 namespace ulf::test::vendor_cameras {

@@ -11,6 +11,7 @@
 #include "acquisition/calibration/calibration_formats.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/frame_recording.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tests/support/floors.h"

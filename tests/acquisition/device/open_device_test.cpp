@@ -1,7 +1,7 @@
 // Tests: acquisition/opening/open_device, acquisition/device/device, core/base/device_uri.
 #include <gmock/gmock.h>
 
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/support/floors.h"
 

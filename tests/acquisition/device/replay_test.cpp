@@ -15,6 +15,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
 #include "acquisition/device/replay_device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/name_order.h"

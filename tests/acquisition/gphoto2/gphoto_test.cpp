@@ -17,6 +17,7 @@
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/left_photographs.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "core/base/error.h"
 #include "tests/acquisition/gphoto2/gphoto_fixture.h"

@@ -41,7 +41,7 @@ TEST(Photographs, PairsInEitherOrderAndLonersAfterTheirPatience) {
 
   PhotographPairing raw(3);
   raw.ExpectFormat("NEF (Raw)");
-  EXPECT_FALSE(ComesWithJpeg("NEF (Raw)"));
+  EXPECT_FALSE(FilesOf("NEF (Raw)").jpeg);
   raw.Add(file("DSC_1.NEF"), 0);
   EXPECT_EQ(raw.Take(0).size(), 1u);
 }

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "acquisition/aravis/aravis_device.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/error.h"

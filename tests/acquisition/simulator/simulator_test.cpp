@@ -15,6 +15,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/scene/kept_charts.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "acquisition/simulator/simulated_device.h"

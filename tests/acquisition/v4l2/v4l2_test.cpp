@@ -17,6 +17,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/v4l2/motion_jpeg.h"
 #include "acquisition/v4l2/v4l2_device.h"
 #include "acquisition/v4l2/v4l2_modes.h"

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_relay.h"
 #include "core/base/error.h"

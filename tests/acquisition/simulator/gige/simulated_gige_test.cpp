@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "acquisition/calibration/intrinsics.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"

@@ -15,10 +15,11 @@
 #include <sstream>
 #include <thread>
 
-#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/error.h"
 #include "tests/support/child_process.h"

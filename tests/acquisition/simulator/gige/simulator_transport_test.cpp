@@ -12,6 +12,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/link/link_facts.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/pose_file.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/error.h"
