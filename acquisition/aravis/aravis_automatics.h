@@ -27,11 +27,11 @@ std::string SwitchAutomatic(const AravisSession& session, const std::string& fea
 // The camera's word for it; empty: it has none.
 std::string WordFor(const AravisSession& session, const std::string& feature, AutomaticMode mode);
 // For a value that was asked for by name (`asked`: "exposure_us=5000") and that the automatic would change. Returns what is
-// to be said; empty: nothing. Throws UsageError that begins with `who` where it is on and stays on.
+// to be said; empty: nothing. Throws Refusal that begins with `who` where it is on and stays on.
 std::string SwitchOffFor(const AravisSession& session, const std::string& who, const std::string& asked,
                          const std::string& feature);
 
-// Switches the automatics that the URI names on or off; returns what is to be said of others. Throws UsageError where one
+// Switches the automatics that the URI names on or off; returns what is to be said of others. Throws Refusal where one
 // cannot be as it is asked for.
 std::vector<std::string> WriteAravisAutomatics(const AravisSession& session, const std::string& who,
                                                const AravisOptions& options);

@@ -60,7 +60,7 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
     : camera_(session.Camera()), asked_(std::chrono::steady_clock::now()) {
   const ClockNames* names = NamesOf(camera_);
   if (!names && options.ptp.value_or(false))
-    throw UsageError("{}: the camera's clock cannot be set by IEEE 1588; leave ptp out", who);
+    throw Refusal(who, "", "the camera's clock cannot be set by IEEE 1588", "leave ptp out");
   if (names && options.ptp) Switch(session, who, *names, *options.ptp);
   state_ = Ask();
   if (!options.ptp.value_or(false)) return;

@@ -23,7 +23,7 @@ struct ClockState {
 
 class AravisClock {
  public:
-  // Switches IEEE 1588 on or off where the options say so, and waits until the clock is shared. Throws UsageError for a
+  // Switches IEEE 1588 on or off where the options say so, and waits until the clock is shared. Throws Refusal for a
   // camera without it, Error where there is no lock in time. Adds to `notes` "follows an IEEE 1588 clock after 1.2 s, 180
   // ns from it".
   AravisClock(const AravisSession& session, const std::string& who, const AravisOptions& options,

@@ -29,7 +29,7 @@ struct AravisConfigured {
   std::vector<std::string> notes;   // settings that the camera changed, for messages
 };
 
-// `who` names the camera in errors. Throws UsageError for a setting that the camera does not have or take.
+// `who` names the camera in errors. Throws Refusal for a setting that the camera does not have or take.
 AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
                                  const AravisOptions& options);
 

@@ -43,7 +43,7 @@
 //
 // Opening a camera that another program controls waits as long as a killed program's control lasts, with a
 // message on the log that names the controller; after that it is an Error. A URI that asks for what the
-// camera cannot do is a UsageError.
+// camera cannot do is a Refusal.
 //
 // trigger=software: Next() fires a trigger when no frame waits, and no other before its frame has come (or is
 // a second overdue). So each call gets a frame that was taken after the call.

@@ -55,8 +55,9 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
     const std::string reason = error ? Text(error->message) : "";
     g_clear_error(&error);
     if (options.packet_size && !reason.empty())
-      throw UsageError("{}: packet_size={}: the camera keeps {}: {}; leave packet_size out", who,
-                       *packet_size, own(), reason);
+      throw Refusal(who, "",
+                    fmt::format("packet_size={}: the camera keeps {}: {}", *packet_size, own(), reason),
+                    "leave packet_size out");
   } else {
     link.packet_size_negotiated = NegotiatePacketSize(camera);
   }
@@ -94,25 +95,28 @@ AravisNumber LimitOf(const AravisSession& session, const FeatureNames& names) {
 void WriteThroughputLimit(const AravisSession& session, const std::string& who, const FeatureNames& names,
                           double limit) {
   if (names.throughput_limit.empty())
-    throw UsageError("{}: the camera does not limit its own throughput; leave throughput_limit out", who);
+    throw Refusal(who, "", "the camera does not limit its own throughput", "leave throughput_limit out");
   if (names.throughput_bytes == 0)
-    throw UsageError(
-        "{}: the camera counts {} in a unit that ulf does not know; leave throughput_limit out and set it by "
-        "'ulf features'",
-        who, names.throughput_limit);
+    throw Refusal(
+        who, "", fmt::format("the camera counts {} in a unit that ulf does not know", names.throughput_limit),
+        "leave throughput_limit out and set it by 'ulf features'");
   // Before the limit: some cameras have none while the switch is off.
   const std::string asked = fmt::format("throughput_limit={:.0f}", limit);
   if (!names.throughput_mode.empty()) RequireSetting(session, who, asked, names.throughput_mode, "On");
   const AravisNumber number = LimitOf(session, names);
   if (number.Reads(limit)) return;
   if (const std::string why = number.WhyFixed(); !why.empty())
-    throw UsageError("{}: {}: {} {} at {:.0f} bytes a second; leave throughput_limit out", who, asked,
-                     number.Feature(), why, number.Read().value_or(0));
+    throw Refusal(who, "",
+                  fmt::format("{}: {} {} at {:.0f} bytes a second", asked, number.Feature(), why,
+                              number.Read().value_or(0)),
+                  "leave throughput_limit out");
   const auto [low, high] = number.Bounds(who);
   if (limit < low || limit > high)
-    throw UsageError(
-        "{}: throughput_limit={:.0f} is out of the camera's range, {:.0f} to {:.0f} bytes a second", who,
-        limit, low, high);
+    throw Refusal(
+        who, "",
+        fmt::format("throughput_limit={:.0f} is out of the camera's range, {:.0f} to {:.0f} bytes a second",
+                    limit, low, high),
+        "");
   const double step = number.Step();
   number.Write(who, step > 0 ? std::min(high, low + std::ceil((limit - low) / step) * step) : limit);
 }

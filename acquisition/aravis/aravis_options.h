@@ -68,7 +68,7 @@ struct AravisOptions {
   bool SoftwareTriggered() const { return trigger == "software"; }
 };
 
-// Throws UsageError naming the option that is unknown or makes no sense.
+// Throws Refusal naming the option that is unknown or makes no sense.
 AravisOptions AravisOptionsOf(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

@@ -24,7 +24,7 @@ struct AravisImageLimits {
 };
 
 // Writes `asked`, in pixels of the image after binning; none: the whole image, or what the camera has fixed, which is added
-// to `notes`. Throws UsageError that names the nearest region that the camera can send.
+// to `notes`. Throws Refusal that names the nearest region that the camera can send.
 AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::string& who,
                                     const std::optional<AravisRegion>& asked, bool is_mosaic,
                                     std::vector<std::string>& notes);
@@ -34,7 +34,7 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
 // (BinningHorizontal2).
 int ReductionOf(const AravisSession& session, const char* feature);
 
-// Throws UsageError for a binning that the camera does not have. What the last program set is undone where none is asked for.
+// Throws Refusal for a binning that the camera does not have. What the last program set is undone where none is asked for.
 void WriteAravisBinning(const AravisSession& session, const std::string& who, const AravisBinning& asked);
 
 }  // namespace ulf::acquisition

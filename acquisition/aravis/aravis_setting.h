@@ -21,7 +21,7 @@ std::optional<std::string> ReadSetting(const AravisSession& session, const std::
 // Writes `value` unless the feature reads so. Returns why it does not have the value: "GainAuto reads Continuous and is
 // read-only"; empty: it has.
 std::string WriteSetting(const AravisSession& session, const std::string& feature, const std::string& value);
-// The same for what was asked for by name, `asked`: "trigger=Line0". Throws UsageError that begins with `who` and names the
+// The same for what was asked for by name, `asked`: "trigger=Line0". Throws Refusal that begins with `who` and names the
 // feature, its value, and the way out.
 void RequireSetting(const AravisSession& session, const std::string& who, const std::string& asked,
                     const std::string& feature, const std::string& value);

@@ -15,7 +15,7 @@ namespace ulf::acquisition {
 // Switches every trigger off that can be: the camera runs free.
 void ClearAravisTriggers(const AravisSession& session, const FeatureNames& names);
 
-// Nothing where the options ask for no trigger. Returns what is to be said. Throws UsageError that begins with `who` for a
+// Nothing where the options ask for no trigger. Returns what is to be said. Throws Refusal that begins with `who` for a
 // trigger that the camera does not have.
 std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const std::string& who,
                                             const FeatureNames& names, const AravisOptions& options);

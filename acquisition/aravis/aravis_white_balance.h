@@ -14,7 +14,7 @@ namespace ulf::acquisition {
 // None: the camera has no ratios, or does not tell them now.
 std::optional<AravisWhiteBalance> ReadWhiteBalance(const AravisSession& session, const FeatureNames& names);
 
-// The camera must have ratios. Throws UsageError that begins with `who` for a ratio that it does not take.
+// The camera must have ratios. Throws Refusal that begins with `who` for a ratio that it does not take.
 void WriteWhiteBalance(const AravisSession& session, const std::string& who, const FeatureNames& names,
                        const AravisWhiteBalance& balance);
 

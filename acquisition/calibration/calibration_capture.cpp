@@ -145,8 +145,8 @@ std::string Finding(ViewVerdict verdict, const CalibrationGuide& guide) {
 bool WantsStills(const Device& device, const CalibrationCaptureOptions& options) {
   if (options.mode != "still") return false;
   if (!device.TakesStills())
-    throw UsageError("{}: takes no photographs besides its live frames; leave --mode still out",
-                     device.Info().uri);
+    throw Refusal(device.Info().uri, "", "takes no photographs besides its live frames",
+                  fmt::format("leave {} still out", Parameter("mode")));
   return true;
 }
 

@@ -41,7 +41,7 @@ struct CalibrationCaptureOptions {
 
 // Collects views until they suffice, the device ends, or `stop`. Photographs are asked for where live frames show
 // the board still and in a new place, and by `release`; those of the camera's own release count as well. Throws Error when the device is lost or shows another
-// board (other_board.h), UsageError for mode "still" on a device that takes no photographs.
+// board (other_board.h), Refusal for mode "still" on a device that takes no photographs.
 CollectedViews CollectViews(Device& device, const Board& board, const CalibrationCaptureOptions& options);
 
 // Throws Error when there are no files or their sizes differ.
@@ -50,7 +50,7 @@ CollectedViews CollectViews(const std::vector<std::string>& files, const Board& 
 
 // The next `count` complete frames of the mode: live frames, or photographs, which it requests. Fewer when
 // the device ends, or after `stop`. Throws Error when the device is lost or a photograph does not arrive,
-// UsageError for mode "still" on a device that takes no photographs.
+// Refusal for mode "still" on a device that takes no photographs.
 std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCaptureOptions& options);
 
 // The image files in a list of files and folders; those of a folder in natural order of their names.

@@ -127,7 +127,7 @@ CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std
   if (first == std::string::npos) throw Error("{}: the calibration file is empty; calibrate again", where);
   const auto require_no_choice = [&] {
     if (!camera.empty())
-      throw UsageError("{}: contains only one camera; '{}' must be left out", where, camera);
+      throw Refusal(where, "", "contains only one camera", fmt::format("'{}' must be left out", camera));
   };
   if (text[first] == '{')
     if (auto ours = OursFromJson(text, where)) {

@@ -1,4 +1,4 @@
-// Calibration files: a camera's intrinsics on disk, bound to the camera, for every command's --calibration.
+// Calibration files: a camera's intrinsics on disk, bound to the camera, read and written.
 //
 //   {"serial": "...", "maker": "...", "model": "...", "bus": "...", "source": "how it was obtained",
 //    "modes": {"live": {"width": 640, "height": 480, "fx": ..., "fy": ..., "cx": ..., "cy": ...,

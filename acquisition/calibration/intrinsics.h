@@ -45,7 +45,7 @@ struct IntrinsicsArgs {
 // Of a frame in its own size: by its Exif data, else as of an ordinary lens.
 double GuessFocalPx(const Frame& frame);
 
-// ResolvedCalibration::source for --focal-px.
+// ResolvedCalibration::source for IntrinsicsArgs::focal_px.
 inline constexpr const char* kFocalLengthGiven = "focal length given";
 // For a guessed one.
 inline constexpr const char* kFocalLengthGuessed = "focal length guessed";

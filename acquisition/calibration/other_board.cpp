@@ -12,13 +12,16 @@
 
 #include "acquisition/calibration/chessboard_count.h"
 #include "acquisition/calibration/layout_fit.h"
+#include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/fiducials/touching_markers.h"
 
 namespace ulf::acquisition {
 namespace {
 
-std::string GiveBoard(const Board& board) { return fmt::format("give --board {}", board.Text()); }
+std::string GiveBoard(const Board& board) {
+  return fmt::format("give {} {}", Parameter("board"), board.Text());
+}
 
 struct DictionaryFamily {
   const char* largest;             // contains the smaller dictionaries as its first markers

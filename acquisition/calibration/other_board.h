@@ -21,7 +21,7 @@ struct OtherBoard {
   Board board = {};       // as the markers lie; its lengths keep the size of what was said
   std::string what = {};  // how it differs, in words
   bool other_lengths_only = false;
-  std::string cure = {};  // "give --board ..."
+  std::string cure = {};  // which board to give
 };
 
 // None: they lie as said, or it cannot be told. `pictures`: CV_8UC1, of which a few suffice.
@@ -31,7 +31,7 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
 // BoardInPictures may then find another. It takes as long as reading the markers. False for a chessboard.
 bool MarkersContradict(const Board& said, const std::vector<cv::Mat>& pictures);
 
-// "the corners do not lie as on SAID; they lie as on OTHER (...): give --board OTHER".
+// "the corners do not lie as on SAID; they lie as on OTHER (...): give board OTHER".
 std::string DescribeOtherBoard(const Board& said, const OtherBoard& other);
 
 // The median distance of a view's corners from where a plane puts them, as a share of the view's size: what the lens

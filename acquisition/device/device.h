@@ -145,7 +145,7 @@ class Device {
   virtual bool TakesStills() const { return false; }
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
 
-  // Exposures beside the present one, for merging (`ulf capture --bracket`): so many stops longer (negative: shorter)
+  // Exposures beside the present one, for merging: so many stops longer (negative: shorter)
   // each, in this order, then the present one again. Each comes as a frame (of a tethered camera as a photograph) with
   // Frame::asked_stops; meanwhile others may come, whose exposure_s says what they have (0: not known). What the camera
   // cannot do comes as near to it as it can; what does not come at all is a kNotice. kBusy: earlier ones are still to come.

@@ -103,14 +103,14 @@ ReplayOptions OptionsOf(const DeviceUri& uri) {
                         .transfer = {},
                         .speed = uri.Number("speed").value_or(0)};
   if (options.speed < 0)
-    throw UsageError("{}: speed must be 0 (as fast as frames are read) or a factor (1: as recorded)",
-                     options.uri);
+    throw Refusal(options.uri, "",
+                  "speed must be 0 (as fast as frames are read) or a factor (1: as recorded)", "");
   if (uri.path.empty())
-    throw UsageError("'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD");
-  if (options.fps && *options.fps <= 0) throw UsageError("{}: fps must be positive", options.uri);
+    throw Refusal("replay:", "", "'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD");
+  if (options.fps && *options.fps <= 0) throw Refusal(options.uri, "", "fps must be positive", "");
   if (const auto transfer = uri.Option("transfer")) {
     if (*transfer != "linear" && *transfer != "srgb")
-      throw UsageError("{}: transfer must be 'linear' or 'srgb'", options.uri);
+      throw Refusal(options.uri, "", "transfer must be 'linear' or 'srgb'", "");
     options.transfer = *transfer == "linear" ? Transfer::kLinear : Transfer::kSrgb;
   }
   return options;
@@ -122,7 +122,9 @@ std::string WithReplaySpeed(const std::string& text, const std::optional<double>
   if (!speed) return text;
   DeviceUri uri = DeviceUri::Parse(text);
   if (uri.scheme != "replay")
-    throw UsageError("--speed {:g}: '{}' is not a recording; leave --speed out for a camera", *speed, text);
+    throw Refusal(Parameter("speed"), fmt::format("{:g}", *speed),
+                  fmt::format("'{}' is not a recording", text),
+                  fmt::format("leave {} out for a camera", Parameter("speed")));
   uri.Set("speed", fmt::format("{:g}", *speed));
   return uri.Text();
 }

@@ -40,8 +40,7 @@ namespace ulf::acquisition {
 
 std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri);
 
-// The URI with the value of a command's option `--speed`, if given. Throws UsageError when the URI is not a
-// replay.
+// The URI with this speed, if one is given. Throws Refusal when the URI is not a replay.
 std::string WithReplaySpeed(const std::string& uri, const std::optional<double>& speed);
 
 }  // namespace ulf::acquisition

@@ -157,8 +157,8 @@ bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bo
     });
   const auto wanted = wants_card ? card : ram;
   if (to_card && !wanted)
-    throw UsageError("{}: this camera does not offer target={}; leave it out", uri,
-                     wants_card ? "card" : "ram");
+    throw Refusal(uri, "", fmt::format("this camera does not offer target={}", wants_card ? "card" : "ram"),
+                  "leave it out");
   if (wanted && target->value != *wanted) {
     const GphotoResult result = camera.Set("capturetarget", *wanted);
     if (!result.ok() && to_card)
@@ -184,8 +184,8 @@ CameraSettings::CameraSettings(GphotoCamera& camera, const std::string& uri) : c
 void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
   const auto known = known_.find(setting);
   if (known == known_.end())
-    throw UsageError("{}: this camera has no setting for {}; leave {}= out and set it on the camera", uri_,
-                     Name(setting), Name(setting));
+    throw Refusal(uri_, "", fmt::format("this camera has no setting for {}", Name(setting)),
+                  fmt::format("leave {}= out and set it on the camera", Name(setting)));
   const auto now = camera_.Setting(known->second.name);
   const std::vector<std::string> choices = now ? now->choices : std::vector<std::string>{};
   std::optional<std::string> wanted = setting == ShotSetting::kFocus && Lowercase(value) == "manual"
@@ -193,8 +193,8 @@ void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
                                           : ChoiceFor(choices, value);
   if (!wanted && choices.empty()) wanted = value;
   if (!wanted)
-    throw UsageError("{}: the camera does not offer {}={} now; it offers {}", uri_, Name(setting), value,
-                     fmt::join(choices, ", "));
+    throw Refusal(uri_, "", fmt::format("the camera does not offer {}={} now", Name(setting), value),
+                  fmt::format("it offers {}", fmt::join(choices, ", ")));
   GphotoResult result;
   std::string kept = now ? now->value : "";
   for (int i = 0; i < kWriteTries && !IsSameSetting(kept, *wanted); ++i) {

@@ -32,7 +32,7 @@
 
 namespace ulf::acquisition {
 
-// Throws UsageError for unknown options and values that the camera does not offer, Error for a camera that
+// Throws Refusal for unknown options and values that the camera does not offer, Error for a camera that
 // cannot be opened.
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri,
                                          std::shared_ptr<LeftPhotographs> left = nullptr);

@@ -34,7 +34,7 @@ struct GphotoOptions {
   int failures_in_row = 20;  // then a camera that cannot report its storage is lost; guessed
   GphotoPatience patience;
 
-  static GphotoOptions Of(const DeviceUri& uri);  // throws UsageError
+  static GphotoOptions Of(const DeviceUri& uri);  // throws Refusal
 };
 
 // The address of `path` in `gphoto2:path`; a name or serial number is searched for. Throws Error that lists

@@ -30,8 +30,8 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
   for (const auto& [option, value] : DeviceUri::Parse(with.scheme + ":?" + settings).options)
     with.Set(option, value);
   if (with.scheme == "replay")
-    throw UsageError("{}: is no camera; a link is checked with one that streams, such as aravis:192.0.2.7",
-                     uri);
+    throw Refusal(uri, "", "is no camera",
+                  "a link is checked with one that streams, such as aravis:192.0.2.7");
   const std::unique_ptr<Device> device = OpenDevice(with.Text());
   Streamed streamed;
   streamed.camera = device->Info();
@@ -106,7 +106,7 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
       std::optional<Streamed> streamed;
       try {
         streamed = try_with(settings, times * options.seconds);
-      } catch (const UsageError&) {
+      } catch (const Refusal&) {
         refused = true;
         return false;
       }

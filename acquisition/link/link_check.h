@@ -58,7 +58,7 @@ struct LinkReport {
   bool Holds() const { return remedy || (!trials.empty() && trials.front().Held()); }
 };
 
-// Throws as OpenDevice() does, and UsageError for a device that is no live camera.
+// Throws as OpenDevice() does, and Refusal for a device that is no live camera.
 LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options = {});
 
 }  // namespace ulf::acquisition

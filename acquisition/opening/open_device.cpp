@@ -42,7 +42,8 @@ std::string FirstRealCamera() {
 double ExtractPatience(DeviceUri& uri) {
   const double patience_s = uri.Number("reconnect_s").value_or(Reconnection{}.patience_s);
   if (patience_s < 0)
-    throw UsageError("'{}': reconnect_s must be 0 (do not search) or a number of seconds", uri.Text());
+    throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                  "reconnect_s must be 0 (do not search) or a number of seconds", "");
   std::erase_if(uri.options, [](const auto& option) { return option.first == "reconnect_s"; });
   return patience_s;
 }
@@ -53,8 +54,9 @@ std::unique_ptr<Device> OpenDriver(const DeviceUri& uri, const std::shared_ptr<L
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
   if (uri.scheme == "gphoto2") return OpenGphotoDevice(uri, left);
-  throw UsageError("'{}': there is no kind of device called '{}'; there are {}", uri.Text(), uri.scheme,
-                   kDeviceKinds);
+  throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                fmt::format("there is no kind of device called '{}'", uri.scheme),
+                fmt::format("there are {}", kDeviceKinds));
 }
 
 std::vector<DeviceInfo> ListOf(const std::string& scheme) {
@@ -100,10 +102,9 @@ std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& text) {
   if (uri.scheme == "aravis") return OpenAravisFeatures(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Features(uri);
   if (uri.scheme == "gphoto2") return OpenGphotoFeatures(uri);
-  throw UsageError(
-      "'{}': only cameras have features (aravis:ID, v4l2:/dev/video0, gphoto2:ID); 'ulf devices' lists those "
-      "in reach",
-      text);
+  throw Refusal(fmt::format("'{}'", text), "",
+                "only cameras have features (aravis:ID, v4l2:/dev/video0, gphoto2:ID)",
+                "'ulf devices' lists those in reach");
 }
 
 std::vector<DeviceInfo> ListDevices() {

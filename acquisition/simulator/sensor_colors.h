@@ -15,7 +15,7 @@ struct SensorColors {
   double lamp_k = 6504;
   double crosstalk = 0;  // share of a channel that its neighbours have, 0 to 0.4
 
-  // Of a URI: lamp_k, crosstalk. Throws UsageError for values out of range.
+  // Of a URI: lamp_k, crosstalk. Throws Refusal for values out of range.
   static SensorColors FromUri(const DeviceUri& uri);
 
   // R G B.

@@ -170,8 +170,8 @@ std::unique_ptr<Device> OpenSimulatedChart(const DeviceUri& uri) {
   if (const auto format = uri.Option("format")) {
     const auto known = SensorFormatByName(*format);
     if (!known)
-      throw UsageError("'{}': there is no format '{}'; there are {}", uri.Text(), *format,
-                       SensorFormatNames());
+      throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("there is no format '{}'", *format),
+                    fmt::format("there are {}", SensorFormatNames()));
     options.format = *known;
   }
   options.colors = SensorColors::FromUri(uri);

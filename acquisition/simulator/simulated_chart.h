@@ -32,7 +32,7 @@ struct ChartSceneOptions {
 Image RenderChart(const ChartSceneOptions& options, std::uint64_t frame);
 
 // `sim:chart?width=640&height=480&seed=7&format=rgb8&lamp_k=6504&crosstalk=0&white=0.75&gradient=0&turn_deg=5&tilt_deg=10
-// &noise=1&frames=100`, and the same of `sim:grey`. Throws UsageError.
+// &noise=1&frames=100`, and the same of `sim:grey`. Throws Refusal.
 std::unique_ptr<Device> OpenSimulatedChart(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

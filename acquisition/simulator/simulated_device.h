@@ -16,7 +16,7 @@
 
 namespace ulf::acquisition {
 
-// Throws UsageError for an unknown scene, option or fault, Error while the camera is disconnected. `hand`:
+// Throws Refusal for an unknown scene, option or fault, Error while the camera is disconnected. `hand`:
 // the motion of the camera; null for the planned hand that the URI describes.
 std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri,
                                             std::shared_ptr<const HandMotion> hand = nullptr);

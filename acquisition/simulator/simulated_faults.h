@@ -59,7 +59,7 @@ struct SimulatedFaults {
   int dust_spots = 0;
   AutoExposure auto_exposure = AutoExposure::kOff;
 
-  // Throws UsageError that names an unknown fault or a value out of range.
+  // Throws Refusal that names an unknown fault or a value out of range.
   void Add(const std::string& text);
   // Whether these faults are those of a network link.
   bool NeedRelay() const;

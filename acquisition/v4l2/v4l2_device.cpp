@@ -149,7 +149,7 @@ class V4l2Device : public Device {
     events_.push_back({kind, EpochSeconds(), text, silence_s});
   }
 
-  // Throws UsageError for an invalid name or value of the URI's controls, before anything is written.
+  // Throws Refusal for an invalid name or value of the URI's controls, before anything is written.
   void CheckControls() const {
     for (const auto& [name, value] : options_.controls) {
       const auto control = FindControl(name);
@@ -157,10 +157,11 @@ class V4l2Device : public Device {
         std::string list = "format, size, fps, io, settle, queue";
         for (const V4l2Control& known : controls_)
           list += ", " + (known.short_name.empty() ? known.name : known.short_name);
-        throw UsageError("'{}' has no option or control '{}'; known are: {}", uri_, name, list);
+        throw Refusal(uri_, name,
+                      fmt::format("'{}' has no option or control '{}'; known are: {}", uri_, name, list));
       }
       if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
-        throw UsageError("'{}': the control {} is read-only", uri_, name);
+        throw Refusal(fmt::format("'{}'", uri_), "", fmt::format("the control {} is read-only", name), "");
       V4l2ControlValue(uri_, *control, value);
     }
   }

@@ -38,7 +38,7 @@
 
 namespace ulf::acquisition {
 
-// Throws UsageError for options that are invalid or that the camera does not have, Error for all other
+// Throws Refusal for options that are invalid or that the camera does not have, Error for all other
 // failures.
 std::unique_ptr<Device> OpenV4l2Device(const DeviceUri& uri);
 

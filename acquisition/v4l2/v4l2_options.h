@@ -26,7 +26,7 @@ struct V4l2Options {
   std::vector<std::pair<std::string, std::string>> controls;  // in the URI's order
 };
 
-// Throws UsageError that names the invalid option. Names of controls are checked when the camera is open.
+// Throws Refusal that names the invalid option. Names of controls are checked when the camera is open.
 V4l2Options V4l2OptionsOf(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

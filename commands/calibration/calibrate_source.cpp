@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "acquisition/calibration/intrinsics.h"
 #include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"

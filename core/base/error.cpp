@@ -26,6 +26,9 @@ Refusal::Refusal(std::string what, std::string value, std::string why, std::stri
       why_(std::move(why)),
       remedy_(std::move(remedy)) {}
 
+Refusal::Refusal(std::string what, std::string value, std::string text)
+    : Error("{}", text), what_(std::move(what)), value_(std::move(value)), why_(std::move(text)) {}
+
 std::string Parameter(std::string_view name) { return spelling.load()(name); }
 
 void SpellParameters(std::string (*spell)(std::string_view name)) { spelling = spell; }

@@ -80,7 +80,7 @@ void RequireFreeGigeAddress(const std::string& address) {
   at.sin_family = AF_INET;
   at.sin_port = htons(kGvcpPort);
   if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1)
-    throw UsageError("'{}' is not an IPv4 address such as 127.0.0.1", address);
+    throw Refusal("address", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address));
   const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   const int failed = bind(socket_fd, reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0 ? 0 : errno;
   close(socket_fd);
@@ -134,8 +134,8 @@ LoopbackAddress::~LoopbackAddress() {
 std::string HiddenGigeAddress(const std::string& address) {
   const auto number = Ipv4(address);
   if (!number || (*number & 0xFFC00000u) != 0x7F000000u)
-    throw UsageError(
-        "{}: link faults can be simulated at loopback addresses only, 127.0.0.1 to 127.63.255.254", address);
+    throw Refusal(address, "",
+                  "link faults can be simulated at loopback addresses only, 127.0.0.1 to 127.63.255.254", "");
   const std::uint32_t hidden = *number + (64u << 16);
   return fmt::format("127.{}.{}.{}", hidden >> 16 & 255, hidden >> 8 & 255, hidden & 255);
 }

@@ -6,7 +6,7 @@
 
 namespace ulf::acquisition {
 
-// Throws UsageError when `address` is no IPv4 address, Error when another program uses its GVCP port or it is
+// Throws Refusal when `address` is no IPv4 address, Error when another program uses its GVCP port or it is
 // not an address of this machine.
 void RequireFreeGigeAddress(const std::string& address);
 
@@ -26,7 +26,7 @@ class LoopbackAddress {
   int claim_ = -1;     // a lock that ends with the process
 };
 
-// The camera's address when a relay uses `address`: 127.(a+64).b.c for 127.a.b.c. Throws UsageError for an
+// The camera's address when a relay uses `address`: 127.(a+64).b.c for 127.a.b.c. Throws Refusal for an
 // address outside 127.0.0.0/10.
 std::string HiddenGigeAddress(const std::string& address);
 

@@ -18,9 +18,9 @@
 #include <vector>
 
 #include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/gige_vision/gvcp.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"
 
@@ -52,7 +52,8 @@ class Socket {
     at_.sin_family = AF_INET;
     at_.sin_port = htons(static_cast<std::uint16_t>(port));
     if (inet_pton(AF_INET, address.c_str(), &at_.sin_addr) != 1)
-      throw UsageError("'{}' is not an IPv4 address such as 127.0.0.1", address);
+      throw Refusal("address", address,
+                    fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address));
     fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd_ < 0 || bind(fd_, reinterpret_cast<const sockaddr*>(&at_), sizeof(at_)) != 0) {
       const int reason = errno;

@@ -61,7 +61,7 @@ struct Hit {
 
 class Scene {
  public:
-  // Built on first use and shared from then on. Throws UsageError that lists the scenes for any other name.
+  // Built on first use and shared from then on. Throws Refusal that lists the scenes for any other name.
   static std::shared_ptr<const Scene> Named(const std::string& name);
   static std::vector<std::string> Names();
 

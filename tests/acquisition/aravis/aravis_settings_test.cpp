@@ -38,7 +38,7 @@ class AravisSettings : public CameraInNamespace {};
 std::string ErrorOf(const std::string& options) {
   try {
     OpenDriver("aravis:127.0.0.1?" + options);
-  } catch (const UsageError& error) {
+  } catch (const Refusal& error) {
     return error.what();
   }
   ADD_FAILURE() << options << ": no usage error";
@@ -192,7 +192,7 @@ TEST_F(AravisSettings, WhatMakesNoSenseIsWrongUsage) {
   for (const char* options :
        {"binning=2", "white_balance=warm", "resend=yes", "priority=top", "packet_delay_ns=-1", "buffers=1",
         "gain_db=1&gain_raw=1", "chunks=1", "auto_gain=yes", "auto_exposure=on&exposure_us=5", "settle=-1"})
-    EXPECT_THROW(OpenDriver("aravis:127.0.0.1?" + std::string(options)), UsageError) << options;
+    EXPECT_THROW(OpenDriver("aravis:127.0.0.1?" + std::string(options)), Refusal) << options;
 }
 
 TEST_F(AravisSettings, ASoftwareTriggerGivesOneFrameForEachCall) {

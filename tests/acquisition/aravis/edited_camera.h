@@ -84,7 +84,7 @@ class EditedCamera : public CameraInNamespace {
   static std::string ErrorOfUri(const std::string& uri) {
     try {
       OpenDriver(uri);
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       return error.what();
     }
     return "no usage error";

@@ -237,7 +237,7 @@ TEST_F(FixedCameras, FeaturesThatReadAsWantedAreSet) {
   Start();
   const auto access = OpenFeatures(kCamera);
   access->Set("PixelFormat", "Mono8");
-  EXPECT_THROW(access->Set("PixelFormat", "RGB8"), UsageError);
+  EXPECT_THROW(access->Set("PixelFormat", "RGB8"), Refusal);
   access->Set("Width", access->Find("Width")->value);
 }
 

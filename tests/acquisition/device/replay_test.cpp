@@ -216,7 +216,7 @@ TEST(ReplayInTime, StopsAtOnceAndBeginsAgain) {
 
 TEST(ReplayInTime, OnlyARecordingHasASpeed) {
   EXPECT_EQ(WithReplaySpeed("sim:studio", std::nullopt), "sim:studio");
-  EXPECT_THROW(WithReplaySpeed("sim:studio", 1), UsageError);
+  EXPECT_THROW(WithReplaySpeed("sim:studio", 1), Refusal);
   EXPECT_EQ(WithReplaySpeed("replay:a?speed=3&fps=5", 1), "replay:a?fps=5&speed=1");
 }
 
@@ -350,7 +350,7 @@ TEST(ReplayFolder, AnEmptyFolderAndAMissingOneAreErrors) {
   test::ScratchFolder scratch;
   EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()), HasSubstr("no images"));
   EXPECT_THAT(ErrorOf("replay:" + (scratch / "nowhere").string()), HasSubstr("nowhere"));
-  EXPECT_THAT(ErrorOf<UsageError>("replay:"), HasSubstr("path"));
+  EXPECT_THAT(ErrorOf<Refusal>("replay:"), HasSubstr("path"));
 }
 
 TEST(ReplayFolder, ATruncatedImageIsFoundOnOpening) {
@@ -381,11 +381,11 @@ TEST(ReplayFolder, OptionsAreChecked) {
   test::ScratchFolder scratch;
   cv::imwrite((scratch / "a.png").string(), Numbered(0));
   const std::string folder = "replay:" + scratch.path().string();
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?fps=0"), HasSubstr("fps"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?fps=fast"), HasSubstr("fps"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?colour=2"), HasSubstr("colour"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?speed=-1"), HasSubstr("speed"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?transfer=gamma"), HasSubstr("transfer"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?fps=0"), HasSubstr("fps"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?fps=fast"), HasSubstr("fps"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?colour=2"), HasSubstr("colour"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?speed=-1"), HasSubstr("speed"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?transfer=gamma"), HasSubstr("transfer"));
   EXPECT_EQ(Replay(folder + "?transfer=linear").at(0).image.transfer, Transfer::kLinear);
 }
 

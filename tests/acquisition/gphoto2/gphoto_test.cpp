@@ -373,12 +373,12 @@ TEST_F(GphotoTest, SettingsAreLockedAndReadBack) {
 
 TEST_F(GphotoTest, WhatTheCameraDoesNotOfferIsAnErrorWithWhatItDoes) {
   Begin();
-  EXPECT_THAT([&] { Open("?iso=12345"); }, ThrowsMessage<UsageError>(HasSubstr("100, 200, 400, 800, 1600")));
-  EXPECT_THAT([&] { Open("?shutter=quick"); }, ThrowsMessage<UsageError>(HasSubstr("0.0080s")));
-  EXPECT_THAT([&] { Open("?zoom=2"); }, ThrowsMessage<UsageError>(HasSubstr("known are")));
-  EXPECT_THAT([&] { Open("?target=disk"); }, ThrowsMessage<UsageError>(HasSubstr("card or ram")));
+  EXPECT_THAT([&] { Open("?iso=12345"); }, ThrowsMessage<Refusal>(HasSubstr("100, 200, 400, 800, 1600")));
+  EXPECT_THAT([&] { Open("?shutter=quick"); }, ThrowsMessage<Refusal>(HasSubstr("0.0080s")));
+  EXPECT_THAT([&] { Open("?zoom=2"); }, ThrowsMessage<Refusal>(HasSubstr("known are")));
+  EXPECT_THAT([&] { Open("?target=disk"); }, ThrowsMessage<Refusal>(HasSubstr("card or ram")));
   EXPECT_THAT([] { OpenDevice("gphoto2:ptpip:127.0.0.1:port"); },
-              ThrowsMessage<UsageError>(HasSubstr("not a port")));
+              ThrowsMessage<Refusal>(HasSubstr("not a port")));
   EXPECT_THAT([] { OpenDevice("gphoto2:usb:255,255"); },
               ThrowsMessage<Error>(HasSubstr("gphoto2:usb:255,255")));
 }
@@ -717,9 +717,9 @@ TEST_F(GphotoTest, TheConfigurationByName) {
   EXPECT_FALSE(features->Find("nothing of the kind"));
   features->Set("iso", "1600");
   EXPECT_EQ(camera_->Property(kPtpIso), 1600u);
-  EXPECT_THAT([&] { features->Set("iso", "50"); }, ThrowsMessage<UsageError>(HasSubstr("1600")));
+  EXPECT_THAT([&] { features->Set("iso", "50"); }, ThrowsMessage<Refusal>(HasSubstr("1600")));
   EXPECT_THAT([&] { features->Set("batterylevel", "90"); },
-              ThrowsMessage<UsageError>(HasSubstr("batterylevel")));
+              ThrowsMessage<Refusal>(HasSubstr("batterylevel")));
   EXPECT_GT(features->List().size(), 15u);
 }
 

@@ -61,7 +61,7 @@ TEST(Scene, UnknownNameListsTheScenes) {
   try {
     Scene::Named("kitchen");
     FAIL() << "should have thrown";
-  } catch (const UsageError& error) {
+  } catch (const Refusal& error) {
     EXPECT_THAT(error.what(), HasSubstr("kitchen"));
     for (const std::string& name : Scene::Names()) EXPECT_THAT(error.what(), HasSubstr(name));
   }
@@ -459,8 +459,8 @@ TEST(SimulatedCamera, ARollingShutterReadsRowByRow) {
               100)
         << "rows from " << first;
   }
-  EXPECT_THROW(OpenDevice("sim:studio?readout_ms=-1"), UsageError);
-  EXPECT_THROW(OpenDevice("sim:studio?fps=30&readout_ms=34"), UsageError);  // longer than a frame
+  EXPECT_THROW(OpenDevice("sim:studio?readout_ms=-1"), Refusal);
+  EXPECT_THROW(OpenDevice("sim:studio?fps=30&readout_ms=34"), Refusal);  // longer than a frame
 }
 
 TEST(SimulatedDevice, GivesFramesUntilItsDurationIsOver) {
@@ -500,7 +500,7 @@ TEST(SimulatedDevice, WrongOptionsAreNamed) {
     try {
       OpenSimulatedDevice(DeviceUri::Parse(uri));
       ADD_FAILURE() << uri << " was accepted";
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), HasSubstr(mentioned)) << uri;
     }
   }

@@ -182,10 +182,10 @@ TEST_F(V4l2, WishesThatCannotBeMetListWhatThereIs) {
   EXPECT_THAT(ErrorOf([] { Open("&sharpnes=3"); }), AllOf(HasSubstr("sharpnes"), HasSubstr("white_balance")));
   EXPECT_THAT(ErrorOf([] { Open("&exposure=1"); }), AllOf(HasSubstr("exposure"), HasSubstr("3 to 2047")));
   EXPECT_THAT(ErrorOf([] { Open("&auto_exposure=often"); }), HasSubstr("Aperture Priority Mode (3)"));
-  EXPECT_THROW(Open("&exposure=1"), UsageError);
-  EXPECT_THROW(Open("&io=read"), UsageError);
+  EXPECT_THROW(Open("&exposure=1"), Refusal);
+  EXPECT_THROW(Open("&io=read"), Refusal);
   EXPECT_THAT(ErrorOf([] { Open("&gain=1&gain=2"); }), HasSubstr("gain is given twice"));
-  EXPECT_THROW(Open("&size=big"), UsageError);
+  EXPECT_THROW(Open("&size=big"), Refusal);
 }
 
 TEST_F(V4l2, ControlsAreFeatures) {

@@ -166,8 +166,8 @@ TEST_F(GigeRelayed, TheCameraTellsClientsApart) {
 
 TEST_F(GigeRelayed, AddressesAreAddedAndRemoved) {
   EXPECT_EQ(HiddenGigeAddress("127.0.0.2"), "127.64.0.2");
-  EXPECT_THROW(HiddenGigeAddress("10.0.0.2"), UsageError);
-  EXPECT_THROW(HiddenGigeAddress("127.64.0.2"), UsageError);
+  EXPECT_THROW(HiddenGigeAddress("10.0.0.2"), Refusal);
+  EXPECT_THROW(HiddenGigeAddress("127.64.0.2"), Refusal);
   const auto serves = [](const std::string& address) {
     ChildProcess camera({FAKE_GIGE_CAMERA, "T2", "0", address});
     return camera.ReadUntil("ready", 5).find("ready") != std::string::npos;

@@ -148,7 +148,7 @@ TEST_F(SimulatedTransport, PacketsArePausedAsAsked) {
 
 TEST_F(SimulatedTransport, ACameraHoldsItsOwnLimitOfThroughput) {
   Serve();
-  EXPECT_THROW(Open("throughput_limit=10"), UsageError);
+  EXPECT_THROW(Open("throughput_limit=10"), Refusal);
   {
     const auto device = Open("throughput_limit=1000000");  // 52 frames of 19,200 bytes; headers take some
     WholeFrames(*device, 20);
