@@ -73,8 +73,6 @@ void RequireSize(CollectedViews& collected, const cv::Mat& gray, const std::stri
               files[odd.odd], sizes[odd.odd], odd.usual_count, sizes.size(), sizes[odd.usual]);
 }
 
-constexpr const char* kNoPhotograph = "a photograph did not arrive";
-
 // Requested photographs that have not arrived.
 struct PendingStills {
   int count = 0;
@@ -175,7 +173,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
         "here; with live view it is released by itself");
   for (;;) {
     if (options.stop()) {
-      collected.ended = "stopped";
+      collected.end = ViewsEnd::kStopped;
       break;
     }
     if (stills && pending.count == 0 && options.release()) ask();
@@ -183,11 +181,11 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
     if (!frame) {
       if (!stills) RequireLiveFrames(device);
       if (device.State() == DeviceState::kEnded) {
-        collected.ended = "the device has ended";
+        collected.end = ViewsEnd::kDeviceEnded;
         break;
       }
       if (pending.Overdue(options.still_timeout_s)) {
-        collected.ended = kNoPhotograph;
+        collected.end = ViewsEnd::kNoPhotograph;
         break;
       }
       continue;
@@ -219,7 +217,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
       // Ignores live frames until the requested photograph arrives, because the board must stay until then.
       if (stills && pending.count > 0) {
         if (pending.Overdue(options.still_timeout_s)) {
-          collected.ended = kNoPhotograph;
+          collected.end = ViewsEnd::kNoPhotograph;
           break;
         }
         continue;

@@ -11,6 +11,9 @@
 
 namespace ulf::acquisition {
 
+// Why collecting views came to an end.
+enum class ViewsEnd { kEnough, kStopped, kDeviceEnded, kNoPhotograph };
+
 struct CollectedViews {
   int width = 0, height = 0;
   std::vector<BoardView> views =
@@ -18,7 +21,7 @@ struct CollectedViews {
   std::vector<cv::Mat> pictures = {};  // of a device: the frames of the views
   std::vector<cv::Mat> unseen = {};    // of a device: some of the frames without the board
   std::size_t moving = 0;              // of a device: the live frames in which the board moved
-  std::string ended = {};              // message why it ended early; empty: the views suffice
+  ViewsEnd end = ViewsEnd::kEnough;    // of files always this one
 };
 
 struct CaptureProgress {
