@@ -81,9 +81,10 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
       SecondsSince(begin), state_->offset_ns ? fmt::format(", {:.0f} ns from it", *state_->offset_ns) : ""));
 }
 
-void AravisClock::AppendTo(std::vector<std::pair<std::string, double>>& transport) const {
-  if (state_) transport.emplace_back("IEEE 1588 locked", state_->IsShared());
-  if (state_ && state_->offset_ns) transport.emplace_back("IEEE 1588 offset (ns)", *state_->offset_ns);
+void AravisClock::AppendTo(TransportFigures& transport) const {
+  if (state_) transport.emplace_back(TransportFigure::kClockShared, state_->IsShared());
+  if (state_ && state_->offset_ns)
+    transport.emplace_back(TransportFigure::kClockOffsetNs, *state_->offset_ns);
 }
 
 std::optional<ClockState> AravisClock::Ask() const {

@@ -11,6 +11,7 @@
 
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
+#include "acquisition/device/transport_figures.h"
 
 namespace ulf::acquisition {
 
@@ -32,7 +33,7 @@ class AravisClock {
   // False as well where it is off, or the camera does not have it.
   bool IsShared() const { return state_ && state_->IsShared(); }
   // For DeviceStatistics::transport.
-  void AppendTo(std::vector<std::pair<std::string, double>>& transport) const;
+  void AppendTo(TransportFigures& transport) const;
   // Asks the camera, at most once a second. What changed, for people; none: nothing.
   std::optional<std::string> Look();
 

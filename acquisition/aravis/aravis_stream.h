@@ -14,6 +14,7 @@
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/stream_guard.h"
+#include "acquisition/device/transport_figures.h"
 
 namespace ulf::acquisition {
 
@@ -34,7 +35,7 @@ class AravisStream {
   bool AllowAnyPort();
   // Counters and settings for display. Only for the thread that pops buffers, or while that thread is
   // stopped.
-  std::vector<std::pair<std::string, double>> Transport() const;
+  TransportFigures Transport() const;
 
  private:
   // Outlives this object: the library's thread ends when the session does.

@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/device/transport_figures.h"
 #include "core/base/device_uri.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/sensor_window.h"
@@ -89,8 +90,7 @@ struct DeviceStatistics {
   // Host clock minus device clock in seconds at the least delay seen, and the standard deviation of the
   // delay; none for a device without a clock.
   std::optional<double> clock_offset_s, clock_jitter_s;
-  // The transport's own counters (packets missing, resent, ...): names for people, in display order.
-  std::vector<std::pair<std::string, double>> transport;
+  TransportFigures transport;  // packets missing, resent, ...
 };
 
 // Whether exposure, white balance and focus stay the same from picture to picture; none: unknown.

@@ -65,8 +65,8 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
                   ? static_cast<double>(trial.whole + trial.incomplete + trial.missing) / trial.seconds
                   : 0;
   trial.asked_fps = with.Number("fps").value_or(0);
-  trial.set_fps = TransportValue(counted, "frames a second set").value_or(0);
-  trial.resent_packets = TransportValue(counted, "packets resent").value_or(0);
+  trial.set_fps = FigureIn(counted.transport, TransportFigure::kSetFps).value_or(0);
+  trial.resent_packets = FigureIn(counted.transport, TransportFigure::kPacketsResent).value_or(0);
   return streamed;
 }
 
@@ -133,10 +133,12 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
   const auto is_known_remedy = [&](const std::string& settings) {
     return is_remedy(settings) || is_remedy(settings);
   };
-  const auto value = [&](const char* name) { return TransportValue(streamed->statistics, name).value_or(0); };
-  const double packet_size = value("packet size");
+  const auto value = [&](TransportFigure figure) {
+    return FigureIn(streamed->statistics.transport, figure).value_or(0);
+  };
+  const double packet_size = value(TransportFigure::kPacketSize);
   // A frame must find room, however late it is read; beyond what the system allows the fact names the command.
-  const double room = 2 * report.payload_bytes, granted = value("socket buffer (bytes)");
+  const double room = 2 * report.payload_bytes, granted = value(TransportFigure::kSocketBuffer);
   if (first.LostFrames() && 0 < granted && granted < room && room <= path.most_buffer.value_or(0))
     if (is_known_remedy(fmt::format("socket_buffer={:.0f}", room))) return report;
   // A path that does not pass large packets loses them all; one that is full loses whatever their size.
@@ -145,7 +147,7 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
       if (size < packet_size && is_remedy(fmt::format("packet_size={}", size))) return report;
   // A camera that limits itself loses nothing.
   const double wanted = ThroughputLimitFor(first.asked_fps * report.payload_bytes);
-  if (const double limit = value("throughput limit (bytes/s)");
+  if (const double limit = value(TransportFigure::kThroughputLimit);
       !first.LostFrames() && 0 < limit && limit < wanted)
     if (is_known_remedy(fmt::format("throughput_limit={:.0f}", wanted))) return report;
   // A switch that is fast enough may still not hold a whole frame: spread over the frame's period its packets pass.

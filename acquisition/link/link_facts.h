@@ -53,7 +53,5 @@ double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_siz
 double GigePackets(double payload_bytes, double packet_size);
 // The DeviceLinkThroughputLimit, in bytes a second, that lets so many bytes of pixels through.
 double ThroughputLimitFor(double pixels_per_s);
-// One of DeviceStatistics::transport; none: the device does not have it.
-std::optional<double> TransportValue(const DeviceStatistics& statistics, const std::string& name);
 
 }  // namespace ulf::acquisition

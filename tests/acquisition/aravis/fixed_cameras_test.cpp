@@ -466,7 +466,7 @@ TEST_F(FixedCameras, APayloadThatIsTooSmallIsCorrected) {
     device->Stop();
     EXPECT_EQ(device->Statistics().incomplete, 0u);
     EXPECT_THAT(device->Statistics().transport,
-                Contains(std::pair<std::string, double>("payload (bytes)", room)));
+                Contains(std::pair<TransportFigure, double>(TransportFigure::kPayloadBytes, room)));
   }
 }
 
@@ -493,7 +493,7 @@ TEST_F(FixedCameras, ChunkDataHaveRoomBesideTheImage) {
     EXPECT_EQ(Take(*device, 3).size(), 3u);
     device->Stop();
     EXPECT_THAT(device->Statistics().transport,
-                Contains(std::pair<std::string, double>("payload (bytes)", room)));
+                Contains(std::pair<TransportFigure, double>(TransportFigure::kPayloadBytes, room)));
   }
 }
 

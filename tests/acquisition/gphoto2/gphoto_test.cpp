@@ -143,7 +143,7 @@ TEST_F(GphotoTest, AFileThatCannotBeFetchedIsNamedAndCounted) {
       Until(*device, [&] { return Said(*device).find("copy it from the card") != std::string::npos; }));
   EXPECT_THAT(said_, HasSubstr("DSC_0001.JPG was not downloaded"));
   const auto transport = device->Statistics().transport;
-  EXPECT_THAT(transport, ::testing::Contains(::testing::Pair("photographs not downloaded", 1)));
+  EXPECT_THAT(transport, ::testing::Contains(::testing::Pair(TransportFigure::kNotDownloaded, 1)));
   camera_->FailDownloads(0);
   ASSERT_EQ(device->RequestStill(), StillRequest::kAsked) << "photographing goes on at once";
   EXPECT_TRUE(AwaitStill(*device));
@@ -542,8 +542,8 @@ TEST_F(GphotoTest, AFileWhoseDownloadTheLinkBrokeOffIsFetchedWhenItIsBack) {
   EXPECT_EQ(*still->encoded->bytes, bytes);
   EXPECT_EQ(still->status, FrameStatus::kComplete);
   EXPECT_EQ(device->Statistics().reconnects, 2u);
-  for (const auto& [name, value] : device->Statistics().transport)
-    EXPECT_TRUE(name != "photographs not downloaded" || value == 0) << "it was, in the end";
+  EXPECT_EQ(FigureIn(device->Statistics().transport, TransportFigure::kNotDownloaded), 0)
+      << "it was, in the end";
 }
 
 // A card with photographs of earlier sessions, among them higher numbers and the other file of the last name, and a

@@ -95,7 +95,8 @@ TEST_F(GphotoTest, ARawFileThatIsFetchedAtLastIsStillPartOfItsPhotograph) {
   const auto still = AwaitStill(*device);
   ASSERT_TRUE(still);
   EXPECT_TRUE(still->encoded && still->raw && still->requested_s);
-  EXPECT_THAT(device->Statistics().transport, ::testing::Contains(::testing::Pair("photographs", 1)));
+  EXPECT_THAT(device->Statistics().transport,
+              ::testing::Contains(::testing::Pair(TransportFigure::kPhotographs, 1)));
 }
 
 TEST_F(GphotoTest, AFileThatIsAnnouncedLateAnswersNoNewerRequest) {

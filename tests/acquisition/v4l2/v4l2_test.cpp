@@ -314,7 +314,7 @@ TEST_F(V4l2, AutomaticsAreSwitchedOffAndHeldWhereTheyWere) {
   EXPECT_EQ(camera.Control(V4L2_CID_EXPOSURE_ABSOLUTE), held) << "and it stays";
   const auto transport = device->Statistics().transport;
   ASSERT_EQ(transport.size(), 1u);
-  EXPECT_EQ(transport[0].first, "frames while settling");
+  EXPECT_EQ(transport[0].first, TransportFigure::kWhileSettling);
   EXPECT_GT(transport[0].second, 2) << "not handed out, but counted";
   // Opened again by its name it goes on as it was, whatever was done to it.
   const std::string uri = device->Info().uri;
