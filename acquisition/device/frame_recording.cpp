@@ -12,6 +12,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
+#include "core/base/descriptor.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/json_fields.h"
@@ -38,33 +39,28 @@ constexpr std::chrono::milliseconds kBatchCheck(100);  // the writer checks so o
 class OpenFile {
  public:
   OpenFile(const fs::path& path, int flags)
-      : path_(path), descriptor_(open(path.c_str(), flags | O_CLOEXEC, 0644)) {
-    if (descriptor_ < 0) ThrowDiskError(errno, path.string() + ": cannot be written");
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  ~OpenFile() {
-    if (descriptor_ >= 0) close(descriptor_);
+      : path_(path), file_(open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (!file_.IsOpen()) ThrowDiskError(errno, path.string() + ": cannot be written");
   }
   void Write(std::string_view bytes) {
     while (!bytes.empty()) {
-      const ssize_t written = write(descriptor_, bytes.data(), bytes.size());
+      const ssize_t written = write(file_.Number(), bytes.data(), bytes.size());
       if (written < 0 && errno == EINTR) continue;
       if (written < 0) ThrowDiskError(errno, path_.string() + ": writing failed");
       bytes.remove_prefix(static_cast<std::size_t>(written));
     }
   }
   void Sync() {
-    if (fsync(descriptor_) != 0) ThrowDiskError(errno, path_.string() + ": syncing to disk failed");
+    if (fsync(file_.Number()) != 0) ThrowDiskError(errno, path_.string() + ": syncing to disk failed");
   }
-  off_t Size() { return lseek(descriptor_, 0, SEEK_END); }
+  off_t Size() { return lseek(file_.Number(), 0, SEEK_END); }
   void CutAt(off_t size) {
-    if (ftruncate(descriptor_, size) == 0) fsync(descriptor_);
+    if (ftruncate(file_.Number(), size) == 0) fsync(file_.Number());
   }
 
  private:
   fs::path path_;
-  int descriptor_;
+  Descriptor file_;
 };
 
 bool IsJpeg(const std::string& extension) { return extension == ".jpg" || extension == ".jpeg"; }

@@ -9,7 +9,9 @@
 #include <thread>
 #include <utility>
 
+#include "acquisition/device/event_log.h"
 #include "acquisition/device/photograph_inbox.h"
+#include "acquisition/device/stream_statistics.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/camera_watch.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
@@ -22,7 +24,6 @@
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
 #include "core/base/quantile.h"
-#include "core/base/signal_stack.h"
 #include "core/image/files/jpeg_file.h"
 #include "core/image/files/raw_file.h"
 
@@ -60,6 +61,7 @@ class GphotoDevice : public Device {
         requests_(
             *camera_, settings_, options_.patience, [this](const std::string& words) { Notice(words); },
             [this](const GphotoResult& result) { return Gone(result); }) {
+    events_.LogAs(uri_);
     info_ = DescribeGphoto(*camera_, uri_, uri.path.starts_with("ptpip:") ? "PTP/IP" : "USB");
     std::vector<ShotSetting> given;
     for (const auto& [setting, value] : options_.settings) given.push_back(setting);
@@ -98,25 +100,21 @@ class GphotoDevice : public Device {
     if (thread_.joinable()) return;
     if (!camera_) throw Error("{}: {}; open the device again", uri_, Info().problem);
     inbox_ = std::make_unique<PhotographInbox>(options_.queue);
-    {
-      const MutexLock lock(mutex_);
-      statistics_ = {};
-      started_ = Clock::now();
-    }
+    statistics_.Begin();
     stop_ = false;
     stopping_since_.reset();
     lost_ = false;
     requests_.Clear();
     state_ = DeviceState::kStreaming;
-    thread_ = std::thread([this] {
-      InstallSignalStack();
-      try {
-        Loop();
-      } catch (const std::exception& error) {
-        Lose(fmt::format("reading from it failed: {}", error.what()));
-      }
-      End();
-    });
+    thread_ = ReadingThread(
+        [this] {
+          Loop();
+          End();
+        },
+        [this](const std::string& why) {
+          Lose("reading from it failed: " + why);
+          End();
+        });
   }
 
   std::optional<Frame> Next(milliseconds timeout) override {
@@ -129,9 +127,7 @@ class GphotoDevice : public Device {
       frame->image = {Developed(*frame->raw), Transfer::kLinear};
     frame->status = frame->image.empty() ? FrameStatus::kIncomplete : FrameStatus::kComplete;
     if (frame->kind == FrameKind::kLive) frame->encoded.reset();  // live view is never kept
-    const MutexLock lock(mutex_);
-    ++(frame->status == FrameStatus::kComplete ? statistics_.delivered : statistics_.incomplete);
-    statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
+    frame->status == FrameStatus::kComplete ? statistics_.Delivered(*frame) : statistics_.Incomplete();
     return frame;
   }
 
@@ -139,6 +135,7 @@ class GphotoDevice : public Device {
     if (!thread_.joinable()) return;
     stop_ = true;
     thread_.join();
+    statistics_.End();
     inbox_->Close();
     if (state_ == DeviceState::kLost) {
       camera_.reset();
@@ -155,23 +152,19 @@ class GphotoDevice : public Device {
   }
 
   DeviceStatistics Statistics() const override {
-    const MutexLock lock(mutex_);
-    DeviceStatistics statistics = statistics_;
+    DeviceStatistics statistics = statistics_.Now();
     statistics.dropped = inbox_ ? inbox_->Dropped() : 0;
-    statistics.seconds = started_ ? SecondsSince(*started_) : 0;
-    statistics.transport = {{"photographs", photographs_},
-                            {"photographs not downloaded", not_downloaded_},
-                            {"live view refused", live_view_refused_}};
+    const MutexLock lock(mutex_);
+    statistics.transport = {{TransportFigure::kPhotographs, photographs_},
+                            {TransportFigure::kNotDownloaded, not_downloaded_},
+                            {TransportFigure::kLiveViewRefused, live_view_refused_}};
     if (!release_to_announcement_s_.empty())
-      statistics.transport.emplace_back("release to announcement ms",
+      statistics.transport.emplace_back(TransportFigure::kReleaseToAnnouncementMs,
                                         1e3 * Median(release_to_announcement_s_));
     return statistics;
   }
 
-  std::vector<DeviceEvent> TakeEvents() override {
-    const MutexLock lock(mutex_);
-    return std::exchange(events_, {});
-  }
+  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  private:
   void Loop() {
@@ -276,7 +269,7 @@ class GphotoDevice : public Device {
     live_view_pause_s_ = options_.patience.live_view_pause_s;
     if (SecondsSince(*live_view_trouble_since_) < options_.patience.live_view_trouble_s) return;
     live_view_trouble_since_ = Clock::now() + Milliseconds(options_.patience.live_view_repeat_s);
-    Event(
+    events_.Say(
         DeviceEventKind::kStalled,
         fmt::format("no live view: {}; check the camera's display, its mode dial and its lens", result.text));
   }
@@ -430,13 +423,10 @@ class GphotoDevice : public Device {
     lost_ = true;
   }
 
-  void Notice(const std::string& text) { Event(DeviceEventKind::kNotice, text); }
-  void Event(DeviceEventKind kind, const std::string& text) {
-    spdlog::debug("{}: {}", uri_, text);
-    const MutexLock lock(mutex_);
-    events_.push_back({kind, EpochSeconds(), text});
-  }
+  void Notice(const std::string& text) { events_.Notice(text); }
 
+  EventLog events_;
+  StreamStatistics statistics_;
   const std::shared_ptr<LeftPhotographs> left_;
   const GphotoOptions options_;
   const std::string uri_;
@@ -464,9 +454,6 @@ class GphotoDevice : public Device {
   std::unique_ptr<PhotographInbox> inbox_;
   mutable Mutex mutex_;
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
-  DeviceStatistics statistics_ ULF_GUARDED_BY(mutex_);
-  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
-  std::optional<Clock::time_point> started_ ULF_GUARDED_BY(mutex_);
   double photographs_ ULF_GUARDED_BY(mutex_) = 0;
   double live_view_refused_ ULF_GUARDED_BY(mutex_) = 0;
   double not_downloaded_ ULF_GUARDED_BY(mutex_) = 0;

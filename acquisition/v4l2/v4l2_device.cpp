@@ -11,19 +11,19 @@
 #include <cmath>
 #include <thread>
 
-#include "acquisition/device/frame_id_counter.h"
+#include "acquisition/device/event_log.h"
 #include "acquisition/device/frame_queue.h"
+#include "acquisition/device/stream_statistics.h"
 #include "acquisition/v4l2/motion_jpeg.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
 #include "acquisition/v4l2/v4l2_options.h"
 #include "acquisition/v4l2/v4l2_stream.h"
-#include "core/base/clock_offset.h"
+#include "core/base/descriptor.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
-#include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -49,16 +49,13 @@ class V4l2Device : public Device {
     configured_ = SetV4l2Mode(*node_, mode, options_.request.fps);
     controls_ = V4l2Controls(*node_);
     CheckControls();
-    stop_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (stop_ < 0) throw Error("{}: the system has no file descriptors left; close other programs", uri_);
+    if (!stop_.IsOpen())
+      throw Error("{}: the system has no file descriptors left; close other programs", uri_);
     spdlog::debug("{}: {} {} {} {}x{}, period {:.4f} s", uri_, info_.maker, info_.model,
                   configured_.format.name, configured_.width, configured_.height, configured_.period_s);
   }
 
-  ~V4l2Device() override {
-    Stop();
-    close(stop_);
-  }
+  ~V4l2Device() override { Stop(); }
 
   DeviceInfo Info() const override {
     const MutexLock lock(mutex_);
@@ -78,45 +75,31 @@ class V4l2Device : public Device {
     {
       const MutexLock lock(mutex_);
       queue_ = std::make_unique<FrameQueue>(options_.queue);
-      statistics_ = {};
-      ids_ = {};
-      while_settling_ = 0;
-      clock_ = {};
-      started_ = Clock::now();
     }
+    statistics_.Begin();
     state_ = DeviceState::kStreaming;
-    thread_ = std::thread([this] {
-      InstallSignalStack();
-      try {
-        Capture();
-      } catch (const std::exception& error) {
-        Lose(fmt::format("reading its frames failed: {}", error.what()));
-      }
-    });
+    thread_ = ReadingThread([this] { Capture(); },
+                            [this](const std::string& why) { Lose("reading its frames failed: " + why); });
   }
 
   std::optional<Frame> Next(milliseconds timeout) override {
     if (!queue_) return std::nullopt;
     std::optional<Frame> frame = queue_->Pop(timeout);
-    if (frame && frame->status == FrameStatus::kComplete) {
-      const MutexLock lock(mutex_);
-      ++statistics_.delivered;
-      statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
-    }
+    if (frame && frame->status == FrameStatus::kComplete) statistics_.Delivered(*frame);
     return frame;
   }
 
   void Stop() override {
     if (!thread_.joinable()) return;
     const std::uint64_t one = 1;
-    if (write(stop_, &one, sizeof one) < 0) spdlog::error("{}: the stop signal cannot be sent", uri_);
+    if (write(stop_.Number(), &one, sizeof one) < 0)
+      spdlog::error("{}: the stop signal cannot be sent", uri_);
     thread_.join();
     std::uint64_t taken = 0;
-    if (read(stop_, &taken, sizeof taken) < 0) spdlog::debug("{}: no stop signal was sent", uri_);
+    if (read(stop_.Number(), &taken, sizeof taken) < 0) spdlog::debug("{}: no stop signal was sent", uri_);
     queue_->Close();
     stream_.reset();
-    const MutexLock lock(mutex_);
-    statistics_.seconds = SecondsSince(started_);
+    statistics_.End();
     if (state_ == DeviceState::kLost)
       node_.reset();
     else
@@ -126,29 +109,18 @@ class V4l2Device : public Device {
   DeviceState State() const override { return state_; }
 
   DeviceStatistics Statistics() const override {
-    const MutexLock lock(mutex_);
-    DeviceStatistics statistics = statistics_;
-    statistics.missing = ids_.Missing();
-    if (queue_) statistics.dropped = queue_->Dropped();
-    if (state_ == DeviceState::kStreaming) statistics.seconds = SecondsSince(started_);
-    statistics.out_of_order = ids_.OutOfOrder();
-    statistics.clock_offset_s = clock_.OffsetS();
-    statistics.clock_jitter_s = clock_.JitterS();
-    statistics.transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
+    DeviceStatistics statistics = statistics_.Now();
+    {
+      const MutexLock lock(mutex_);
+      if (queue_) statistics.dropped = queue_->Dropped();
+    }
+    statistics.transport.emplace_back(TransportFigure::kWhileSettling, statistics_.WhileSettlingCount());
     return statistics;
   }
 
-  std::vector<DeviceEvent> TakeEvents() override {
-    const MutexLock lock(mutex_);
-    return std::exchange(events_, {});
-  }
+  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  private:
-  void Say(DeviceEventKind kind, const std::string& text, double silence_s = 0) {
-    const MutexLock lock(mutex_);
-    events_.push_back({kind, EpochSeconds(), text, silence_s});
-  }
-
   // Throws Refusal for an invalid name or value of the URI's controls, before anything is written.
   void CheckControls() const {
     for (const auto& [name, value] : options_.controls) {
@@ -176,17 +148,17 @@ class V4l2Device : public Device {
     std::vector<std::string> asked;
     for (const auto& [name, value] : options_.controls) asked.push_back(name);
     const V4l2Frozen frozen = FreezeV4l2Automatics(*node_, controls_, asked);
-    for (const std::string& words : frozen.held) Say(DeviceEventKind::kNotice, words);
-    for (const std::string& words : frozen.refused) Say(DeviceEventKind::kNotice, words);
+    for (const std::string& words : frozen.held) events_.Notice(words);
+    for (const std::string& words : frozen.refused) events_.Notice(words);
     for (const auto& [name, text] : options_.controls) {
       const V4l2Control& control = *FindControl(name);
       const int value = V4l2ControlValue(uri_, control, text);
       const int error = SetV4l2Control(*node_, control.id, value);
       const auto got = GetV4l2Control(*node_, control.id);
       if (error != 0 || (got && *got != value))
-        Say(DeviceEventKind::kNotice, fmt::format("the camera changed {}={} to {}{}", name, text,
-                                                  got ? V4l2ControlText(control, *got) : "an unknown value",
-                                                  error ? fmt::format(" ({})", std::strerror(error)) : ""));
+        events_.Notice(fmt::format("the camera changed {}={} to {}{}", name, text,
+                                   got ? V4l2ControlText(control, *got) : "an unknown value",
+                                   error ? fmt::format(" ({})", std::strerror(error)) : ""));
     }
     exposure_s_ = V4l2ExposureSeconds(*node_, controls_);
     {
@@ -218,8 +190,8 @@ class V4l2Device : public Device {
     const double stall_s = std::max(patience.stalled_s, patience.stalled_periods * configured_.period_s);
     const double lost_s = std::max(patience.lost_s, patience.lost_periods * configured_.period_s);
     const auto begun = Clock::now();
-    auto last_frame = begun;
-    bool stalled = false, settled = options_.settle_s == 0;
+    StallReport stall(events_);
+    bool settled = options_.settle_s == 0;
     if (settled) FreezeAndSet();
     while (!WaitForFrame(kFrameWait)) {
       if (!settled && SecondsSince(begun) >= options_.settle_s) {
@@ -234,21 +206,14 @@ class V4l2Device : public Device {
         settled ? Take(*filled) : CountSettling(*filled);
         if (const int refused = stream_->Requeue(*filled); refused != 0)
           return Lose(V4l2Problem(node_->Path(), refused));
-        if (stalled) {
-          const double silence_s = SecondsSince(last_frame);
-          Say(DeviceEventKind::kNotice, fmt::format("frames come again after {:.1f} s", silence_s),
-              silence_s);
-        }
-        stalled = false;
-        last_frame = Clock::now();
+        stall.FrameCame();
         continue;
       }
       if (error != EAGAIN) return Lose(V4l2Problem(node_->Path(), error));
       // Some drivers wake their readers before a buffer is filled.
       if (Pause(kEmptyPause)) return;
-      const double silence_s = SecondsSince(last_frame);
-      if (silence_s > stall_s && !std::exchange(stalled, true))
-        Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s), silence_s);
+      const double silence_s = SecondsSince(stall.LastFrame());
+      stall.NoFrame(silence_s, stall_s);
       if (silence_s > lost_s)
         return Lose(
             fmt::format("no frame for {:.1f} s although the camera is connected; unplug it and plug it in "
@@ -259,12 +224,12 @@ class V4l2Device : public Device {
 
   // True when the thread is to stop; else a frame may have arrived, or the time is over.
   bool WaitForFrame(milliseconds timeout) const {
-    std::array<pollfd, 2> waiting{{{stop_, POLLIN, 0}, {node_->Descriptor(), POLLIN, 0}}};
+    std::array<pollfd, 2> waiting{{{stop_.Number(), POLLIN, 0}, {node_->Number(), POLLIN, 0}}};
     poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count()));
     return waiting[0].revents != 0;
   }
   bool Pause(milliseconds time) const {
-    pollfd waiting{stop_, POLLIN, 0};
+    pollfd waiting{stop_.Number(), POLLIN, 0};
     return poll(&waiting, 1, static_cast<int>(time.count())) > 0;
   }
 
@@ -274,15 +239,15 @@ class V4l2Device : public Device {
       info_.available = false;
       info_.problem = problem;
     }
+    statistics_.End();
     state_ = DeviceState::kLost;
     queue_->Close();
   }
 
   // Discards a frame; gaps between discarded frames count as missing too.
   void CountSettling(const V4l2Stream::Filled& filled) {
-    const MutexLock lock(mutex_);
-    ids_.Arrived(filled.header.sequence);
-    ++while_settling_;
+    statistics_.Arrived(filled.header.sequence);
+    statistics_.WhileSettling();
   }
 
   void Take(const V4l2Stream::Filled& filled) {
@@ -309,12 +274,9 @@ class V4l2Device : public Device {
     }
     if (header.flags & V4L2_BUF_FLAG_ERROR || !Fill(filled.bytes, frame))
       frame.status = FrameStatus::kIncomplete;
-    {
-      const MutexLock lock(mutex_);
-      ids_.Arrived(frame.id);
-      if (frame.status == FrameStatus::kIncomplete) ++statistics_.incomplete;
-      if (monotonic) clock_.Add(stamp_s, frame.host_time_s);
-    }
+    statistics_.Arrived(frame.id);
+    if (frame.status == FrameStatus::kIncomplete) statistics_.Incomplete();
+    if (monotonic) statistics_.Timed(stamp_s, frame.host_time_s, 0);
     queue_->Push(std::move(frame));
   }
 
@@ -334,7 +296,7 @@ class V4l2Device : public Device {
       return true;
     } catch (const Error& error) {
       if (!std::exchange(said_incomplete_, true))
-        Say(DeviceEventKind::kNotice, fmt::format("a frame is incomplete: {}", error.what()));
+        events_.Notice(fmt::format("a frame is incomplete: {}", error.what()));
       frame.encoded.reset();
       return false;
     }
@@ -347,7 +309,7 @@ class V4l2Device : public Device {
   std::vector<V4l2Control> controls_;
   std::unique_ptr<V4l2Stream> stream_;
   std::unique_ptr<FrameQueue> queue_;
-  int stop_ = -1;
+  const Descriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::thread thread_;
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   // Used by the capture thread.
@@ -355,15 +317,11 @@ class V4l2Device : public Device {
   Clock::time_point settled_at_;
   bool said_incomplete_ = false;
 
+  EventLog events_;
+  StreamStatistics statistics_;
   mutable Mutex mutex_;
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   HeldAutomatics held_ ULF_GUARDED_BY(mutex_);
-  DeviceStatistics statistics_ ULF_GUARDED_BY(mutex_);
-  FrameIdCounter ids_ ULF_GUARDED_BY(mutex_);
-  std::uint64_t while_settling_ ULF_GUARDED_BY(mutex_) = 0;
-  ClockOffset clock_ ULF_GUARDED_BY(mutex_);
-  Clock::time_point started_ ULF_GUARDED_BY(mutex_);
-  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace

@@ -37,8 +37,8 @@ V4l2Stream::V4l2Stream(const V4l2Node& node, V4l2Io io, std::size_t image_bytes)
       v4l2_buffer header = Header(i);
       if (io == V4l2Io::kMmap) {
         node.Must("buffer", VIDIOC_QUERYBUF, &header);
-        void* mapped = mmap(nullptr, header.length, PROT_READ | PROT_WRITE, MAP_SHARED, node.Descriptor(),
-                            header.m.offset);
+        void* mapped =
+            mmap(nullptr, header.length, PROT_READ | PROT_WRITE, MAP_SHARED, node.Number(), header.m.offset);
         if (mapped == MAP_FAILED)
           throw Error("{}: its buffers cannot be mapped: {}; try io=userptr", node.Path(),
                       std::strerror(errno));
