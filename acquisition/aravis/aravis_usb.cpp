@@ -12,6 +12,7 @@
 #include <set>
 
 #include "acquisition/device/file_holders.h"
+#include "core/base/descriptor.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -43,10 +44,8 @@ std::string CommonHub(const std::string& one, const std::string& other) {
 }
 
 int OpenError(const std::string& node) {
-  const int file = open(node.c_str(), O_RDWR | O_CLOEXEC);
-  if (file < 0) return errno;
-  close(file);
-  return 0;
+  const Descriptor file(open(node.c_str(), O_RDWR | O_CLOEXEC));
+  return file.IsOpen() ? 0 : errno;
 }
 
 }  // namespace

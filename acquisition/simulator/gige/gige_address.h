@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "core/base/descriptor.h"
+
 namespace ulf::acquisition {
 
 // Throws Refusal when `address` is no IPv4 address, Error when another program uses its GVCP port or it is
@@ -23,7 +25,7 @@ class LoopbackAddress {
 
  private:
   std::string label_;  // of the added address; empty: none was added
-  int claim_ = -1;     // a lock that ends with the process
+  Descriptor claim_;   // a lock that ends with the process
 };
 
 // The camera's address when a relay uses `address`: 127.(a+64).b.c for 127.a.b.c. Throws Refusal for an

@@ -9,6 +9,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/descriptor.h"
+
 namespace ulf::acquisition {
 
 struct GvspFrame {
@@ -29,8 +31,8 @@ struct GvspDestination {
 
 class GvspSender {
  public:
-  // `socket`: bound; owned by this object.
-  explicit GvspSender(int socket);
+  // `socket`: bound.
+  explicit GvspSender(Descriptor socket);
   ~GvspSender();
   GvspSender(const GvspSender&) = delete;
   GvspSender& operator=(const GvspSender&) = delete;

@@ -16,6 +16,7 @@
 #include "acquisition/simulator/scene/bake.h"
 #include "acquisition/simulator/scene/scene.h"
 #include "core/base/atomic_file.h"
+#include "core/base/descriptor.h"
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
 
@@ -54,15 +55,14 @@ struct ChartHead {
 
 struct MappedFile {
   explicit MappedFile(const fs::path& path) {
-    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) return;
+    const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file.IsOpen()) return;
     struct stat status {};
-    if (fstat(descriptor, &status) == 0 && status.st_size > 0) {
+    if (fstat(file.Number(), &status) == 0 && status.st_size > 0) {
       size = static_cast<std::size_t>(status.st_size);
-      void* mapped = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, descriptor, 0);
+      void* mapped = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.Number(), 0);
       if (mapped != MAP_FAILED) bytes = static_cast<const std::byte*>(mapped);
     }
-    close(descriptor);
   }
   ~MappedFile() {
     if (bytes) munmap(const_cast<std::byte*>(bytes), size);
