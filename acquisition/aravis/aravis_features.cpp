@@ -1,4 +1,4 @@
-#include "acquisition/aravis/aravis_features.h"
+#include "acquisition/aravis/aravis_device.h"
 
 #include <algorithm>
 #include <cfloat>

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <set>
 
-#include "acquisition/device/file_holders.h"
+#include "acquisition/device/device_files.h"
 #include "core/base/descriptor.h"
 
 namespace ulf::acquisition {

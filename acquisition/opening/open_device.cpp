@@ -2,13 +2,11 @@
 
 #include "acquisition/aravis/aravis_device.h"
 #include "acquisition/aravis/aravis_discovery.h"
-#include "acquisition/aravis/aravis_features.h"
 #include "acquisition/device/reconnecting_device.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/gphoto2/gphoto_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "acquisition/v4l2/v4l2_device.h"
-#include "acquisition/v4l2/v4l2_features.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {

@@ -25,7 +25,6 @@
 #include "acquisition/simulator/hand.h"
 #include "acquisition/simulator/scene/ray_caster.h"
 #include "acquisition/simulator/sensor.h"
-#include "acquisition/simulator/sensor_colors.h"
 #include "acquisition/simulator/simulated_faults.h"
 #include "core/geometry/angles.h"
 #include "core/image/frame.h"

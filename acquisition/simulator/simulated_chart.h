@@ -4,7 +4,7 @@
 //              plain wall, held in a hand that is not quite still
 //   sim:grey   a grey card that fills most of the picture
 //
-// The image is sampled by area, then goes through the sensor's colours (sensor_colors.h) and the sensor itself (sensor.h).
+// The image is sampled by area, then goes through the sensor's colours and the sensor itself (sensor.h).
 // Everything is a pure function of the options and the frame number.
 #pragma once
 
@@ -12,7 +12,6 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/simulator/sensor.h"
-#include "acquisition/simulator/sensor_colors.h"
 
 namespace ulf::acquisition {
 

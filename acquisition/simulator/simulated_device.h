@@ -12,7 +12,7 @@
 #include <memory>
 
 #include "acquisition/device/device.h"
-#include "acquisition/simulator/hand_motion.h"
+#include "acquisition/simulator/hand.h"
 
 namespace ulf::acquisition {
 

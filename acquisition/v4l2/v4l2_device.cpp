@@ -14,7 +14,6 @@
 #include "acquisition/device/event_log.h"
 #include "acquisition/device/frame_queue.h"
 #include "acquisition/device/stream_statistics.h"
-#include "acquisition/v4l2/motion_jpeg.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"

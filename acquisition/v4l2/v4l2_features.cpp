@@ -1,4 +1,4 @@
-#include "acquisition/v4l2/v4l2_features.h"
+#include "acquisition/v4l2/v4l2_device.h"
 
 #include <fmt/format.h>
 

@@ -14,7 +14,7 @@
 #include <fstream>
 #include <optional>
 
-#include "acquisition/device/file_holders.h"
+#include "acquisition/device/device_files.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {

@@ -11,7 +11,6 @@
 #include "acquisition/calibration/lens_files/lens_tree.h"
 #include "acquisition/calibration/lens_files/matrix_files.h"
 #include "acquisition/calibration/lens_files/other_files.h"
-#include "acquisition/calibration/lens_files/plain_numbers.h"
 #include "acquisition/calibration/lens_files/program_files.h"
 #include "acquisition/calibration/lens_files/set_files.h"
 #include "core/base/error.h"

@@ -52,4 +52,10 @@ std::string PickLens(const std::vector<std::string>& names, const std::string& w
 // Of a file that has only one camera without a name. Throws Error where one is wanted.
 void RequireOnlyLens(const std::string& wanted, const std::string& where);
 
+// The size of a lens's pictures under any of the words that programs have for it: two keys, a list, or a text.
+// Looks in the maps in their order, and in each for the keys with the mark before those without. The principal point of
+// `numbers` decides what the name of a list leaves open. Throws Error that begins with `where`, also where it does not.
+void ReadLensSize(const std::vector<const LensNode*>& maps, const std::string& mark, LensNumbers& numbers,
+                  const std::string& where);
+
 }  // namespace ulf::acquisition

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "acquisition/calibration/lens_files/lens_mentions.h"
-#include "acquisition/calibration/lens_files/lens_sizes.h"
+#include "acquisition/calibration/lens_files/lens_numbers.h"
+#include "acquisition/calibration/lens_files/lens_words.h"
 #include "acquisition/calibration/lens_files/matrix_files.h"
 #include "core/base/error.h"
 

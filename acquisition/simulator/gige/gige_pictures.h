@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
 
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/image/frame.h"
+#include "core/image/pixel_format.h"
 
 namespace ulf::acquisition {
 
@@ -44,5 +46,12 @@ class GigePictures {
   std::vector<std::optional<Frame>> loop_;
   GigeSettings loop_settings_;
 };
+
+// Packs the pixels of a simulated sensor as a machine-vision camera sends them: the inverse of unpacking by
+// pixel_format.h.
+
+// Writes a part of the image in rows without padding. `pixels`: as in ulf::Image, 8 bits or scaled to 16
+// bits; three channels are B, G, R. `out`: room for ImageBytes() of the part.
+void PackImage(const cv::Mat& pixels, const cv::Rect& part, const PixelFormat& format, std::uint8_t* out);
 
 }  // namespace ulf::acquisition

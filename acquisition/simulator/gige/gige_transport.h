@@ -7,20 +7,14 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
+#include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/simulator/gige/gvsp_sender.h"
 
 namespace ulf::acquisition {
-
-// The camera's registers, as Aravis keeps them.
-struct RegisterAccess {
-  std::function<std::uint32_t(std::uint32_t address)> read;
-  std::function<void(std::uint32_t address, std::uint32_t value)> write;
-};
 
 struct SimulatedClock {
   double ahead_s = 0;  // of this computer's, until IEEE 1588 sets it

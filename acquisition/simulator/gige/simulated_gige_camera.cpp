@@ -19,11 +19,9 @@
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_pictures.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/simulator/gige/gige_sequencer.h"
 #include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/simulator/gige/pose_file.h"
 #include "acquisition/simulator/gige/taken_sockets.h"
-#include "acquisition/simulator/gige/wire_format.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
@@ -34,7 +32,7 @@ namespace {
 constexpr char kVendor[] = "ULF", kModel[] = "HandheldSimulator", kInfo[] = "ulf simulate: ray-cast scenes";
 constexpr guint32 kVendorAt = 0x48, kModelAt = 0x68, kInfoAt = 0xa8;
 constexpr std::size_t kFramesAhead = 12;  // in the ring; guessed: they bridge a slow frame, but cost memory
-constexpr int kMostInLoop = 10000;  // pictures; guessed
+constexpr int kMostInLoop = 10000;        // pictures; guessed
 constexpr guint32 kLine0 = 0;
 constexpr double kPauseS = 1.0;  // after so long without a request for a frame the hand rests; guessed
 constexpr std::chrono::milliseconds kRenderPatience(1500);  // wait for a frame, then none is sent; guessed
@@ -47,7 +45,8 @@ constexpr guint32 kShortestPeriodUs = 1000;  // of frames and pulses: guards aga
 
 struct SimulatedGigeCamera::State {
   explicit State(const GigeServerOptions& o)
-      : options(o), pictures(o.simulation, o.board, static_cast<std::size_t>(std::clamp(o.loop, 0, kMostInLoop))) {}
+      : options(o),
+        pictures(o.simulation, o.board, static_cast<std::size_t>(std::clamp(o.loop, 0, kMostInLoop))) {}
   ~State();
 
   void Serve();

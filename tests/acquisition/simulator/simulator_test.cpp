@@ -3,7 +3,7 @@
 // acquisition/simulator/scene/ray_caster, acquisition/simulator/scene/primitive,
 // acquisition/simulator/scene/lanes, acquisition/simulator/scene/texture, acquisition/simulator/scene/bake,
 // acquisition/simulator/scene/materials, acquisition/simulator/scene/noise,
-// acquisition/simulator/scene/kept_charts, acquisition/simulator/scene/studio_scenes.
+// acquisition/simulator/scene/bake, acquisition/simulator/scene/studio_scenes.
 //
 // The simulated scene, sensor and camera against what they claim: exact geometry, physical light, repeatable
 // bytes.
@@ -16,7 +16,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/opening/open_device.h"
-#include "acquisition/simulator/scene/kept_charts.h"
+#include "acquisition/simulator/scene/bake.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/error.h"

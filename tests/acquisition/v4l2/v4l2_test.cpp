@@ -1,6 +1,6 @@
 // Tests: acquisition/v4l2/v4l2_device, acquisition/v4l2/v4l2_controls, acquisition/v4l2/v4l2_features,
 // acquisition/v4l2/v4l2_modes, acquisition/v4l2/v4l2_node, acquisition/v4l2/v4l2_options,
-// acquisition/v4l2/v4l2_stream, acquisition/v4l2/motion_jpeg.
+// acquisition/v4l2/v4l2_stream.
 //
 // Webcams through the kernel's interface, against a camera emulated at the level of its calls: formats,
 // controls, both kinds of buffers, and what goes wrong with cameras.
@@ -18,9 +18,9 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
 #include "acquisition/opening/open_device.h"
-#include "acquisition/v4l2/motion_jpeg.h"
 #include "acquisition/v4l2/v4l2_device.h"
 #include "acquisition/v4l2/v4l2_modes.h"
+#include "acquisition/v4l2/v4l2_stream.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "tests/support/child_process.h"

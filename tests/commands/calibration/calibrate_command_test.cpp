@@ -12,7 +12,7 @@
 
 #include "acquisition/calibration/calibration_capture.h"
 #include "acquisition/calibration/calibration_io.h"
-#include "acquisition/simulator/sensor_colors.h"
+#include "acquisition/simulator/sensor.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_chart.h"
 #include "commands/calibration/calibration_report.h"

@@ -1,5 +1,5 @@
-// Tests: acquisition/aravis/aravis_exposures, acquisition/simulator/gige/gige_sequencer,
-// acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/wire_format,
+// Tests: acquisition/aravis/aravis_exposures, acquisition/simulator/gige/gige_registers,
+// acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/gige_pictures,
 // acquisition/simulator/gige/gige_address, commands/camera/simulate_command.
 //
 // The simulated camera over the wire: opened by the Aravis device like any other, on a loopback of this
