@@ -72,8 +72,7 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
   if (!IsShared())
     throw Error(
         "{}: its clock follows no IEEE 1588 master within {:g} s (it says {}); run one on this network "
-        "('ptp4l -i "
-        "INTERFACE -m' of linuxptp on this computer), give ptp_wait_s, or leave ptp out",
+        "('ptp4l -i INTERFACE -m' of linuxptp on this computer), give ptp_wait_s, or leave ptp out",
         who, options.ptp_wait_s, state_ ? state_->status : "nothing");
   notes.push_back(fmt::format(
       "{} after {:.1f} s{}",

@@ -49,8 +49,8 @@ std::optional<std::string> AravisWatch::LossReason(double silence_s, bool waits_
     return session_.UsbAnswers()
                ? fmt::format(
                      "no frame for {:.1f} s although the camera answers: its stream has stopped; check "
-                     "whether "
-                     "it waits for a trigger, and use a shorter cable or another port if this comes again",
+                     "whether it waits for a trigger, and use a shorter cable or another port if this comes "
+                     "again",
                      silence_s)
                : fmt::format("no frame for {:.1f} s, and the camera does not answer; check power and cable",
                              silence_s);

@@ -169,8 +169,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
   if (stills)
     options.say(
         "photograph 1: hold the board still in the middle of the image, then press the camera's release, or "
-        "Enter "
-        "here; with live view it is released by itself");
+        "Enter here; with live view it is released by itself");
   for (;;) {
     if (options.stop()) {
       collected.end = ViewsEnd::kStopped;

@@ -37,10 +37,8 @@ void RefuseTurned(const CameraModel& camera, int width, int height, const std::s
   if (IsTurned(camera, width, height))
     throw Error(
         "{}: made for {}x{}, but the frames are {}x{}: width and height are exchanged, so the pictures of "
-        "one of the "
-        "two are turned by a quarter turn, and it is unknown to which side. Calibrate with pictures that are "
-        "upright "
-        "as these frames are (ulf calibrate), or turn the frames back",
+        "one of the two are turned by a quarter turn, and it is unknown to which side. Calibrate with "
+        "pictures that are upright as these frames are (ulf calibrate), or turn the frames back",
         owner, camera.width, camera.height, width, height);
 }
 
@@ -243,10 +241,8 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
   const bool is_taken = IsTaken(device.Source());
   throw Error(
       "{}: the camera's intrinsics are not known. {}ive {} FILE; or give {} F for a lens with little "
-      "distortion "
-      "(F = image width in pixels x focal length / sensor width); or have the images tell: ulf capture with "
-      "{} "
-      "refine, or ulf track {} --intrinsics refine --calibration-out FILE{}",
+      "distortion (F = image width in pixels x focal length / sensor width); or have the images tell: ulf "
+      "capture with {} refine, or ulf track {} --intrinsics refine --calibration-out FILE{}",
       info.uri,
       is_taken ? "G"
                : fmt::format("Print a target (ulf board) and calibrate: ulf calibrate {}; or g",

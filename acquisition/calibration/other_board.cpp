@@ -421,12 +421,11 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
   if (in_mirror.Most() < kLeastMarkers ||
       LayoutFitOf(said, NeighboursIn(in_mirror.pictures)).share < kLayoutFits)
     return OtherChessboard(said, pictures);
-  return OtherBoard{
-      .board = said,
-      .what = "mirrored",
-      .cure =
-          "the pictures are mirrored: turn that off in the camera, or in the program that saved "
-          "them, and take them again"};
+  return OtherBoard{.board = said,
+                    .what = "mirrored",
+                    .cure =
+                        "the pictures are mirrored: turn that off in the camera, or in the program that "
+                        "saved them, and take them again"};
 }
 
 bool MarkersContradict(const Board& said, const std::vector<cv::Mat>& pictures) {

@@ -293,8 +293,7 @@ class LightFieldSource : public ReplaySource {
       if (!(light_field_.CameraOf(view) == light_field_.CameraOf(views.front())))
         throw Error(
             "{}: views {} and {} have different cameras, but a device has one; replay its images folder with "
-            "{} "
-            "instead",
+            "{} instead",
             options_.uri, views.front().id, view.id, Parameter("calibration"));
     const auto not_later = [](const View& a, const View& b) { return !(b.device_time_s > a.device_time_s); };
     has_own_times_ =

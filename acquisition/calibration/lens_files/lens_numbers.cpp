@@ -38,18 +38,15 @@ LensModel ModelOfNumbers(const LensNumbers& numbers, const std::string& where,
   if (numbers.said) return numbers.said->model;
   const bool is_plain = AreZeroFrom(numbers.coefficients, 0);
   if (count == 4 && !is_plain) {
-    warnings.push_back(
-        fmt::format("{}: four coefficients and no word for the model: they may be k1 k2 p1 p2 or a fisheye's "
-                    "k1 k2 k3 k4. Taken "
-                    "as k1 k2 p1 p2{}; if they are a fisheye's, add the line fisheye_model: 1 (or "
-                    "distortion_model: equidistant), "
-                    "if not, distortion_model: plumb_bob",
-                    where, numbers.is_ros ? ", plumb_bob, as ROS takes it" : ""));
+    warnings.push_back(fmt::format(
+        "{}: four coefficients and no word for the model: they may be k1 k2 p1 p2 or a fisheye's "
+        "k1 k2 k3 k4. Taken as k1 k2 p1 p2{}; if they are a fisheye's, add the line fisheye_model: 1 (or "
+        "distortion_model: equidistant), if not, distortion_model: plumb_bob",
+        where, numbers.is_ros ? ", plumb_bob, as ROS takes it" : ""));
   } else if (numbers.is_ros) {
     warnings.push_back(
         fmt::format("{}: no distortion_model; taken as plumb_bob, as ROS takes it. If the lens is a fisheye, "
-                    "the file must say "
-                    "distortion_model: equidistant",
+                    "the file must say distortion_model: equidistant",
                     where));
   }
   if (count == 0) return LensModel::kNone;
@@ -197,8 +194,7 @@ void SetSizeOfShape(const std::vector<double>& shape, const std::string& key, Le
   if (!fits)
     throw Error(
         "{}: '{}: {:g}, {:g}' may be height and width, as arrays have it, or width and height, and the "
-        "principal "
-        "point tells neither; write {} instead",
+        "principal point tells neither; write {} instead",
         where, key, shape[0], shape[1], numbers.size_keys);
   std::swap(numbers.width, numbers.height);
   numbers.warnings.push_back(fmt::format(
@@ -346,20 +342,17 @@ void CheckLensNumbers(Lens& lens, const std::string& where) {
   if (std::abs(c.cx) <= kCorner_px && std::abs(c.cy) <= kCorner_px && longest >= kLeastSide_px)
     throw Error(
         "{}: the principal point is in the corner of pictures of {}x{}: is it in parts of the picture, or "
-        "from "
-        "its middle? Write pixels from the upper left corner; the middle is {} {}",
+        "from its middle? Write pixels from the upper left corner; the middle is {} {}",
         where, c.width, c.height, 0.5 * c.width, 0.5 * c.height);
   // The shortest lens that keeps lines straight has 9 mm for pictures 36 mm wide; the longest zooms have 83 widths.
   constexpr double kShortestStraight = 0.2, kLongest = 100;
   // Shares: as ulf calibrate warns; anamorphic lenses and old video have more.
   constexpr double kOffMiddle = 0.1, kUnequal = 1.2;
   if (focal < kShortestStraight * longest && c.distortion != Distortion::kFisheye)
-    lens.warnings.push_back(
-        fmt::format("{}: a focal length of {:.6g} px is short for pictures of {}x{} without a fisheye: is "
-                    "that the size of "
-                    "the pictures "
-                    "from which the lens was found, and is the lens no fisheye?",
-                    where, focal, c.width, c.height));
+    lens.warnings.push_back(fmt::format(
+        "{}: a focal length of {:.6g} px is short for pictures of {}x{} without a fisheye: is "
+        "that the size of the pictures from which the lens was found, and is the lens no fisheye?",
+        where, focal, c.width, c.height));
   if (focal > kLongest * longest)
     lens.warnings.push_back(fmt::format(
         "{}: a focal length of {:.6g} px is that of a telescope with pictures of {}x{}: is it in pixels?",
@@ -367,8 +360,7 @@ void CheckLensNumbers(Lens& lens, const std::string& where) {
   if (!c.Contains({c.cx, c.cy}))
     lens.warnings.push_back(
         fmt::format("{}: the principal point ({:.1f}, {:.1f}) lies outside the picture of {}x{}: is that the "
-                    "size of the pictures "
-                    "from which the lens was found?",
+                    "size of the pictures from which the lens was found?",
                     where, c.cx, c.cy, c.width, c.height));
   else if (HasExchangedSides(c))
     lens.warnings.push_back(fmt::format(
@@ -377,13 +369,12 @@ void CheckLensNumbers(Lens& lens, const std::string& where) {
         where, c.cx, c.cy, c.height, c.width, c.width, c.height));
   else if (const double wide = std::abs(c.cx / c.width - 0.5), high = std::abs(c.cy / c.height - 0.5);
            std::max(wide, high) > kOffMiddle)
-    lens.warnings.push_back(fmt::format(
-        "{}: the principal point ({:.1f}, {:.1f}) is {:.0f} % of the width and {:.0f} % of the height from "
-        "the "
-        "middle of pictures of {}x{}, which hardly any lens has: are its numbers whole and in their order, "
-        "and "
-        "is that the size of the pictures from which the lens was found? It is right if these were cropped",
-        where, c.cx, c.cy, 100 * wide, 100 * high, c.width, c.height));
+    lens.warnings.push_back(
+        fmt::format("{}: the principal point ({:.1f}, {:.1f}) is {:.0f} % of the width and {:.0f} % of the "
+                    "height from the middle of pictures of {}x{}, which hardly any lens has: are its numbers "
+                    "whole and in their order, and is that the size of the pictures from which the lens was "
+                    "found? It is right if these were cropped",
+                    where, c.cx, c.cy, 100 * wide, 100 * high, c.width, c.height));
   if (const double ratio = focal / std::min(c.fx, c.fy); ratio > kUnequal)
     lens.warnings.push_back(
         fmt::format("{}: fx and fy, {:.6g} and {:.6g} px, differ by {:.0f} %, which they do not where pixels "

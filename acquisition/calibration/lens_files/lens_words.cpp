@@ -115,10 +115,8 @@ void FindMentions(const LensNode& node, const std::string& key, std::vector<Lens
 
 const char* const kLensWayOut =
     "ulf has pinholes with k1 k2 p1 p2 k3 (plumb_bob, radtan) and fisheyes with k1 k2 k3 k4 of Kannala and "
-    "Brandt "
-    "(equidistant): calibrate again with one of them (Kalibr: pinhole-radtan, pinhole-equi; OpenCV: "
-    "calibrateCamera, "
-    "fisheye::calibrate), or with ulf calibrate";
+    "Brandt (equidistant): calibrate again with one of them (Kalibr: pinhole-radtan, pinhole-equi; OpenCV: "
+    "calibrateCamera, fisheye::calibrate), or with ulf calibrate";
 
 namespace {
 

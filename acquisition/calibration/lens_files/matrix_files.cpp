@@ -75,8 +75,7 @@ void RefuseCutFile(const FoundLens& found, const LensNode& matrix, const LensNum
     return;
   throw Error(
       "{}: there is a camera matrix, but there are no distortion coefficients{}: the file may be cut. Write "
-      "it "
-      "again; if the lens has no distortion, add the line distortion_coefficients: [0, 0, 0, 0, 0]",
+      "it again; if the lens has no distortion, add the line distortion_coefficients: [0, 0, 0, 0, 0]",
       where, numbers.said ? " for '" + numbers.said->said + "'" : "");
 }
 
@@ -143,8 +142,7 @@ void CheckFlags(const FoundLens& found, const LensNumbers& numbers, const std::s
   if (d.size() < least)
     throw Error(
         "{}: '{}: {}' is of a model with {} coefficients (CALIB_RATIONAL_MODEL, THIN_PRISM or TILTED), but "
-        "there "
-        "are {}; write the file again",
+        "there are {}; write the file again",
         where, key, flags, least, d.size());
 }
 
@@ -163,11 +161,11 @@ void WarnOfWindow(const LensNode& map, LensNumbers& numbers, const std::string& 
   const bool is_whole = left == 0 && top == 0 &&
                         ((width == 0 && height == 0) || (width == numbers.width && height == numbers.height));
   if (!is_whole)
-    numbers.warnings.push_back(fmt::format(
-        "{}: roi {:g}x{:g}+{:g}+{:g}: the lens is that of the whole picture of {:g}x{:g}; "
-        "pictures of the region alone "
-        "need a calibration of their own, or the sensor and the region that ulf calibration binds them to",
-        where, width, height, left, top, numbers.width, numbers.height));
+    numbers.warnings.push_back(
+        fmt::format("{}: roi {:g}x{:g}+{:g}+{:g}: the lens is that of the whole picture of {:g}x{:g}; "
+                    "pictures of the region alone need a calibration of their own, or the sensor and the "
+                    "region that ulf calibration binds them to",
+                    where, width, height, left, top, numbers.width, numbers.height));
 }
 
 // The map without what is said of another camera in it, as distortion_model_right.
@@ -419,9 +417,8 @@ std::optional<std::vector<double>> PlainCoefficients(const LensNode& map, const 
   if (!are_zero && !numbers.said)
     throw Error(
         "{}: 'k1', ... hold distortion in a form that ulf does not read without a word for the lens's model; "
-        "add the "
-        "line distortion_model: plumb_bob (k1 k2 p1 p2 k3) or distortion_model: equidistant (a fisheye's k1 "
-        "k2 k3 k4)",
+        "add the line distortion_model: plumb_bob (k1 k2 p1 p2 k3) or distortion_model: equidistant (a "
+        "fisheye's k1 k2 k3 k4)",
         where);
   if (are_zero && !numbers.said) return std::vector<double>(4);
   if (is_fisheye && BehindWord(map, "k4") == nullptr && !are_zero)

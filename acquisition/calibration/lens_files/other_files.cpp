@@ -25,9 +25,7 @@ constexpr const char* kAsOpenCv =
 
 constexpr const char* kOfSet =
     "of RealityScan (RealityCapture), in millimetres of film; ulf import takes its export with the "
-    "photographs. "
-    "For "
-    "the lens alone, calibrate with ulf calibrate";
+    "photographs. For the lens alone, calibrate with ulf calibrate";
 
 constexpr std::array kOtherTexts = {
     OtherText{"LENSMODEL_",
@@ -36,14 +34,13 @@ constexpr std::array kOtherTexts = {
               "an Adobe lens profile (LCP), which does not tell pixels; calibrate with ulf calibrate"},
     OtherText{"#polynomial coefficients for the DIRECT mapping",
               "a calibration of Scaramuzza's OCamCalib, a lens model that ulf does not have; calibrate again "
-              "with a "
-              "fisheye of four coefficients (ulf calibrate, Kalibr's pinhole-equi)"},
+              "with a fisheye of four coefficients (ulf calibrate, Kalibr's pinhole-equi)"},
     OtherText{"ParGroup: Cam",
               "a camera of HALCON, whose lens model (division or polynomial, in metres) ulf does not "
               "have; calibrate with ulf calibrate or OpenCV"},
-    OtherText{"sensor_msgs.msg.CameraInfo(",
-              "a message of ROS as Python prints it; write it by ros2 topic echo --once "
-              "TOPIC > camera_info.yaml"},
+    OtherText{
+        "sensor_msgs.msg.CameraInfo(",
+        "a message of ROS as Python prints it; write it by ros2 topic echo --once TOPIC > camera_info.yaml"},
     OtherText{"Intrinsic of \"", "a report of RealSense cameras (rs-enumerate-devices); {}"},
     OtherText{"Camera-system parameters",
               "Kalibr's report in words; give its camchain YAML file (camchain-*.yaml)"},
@@ -173,8 +170,7 @@ std::optional<std::string> OtherLensTree(const LensNode& top) {
            "cameras.txt";
   if (HasBelow(top, "projection_type"))
     return "is of OpenSfM, in parts of the picture's longer side; export it to COLMAP (bin/export_colmap), "
-           "and give "
-           "its cameras.txt";
+           "and give its cameras.txt";
   if (top.Has("CalibrationInformation"))
     return fmt::format(
         "is a calibration of Azure Kinect, in parts of the picture and with a rational lens model; {}",
@@ -195,8 +191,7 @@ std::optional<std::string> OtherLensTree(const LensNode& top) {
     return "is a stereo pair's rectification (OpenCV's extrinsics.yml) and no lens; give intrinsics.yml";
   if (top.FindPath({"document", "chunk"}))
     return "is Metashape's cameras (Export Cameras); ulf import takes them with their photographs. For the "
-           "lens alone, "
-           "save it by Tools > Camera Calibration";
+           "lens alone, save it by Tools > Camera Calibration";
   if (IsKittiLens(top))
     return fmt::format(
         "is KITTI's calib.txt, projections of rectified pictures without their size; {}: the first three "

@@ -198,8 +198,7 @@ Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::st
   if (!distortion)
     throw Error(
         "{}: 'distortion' is missing: the file may be cut. Write it again; if the lens has no distortion, "
-        "add "
-        "distortion: {{type: none}}",
+        "add distortion: {{type: none}}",
         place);
   const std::string type = word_of(*distortion), word = LensWord(type);
   const std::string said = "distortion type: " + type;
@@ -284,8 +283,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
     if (number("k4", false) != 0)
       throw Error(
           "{}: '{}.k4' belongs to a fisheye, but the model is {}; write Camera.type: KannalaBrandt8, or "
-          "leave out "
-          "k4",
+          "leave out k4",
           place, name, type);
     // All four or none, as the programs themselves want them.
     const bool any = std::ranges::any_of(std::array{"k1", "k2", "p1", "p2"},
@@ -337,8 +335,7 @@ Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::stri
   if (!has_distortion)
     throw Error(
         "{}: 'distortion_parameters' are missing: the file may be cut. Write it again; if the lens has no "
-        "distortion, "
-        "add them with k1, k2, p1 and p2 of 0",
+        "distortion, add them with k1, k2, p1 and p2 of 0",
         where);
   numbers.coefficients = NumbersBehind(distortion, {"k1", "k2", "p1", "p2"}, where, true);
   if (word == "pinholefull")
@@ -449,8 +446,7 @@ Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std:
       if (value(key) != 0)
         throw Error(
             "{}: {} is {}, which ulf does not have for '{}'; optimise the cameras without it (Tools > "
-            "Optimize "
-            "Cameras), and save the calibration again",
+            "Optimize Cameras), and save the calibration again",
             where, key, value(key), type);
   };
   refuse({"b2", "p3", "p4"});
