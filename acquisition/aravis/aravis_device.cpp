@@ -41,6 +41,8 @@ constexpr std::uint64_t kFrameWaitMicroseconds = 50'000;
 constexpr milliseconds kAskAtStop(500);
 constexpr double kCountersEverySeconds = 0.1;
 constexpr int kBrokenByChunks = 3;
+// A software trigger without a frame is fired again after at least so many seconds. Guessed.
+constexpr double kTriggerPatienceS = 1;
 
 class AravisDevice : public Device {
  public:
@@ -258,8 +260,7 @@ void AravisDevice::Freeze() {
 
 // Fires a trigger unless the frame of the last one is still to come and not yet overdue.
 void AravisDevice::Fire() {
-  const AravisPatience& patience = options_.patience;
-  const double overdue_s = std::max(patience.trigger_s, patience.stall_periods * configured_.period_s);
+  const double overdue_s = std::max(kTriggerPatienceS, kStallPeriods * configured_.period_s);
   if (trigger_out_ && SecondsSince(triggered_at_) < overdue_s) return;
   triggered_at_ = Clock::now();
   trigger_out_ = true;
@@ -300,7 +301,7 @@ void AravisDevice::Stop() {
 // The capture thread: moves frames from the library's buffers to the queue until Stop() or the camera is
 // lost.
 void AravisDevice::Capture() {
-  AravisWatch watch(*session_, options_, configured_.period_s);
+  AravisWatch watch(*session_, configured_.period_s);
   StallReport stall(events_);
   auto remembered = Clock::time_point{};
   bool frozen = false;

@@ -7,15 +7,17 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
 
 namespace ulf::acquisition {
 
+// A stream stalls after so many of its frame's periods at least. Guessed.
+inline constexpr double kStallPeriods = 3;
+
 class AravisWatch {
  public:
   // `period_s`: of the frames; 0: unknown.
-  AravisWatch(const AravisSession& session, const AravisOptions& options, double period_s);
+  AravisWatch(const AravisSession& session, double period_s);
 
   double StallSeconds() const;
   // `gap_s`: since the frame before. A camera that is regularly slower than it is set to does not stall between its frames.
@@ -33,7 +35,6 @@ class AravisWatch {
   double PeriodSeconds() const;
 
   const AravisSession& session_;
-  const AravisPatience patience_;
   const double period_s_;
   std::array<double, 3> gaps_s_{};  // the last
   const std::string gige_address_;  // empty: another bus

@@ -194,7 +194,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
     if (stills && frame->kind == FrameKind::kStill) {
       pending.count = std::max(0, pending.count - 1);
       RequireSize(collected, gray, name);
-      if (!photographs) photographs.emplace(board, gray.cols, gray.rows, options.guide);
+      if (!photographs) photographs.emplace(board, gray.cols, gray.rows, options.least_views);
       const ViewVerdict verdict =
           photographs->LookAtPhotograph(gray, fmt::format("photograph {}", ++photograph));
       if (verdict == ViewVerdict::kNotSeen) {
@@ -212,7 +212,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
                                   : fmt::format("{} next: {}", photographs->Map(), photographs->NextMove())));
       show_picture(gray, *photographs, verdict);
     } else if (frame->kind == FrameKind::kLive) {
-      if (!guide) guide.emplace(board, gray.cols, gray.rows, options.guide);
+      if (!guide) guide.emplace(board, gray.cols, gray.rows, options.least_views);
       // Ignores live frames until the requested photograph arrives, because the board must stay until then.
       if (stills && pending.count > 0) {
         if (pending.Overdue(options.still_timeout_s)) {

@@ -31,7 +31,7 @@ struct CaptureProgress {
 
 struct CalibrationCaptureOptions {
   std::string mode = "live";  // or "still": uses photographs, which it releases, instead of live frames
-  GuideOptions guide;
+  int least_views = CalibrationGuide::kLeastViews;  // of a device
   std::function<void(const CaptureProgress&)> show = [](const CaptureProgress&) {};
   // The frame or photograph that the guide has judged: for a picture of it (calibration_picture.h).
   std::function<void(const cv::Mat& gray, const CalibrationGuide&, ViewVerdict)> show_picture = {};

@@ -13,6 +13,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr double kFirstPauseS = 0.1;  // doubled after each attempt; guessed
+
 std::string Describe(const DeviceInfo& info) {
   std::string text = info.maker + (info.maker.empty() ? "" : " ") + info.model;
   if (!info.serial.empty()) text += ", serial " + info.serial;
@@ -32,7 +34,7 @@ void RunSearch(const std::shared_ptr<DriverSearch>& search, const Reconnection& 
     MutexLock lock(search->mutex);
     if (search->changed.wait_until(lock, begin, stopped)) return;
   }
-  double wait_s = how.first_wait_s;
+  double wait_s = kFirstPauseS;
   for (int attempt = 0;; ++attempt) {
     std::unique_ptr<Device> driver;
     std::string problem, refused;
@@ -54,7 +56,7 @@ void RunSearch(const std::shared_ptr<DriverSearch>& search, const Reconnection& 
     if (search->found || search->over) return;
     const auto until = std::min(Clock::now() + DurationOf(wait_s), give_up);
     if (search->changed.wait_until(lock, until, stopped)) return;
-    wait_s = std::min(2 * wait_s, how.longest_wait_s);
+    wait_s = std::min(2 * wait_s, kLongestSearchPauseS);
   }
 }
 

@@ -22,12 +22,6 @@ struct Reconnection {
   // The camera is searched for so long, then given up; 0: not at all. Guessed: time to change a cable or a
   // battery.
   double patience_s = 300;
-  // Pauses between two attempts double from the first to the longest. Guessed: an attempt takes up to a
-  // second.
-  double first_wait_s = 0.1, longest_wait_s = 0.75;
-  // The camera's clock continues where its times fit this computer's to within this, else it has restarted.
-  // Guessed: much more than jitter, much less than a restart takes.
-  double same_clock_s = 1;
 };
 
 // The search for a lost camera, shared by the thread that searches and the device that waits. The device may
@@ -41,6 +35,9 @@ struct DriverSearch {
   std::string problem ULF_GUARDED_BY(mutex);            // of the last attempt
   std::string refused ULF_GUARDED_BY(mutex);  // why another camera was refused; empty: none was found
 };
+
+// The longest pause between two attempts. Guessed: an attempt takes up to a second.
+inline constexpr double kLongestSearchPauseS = 0.75;
 
 // Searches from `begin` to `give_up`; `known` is the camera that was lost.
 std::shared_ptr<DriverSearch> SearchDriver(const Reconnection& how, const DeviceInfo& known,

@@ -34,6 +34,11 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kIndex = "frames.jsonl";
 constexpr const char* kFolder = "frames";
+// A batch ends after so many bytes or seconds: a kill loses at most this, each batch costs one wait for the disk. Guessed.
+constexpr std::size_t kBatchBytes = 64 << 20;
+constexpr double kBatchS = 0.5;
+constexpr std::uint64_t kIndexReserveBytes =
+    1 << 20;  // left free on the disk, so that written frames can be named
 constexpr std::chrono::milliseconds kBatchCheck(100);  // the writer checks so often whether a batch is due
 
 class OpenFile {
@@ -254,9 +259,9 @@ void FrameRecorder::State::Loop() {
       lock.lock();
       bytes -= item_bytes;
     }
-    const bool due = !lines.empty() && (bytes_in_batch >= options.batch_bytes ||
-                                        SecondsSince(batch_began) >= options.batch_s || finishing);
-    if (due && (!finishing || waiting.empty() || bytes_in_batch >= options.batch_bytes)) {
+    const bool due = !lines.empty() &&
+                     (bytes_in_batch >= kBatchBytes || SecondsSince(batch_began) >= kBatchS || finishing);
+    if (due && (!finishing || waiting.empty() || bytes_in_batch >= kBatchBytes)) {
       lock.unlock();
       EndBatch();
       lock.lock();
@@ -285,7 +290,7 @@ void FrameRecorder::State::Write(Item item) {
     };
     if (auto image = ImageFile(frame)) image_name = want(image->extension, std::move(image->content));
     if (frame.raw) raw_name = want(frame.raw->extension, ContentOf(*frame.raw->bytes));
-    if (FreeBytes(dir) < needed + options.index_reserve_bytes)
+    if (FreeBytes(dir) < needed + kIndexReserveBytes)
       ThrowDiskError(ENOSPC, fmt::format("{}: frame {} is not written", dir.string(), frame.id));
     files.Write(wanted);
     const MutexLock lock(mutex);

@@ -20,6 +20,10 @@ using std::chrono::milliseconds;
 // The shortest gap in device time between the last frame before a clock's restart and the first one after it.
 constexpr double kShortestGapSeconds = 1e-3;
 
+// The camera's clock continues where its times fit this computer's to within this, else it has restarted. Guessed: much more
+// than jitter, much less than a restart takes.
+constexpr double kSameClockS = 1;
+
 // A frame waits no longer for its reader: where the computer's clock says that the gap was longer than the steady clock by
 // more, it was set meanwhile. Guessed.
 constexpr double kLongestWaitSeconds = 10;
@@ -266,7 +270,7 @@ void ReconnectingDevice::SearchAgain(const std::string& problem) {
   if (Clock::now() >= give_up_)
     GiveUp(problem);
   else
-    BeginSearch(Clock::now() + DurationOf(how_.longest_wait_s));
+    BeginSearch(Clock::now() + DurationOf(kLongestSearchPauseS));
 }
 
 void ReconnectingDevice::GiveUp(const std::string& problem) {
@@ -329,7 +333,7 @@ std::string ReconnectingDevice::AlignClock(const Frame& frame) {
   const double expected_s = *last_device_time_s_ + std::max(SecondsWithoutFrames(frame), kShortestGapSeconds);
   const double time_s = frame.device_time_s + TimeShiftSeconds();
   const bool same_clock =
-      time_s > *last_device_time_s_ && (!live_ || std::abs(time_s - expected_s) < how_.same_clock_s);
+      time_s > *last_device_time_s_ && (!live_ || std::abs(time_s - expected_s) < kSameClockS);
   if (same_clock) return "";
   const MutexLock lock(mutex_);
   time_shift_s_ = expected_s - frame.device_time_s;

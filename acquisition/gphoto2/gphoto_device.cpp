@@ -38,6 +38,12 @@ using Clock = std::chrono::steady_clock;
 // property, because several change together.
 constexpr Clock::duration kLeastWait = milliseconds(1), kMostWait = milliseconds(100);
 constexpr milliseconds kFailurePause(20), kPropertyPause(200);
+// Seconds, all guessed: how long a raw file and its JPEG wait for each other, how long Stop() waits for a photograph that was
+// requested before, the interval at which settings, battery and card are checked, how long live view may fail until the
+// device stalls, the interval at which that is repeated, and the pause after a failed live view frame.
+constexpr double kPairS = 3, kLastPhotographS = 10, kWatchEveryS = 5, kLiveViewTroubleS = 3,
+                 kLiveViewRepeatS = 30, kLiveViewPauseS = 0.3;
+constexpr int kFailuresInRow = 20;  // then a camera that cannot report its storage is lost; guessed
 
 double NowS() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
@@ -52,14 +58,13 @@ class GphotoDevice : public Device {
         camera_(std::make_unique<GphotoCamera>(uri_, ResolveGphotoAddress(uri))),
         settings_(*camera_, uri_),
         downloads_(*camera_),
-        pairing_(options_.patience.pair_s),
-        watch_(*camera_, settings_, options_.battery_low,
-               [this](const std::string& words) { Notice(words); }),
+        pairing_(kPairS),
+        watch_(*camera_, settings_, [this](const std::string& words) { Notice(words); }),
         left_fetch_(
             *camera_, *left_, [this](const std::string& words) { Notice(words); },
             [this](const GphotoResult& result) { return Gone(result); }),
         requests_(
-            *camera_, settings_, options_.patience, [this](const std::string& words) { Notice(words); },
+            *camera_, settings_, [this](const std::string& words) { Notice(words); },
             [this](const GphotoResult& result) { return Gone(result); }) {
     events_.LogAs(uri_);
     info_ = DescribeGphoto(*camera_, uri_, uri.path.starts_with("ptpip:") ? "PTP/IP" : "USB");
@@ -171,7 +176,7 @@ class GphotoDevice : public Device {
     const auto period = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(1 / options_.live_view_fps));
     Clock::time_point next_live = Clock::now();
-    next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
+    next_watch_ = Clock::now() + Milliseconds(kWatchEveryS);
     left_fetch_.Begin();
     while (!MayStop() && !lost_) {
       QueueLeft();
@@ -236,7 +241,7 @@ class GphotoDevice : public Device {
     if (!stop_) return false;
     if (!requests_.IsReleased() && downloads_.Count() == 0) return true;
     if (!stopping_since_) stopping_since_ = Clock::now();
-    return SecondsSince(*stopping_since_) > options_.patience.last_photograph_s;
+    return SecondsSince(*stopping_since_) > kLastPhotographS;
   }
 
   void LiveView() {
@@ -266,9 +271,9 @@ class GphotoDevice : public Device {
     if (!result.ok() && Gone(result)) return;
     // Some cameras refuse live view for a moment after a photograph; only a longer refusal is reported.
     if (!live_view_trouble_since_) live_view_trouble_since_ = Clock::now();
-    live_view_pause_s_ = options_.patience.live_view_pause_s;
-    if (SecondsSince(*live_view_trouble_since_) < options_.patience.live_view_trouble_s) return;
-    live_view_trouble_since_ = Clock::now() + Milliseconds(options_.patience.live_view_repeat_s);
+    live_view_pause_s_ = kLiveViewPauseS;
+    if (SecondsSince(*live_view_trouble_since_) < kLiveViewTroubleS) return;
+    live_view_trouble_since_ = Clock::now() + Milliseconds(kLiveViewRepeatS);
     events_.Say(
         DeviceEventKind::kStalled,
         fmt::format("no live view: {}; check the camera's display, its mode dial and its lens", result.text));
@@ -383,7 +388,7 @@ class GphotoDevice : public Device {
 
   // Checks settings, battery and card.
   void Watch() {
-    next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
+    next_watch_ = Clock::now() + Milliseconds(kWatchEveryS);
     const GphotoResult result = watch_.Look();
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     if (!result.ok()) Gone(result);
@@ -398,7 +403,7 @@ class GphotoDevice : public Device {
       const GphotoResult life = camera_->Storages(ignored);
       gone = !life.ok() && !life.Busy();
     }
-    if (!gone && !watch_.HasStorage()) gone = ++failures_ >= options_.failures_in_row;
+    if (!gone && !watch_.HasStorage()) gone = ++failures_ >= kFailuresInRow;
     if (gone)
       Lose(
           fmt::format("the camera no longer answers ({}); check its cable or network, its switch and its "

@@ -19,7 +19,6 @@
 #include "acquisition/gphoto2/camera_bracket.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
-#include "acquisition/gphoto2/gphoto_options.h"
 #include "acquisition/gphoto2/shutter_bracket.h"
 #include "core/base/mutex.h"
 #include "core/image/frame.h"
@@ -29,7 +28,7 @@ namespace ulf::acquisition {
 class PhotographRequests {
  public:
   // `camera` and `settings` outlive it. `gone`: whether a call failed because the camera is gone.
-  PhotographRequests(GphotoCamera& camera, CameraSettings& settings, const GphotoPatience& patience,
+  PhotographRequests(GphotoCamera& camera, CameraSettings& settings,
                      const std::function<void(const std::string&)>& notice,
                      std::function<bool(const GphotoResult&)> gone);
 
@@ -66,7 +65,6 @@ class PhotographRequests {
   void Release();
 
   GphotoCamera& camera_;
-  const GphotoPatience patience_;
   const std::function<void(const std::string&)> notice_;
   const std::function<bool(const GphotoResult&)> gone_;
   ShutterBracket shutter_bracket_;

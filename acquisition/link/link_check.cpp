@@ -15,6 +15,8 @@
 namespace ulf::acquisition {
 namespace {
 
+constexpr double kRateShare = 0.8;  // of the rate that came, whole or not, what is tried next; guessed
+
 struct Streamed {
   LinkTrial trial;
   DeviceInfo camera;
@@ -163,8 +165,8 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
       is_remedy(fmt::format("fps={:.4g}", std::min(first.fps, described.set_fps.value_or(first.fps)))))
     return report;
   // What came through whole or not: a sender that waits for its link sends what that carries.
-  double fps = options.rate_share * first.fps;
-  for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= options.rate_share) {
+  double fps = kRateShare * first.fps;
+  for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= kRateShare) {
     const std::string slower = fmt::format("fps={:.4g}", fps);
     if (refused && !report.camera_limit.empty()) return report;
     if (!is_remedy(packets > 0 ? slower + "&" + spread(fps) : slower)) continue;

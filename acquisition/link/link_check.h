@@ -20,9 +20,7 @@ struct LinkCheckOptions {
   // Bytes a packet, tried in this order where frames are lost and they are smaller than what the camera sends: what fits
   // through jumbo frames, Ethernet, tunnels, and any network (RFC 791).
   std::vector<int> packet_sizes = {8000, 4000, 1500, 1400, 576};
-  // Of the rate that came, whole or not, what is tried next, and so on; so often. Guessed.
-  double rate_share = 0.8;
-  int most_rates = 8;
+  int most_rates = 8;               // lower ones that are tried, one after the other. Guessed
   std::function<bool()> stop = {};  // asked between frames
   std::function<void(const std::string&)> say = {};
 };

@@ -33,6 +33,9 @@ using Clock = std::chrono::steady_clock;
 // How long the capture thread waits for a frame before it does its other work, and its pause where no buffer
 // is filled yet. Guessed.
 constexpr milliseconds kFrameWait(100), kEmptyPause(2);
+// How long a camera may send nothing until it counts as stalled, and as lost: the longer of seconds and frame periods.
+// Guessed.
+constexpr double kStalledS = 0.5, kStalledPeriods = 3, kLostS = 5.5, kLostPeriods = 10;
 
 class V4l2Device : public Device {
  public:
@@ -185,9 +188,8 @@ class V4l2Device : public Device {
   // The capture thread: moves frames from the driver's buffers to the queue until Stop() or the camera is
   // lost.
   void Capture() {
-    const V4l2Patience& patience = options_.patience;
-    const double stall_s = std::max(patience.stalled_s, patience.stalled_periods * configured_.period_s);
-    const double lost_s = std::max(patience.lost_s, patience.lost_periods * configured_.period_s);
+    const double stall_s = std::max(kStalledS, kStalledPeriods * configured_.period_s);
+    const double lost_s = std::max(kLostS, kLostPeriods * configured_.period_s);
     const auto begun = Clock::now();
     StallReport stall(events_);
     bool settled = options_.settle_s == 0;

@@ -11,18 +11,11 @@
 
 namespace ulf::acquisition {
 
-// How long a camera may send nothing, each the longer of seconds and frame periods. Guessed.
-struct V4l2Patience {
-  double stalled_s = 0.5, stalled_periods = 3;  // then the device reports kStalled
-  double lost_s = 5.5, lost_periods = 10;       // then it is kLost
-};
-
 struct V4l2Options {
   V4l2ModeRequest request;
   V4l2Io io = V4l2Io::kMmap;
   double settle_s = 1;    // the automatics run so long; guessed: webcams adapt within a second
   std::size_t queue = 4;  // frames that may wait for the reader
-  V4l2Patience patience;
   std::vector<std::pair<std::string, std::string>> controls;  // in the URI's order
 };
 
