@@ -111,7 +111,7 @@ ReplayOptions OptionsOf(const DeviceUri& uri) {
     throw Refusal(options.uri, "",
                   "speed must be 0 (as fast as frames are read) or a factor (1: as recorded)", "");
   if (uri.path.empty())
-    throw Refusal("replay:", "", "'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD");
+    throw Refusal("", "", "'replay:' needs a path: replay:FOLDER, replay:VIDEO or replay:LIGHT_FIELD", "");
   if (options.fps && *options.fps <= 0) throw Refusal(options.uri, "", "fps must be positive", "");
   if (const auto transfer = uri.Option("transfer")) {
     if (*transfer != "linear" && *transfer != "srgb")

@@ -39,9 +39,9 @@ void ReadCap(const DeviceUri& uri, SimulationOptions& options) {
 
 void RequireRange(const char* what, double value, double low, double high) {
   if (!(value >= low && value <= high))
-    throw Refusal(
-        what, fmt::format("{:g}", value),
-        fmt::format("the simulated camera's {} is {:g}; it must be {:g} to {:g}", what, value, low, high));
+    throw Refusal("", fmt::format("{:g}", value),
+                  fmt::format("the simulated camera's {} is {:g}", what, value),
+                  fmt::format("it must be {:g} to {:g}", low, high));
 }
 
 HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
@@ -159,8 +159,9 @@ void SimulationOptions::Validate() const {
   RequireRange("turntable's speed in degrees per second", Degrees(turn_speed), 0, 360);
   RequireRange("unsteadiness (1: as a hand)", unsteady, 0, 10);
   if (!(duration_s > 0))
-    throw Refusal("duration", fmt::format("{:g}", duration_s),
-                  fmt::format("the simulated camera's duration is {:g} s; it must be positive", duration_s));
+    throw Refusal("", fmt::format("{:g}", duration_s),
+                  fmt::format("the simulated camera's duration is {:g} s", duration_s),
+                  "it must be positive");
 }
 
 CameraModel SimulatedIntrinsics(int width, int height) {

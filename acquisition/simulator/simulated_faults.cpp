@@ -94,9 +94,8 @@ void SimulatedFaults::Add(const std::string& text) {
   const std::string name = text.substr(0, equals);
   for (const auto& [known, setter] : Setters())
     if (known == name && equals != std::string::npos) return setter(*this, name, text.substr(equals + 1));
-  throw Refusal("fault", text,
-                fmt::format("'{}' is not a fault; write name=value with one of: {}", text,
-                            fmt::join(SimulatedFaultNames(), ", ")));
+  throw Refusal("", text, fmt::format("'{}' is not a fault", text),
+                fmt::format("write name=value with one of: {}", fmt::join(SimulatedFaultNames(), ", ")));
 }
 
 bool SimulatedFaults::NeedRelay() const {

@@ -131,8 +131,8 @@ class V4l2Device : public Device {
         std::string list = "format, size, fps, io, settle, queue";
         for (const V4l2Control& known : controls_)
           list += ", " + (known.short_name.empty() ? known.name : known.short_name);
-        throw Refusal(uri_, name,
-                      fmt::format("'{}' has no option or control '{}'; known are: {}", uri_, name, list));
+        throw Refusal("", name, fmt::format("'{}' has no option or control '{}'", uri_, name),
+                      fmt::format("known are: {}", list));
       }
       if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
         throw Refusal(fmt::format("'{}'", uri_), "", fmt::format("the control {} is read-only", name), "");

@@ -12,8 +12,8 @@ std::atomic<std::string (*)(std::string_view)> spelling{AsInTheApi};
 std::string Joined(const std::string& what, const std::string& value, const std::string& why,
                    const std::string& remedy) {
   std::string text = what;
-  if (!value.empty()) text += " " + value;
-  text += ": " + why;
+  if (!what.empty()) text += value.empty() ? ": " : " " + value + ": ";
+  text += why;
   return remedy.empty() ? text : text + "; " + remedy;
 }
 
@@ -25,9 +25,6 @@ Refusal::Refusal(std::string what, std::string value, std::string why, std::stri
       value_(std::move(value)),
       why_(std::move(why)),
       remedy_(std::move(remedy)) {}
-
-Refusal::Refusal(std::string what, std::string value, std::string text)
-    : Error("{}", text), what_(std::move(what)), value_(std::move(value)), why_(std::move(text)) {}
 
 std::string Parameter(std::string_view name) { return spelling.load()(name); }
 

@@ -124,28 +124,10 @@ constexpr std::array<std::string_view, 13> kHeightWords = {
     "imageheight", "imgheight",   "height",    "h",          "heightpx",     "imageheightpx", "imgh",
     "frameheight", "resolutiony", "imagerows", "imagesizey", "cameraheight", "videoheight"};
 // Lists with the width first, as OpenCV's Size, PIL, Kalibr, okvis and OpenCV's articles (DIM) have it.
-constexpr std::array<std::string_view, 22> kSizeWords = {"imagesize",
-                                                         "imgsize",
-                                                         "resolution",
-                                                         "imageresolution",
-                                                         "cameraresolution",
-                                                         "size",
-                                                         "s",
-                                                         "dim",
-                                                         "dims",
-                                                         "dimension",
-                                                         "dimensions",
-                                                         "imagedim",
-                                                         "imagedimension",
-                                                         "imagedimensions",
-                                                         "imgdim",
-                                                         "calibdimension",
-                                                         "framesize",
-                                                         "picturesize",
-                                                         "videosize",
-                                                         "imagesizepx",
-                                                         "wh",
-                                                         "imagewh"};
+constexpr auto kSizeWords = LensWordsIn<22>(
+    "imagesize imgsize resolution imageresolution cameraresolution size s dim dims dimension dimensions "
+    "imagedim imagedimension imagedimensions imgdim calibdimension framesize picturesize videosize "
+    "imagesizepx wh imagewh");
 // The shape of an array: NumPy has the height first, but scripts turn it around under the same name.
 constexpr std::array<std::string_view, 6> kShapeWords = {"imageshape", "imgshape", "shape",
                                                          "frameshape", "hw",       "imagehw"};

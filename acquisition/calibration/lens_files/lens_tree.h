@@ -3,6 +3,8 @@
 // looked for once and not once for each syntax.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <initializer_list>
 #include <optional>
@@ -42,6 +44,17 @@ std::optional<std::vector<LensNode>> LensTreesOf(const std::string& text, const 
 
 // Lower case without blanks, underlines, dots, colons and hyphens, by which keys and words are compared.
 std::string LensWord(std::string_view text);
+
+// The N words of a text with one blank between them.
+template <std::size_t N>
+consteval std::array<std::string_view, N> LensWordsIn(std::string_view text) {
+  std::array<std::string_view, N> words;
+  for (std::string_view& word : words) {
+    word = text.substr(0, text.find(' '));
+    text.remove_prefix(std::min(text.size(), word.size() + 1));
+  }
+  return text.empty() ? words : throw "there are more words";
+}
 
 // Numbers that are not finite come through as such.
 std::optional<double> LensNumber(const LensNode& node);

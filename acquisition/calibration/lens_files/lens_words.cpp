@@ -176,48 +176,12 @@ constexpr std::array<std::string_view, 6> kProjectionWords = {"pinhole",     "pe
                                                               "rectilinear", "standard",    "normal"};
 
 // Models that ulf does not have, for keys that may be of anything else as well.
-constexpr std::array<std::string_view, 42> kOtherModels = {"omni",
-                                                           "omnidirectional",
-                                                           "omniradtan",
-                                                           "omnidir",
-                                                           "mei",
-                                                           "unified",
-                                                           "ucm",
-                                                           "eucm",
-                                                           "extendedunified",
-                                                           "catadioptric",
-                                                           "ds",
-                                                           "doublesphere",
-                                                           "scaramuzza",
-                                                           "ocam",
-                                                           "ocamcalib",
-                                                           "polynomial",
-                                                           "division",
-                                                           "ftheta",
-                                                           "thinprism",
-                                                           "thinprismfisheye",
-                                                           "radtanthinprismfisheye",
-                                                           "tilted",
-                                                           "fov",
-                                                           "atan",
-                                                           "equisolid",
-                                                           "equisolidfisheye",
-                                                           "stereographic",
-                                                           "orthographic",
-                                                           "equirectangular",
-                                                           "spherical",
-                                                           "panoramic",
-                                                           "cylindrical",
-                                                           "cylinder",
-                                                           "inversebrownconrady",
-                                                           "modifiedbrownconrady",
-                                                           "rational6kt",
-                                                           "fisheye62",
-                                                           "fisheye624",
-                                                           "cahvor",
-                                                           "cahvore",
-                                                           "splinedstereographic",
-                                                           "genericcamera"};
+constexpr auto kOtherModels = LensWordsIn<42>(
+    "omni omnidirectional omniradtan omnidir mei unified ucm eucm extendedunified catadioptric ds "
+    "doublesphere scaramuzza ocam ocamcalib polynomial division ftheta thinprism thinprismfisheye "
+    "radtanthinprismfisheye tilted fov atan equisolid equisolidfisheye stereographic orthographic "
+    "equirectangular spherical panoramic cylindrical cylinder inversebrownconrady modifiedbrownconrady "
+    "rational6kt fisheye62 fisheye624 cahvor cahvore splinedstereographic genericcamera");
 
 WordMeaning MeaningOf(std::string_view word, LensModel& model) {
   if (std::ranges::find(kProjectionWords, word) != kProjectionWords.end())

@@ -75,7 +75,7 @@ void RequireFreeGigeAddress(const std::string& address) {
   at.sin_family = AF_INET;
   at.sin_port = htons(kGvcpPort);
   if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1)
-    throw Refusal("address", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address));
+    throw Refusal("", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address), "");
   const int failed = [&at] {
     const Descriptor trial(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     return bind(trial.Number(), reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0 ? 0 : errno;

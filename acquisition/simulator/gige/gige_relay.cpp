@@ -53,8 +53,7 @@ class Socket {
     at_.sin_family = AF_INET;
     at_.sin_port = htons(static_cast<std::uint16_t>(port));
     if (inet_pton(AF_INET, address.c_str(), &at_.sin_addr) != 1)
-      throw Refusal("address", address,
-                    fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address));
+      throw Refusal("", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address), "");
     if (!descriptor_.IsOpen() || bind(fd(), reinterpret_cast<const sockaddr*>(&at_), sizeof(at_)) != 0)
       throw Error("{}:{} cannot be opened: {}", address, port, std::strerror(errno));
     socklen_t size = sizeof(at_);

@@ -147,22 +147,21 @@ void SimulatedGigeCamera::State::Serve() {
     throw Refusal(Parameter("serial"), fmt::format("'{}'", options.serial),
                   "must have 1 to 15 characters, as GigE Vision allows", "");
   if (options.simulation.faults.incomplete > 0)
-    throw Refusal(
-        "fault", "incomplete",
-        "fault incomplete works with sim: only; over the network, lose packets with lost=0.005 and resend=0");
+    throw Refusal("", "incomplete", "fault incomplete works with sim: only",
+                  "over the network, lose packets with lost=0.005 and resend=0");
   if (options.simulation.faults.auto_exposure != AutoExposure::kOff)
-    throw Refusal(
-        "fault", "auto_exposure",
-        "fault auto_exposure works with sim: only; over the network, set ExposureTime while it streams");
+    throw Refusal("", "auto_exposure", "fault auto_exposure works with sim: only",
+                  "over the network, set ExposureTime while it streams");
   if (!(options.line_hz >= 0.1 && options.line_hz <= 200))
     throw Refusal(fmt::format("{:g} pulses a second on Line0", options.line_hz), "", "must be 0.1 to 200",
                   "");
   if (options.loop < 0 || options.loop > kMostInLoop)
     throw Refusal(fmt::format("a loop of {} pictures", options.loop), "", "must be at most 10000", "");
   if (options.loop > 0 && options.simulation.faults.ChangeWithTime())
-    throw Refusal("loop", "",
-                  "faults drift, bluer, flicker and hunting do not work with a loop, whose pictures are "
-                  "rendered once; leave them or the loop out");
+    throw Refusal(
+        "", "",
+        "faults drift, bluer, flicker and hunting do not work with a loop, whose pictures are rendered once",
+        "leave them or the loop out");
   const std::string address = AddAddresses();
   RequireFreeGigeAddress(address);  // Aravis does not report when it cannot bind
   poses.emplace(options.poses, options.simulation.scene);
