@@ -10,7 +10,6 @@
 #include <map>
 #include <opencv2/calib3d.hpp>
 
-#include "acquisition/calibration/chessboard_count.h"
 #include "acquisition/calibration/layout_fit.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"

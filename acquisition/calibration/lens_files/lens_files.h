@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquisition/calibration/lens_files/lens_numbers.h"
+#include "acquisition/calibration/lens_files/lens_tree.h"
 
 namespace ulf::acquisition {
 

@@ -1,5 +1,5 @@
 // Tests: acquisition/calibration/other_board, acquisition/calibration/layout_fit,
-// acquisition/calibration/chessboard_count, acquisition/calibration/calibration_capture,
+// acquisition/calibration/layout_fit, acquisition/calibration/calibration_capture,
 // commands/calibration/calibrate_command, commands/calibration/calibrate_source.
 //
 // Another board than was said is told by its text; a right one never, however poor its views are.

@@ -1,4 +1,4 @@
-// Tests: acquisition/calibration/lens_files/other_files, acquisition/calibration/lens_files/lens_numbers,
+// Tests: acquisition/calibration/lens_files/lens_files, acquisition/calibration/lens_files/lens_numbers,
 // acquisition/calibration/lens_files/lens_words,
 // acquisition/calibration/lens_files/lens_tree.
 //
