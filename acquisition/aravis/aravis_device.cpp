@@ -12,7 +12,6 @@
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_clock.h"
 #include "acquisition/aravis/aravis_configuration.h"
-#include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_exposures.h"
 #include "acquisition/aravis/aravis_frames.h"
 #include "acquisition/aravis/aravis_session.h"

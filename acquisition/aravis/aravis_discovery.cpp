@@ -1,4 +1,4 @@
-#include "acquisition/aravis/aravis_discovery.h"
+#include "acquisition/aravis/aravis_device.h"
 
 #include <algorithm>
 #include <cerrno>

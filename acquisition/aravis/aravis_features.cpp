@@ -8,7 +8,6 @@
 #include <set>
 
 #include "acquisition/aravis/aravis_calls.h"
-#include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_setting.h"
 #include "core/base/error.h"

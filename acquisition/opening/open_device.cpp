@@ -1,7 +1,6 @@
 #include "acquisition/opening/open_device.h"
 
 #include "acquisition/aravis/aravis_device.h"
-#include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/device/reconnecting_device.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/gphoto2/gphoto_device.h"

@@ -9,7 +9,13 @@
 #include <atomic>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <optional>
+#include <set>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "acquisition/device/event_log.h"
 #include "acquisition/device/frame_queue.h"
@@ -17,7 +23,6 @@
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
-#include "acquisition/v4l2/v4l2_options.h"
 #include "acquisition/v4l2/v4l2_stream.h"
 #include "core/base/descriptor.h"
 #include "core/base/error.h"
@@ -36,6 +41,54 @@ constexpr milliseconds kFrameWait(100), kEmptyPause(2);
 // How long a camera may send nothing until it counts as stalled, and as lost: the longer of seconds and frame periods.
 // Guessed.
 constexpr double kStalledS = 0.5, kStalledPeriods = 3, kLostS = 5.5, kLostPeriods = 10;
+
+struct V4l2Options {
+  V4l2ModeRequest request;
+  V4l2Io io = V4l2Io::kMmap;
+  double settle_s = 1;    // the automatics run so long; guessed: webcams adapt within a second
+  std::size_t queue = 4;  // frames that may wait for the reader
+  std::vector<std::pair<std::string, std::string>> controls;  // in the URI's order
+};
+
+// Throws Refusal that names the invalid option. Names of controls are checked when the camera is open.
+V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
+  V4l2Options options;
+  std::set<std::string> given;
+  for (const auto& [key, value] : uri.options) {
+    if (!given.insert(key).second)
+      throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("{} is given twice", key), "");
+    if (key == "format") {
+      options.request.fourcc = FourccByName(value);
+      if (!options.request.fourcc)
+        throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                      fmt::format("ulf does not read the pixel format {} from webcams", value),
+                      "use YUYV, NV12 or MJPEG");
+    } else if (key == "size") {
+      int width = 0, height = 0;
+      char rest = 0;
+      if (std::sscanf(value.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1)
+        throw Refusal(fmt::format("'{}'", uri.Text()), "", "size must read WIDTHxHEIGHT, such as 1280x720",
+                      "");
+      options.request.size = {width, height};
+    } else if (key == "fps") {
+      options.request.fps = uri.Number(key);
+      if (*options.request.fps <= 0)
+        throw Refusal(fmt::format("'{}'", uri.Text()), "", "fps must be above 0", "");
+    } else if (key == "io") {
+      if (value != "mmap" && value != "userptr")
+        throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                      fmt::format("io must be mmap or userptr, not '{}'", value), "");
+      options.io = value == "mmap" ? V4l2Io::kMmap : V4l2Io::kUserPtr;
+    } else if (key == "settle") {
+      options.settle_s = uri.Number(key, options.settle_s, 0, 60);
+    } else if (key == "queue") {
+      options.queue = static_cast<std::size_t>(*uri.Whole(key, 1, 1000));
+    } else {
+      options.controls.emplace_back(key, value);
+    }
+  }
+  return options;
+}
 
 class V4l2Device : public Device {
  public:

@@ -22,7 +22,6 @@
 #include <vector>
 
 #include "acquisition/aravis/aravis_device.h"
-#include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_usb.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
