@@ -12,7 +12,7 @@
 #include <set>
 
 #include "acquisition/device/device_files.h"
-#include "core/base/descriptor.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -44,7 +44,7 @@ std::string CommonHub(const std::string& one, const std::string& other) {
 }
 
 int OpenError(const std::string& node) {
-  const Descriptor file(open(node.c_str(), O_RDWR | O_CLOEXEC));
+  const FileDescriptor file(open(node.c_str(), O_RDWR | O_CLOEXEC));
   return file.IsOpen() ? 0 : errno;
 }
 

@@ -176,7 +176,7 @@ StreamGuard::StreamGuard(int socket, const StreamBounds& bounds) : bounds_(bound
   socklen_t size = sizeof at;
   if (getsockname(socket, reinterpret_cast<sockaddr*>(&at), &size) != 0)
     throw Error("the packets of a stream cannot be checked: {}", std::strerror(errno));
-  discard_socket_ = Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  discard_socket_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   const int yes = 1;
   sock_filter nothing{BPF_RET | BPF_K, 0, 0, 0};
   const sock_fprog discard_all{1, &nothing};

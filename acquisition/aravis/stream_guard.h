@@ -18,7 +18,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/base/descriptor.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 
@@ -44,7 +44,7 @@ class StreamGuard {
   void Attach();
 
   StreamBounds bounds_;
-  Descriptor discard_socket_;
+  FileDescriptor discard_socket_;
 };
 
 }  // namespace ulf::acquisition

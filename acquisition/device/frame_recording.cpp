@@ -12,8 +12,8 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
-#include "core/base/descriptor.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/host_time.h"
 #include "core/base/json_fields.h"
 #include "core/base/json_text.h"
@@ -65,7 +65,7 @@ class OpenFile {
 
  private:
   fs::path path_;
-  Descriptor file_;
+  FileDescriptor file_;
 };
 
 bool IsJpeg(const std::string& extension) { return extension == ".jpg" || extension == ".jpeg"; }

@@ -15,7 +15,7 @@
 #include <memory>
 #include <thread>
 
-#include "core/base/descriptor.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -29,7 +29,7 @@ constexpr std::uint32_t kControlChannelPrivilege = 0x0A00, kPrimaryApplicationPo
 constexpr std::size_t kHeaderBytes = 8, kAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48,
                       kModelAt = 0x68, kSerialAt = 0xD8, kDiscoveryBytes = 0xF8;
 
-Descriptor UdpSocket() { return Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)); }
+FileDescriptor UdpSocket() { return FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)); }
 
 constexpr milliseconds kRefusedPause(10);  // before a refused request is sent again; guessed
 
@@ -85,7 +85,7 @@ std::optional<GigeAnswer> ReadGigeAnswer(std::span<const std::uint8_t> packet) {
 std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, std::uint32_t register_address,
                                               milliseconds timeout) {
   const auto camera = GvcpPortOf(ipv4_address);
-  const Descriptor socket = UdpSocket();
+  const FileDescriptor socket = UdpSocket();
   if (!camera || !socket.IsOpen() ||
       connect(socket.Number(), reinterpret_cast<const sockaddr*>(&*camera), sizeof(*camera)) != 0)
     return std::nullopt;
@@ -138,7 +138,7 @@ std::string AskGigeController(const std::string& ipv4_address) {
 
 std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address, milliseconds timeout) {
   const auto camera = GvcpPortOf(ipv4_address);
-  const Descriptor socket = UdpSocket();
+  const FileDescriptor socket = UdpSocket();
   if (!camera || !socket.IsOpen() ||
       sendto(socket.Number(), kDiscover.data(), kDiscover.size(), 0,
              reinterpret_cast<const sockaddr*>(&*camera), sizeof(*camera)) < 0)
@@ -149,10 +149,10 @@ std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address, millise
 }
 
 std::vector<GigeAnswer> DiscoverGigeCameras(milliseconds timeout) {
-  std::vector<Descriptor> sockets;
+  std::vector<FileDescriptor> sockets;
   std::vector<pollfd> waiting;
   for (const NetworkInterface& interface : NetworkInterfaces()) {
-    Descriptor socket = UdpSocket();
+    FileDescriptor socket = UdpSocket();
     sockaddr_in own{};
     own.sin_family = AF_INET;
     inet_pton(AF_INET, interface.address.c_str(), &own.sin_addr);

@@ -24,8 +24,8 @@
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
 #include "acquisition/v4l2/v4l2_stream.h"
-#include "core/base/descriptor.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
 
@@ -363,7 +363,7 @@ class V4l2Device : public Device {
   std::vector<V4l2Control> controls_;
   std::unique_ptr<V4l2Stream> stream_;
   std::unique_ptr<FrameQueue> queue_;
-  const Descriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  const FileDescriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::thread thread_;
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   // Used by the capture thread.

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
-#include "core/base/descriptor.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 
@@ -28,7 +28,7 @@ class V4l2Node {
 
  private:
   std::string path_;
-  Descriptor file_;
+  FileDescriptor file_;
 };
 
 // The text in a field of fixed size, with or without a terminating zero.

@@ -13,8 +13,8 @@
 
 #include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/sensor.h"
-#include "core/base/descriptor.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -371,7 +371,7 @@ const std::string& GenicamDescription() {
 
 GenicamDescriptionFile::GenicamDescriptionFile() {
   path_ = (std::filesystem::temp_directory_path() / "ulf_genicam_XXXXXX").string();
-  const Descriptor file(mkstemp(path_.data()));
+  const FileDescriptor file(mkstemp(path_.data()));
   const std::string& text = GenicamDescription();
   const bool whole =
       file.IsOpen() && write(file.Number(), text.data(), text.size()) == static_cast<ssize_t>(text.size());

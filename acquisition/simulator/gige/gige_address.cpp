@@ -29,7 +29,7 @@ bool IsLoopback(std::uint32_t address) { return address >> 24 == 127; }
 
 // 0, or the error number.
 int AddAlias(const std::string& label, std::uint32_t address) {
-  const Descriptor asking(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const FileDescriptor asking(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (!asking.IsOpen()) return errno;
   ifreq request{};
   std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
@@ -41,7 +41,7 @@ int AddAlias(const std::string& label, std::uint32_t address) {
 }
 
 void RemoveAlias(const std::string& label) {
-  const Descriptor asking(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const FileDescriptor asking(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (!asking.IsOpen()) return;
   ifreq request{};
   std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
@@ -53,8 +53,8 @@ void RemoveAlias(const std::string& label) {
 }
 
 // Reserves the label for this process until it ends, also by a signal; not open: another process has it.
-Descriptor Claim(const std::string& label) {
-  Descriptor claim(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+FileDescriptor Claim(const std::string& label) {
+  FileDescriptor claim(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (!claim.IsOpen()) return {};
   sockaddr_un name{};
   name.sun_family = AF_UNIX;
@@ -77,7 +77,7 @@ void RequireFreeGigeAddress(const std::string& address) {
   if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1)
     throw Refusal("", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address), "");
   const int failed = [&at] {
-    const Descriptor trial(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    const FileDescriptor trial(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     return bind(trial.Number(), reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0 ? 0 : errno;
   }();
   if (failed == EADDRNOTAVAIL)
@@ -100,7 +100,7 @@ LoopbackAddress::LoopbackAddress(const std::string& address) {
   for (const NetworkInterface& interface : NetworkInterfaces()) {
     is_there = is_there || interface.address == address;
     if (!interface.name.starts_with(kLabelPrefix)) continue;
-    Descriptor claim = Claim(interface.name);
+    FileDescriptor claim = Claim(interface.name);
     if (!claim.IsOpen()) continue;  // another process uses it
     if (interface.name == label) {
       claim_ = std::move(claim);

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/base/descriptor.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 
@@ -24,8 +24,8 @@ class LoopbackAddress {
   LoopbackAddress& operator=(const LoopbackAddress&) = delete;
 
  private:
-  std::string label_;  // of the added address; empty: none was added
-  Descriptor claim_;   // a lock that ends with the process
+  std::string label_;     // of the added address; empty: none was added
+  FileDescriptor claim_;  // a lock that ends with the process
 };
 
 // The camera's address when a relay uses `address`: 127.(a+64).b.c for 127.a.b.c. Throws Refusal for an

@@ -21,8 +21,8 @@
 #include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "core/base/descriptor.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {
@@ -81,7 +81,7 @@ class Socket {
   }
 
  private:
-  Descriptor descriptor_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
+  FileDescriptor descriptor_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
   sockaddr_in at_{};
 };
 
@@ -171,7 +171,7 @@ struct GigeRelay::State {
   std::atomic<bool> control_passes{true}, stream_passes{true}, stopping{false};
 
   Socket public_control, public_stream, camera_stream;
-  const Descriptor wake;
+  const FileDescriptor wake;
   sockaddr_in camera{};
   in_addr public_address{};
 

@@ -16,8 +16,8 @@
 
 #include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "core/base/descriptor.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {
@@ -55,7 +55,7 @@ class BlackHole {
   std::uint32_t Port() const { return ntohs(at_.sin_port); }
 
  private:
-  Descriptor socket_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  FileDescriptor socket_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   sockaddr_in at_{};
 };
 
@@ -78,7 +78,7 @@ struct GigeTransport::State {
       : registers(std::move(r)),
         clock(c),
         nowhere(address),
-        sender(Descriptor(stream_socket)),
+        sender(FileDescriptor(stream_socket)),
         has_master(clock.ptp_lock_s >= 0) {}
 
   void Start();

@@ -32,7 +32,7 @@ constexpr int kSendPatienceMs = 100;                 // for room in the socket; 
 }  // namespace
 
 struct GvspSender::State {
-  explicit State(Descriptor s) : socket(std::move(s)), thread([this] { Run(); }) {}
+  explicit State(FileDescriptor s) : socket(std::move(s)), thread([this] { Run(); }) {}
   ~State() {
     {
       const MutexLock lock(mutex);
@@ -52,7 +52,7 @@ struct GvspSender::State {
   void SendPacket(const Job& job, std::uint32_t kind, std::uint32_t number, const std::uint8_t* body,
                   std::size_t size);
 
-  const Descriptor socket;
+  const FileDescriptor socket;
   Mutex mutex;
   ConditionVariable changed;
   std::optional<Job> job ULF_GUARDED_BY(mutex);  // until it has been sent
@@ -125,7 +125,7 @@ void GvspSender::State::SendFrame(const Job& sent) {
   SendPacket(sent, kTrailerKind, number, trailer, sizeof trailer);
 }
 
-GvspSender::GvspSender(Descriptor socket) : state_(std::make_unique<State>(std::move(socket))) {}
+GvspSender::GvspSender(FileDescriptor socket) : state_(std::make_unique<State>(std::move(socket))) {}
 GvspSender::~GvspSender() = default;
 
 void GvspSender::Send(GvspFrame frame, const GvspDestination& destination) {

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/descriptor.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 
@@ -32,7 +32,7 @@ struct GvspDestination {
 class GvspSender {
  public:
   // `socket`: bound.
-  explicit GvspSender(Descriptor socket);
+  explicit GvspSender(FileDescriptor socket);
   ~GvspSender();
   GvspSender(const GvspSender&) = delete;
   GvspSender& operator=(const GvspSender&) = delete;

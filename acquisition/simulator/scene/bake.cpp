@@ -17,8 +17,8 @@
 #include "acquisition/simulator/scene/materials.h"
 #include "acquisition/simulator/scene/scene.h"
 #include "core/base/atomic_file.h"
-#include "core/base/descriptor.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/geometry/digest.h"
 
 namespace ulf::acquisition {
@@ -242,7 +242,7 @@ struct ChartHead {
 
 struct MappedFile {
   explicit MappedFile(const fs::path& path) {
-    const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file.IsOpen()) return;
     struct stat status {};
     if (fstat(file.Number(), &status) == 0 && status.st_size > 0) {
