@@ -27,15 +27,16 @@ constexpr std::array kRateSwitches{std::pair{"AcquisitionFrameRateEnable", Autom
                                    std::pair{"AcquisitionFrameRateEnabled", AutomaticMode::kOn},
                                    std::pair{"AcquisitionFrameRateAuto", AutomaticMode::kOff}};
 
-// Bytes that chunk data may take where the camera does not tell. Guessed: a chunk has some ten, and there are few.
+// Bytes that chunk data may take where the camera does not tell. Guessed: a chunk has some ten, and there are
+// few.
 constexpr std::size_t kChunkRoom = 4096;
 constexpr double kMostPayload = 1 << 30;  // of what is told; guessed
 
 double FactorOf(double decibels) { return std::pow(10.0, decibels / 20); }
 double Decibels(double factor) { return 20 * std::log10(factor); }
 
-// Makes room for a frame: what the camera tells, or the image where that is more. Returns what is wrong with the
-// description; empty: nothing.
+// Makes room for a frame: what the camera tells, or the image where that is more. Returns what is wrong with
+// the description; empty: nothing.
 std::string ReadPayload(const AravisSession& session, AravisConfigured& configured) {
   const double told = AravisNumber(session, "PayloadSize").Read().value_or(0);
   const std::size_t image = ImageBytes(configured.format, configured.width, configured.height);
@@ -318,8 +319,8 @@ class Configurator {
     return {};
   }
 
-  // A rate is available, can be written or is kept only while its switch lets it. Most are to be on, some off. Returns why
-  // one could not be switched.
+  // A rate is available, can be written or is kept only while its switch lets it. Most are to be on, some
+  // off. Returns why one could not be switched.
   std::string EnableRate(const AravisNumber& rate, double fps) {
     const auto is_free = [&] { return rate.WhyFixed().empty(); };
     std::string why;
@@ -345,8 +346,8 @@ class Configurator {
     Must(who_, "region", [&](GError** e) {
       arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
     });
-    // A camera that does not report its sensor's size reports the largest image, which tells nothing where it is the present
-    // one: its size may be fixed.
+    // A camera that does not report its sensor's size reports the largest image, which tells nothing where it
+    // is the present one: its size may be fixed.
     const auto full_size = [&](const char* of_sensor, const char* of_image, int binning, int end, int limit) {
       const auto read = [&](const char* feature) {
         return Has(feature)

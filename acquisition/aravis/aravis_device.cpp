@@ -34,8 +34,8 @@ using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
 // How long the capture thread waits for a frame before it does its other work, how long it waits for the
-// camera's answer about its control at Stop(), the pause between two readings of the library's counters, and after how many
-// broken frames at the beginning chunk data are given up. All guessed.
+// camera's answer about its control at Stop(), the pause between two readings of the library's counters, and
+// after how many broken frames at the beginning chunk data are given up. All guessed.
 constexpr std::uint64_t kFrameWaitMicroseconds = 50'000;
 constexpr milliseconds kAskAtStop(500);
 constexpr double kCountersEverySeconds = 0.1;
@@ -346,8 +346,8 @@ void AravisDevice::Capture() {
   RememberTransport();
 }
 
-// A USB3 Vision camera that promises chunk data and sends none sends less than was agreed, and the library takes none of its
-// frames for a whole one. On GigE Vision it does (AravisFrames).
+// A USB3 Vision camera that promises chunk data and sends none sends less than was agreed, and the library
+// takes none of its frames for a whole one. On GigE Vision it does (AravisFrames).
 bool AravisDevice::ChunksFail() const {
   return session_->IsUsb() && !configured_.chunks.empty() && broken_ >= kBrokenByChunks && !one_was_whole_;
 }

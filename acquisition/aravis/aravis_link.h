@@ -1,5 +1,5 @@
-// What a camera puts on its link: the size of its packets and the pause between them (GigE Vision), and how many bytes a
-// second it limits itself to.
+// What a camera puts on its link: the size of its packets and the pause between them (GigE Vision), and how
+// many bytes a second it limits itself to.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,9 @@ struct AravisLink {
   std::optional<double> throughput_limit;
 };
 
-// Writes what the options ask for and returns what the camera took; `notes` receives the settings that it changed. `who`
-// names the camera in errors. Throws Refusal for a setting that the camera does not have or take.
+// Writes what the options ask for and returns what the camera took; `notes` receives the settings that it
+// changed. `who` names the camera in errors. Throws Refusal for a setting that the camera does not have or
+// take.
 AravisLink WriteAravisLink(const AravisSession& session, const std::string& who, const AravisOptions& options,
                            const FeatureNames& names, std::vector<std::string>& notes);
 

@@ -48,8 +48,8 @@ struct Axis {
 constexpr Axis kAxes[] = {{"OffsetX", "SensorWidth", "WidthMax", "BinningHorizontal", "DecimationHorizontal"},
                           {"OffsetY", "SensorHeight", "HeightMax", "BinningVertical", "DecimationVertical"}};
 
-// The sensor along an axis, in pixels of the image, beside a size that is fixed; 0: the camera does not tell it. A largest
-// size that is the fixed one tells nothing, because no other size is possible.
+// The sensor along an axis, in pixels of the image, beside a size that is fixed; 0: the camera does not tell
+// it. A largest size that is the fixed one tells nothing, because no other size is possible.
 std::int64_t SensorBeside(const AravisSession& session, const Axis& axis, std::int64_t size) {
   const auto read = [&](const char* feature) {
     return std::llround(AravisNumber(session, feature).Read().value_or(0));
@@ -61,8 +61,8 @@ std::int64_t SensorBeside(const AravisSession& session, const Axis& axis, std::i
   return largest > size ? largest : 0;
 }
 
-// Where an image of `size` may begin, which is one of `sizes`. The camera's limits belong to the present size: they hold for
-// one that is fixed, and are computed for others.
+// Where an image of `size` may begin, which is one of `sizes`. The camera's limits belong to the present
+// size: they hold for one that is fixed, and are computed for others.
 Steps OffsetsOf(const AravisSession& session, const std::string& who, const Axis& axis, const Steps& sizes,
                 std::int64_t size) {
   Steps offsets = StepsOf(session, who, axis.offset);
@@ -74,8 +74,8 @@ Steps OffsetsOf(const AravisSession& session, const std::string& who, const Axis
   return offsets;
 }
 
-// Where the last pixel that the camera can send ends along an axis; 0: it has no limit. A size that is fixed is not the
-// sensor's; the offsets beside it reach as far as the sensor does.
+// Where the last pixel that the camera can send ends along an axis; 0: it has no limit. A size that is fixed
+// is not the sensor's; the offsets beside it reach as far as the sensor does.
 int EndOf(const AravisSession& session, const std::string& who, const Axis& axis, const Steps& sizes,
           bool has_offsets) {
   std::int64_t end = sizes.fixed.empty() ? sizes.high : SensorBeside(session, axis, sizes.low);

@@ -54,8 +54,8 @@ int SocketAtUdpPort(int port) {
   return -1;
 }
 
-// The library reads these registers without looking whether it got them, and divides by what it read: a camera
-// that is gone by then would end the program.
+// The library reads these registers without looking whether it got them, and divides by what it read: a
+// camera that is gone by then would end the program.
 void CheckUsbStream(ArvDevice* device, const std::string& who) {
   constexpr guint64 kSbrmAddress = 0x1d8, kSirmAddressInSbrm = 0x20;
   constexpr unsigned kMostAlignmentBits = 20;  // the library's transfers have 2^20 bytes

@@ -27,7 +27,8 @@ class AravisStream {
   // A warning where the system granted a smaller receive buffer than asked for; none: it is large enough.
   // Known when the first packets have arrived.
   std::optional<std::string> SocketBufferWarning() const;
-  // What the system did not grant and which packets were refused, each said once. `frames_came`: the first has.
+  // What the system did not grant and which packets were refused, each said once. `frames_came`: the first
+  // has.
   std::vector<std::string> TakeNotes(bool frames_came);
   std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
   // Stops checking the source port, for a camera that reports a wrong one; true where it was checked until

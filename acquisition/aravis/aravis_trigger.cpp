@@ -22,9 +22,10 @@ bool Has(const std::vector<std::string>& choices, const std::string& choice) {
   return std::find(choices.begin(), choices.end(), choice) != choices.end();
 }
 
-// A source that is described as read-only is written all the same, and read back: the description of some cameras with a
-// software trigger says so (Point Grey's Grasshopper3), and they take the write. Of no other feature is that done: a camera
-// that has the command has a use for the source, whereas a width or a rate that is read-only is one that cannot change.
+// A source that is described as read-only is written all the same, and read back: the description of some
+// cameras with a software trigger says so (Point Grey's Grasshopper3), and they take the write. Of no other
+// feature is that done: a camera that has the command has a use for the source, whereas a width or a rate
+// that is read-only is one that cannot change.
 std::string WriteSource(const AravisSession& session, const std::string& feature, const std::string& source,
                         std::vector<std::string>& notes) {
   const std::string why = WriteSetting(session, feature, source);

@@ -11,12 +11,13 @@
 namespace ulf::acquisition {
 namespace {
 
-// Seconds, and multiples of the frame period where that is longer. Without a frame that is due for so long the device
-// stalls, and the camera is asked who controls it. Guessed.
+// Seconds, and multiples of the frame period where that is longer. Without a frame that is due for so long
+// the device stalls, and the camera is asked who controls it. Guessed.
 constexpr double kStallS = 0.5;
 // A camera that answers and sends nothing for so long is lost, to be opened anew. Guessed.
 constexpr double kSilentS = 3, kSilentPeriods = 10;
-// A camera that does not answer for so long is lost: the library's heartbeat reports a broken control channel within 5 s.
+// A camera that does not answer for so long is lost: the library's heartbeat reports a broken control channel
+// within 5 s.
 constexpr double kGoneS = 5.5;
 // Pause between two questions while frames are missing, and while a hardware trigger is awaited. Guessed.
 constexpr double kAskAgainS = 0.25, kAskIdleS = 1;

@@ -20,11 +20,13 @@ class AravisWatch {
   AravisWatch(const AravisSession& session, double period_s);
 
   double StallSeconds() const;
-  // `gap_s`: since the frame before. A camera that is regularly slower than it is set to does not stall between its frames.
+  // `gap_s`: since the frame before. A camera that is regularly slower than it is set to does not stall
+  // between its frames.
   void FrameCame(double gap_s);
-  // Why the camera is lost; none: it is not. The library's heartbeat reports a broken control channel up to five seconds later.
-  // While no frame comes, this asks the camera directly, which is sooner: a camera that was restarted has no controller.
-  // `silence_s`: without a frame that is due. `refused_packets`: of a kind that the camera was not set to send.
+  // Why the camera is lost; none: it is not. The library's heartbeat reports a broken control channel up to
+  // five seconds later. While no frame comes, this asks the camera directly, which is sooner: a camera that
+  // was restarted has no controller. `silence_s`: without a frame that is due. `refused_packets`: of a kind
+  // that the camera was not set to send.
   std::optional<std::string> LossReason(double silence_s, bool waits_for_trigger,
                                         std::uint64_t refused_packets);
 

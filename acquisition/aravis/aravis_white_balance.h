@@ -1,5 +1,5 @@
-// White balance as the ratios of red and blue to green: a ratio for each colour, or, on cameras that have none, each colour's
-// own gain.
+// White balance as the ratios of red and blue to green: a ratio for each colour, or, on cameras that have
+// none, each colour's own gain.
 #pragma once
 
 #include <optional>

@@ -21,20 +21,21 @@ using Eigen::Vector3d;
 constexpr std::size_t kLeastViews = 4;  // fewer different views give no calibration
 // A view whose corners moved by less than this share of the image's width repeats another and is dropped.
 constexpr double kSamePlaceShare = 0.005;
-// Corners farther than so many robust standard deviations from the richest model are outliers, and at least so many
-// pixels. 4.5 leaves one of 150,000 good corners out.
+// Corners farther than so many robust standard deviations from the richest model are outliers, and at least
+// so many pixels. 4.5 leaves one of 150,000 good corners out.
 constexpr double kGateSigmas = 4.5, kLeastGatePx = 0.1;
 // A view whose median error exceeds so many times the median of all views, and this many pixels, is dropped.
 constexpr double kViewFactor = 3, kLeastViewErrorPx = 0.3;
 constexpr int kOutlierRounds = 3;  // of removing outliers: each fit is better than the last
-// Refused: orientations of the board closer together than this (radians), and standard deviations of focal length and
-// principal point above this share (of the focal length, of the image's width).
+// Refused: orientations of the board closer together than this (radians), and standard deviations of focal
+// length and principal point above this share (of the focal length, of the image's width).
 constexpr double kLeastOrientationSpread = Radians(6), kMostRelativeSigma = 0.05;
 // Refused: focal lengths outside these multiples of the image's width; no lens is so wide or so long.
 constexpr double kShortestFocal = 0.05, kLongestFocal = 50;
-// Warnings, below or above: principal point this share of the width off the middle; so few views; share of the image's cells
-// with a corner; reach of the corners (half diagonals); tilt of the board (radians); standard deviation of focal length and
-// principal point (shares as above); RMS error in pixels; share of outliers.
+// Warnings, below or above: principal point this share of the width off the middle; so few views; share of
+// the image's cells with a corner; reach of the corners (half diagonals); tilt of the board (radians);
+// standard deviation of focal length and principal point (shares as above); RMS error in pixels; share of
+// outliers.
 constexpr double kWarnOffCenter = 0.1;
 constexpr std::size_t kWarnViews = 10;
 constexpr double kWarnCells = 0.7, kWarnReach = 0.75, kWarnTilt = Radians(12), kWarnRelativeSigma = 0.005,

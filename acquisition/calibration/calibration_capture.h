@@ -35,16 +35,18 @@ struct CalibrationCaptureOptions {
   std::function<void(const CaptureProgress&)> show = [](const CaptureProgress&) {};
   // The frame or photograph that the guide has judged: for a picture of it (calibration_picture.h).
   std::function<void(const cv::Mat& gray, const CalibrationGuide&, ViewVerdict)> show_picture = {};
-  // Of mode "still": what the photographer is told, a line at a time; and whether the photographer wants one taken now.
+  // Of mode "still": what the photographer is told, a line at a time; and whether the photographer wants one
+  // taken now.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   std::function<bool()> release = [] { return false; };
   std::function<bool()> stop = [] { return false; };
   double still_timeout_s = 30;  // from the request for a photograph to its arrival; guessed
 };
 
-// Collects views until they suffice, the device ends, or `stop`. Photographs are asked for where live frames show
-// the board still and in a new place, and by `release`; those of the camera's own release count as well. Throws Error when the device is lost or shows another
-// board (other_board.h), Refusal for mode "still" on a device that takes no photographs.
+// Collects views until they suffice, the device ends, or `stop`. Photographs are asked for where live frames
+// show the board still and in a new place, and by `release`; those of the camera's own release count as well.
+// Throws Error when the device is lost or shows another board (other_board.h), Refusal for mode "still" on a
+// device that takes no photographs.
 CollectedViews CollectViews(Device& device, const Board& board, const CalibrationCaptureOptions& options);
 
 // Throws Error when there are no files or their sizes differ.

@@ -40,8 +40,8 @@ double LargestGroupShare(const Neighbours& neighbours, const std::vector<std::pa
 // Squares in both directions, the smaller number first: which of them is across cannot be seen.
 using SquareCounts = std::pair<int, int>;
 
-// How much darker the places between neighbours are alternately, so many squares beyond an outer row of corners; none: one
-// of them lies outside of the picture. `inner`: the row beside it.
+// How much darker the places between neighbours are alternately, so many squares beyond an outer row of
+// corners; none: one of them lies outside of the picture. `inner`: the row beside it.
 std::optional<double> AlternationBeyond(const cv::Mat& picture, const std::vector<cv::Point2f>& outer,
                                         const std::vector<cv::Point2f>& inner, float squares) {
   const cv::Rect2f inside(0, 0, static_cast<float>(picture.cols), static_cast<float>(picture.rows));
@@ -57,7 +57,8 @@ std::optional<double> AlternationBeyond(const cv::Mat& picture, const std::vecto
   return std::abs(sums[0] / counts[0] - sums[1] / counts[1]);
 }
 
-// Whether the board ends on all sides, in the picture: its outermost squares alternate, and what lies behind them does not.
+// Whether the board ends on all sides, in the picture: its outermost squares alternate, and what lies behind
+// them does not.
 bool StandsWhole(const cv::Mat& picture, const cv::Mat& corners, const cv::Size& inner) {
   const auto line = [&](bool is_row, int number) {
     std::vector<cv::Point2f> points;

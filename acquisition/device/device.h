@@ -1,8 +1,9 @@
 // The interface of every camera: machine-vision, webcam, tethered, simulated, replayed.
 //
-// OpenDevice() (opening/open_device.h) opens a device by its URI. The caller starts it and asks for frames one by one; threads inside a
-// device are hidden. Faults during operation (a frame that did not arrive, an incomplete frame, a pulled
-// cable) are values. A device that cannot be opened throws Error with the reason and the remedy.
+// OpenDevice() (opening/open_device.h) opens a device by its URI. The caller starts it and asks for frames
+// one by one; threads inside a device are hidden. Faults during operation (a frame that did not arrive, an
+// incomplete frame, a pulled cable) are values. A device that cannot be opened throws Error with the reason
+// and the remedy.
 //
 // Every live camera that OpenDevice() returns follows one state machine (reconnecting_device.h):
 //
@@ -146,15 +147,16 @@ class Device {
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
 
   // Exposures beside the present one, for merging: so many stops longer (negative: shorter)
-  // each, in this order, then the present one again. Each comes as a frame (of a tethered camera as a photograph) with
-  // Frame::asked_stops; meanwhile others may come, whose exposure_s says what they have (0: not known). What the camera
-  // cannot do comes as near to it as it can; what does not come at all is a kNotice. kBusy: earlier ones are still to come.
+  // each, in this order, then the present one again. Each comes as a frame (of a tethered camera as a
+  // photograph) with Frame::asked_stops; meanwhile others may come, whose exposure_s says what they have (0:
+  // not known). What the camera cannot do comes as near to it as it can; what does not come at all is a
+  // kNotice. kBusy: earlier ones are still to come.
   virtual ExposureRequests TakesExposures() const { return ExposureRequests::kNone; }
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
 
-// For whoever waits for live frames. Throws Error where none will ever come, with the way that is left: photographs first,
-// their poses afterwards.
+// For whoever waits for live frames. Throws Error where none will ever come, with the way that is left:
+// photographs first, their poses afterwards.
 void RequireLiveFrames(const Device& device);
 
 }  // namespace ulf::acquisition

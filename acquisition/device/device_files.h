@@ -1,6 +1,6 @@
-// Why a camera's device file cannot be opened: another program has it open, or no udev rule lets this user open it
-// (udev/70-ulf-cameras.rules or equivalent ones, for each kind of camera). Messages mention the rules only when they may
-// be the reason: a camera cannot be opened, or none is found.
+// Why a camera's device file cannot be opened: another program has it open, or no udev rule lets this user
+// open it (udev/70-ulf-cameras.rules or equivalent ones, for each kind of camera). Messages mention the rules
+// only when they may be the reason: a camera cannot be opened, or none is found.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// The search for the driver of a lost camera: in a thread of its own, alternately where the camera was and wherever it is
-// now, until the same camera streams again or the patience is over.
+// The search for the driver of a lost camera: in a thread of its own, alternately where the camera was and
+// wherever it is now, until the same camera streams again or the patience is over.
 #pragma once
 
 #include <chrono>
@@ -44,7 +44,8 @@ std::shared_ptr<DriverSearch> SearchDriver(const Reconnection& how, const Device
                                            std::chrono::steady_clock::time_point begin,
                                            std::chrono::steady_clock::time_point give_up);
 
-// One attempt; the driver is started. Throws Error when the camera is not there; fills `refused` when another one is.
+// One attempt; the driver is started. Throws Error when the camera is not there; fills `refused` when another
+// one is.
 std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& known, int attempt,
                                   std::string* refused);
 

@@ -1,5 +1,5 @@
-// What a device reports between frames, collected until somebody takes it (Device::TakeEvents), and when its silence counts
-// as a stall. All functions of EventLog may be called from any thread.
+// What a device reports between frames, collected until somebody takes it (Device::TakeEvents), and when its
+// silence counts as a stall. All functions of EventLog may be called from any thread.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,8 @@ namespace ulf::acquisition {
 
 class EventLog {
  public:
-  // Every event goes to the program's log, too, at the level of debugging, as "NAME: TEXT". Before other threads begin.
+  // Every event goes to the program's log, too, at the level of debugging, as "NAME: TEXT". Before other
+  // threads begin.
   void LogAs(std::string name) { name_ = std::move(name); }
   // The event's time is now. `silence_s`: DeviceEvent::silence_s.
   void Say(DeviceEventKind kind, std::string text, double silence_s = 0);
@@ -29,8 +30,8 @@ class EventLog {
   std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
 };
 
-// Reports once that no frame comes for longer than normal, and once that frames come again. For the thread that reads the
-// frames of one stream.
+// Reports once that no frame comes for longer than normal, and once that frames come again. For the thread
+// that reads the frames of one stream.
 class StallReport {
  public:
   explicit StallReport(EventLog& log) : log_(log) {}

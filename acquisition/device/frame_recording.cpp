@@ -34,7 +34,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kIndex = "frames.jsonl";
 constexpr const char* kFolder = "frames";
-// A batch ends after so many bytes or seconds: a kill loses at most this, each batch costs one wait for the disk. Guessed.
+// A batch ends after so many bytes or seconds: a kill loses at most this, each batch costs one wait for the
+// disk. Guessed.
 constexpr std::size_t kBatchBytes = 64 << 20;
 constexpr double kBatchS = 0.5;
 constexpr std::uint64_t kIndexReserveBytes =

@@ -1,8 +1,8 @@
 // Records every frame of a session, so that the session can be run again (`replay:`). `ulf record` and `ulf
 // capture --keep-frames` write recordings.
 //
-//   DIR/frames.jsonl         {"event": "header", version, device, sensor, camera, flat_field, color_profile, takes_stills,
-//                             still_camera, still_flat_field, still_color_profile}
+//   DIR/frames.jsonl         {"event": "header", version, device, sensor, camera, flat_field, color_profile,
+//                             takes_stills, still_camera, still_flat_field, still_color_profile}
 //                            then one line per frame, in the order of arrival:
 //                            {"event": "frame", id, file, times, exposure, gain, ...}
 //                            of a photograph also still, requested_s, raw, and incomplete where its file

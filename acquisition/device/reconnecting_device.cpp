@@ -20,12 +20,12 @@ using std::chrono::milliseconds;
 // The shortest gap in device time between the last frame before a clock's restart and the first one after it.
 constexpr double kShortestGapSeconds = 1e-3;
 
-// The camera's clock continues where its times fit this computer's to within this, else it has restarted. Guessed: much more
-// than jitter, much less than a restart takes.
+// The camera's clock continues where its times fit this computer's to within this, else it has restarted.
+// Guessed: much more than jitter, much less than a restart takes.
 constexpr double kSameClockS = 1;
 
-// A frame waits no longer for its reader: where the computer's clock says that the gap was longer than the steady clock by
-// more, it was set meanwhile. Guessed.
+// A frame waits no longer for its reader: where the computer's clock says that the gap was longer than the
+// steady clock by more, it was set meanwhile. Guessed.
 constexpr double kLongestWaitSeconds = 10;
 
 void Add(const DeviceStatistics& more, DeviceStatistics& sum) {
@@ -316,8 +316,8 @@ bool ReconnectingDevice::TakeFoundDriver(milliseconds timeout) {
   return false;
 }
 
-// From the last usable frame to `next` by this computer's clock; before the first one since the fault was noticed, which
-// is later than the camera went: drivers wait for an answer before they call it lost.
+// From the last usable frame to `next` by this computer's clock; before the first one since the fault was
+// noticed, which is later than the camera went: drivers wait for an answer before they call it lost.
 double ReconnectingDevice::SecondsWithoutFrames(const Frame& next) const {
   if (!last_host_time_s_) return SecondsSince(fault_began_);
   const double gap_s = SecondsSince(last_frame_at_);

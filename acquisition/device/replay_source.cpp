@@ -51,8 +51,9 @@ std::string TimeTaken(const fs::path& file) {
   return head.starts_with("\xFF\xD8") ? ReadExif(head).taken : std::string();
 }
 
-// A camera that counts to 9999 and goes on with 1 puts its last photographs first: where the order of the names differs from that
-// of the times by such a step alone, the photographs are put into the order of their times.
+// A camera that counts to 9999 and goes on with 1 puts its last photographs first: where the order of the
+// names differs from that of the times by such a step alone, the photographs are put into the order of their
+// times.
 void PutInOrderOfTimes(const std::string& uri, std::vector<fs::path>& files) {
   std::vector<std::string> times;
   for (const fs::path& file : files) {

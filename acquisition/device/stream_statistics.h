@@ -1,5 +1,5 @@
-// The statistics of a driver's stream: what arrived, what did not, and how the camera's clock runs beside this computer's.
-// All functions may be called from any thread.
+// The statistics of a driver's stream: what arrived, what did not, and how the camera's clock runs beside
+// this computer's. All functions may be called from any thread.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,6 @@
-// The figures of a device's transport (packets, buffers, photographs): what each is, whether it counts, and its name for
-// people, in one place. docs/devices_measured.md says what the figures of GigE Vision count, and which are not reliable.
+// The figures of a device's transport (packets, buffers, photographs): what each is, whether it counts, and
+// its name for people, in one place. docs/devices_measured.md says what the figures of GigE Vision count, and
+// which are not reliable.
 #pragma once
 
 #include <optional>
@@ -56,7 +57,8 @@ enum class TransportFigure {
 
 // "packets resent".
 const char* Name(TransportFigure figure);
-// Whether it counts since the start: counts of two streams add up. Of settings and rates the latest value holds.
+// Whether it counts since the start: counts of two streams add up. Of settings and rates the latest value
+// holds.
 bool IsCount(TransportFigure figure);
 
 // In display order.

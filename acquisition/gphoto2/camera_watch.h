@@ -1,5 +1,5 @@
-// What of a tethered camera may change by itself, or by a hand on the body, while it is used: settings, image format,
-// battery, card. Each change is told once. Belongs to the camera's thread.
+// What of a tethered camera may change by itself, or by a hand on the body, while it is used: settings, image
+// format, battery, card. Each change is told once. Belongs to the camera's thread.
 #pragma once
 
 #include <functional>

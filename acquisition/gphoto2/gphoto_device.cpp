@@ -38,9 +38,10 @@ using Clock = std::chrono::steady_clock;
 // property, because several change together.
 constexpr Clock::duration kLeastWait = milliseconds(1), kMostWait = milliseconds(100);
 constexpr milliseconds kFailurePause(20), kPropertyPause(200);
-// Seconds, all guessed: how long a raw file and its JPEG wait for each other, how long Stop() waits for a photograph that was
-// requested before, the interval at which settings, battery and card are checked, how long live view may fail until the
-// device stalls, the interval at which that is repeated, and the pause after a failed live view frame.
+// Seconds, all guessed: how long a raw file and its JPEG wait for each other, how long Stop() waits for a
+// photograph that was requested before, the interval at which settings, battery and card are checked, how
+// long live view may fail until the device stalls, the interval at which that is repeated, and the pause
+// after a failed live view frame.
 constexpr double kPairS = 3, kLastPhotographS = 10, kWatchEveryS = 5, kLiveViewTroubleS = 3,
                  kLiveViewRepeatS = 30, kLiveViewPauseS = 0.3;
 constexpr int kFailuresInRow = 20;  // then a camera that cannot report its storage is lost; guessed
@@ -213,7 +214,8 @@ class GphotoDevice : public Device {
       Notice(
           "the requested photograph has not arrived: if it was taken, it is in the camera and fetched when "
           "that is back");
-    // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that still counts.
+    // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that
+    // still counts.
     LeftPhotographs::Left left =
         left_fetch_.TakeUnfetched().value_or(LeftPhotographs::Left{.waiting = {}, .lost_s = EpochSeconds()});
     std::ranges::move(files, std::back_inserter(left.waiting));

@@ -13,8 +13,8 @@ namespace {
 
 // Between two requests to a busy camera; doubled each time. Guessed.
 constexpr std::chrono::milliseconds kFirstBusyPause(25), kLongestBusyPause(800);
-// Seconds. A busy camera may delay the release so long, then the request fails. From release to announcement: long exposures,
-// slow cards. Guessed.
+// Seconds. A busy camera may delay the release so long, then the request fails. From release to announcement:
+// long exposures, slow cards. Guessed.
 constexpr double kBusyS = 10, kPhotographS = 60;
 
 }  // namespace

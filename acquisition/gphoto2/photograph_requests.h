@@ -1,11 +1,12 @@
-// What a tethered camera was asked for: a photograph, or the exposures of a bracket. From the asking until the photographs
-// are there, were refused, or were waited for too long.
+// What a tethered camera was asked for: a photograph, or the exposures of a bracket. From the asking until
+// the photographs are there, were refused, or were waited for too long.
 //
-// Asked from any thread; everything else belongs to the camera's thread. A bracket is taken by the camera's own bracketing
-// where it offers those exposures (camera_bracket.h), else one photograph after another (shutter_bracket.h).
+// Asked from any thread; everything else belongs to the camera's thread. A bracket is taken by the camera's
+// own bracketing where it offers those exposures (camera_bracket.h), else one photograph after another
+// (shutter_bracket.h).
 //
-// The first photograph announced after a release counts as its answer, although the photographer may have released it on
-// the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
+// The first photograph announced after a release counts as its answer, although the photographer may have
+// released it on the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
 #pragma once
 
 #include <atomic>
@@ -49,7 +50,8 @@ class PhotographRequests {
   double ReleasedHostS() const { return released_host_s_; }
   // Whether the photograph of that stem, which is announced now, answers the release.
   bool IsAnsweredBy(const std::string& stem);
-  // Of a photograph: which of the bracket's exposures it is. `told_s`: the exposure time that the photograph itself tells.
+  // Of a photograph: which of the bracket's exposures it is. `told_s`: the exposure time that the photograph
+  // itself tells.
   void TellExposure(Frame& still, const std::optional<double>& told_s);
   // A photograph that was released then has come, or will not come.
   void Came(double released_s);

@@ -24,8 +24,8 @@ struct Streamed {
   double transfer_s = 0;  // from the first packet of a frame to the last, the shortest; 0: no frame came
 };
 
-// From the first frame on; none where a stop was asked for. What lacks packets before the first whole frame is no loss of
-// the link's: the library's receive buffer grows only when packets come.
+// From the first frame on; none where a stop was asked for. What lacks packets before the first whole frame
+// is no loss of the link's: the library's receive buffer grows only when packets come.
 std::optional<Streamed> Stream(const std::string& uri, const std::string& settings, double seconds,
                                const LinkCheckOptions& options) {
   DeviceUri with = DeviceUri::Parse(uri);
@@ -100,7 +100,8 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
     if (streamed) report.trials.push_back(streamed->trial);
     return streamed;
   };
-  // What holds by chance for a while is no remedy: it must hold for longer. True: nothing else is to be tried.
+  // What holds by chance for a while is no remedy: it must hold for longer. True: nothing else is to be
+  // tried.
   bool refused = false;  // the last one tried: the camera does not take it
   const auto is_remedy = [&](const std::string& settings) {
     refused = false;
@@ -139,7 +140,8 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
     return FigureIn(streamed->statistics.transport, figure).value_or(0);
   };
   const double packet_size = value(TransportFigure::kPacketSize);
-  // A frame must find room, however late it is read; beyond what the system allows the fact names the command.
+  // A frame must find room, however late it is read; beyond what the system allows the fact names the
+  // command.
   const double room = 2 * report.payload_bytes, granted = value(TransportFigure::kSocketBuffer);
   if (first.LostFrames() && 0 < granted && granted < room && room <= path.most_buffer.value_or(0))
     if (is_known_remedy(fmt::format("socket_buffer={:.0f}", room))) return report;
@@ -152,7 +154,8 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
   if (const double limit = value(TransportFigure::kThroughputLimit);
       !first.LostFrames() && 0 < limit && limit < wanted)
     if (is_known_remedy(fmt::format("throughput_limit={:.0f}", wanted))) return report;
-  // A switch that is fast enough may still not hold a whole frame: spread over the frame's period its packets pass.
+  // A switch that is fast enough may still not hold a whole frame: spread over the frame's period its packets
+  // pass.
   const double packets = first.LostFrames() ? GigePackets(report.payload_bytes, packet_size) : 0;
   const auto spread = [&](double fps) {
     constexpr double kOfThePeriod = 0.8;  // the rest is for the packets themselves. Guessed.

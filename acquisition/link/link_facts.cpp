@@ -110,7 +110,8 @@ void DescribeNetwork(const DeviceInfo& camera, const LinkPath& path, const Devic
       RateFact(sent, *described.most_fps, jumbo_is_enough ? "; or " + JumboAdvice(link) : ""));
 }
 
-// Others that share a camera's way to the computer. Whether they stream is not known: what they could take is counted.
+// Others that share a camera's way to the computer. Whether they stream is not known: what they could take is
+// counted.
 LinkFact NeighboursFact(const std::vector<UsbNeighbour>& neighbours, const Sent& sent) {
   LinkFact fact{"beside it", ""};
   double hub_bytes_per_s = 0, others_bytes_per_s = 0;
@@ -156,7 +157,8 @@ void DescribeUsb(const LinkPath& path, const Sent& sent, LinkFacts& described) {
                                  : ""});
 }
 
-// A camera that holds itself back (DeviceLinkThroughputLimit) loses nothing, and sends less than it is set to.
+// A camera that holds itself back (DeviceLinkThroughputLimit) loses nothing, and sends less than it is set
+// to.
 void DescribeLimit(double limit, const Sent& sent, LinkFacts& described) {
   LinkFact fact{"camera's limit",
                 fmt::format("{:.1f} MB/s (DeviceLinkThroughputLimit)", MegabytesPerS(limit))};

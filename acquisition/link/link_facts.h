@@ -1,5 +1,6 @@
-// What is known of the link to a camera without a trial: what the system says of the way to it, what the camera was set
-// to, and what was lost so far. Each fact that is not in order has the one command or setting that mends it.
+// What is known of the link to a camera without a trial: what the system says of the way to it, what the
+// camera was set to, and what was lost so far. Each fact that is not in order has the one command or setting
+// that mends it.
 #pragma once
 
 #include <optional>
@@ -43,11 +44,12 @@ LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const Dev
 // How many frames did not arrive whole; none: no frame came, or the camera has no link (simulated).
 std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatistics& counted);
 
-// Why the camera itself, and not its link, sends fewer frames a second than it was asked for or set to; empty: nothing says
-// so. `fps`: that came, with none lost.
+// Why the camera itself, and not its link, sends fewer frames a second than it was asked for or set to;
+// empty: nothing says so. `fps`: that came, with none lost.
 std::string CameraLimitText(double fps, const LinkFacts& facts);
 
-// The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.
+// The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire
+// with it.
 double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);
 // Packets with pixels that a frame takes; 0: they are too small for any.
 double GigePackets(double payload_bytes, double packet_size);

@@ -1,5 +1,6 @@
 // The one door to all cameras: opens the device, or the settings of the device, that a URI names
-// (`aravis:ID`, `v4l2:/dev/video0`, `gphoto2:PORT`, `sim:studio?seed=7`, `replay:PATH`), and lists what can be found.
+// (`aravis:ID`, `v4l2:/dev/video0`, `gphoto2:PORT`, `sim:studio?seed=7`, `replay:PATH`), and lists what can
+// be found.
 #pragma once
 
 #include <memory>

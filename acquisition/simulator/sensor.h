@@ -65,9 +65,10 @@ Image Expose(const cv::Mat& radiance, const SensorOptions& options, const Sensor
 
 // What a simulated sensor makes of colours: the lamp's colour, and channels whose filters overlap.
 //
-// The scenes' light is linear sRGB under white D65. A lamp of another colour temperature multiplies its channels (Planck's
-// law at 600, 540 and 450 nm, beside that of 6504 K, green left as it is); then each channel takes a share of its
-// neighbours'. Both are linear, so that the colour profile that undoes them is known exactly.
+// The scenes' light is linear sRGB under white D65. A lamp of another colour temperature multiplies its
+// channels (Planck's law at 600, 540 and 450 nm, beside that of 6504 K, green left as it is); then each
+// channel takes a share of its neighbours'. Both are linear, so that the colour profile that undoes them is
+// known exactly.
 struct SensorColors {
   double lamp_k = 6504;
   double crosstalk = 0;  // share of a channel that its neighbours have, 0 to 0.4
@@ -77,7 +78,8 @@ struct SensorColors {
 
   // R G B.
   Eigen::Matrix3d CameraFromSrgb() const;
-  // What a profile must find: factors of R G B, green 1, and the matrix of balanced light, whose rows sum to one.
+  // What a profile must find: factors of R G B, green 1, and the matrix of balanced light, whose rows sum to
+  // one.
   Eigen::Vector3d WhiteBalance() const;
   Eigen::Matrix3d SrgbFromBalanced() const;
 };

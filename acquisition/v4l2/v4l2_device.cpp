@@ -38,8 +38,8 @@ using Clock = std::chrono::steady_clock;
 // How long the capture thread waits for a frame before it does its other work, and its pause where no buffer
 // is filled yet. Guessed.
 constexpr milliseconds kFrameWait(100), kEmptyPause(2);
-// How long a camera may send nothing until it counts as stalled, and as lost: the longer of seconds and frame periods.
-// Guessed.
+// How long a camera may send nothing until it counts as stalled, and as lost: the longer of seconds and frame
+// periods. Guessed.
 constexpr double kStalledS = 0.5, kStalledPeriods = 3, kLostS = 5.5, kLostPeriods = 10;
 
 struct V4l2Options {

@@ -45,7 +45,8 @@ constexpr std::array kLensPrograms = {
     LensProgram{"OpenCV"},
 };
 
-// Whether damaged text has words of a lens file: else it is of something else, which no message should tell to mend.
+// Whether damaged text has words of a lens file: else it is of something else, which no message should tell
+// to mend.
 bool HasLensWords(const std::string& text) {
   for (const char* word :
        {"intrinsic", "matrix", "ameraMatrix", "istortion", "resolution", "K:", "\"K\"", "fx", "<f>", "fl_x",
@@ -73,8 +74,8 @@ std::optional<std::vector<LensNode>> TreesOfLensText(const std::string& text, co
   }
 }
 
-// Files of programs whose lenses ulf does not read are recognised, so that a refusal names the program and the way out
-// instead of a fault that is none.
+// Files of programs whose lenses ulf does not read are recognised, so that a refusal names the program and
+// the way out instead of a fault that is none.
 struct OtherText {
   const char* mark;  // in the text
   const char* what;
@@ -164,8 +165,8 @@ bool IsKittiLens(const LensNode& top) {
   return false;
 }
 
-// Camera files of DSO and LSD-SLAM without a word: five numbers in parts of the picture, two sides, what to do with the
-// rest, two sides.
+// Camera files of DSO and LSD-SLAM without a word: five numbers in parts of the picture, two sides, what to
+// do with the rest, two sides.
 bool IsDsoFov(const std::string& text) {
   std::istringstream lines(text);
   std::string line, word;
@@ -182,8 +183,8 @@ bool IsDsoFov(const std::string& text) {
           std::isdigit(static_cast<unsigned char>(word[0])));
 }
 
-// What the file is and what to do, as the end of a sentence that begins with the file's name: "is ...; ...". None: it is
-// unknown. The first looks at the text before it is parsed, which may not be possible.
+// What the file is and what to do, as the end of a sentence that begins with the file's name: "is ...; ...".
+// None: it is unknown. The first looks at the text before it is parsed, which may not be possible.
 std::optional<std::string> OtherLensText(const std::string& text) {
   using namespace std::string_view_literals;
   if (BeginsWithBytes(text, "\x1f\x8b"sv))

@@ -90,8 +90,8 @@ void RequireCount(const LensNumbers& numbers, LensModel model, const std::string
   }
 }
 
-// Half of the difference of the sides off the middle, each axis towards the other's: the size was written height first, as
-// arrays have it.
+// Half of the difference of the sides off the middle, each axis towards the other's: the size was written
+// height first, as arrays have it.
 bool HasExchangedSides(const CameraModel& c) {
   const double off = std::hypot(c.cx - 0.5 * c.width, c.cy - 0.5 * c.height),
                off_exchanged = std::hypot(c.cx - 0.5 * c.height, c.cy - 0.5 * c.width);
@@ -156,7 +156,8 @@ std::vector<double> SidesIn(const LensNode& node, const std::string& key, const 
   return LensNumbersIn(plain).value_or(std::vector<double>());
 }
 
-// Whether the principal point is that of a picture with these sides and not of one with them exchanged; none: of either.
+// Whether the principal point is that of a picture with these sides and not of one with them exchanged; none:
+// of either.
 std::optional<bool> FitsPrincipalPoint(const LensNumbers& numbers, double width, double height) {
   const double off = std::hypot(numbers.cx - 0.5 * width, numbers.cy - 0.5 * height),
                off_exchanged = std::hypot(numbers.cx - 0.5 * height, numbers.cy - 0.5 * width);
@@ -312,21 +313,24 @@ Lens FinishedLens(const LensNumbers& numbers, const std::string& where) {
 void CheckLensNumbers(Lens& lens, const std::string& where) {
   const CameraModel& c = lens.camera;
   const double longest = std::max(c.width, c.height), focal = std::max(c.fx, c.fy);
-  // The widest fisheyes see 280 degrees: with their circle inside a picture of 16:9 they have 0.115 of its width.
+  // The widest fisheyes see 280 degrees: with their circle inside a picture of 16:9 they have 0.115 of its
+  // width.
   constexpr double kShortest = 0.1;
   if (focal < kShortest * longest)
     throw Error(
         "{}: focal lengths of {} and {} px with pictures of {}x{}; no lens has that: is it in millimetres or "
         "in widths of the picture? Write pixels",
         where, c.fx, c.fy, c.width, c.height);
-  // No lens has its axis at a picture's corner to a pixel. Shifted lenses and parts of a sensor have it far off the middle.
+  // No lens has its axis at a picture's corner to a pixel. Shifted lenses and parts of a sensor have it far
+  // off the middle.
   constexpr double kCorner_px = 1.5, kLeastSide_px = 8;
   if (std::abs(c.cx) <= kCorner_px && std::abs(c.cy) <= kCorner_px && longest >= kLeastSide_px)
     throw Error(
         "{}: the principal point is in the corner of pictures of {}x{}: is it in parts of the picture, or "
         "from its middle? Write pixels from the upper left corner; the middle is {} {}",
         where, c.width, c.height, 0.5 * c.width, 0.5 * c.height);
-  // The shortest lens that keeps lines straight has 9 mm for pictures 36 mm wide; the longest zooms have 83 widths.
+  // The shortest lens that keeps lines straight has 9 mm for pictures 36 mm wide; the longest zooms have 83
+  // widths.
   constexpr double kShortestStraight = 0.2, kLongest = 100;
   // Shares: as ulf calibrate warns; anamorphic lenses and old video have more.
   constexpr double kOffMiddle = 0.1, kUnequal = 1.2;

@@ -53,7 +53,8 @@ bool EndsAsFile(std::string_view text) {
          std::ranges::all_of(ending, [](unsigned char c) { return std::isalnum(c) != 0; });
 }
 
-// Of a camera, a topic, a frame of coordinates, a file or a folder: chosen by somebody, and no word for the model.
+// Of a camera, a topic, a frame of coordinates, a file or a folder: chosen by somebody, and no word for the
+// model.
 bool IsNameOrPlace(const std::string& key, std::string_view text) {
   const bool is_place = text.starts_with('/') || text.starts_with('~') || text.starts_with("./") ||
                         text.starts_with("../") || text.find("://") != std::string_view::npos ||

@@ -63,8 +63,9 @@ void RefuseUnknownDistortion(const LensNode& map, const std::string& where) {
   }
 }
 
-// A file without coefficients is one of a lens without distortion, or was cut. Programs that write matrices with rows and
-// columns, and ROS, always write coefficients; texts that do not end by themselves may have been cut.
+// A file without coefficients is one of a lens without distortion, or was cut. Programs that write matrices
+// with rows and columns, and ROS, always write coefficients; texts that do not end by themselves may have
+// been cut.
 void RefuseCutFile(const FoundLens& found, const LensNode& matrix, const LensNumbers& numbers,
                    bool may_be_cut, const std::string& where) {
   const bool says_none = numbers.said && numbers.said->model == LensModel::kNone;
@@ -116,8 +117,8 @@ std::vector<double> LensCoefficients(const FoundLens& found, const LensNode& of_
   return matrix.numbers;
 }
 
-// `flags` of OpenCV's calibrateCamera: what they say must not contradict the coefficients. fisheye::calibrate has other
-// meanings for the same bits.
+// `flags` of OpenCV's calibrateCamera: what they say must not contradict the coefficients. fisheye::calibrate
+// has other meanings for the same bits.
 void CheckFlags(const FoundLens& found, const LensNumbers& numbers, const std::string& where) {
   const LensNode* node = nullptr;
   std::string key;
@@ -355,7 +356,8 @@ Lens ReadMatrixLens(const std::vector<LensNode>& documents, const std::string& w
       if (is_numbered) found.name = std::to_string(i + 1) + (found.name.empty() ? "" : "." + found.name);
       all.push_back(std::move(found));
     }
-  // Messages of one topic, or pictures of one camera, one after the other: the same lens, unless it was set anew.
+  // Messages of one topic, or pictures of one camera, one after the other: the same lens, unless it was set
+  // anew.
   if (all.size() > 1 && wanted.empty() && AreSameLens(all, may_be_cut, where))
     return ReadFoundLens(all[0], may_be_cut, where);
   if (all.size() == 1 && all[0].name.empty()) RequireOnlyLens(wanted, where);

@@ -385,7 +385,8 @@ Lens ReadCalibIoLens(const LensNode& top, const std::string& where, const std::s
   const LensNode& cameras = *top.FindPath({"Calibration", "cameras"});
   const std::size_t at = NumberOfLens(cameras.items.size(), wanted, where);
   const std::string place = fmt::format("{}, camera {}", where, at);
-  // The kind's name stands with the first camera of the kind, whose number has the topmost bit; others have the number.
+  // The kind's name stands with the first camera of the kind, whose number has the topmost bit; others have
+  // the number.
   std::string kind;
   const auto number_of = [](const LensNode& camera) {
     const LensNode* id = camera.FindPath({"model", "polymorphic_id"});

@@ -1,5 +1,5 @@
-// The frames of the simulated network camera: of a scene in the simulated hand, of a board, or of a loop of pictures that are
-// rendered at the start and played forwards and backwards. For one thread.
+// The frames of the simulated network camera: of a scene in the simulated hand, of a board, or of a loop of
+// pictures that are rendered at the start and played forwards and backwards. For one thread.
 #pragma once
 
 #include <cstddef>

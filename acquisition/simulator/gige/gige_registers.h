@@ -30,8 +30,8 @@ inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kTickFrequencyAt = 0x93
                                kStreamSourcePortAt = 0xD1C;
 inline constexpr std::uint32_t kPacketSizeMask = 0xFFFF;
 
-// The chunk data that the camera can add to a frame, in the order of ChunkSelector: eight bytes each. The image is a
-// chunk as well.
+// The chunk data that the camera can add to a frame, in the order of ChunkSelector: eight bytes each. The
+// image is a chunk as well.
 struct SimulatedChunk {
   const char* name;
   std::uint32_t id;
@@ -56,11 +56,12 @@ struct RegisterAccess {
   std::function<void(std::uint32_t address, std::uint32_t value)> write;
 };
 
-// The sequencer of the simulated camera (SFNC, "Sequencer Control"): sets of exposure times that the camera goes through
-// by itself, one a frame. A set is saved with the exposure time that the camera has then; each names the next. While the
-// sequencer runs, the register of the exposure time has no effect.
+// The sequencer of the simulated camera (SFNC, "Sequencer Control"): sets of exposure times that the camera
+// goes through by itself, one a frame. A set is saved with the exposure time that the camera has then; each
+// names the next. While the sequencer runs, the register of the exposure time has no effect.
 //
-// All but BeforeRequest() belongs to the thread that takes frames; Aravis's camera answers requests in that thread, too.
+// All but BeforeRequest() belongs to the thread that takes frames; Aravis's camera answers requests in that
+// thread, too.
 class GigeSequencer {
  public:
   explicit GigeSequencer(RegisterAccess registers) : registers_(std::move(registers)) {}

@@ -25,7 +25,8 @@ namespace {
 
 // PtpStatus, as IEEE 1588 numbers the states of a port.
 constexpr std::uint32_t kPtpDisabled = 3, kPtpListening = 4, kPtpUncalibrated = 8, kPtpSlave = 9;
-// How far a clock that is set stays from its master, and for which share of the time until then it only listens. Made up.
+// How far a clock that is set stays from its master, and for which share of the time until then it only
+// listens. Made up.
 constexpr std::int64_t kPtpResidualNs = 180;
 constexpr double kPtpListens = 0.5;
 // Of a clock that lost its master: that of an ordinary quartz.

@@ -85,7 +85,8 @@ void GvspSender::State::SendPacket(const Job& sent, std::uint32_t kind, std::uin
   PutHalf(&packet[2], sent.frame.id);
   PutWord(&packet[4], kind << 24 | number);
   std::copy_n(body, size, packet.begin() + kStreamHeaderBytes);
-  // What a timer oversleeps is made up for; a thread that had to wait longer does not send its packets at once.
+  // What a timer oversleeps is made up for; a thread that had to wait longer does not send its packets at
+  // once.
   std::this_thread::sleep_until(due);
   if (PacketClock::now() - due > kMostBehind) due = PacketClock::now();
   while (sendto(socket.Number(), packet.data(), packet.size(), 0,

@@ -106,8 +106,9 @@ TEST_F(Intrinsics, AreStoredBySerialOfThisDeviceOnly) {
 }
 
 TEST_F(Intrinsics, UnknownOnesSayHowToCalibrate) {
-  EXPECT_THAT(ErrorOf(StillDevice("S1"), {}, 640, 480), AllOf(HasSubstr("test:1"), HasSubstr("calibration FILE"),
-                                                              HasSubstr("focal_px F"), HasSubstr("S1.json")));
+  EXPECT_THAT(ErrorOf(StillDevice("S1"), {}, 640, 480),
+              AllOf(HasSubstr("test:1"), HasSubstr("calibration FILE"), HasSubstr("focal_px F"),
+                    HasSubstr("S1.json")));
 }
 
 TEST_F(Intrinsics, ScaleWithTheFrameButNotToAnotherShape) {
