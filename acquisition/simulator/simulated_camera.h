@@ -55,8 +55,8 @@ struct SimulationOptions {
 
   // Parses a URI such as
   //   sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0
-  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&dolly=1&look_away=1&duration_s=20&sways_from_s=6
-  //             &sways_s=8&turn_deg_s=24&unsteady=0
+  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&dolly=1&look_away=1&duration_s=20
+  //             &sways_from_s=6&sways_s=8&turn_deg_s=24&unsteady=0
   // Throws Refusal that names an unknown option or a value out of range.
   static SimulationOptions FromUri(const DeviceUri& uri);
   void Validate() const;  // throws Refusal
