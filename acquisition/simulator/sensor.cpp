@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/simulator/scene/lanes.h"
+#include "core/base/error.h"
 #include "core/base/lowercase.h"
 
 namespace ulf::acquisition {
@@ -146,6 +147,13 @@ double Planck(double nanometres, double kelvin) {
   return 1 / std::expm1(kSecondRadiationConstant / (nanometres * kelvin));
 }
 
+// "Mono8, Mono10, ..."
+std::string SensorFormatNames() {
+  std::string list;
+  for (const PixelFormat& format : Formats()) list += (list.empty() ? "" : ", ") + std::string(format.name);
+  return list;
+}
+
 }  // namespace
 
 std::optional<SensorFormat> SensorFormatByName(const std::string& name) {
@@ -159,10 +167,14 @@ std::optional<SensorFormat> SensorFormatByCode(std::uint32_t pfnc) {
 
 const PixelFormat& PixelsOf(SensorFormat format) { return Formats()[static_cast<std::size_t>(format)]; }
 
-std::string SensorFormatNames() {
-  std::string list;
-  for (const PixelFormat& format : Formats()) list += (list.empty() ? "" : ", ") + std::string(format.name);
-  return list;
+std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri) {
+  const auto name = uri.Option("format");
+  if (!name) return std::nullopt;
+  const auto known = SensorFormatByName(*name);
+  if (!known)
+    throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("there is no format '{}'", *name),
+                  fmt::format("there are {}", SensorFormatNames()));
+  return known;
 }
 
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot) {

@@ -43,7 +43,8 @@ enum class SensorFormat {
 std::optional<SensorFormat> SensorFormatByName(const std::string& name);  // any case: "rgb8", "BayerRG8"
 std::optional<SensorFormat> SensorFormatByCode(std::uint32_t pfnc);
 const PixelFormat& PixelsOf(SensorFormat format);
-std::string SensorFormatNames();  // "Mono8, Mono10, ..."
+// The format that a URI asks for; none: it does not. Throws Refusal that lists the formats.
+std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri);
 
 struct SensorOptions {
   double reference_exposure_s = 0.005;  // radiance 1 fills the well in this time

@@ -113,13 +113,7 @@ SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   options.seed = SeedOf(uri, options.seed);
   options.width = uri.Whole("width", 0, 1 << 20).value_or(options.width);
   options.height = uri.Whole("height", 0, 1 << 20).value_or(options.height);
-  if (const auto format = uri.Option("format")) {
-    const auto known = SensorFormatByName(*format);
-    if (!known)
-      throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("there is no format '{}'", *format),
-                    fmt::format("there are {}", SensorFormatNames()));
-    options.format = *known;
-  }
+  if (const auto format = SensorFormatOf(uri)) options.format = *format;
   read("fps", 1, options.fps);
   read("exposure_us", 1e-6, options.exposure_s);
   read("readout_ms", 1e-3, options.readout_s);

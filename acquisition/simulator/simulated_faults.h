@@ -13,7 +13,7 @@
 //   bluer=0.5          the lamp's blue grows, and its red falls, by so many stops per minute
 //   flicker=100:0.4    lamps that flicker, in hertz, by this share of their light
 //   defocus=3          the lens is out of focus: each point's image is a disc of this radius in pixels
-//   hunting=4:1.6      an automatic focus goes to and fro: radius in pixels at its farthest, period in seconds
+//   hunting=4:1.6      an automatic focus goes to and fro: pixels of radius at its farthest, seconds a cycle
 //   lens=0.9           the lens's focal length over that of the calibration stored for the camera
 //   dust=5             so many spots on the lens
 //   auto_exposure=told the exposure follows the picture; `untold`: without being reported    sim: only
