@@ -1,5 +1,4 @@
-// Records every frame of a session, so that the session can be run again (`replay:`). `ulf record` and `ulf
-// capture --keep-frames` write recordings.
+// Records every frame of a session, so that the session can be run again (`replay:`).
 //
 //   DIR/frames.jsonl         {"event": "header", version, device, sensor, camera, flat_field, color_profile,
 //                             takes_stills, still_camera, still_flat_field, still_color_profile}
