@@ -60,7 +60,7 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
     : camera_(session.Camera()), asked_(std::chrono::steady_clock::now()) {
   const ClockNames* names = NamesOf(camera_);
   if (!names && options.ptp.value_or(false))
-    throw UsageError("{}: the camera's clock cannot be set by IEEE 1588; leave ptp out", who);
+    throw Refusal(who, "", "the camera's clock cannot be set by IEEE 1588", "leave ptp out");
   if (names && options.ptp) Switch(session, who, *names, *options.ptp);
   state_ = Ask();
   if (!options.ptp.value_or(false)) return;
@@ -72,8 +72,7 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
   if (!IsShared())
     throw Error(
         "{}: its clock follows no IEEE 1588 master within {:g} s (it says {}); run one on this network "
-        "('ptp4l -i "
-        "INTERFACE -m' of linuxptp on this computer), give ptp_wait_s, or leave ptp out",
+        "('ptp4l -i INTERFACE -m' of linuxptp on this computer), give ptp_wait_s, or leave ptp out",
         who, options.ptp_wait_s, state_ ? state_->status : "nothing");
   notes.push_back(fmt::format(
       "{} after {:.1f} s{}",
@@ -81,9 +80,10 @@ AravisClock::AravisClock(const AravisSession& session, const std::string& who, c
       SecondsSince(begin), state_->offset_ns ? fmt::format(", {:.0f} ns from it", *state_->offset_ns) : ""));
 }
 
-void AravisClock::AppendTo(std::vector<std::pair<std::string, double>>& transport) const {
-  if (state_) transport.emplace_back("IEEE 1588 locked", state_->IsShared());
-  if (state_ && state_->offset_ns) transport.emplace_back("IEEE 1588 offset (ns)", *state_->offset_ns);
+void AravisClock::AppendTo(TransportFigures& transport) const {
+  if (state_) transport.emplace_back(TransportFigure::kClockShared, state_->IsShared());
+  if (state_ && state_->offset_ns)
+    transport.emplace_back(TransportFigure::kClockOffsetNs, *state_->offset_ns);
 }
 
 std::optional<ClockState> AravisClock::Ask() const {

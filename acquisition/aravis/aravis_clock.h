@@ -1,6 +1,6 @@
-// A camera's clock that IEEE 1588 (PTP) keeps with others on its network: switching that on, waiting until the camera
-// follows its master, and how far off it is. Names of the Standard Features Naming Convention (PtpEnable) and of the GigE
-// Vision cameras before it (GevIEEE1588).
+// A camera's clock that IEEE 1588 (PTP) keeps with others on its network: switching that on, waiting until
+// the camera follows its master, and how far off it is. Names of the Standard Features Naming Convention
+// (PtpEnable) and of the GigE Vision cameras before it (GevIEEE1588).
 #pragma once
 
 #include <chrono>
@@ -11,6 +11,7 @@
 
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
+#include "acquisition/device/transport_figures.h"
 
 namespace ulf::acquisition {
 
@@ -23,16 +24,16 @@ struct ClockState {
 
 class AravisClock {
  public:
-  // Switches IEEE 1588 on or off where the options say so, and waits until the clock is shared. Throws UsageError for a
-  // camera without it, Error where there is no lock in time. Adds to `notes` "follows an IEEE 1588 clock after 1.2 s, 180
-  // ns from it".
+  // Switches IEEE 1588 on or off where the options say so, and waits until the clock is shared. Throws
+  // Refusal for a camera without it, Error where there is no lock in time. Adds to `notes` "follows an IEEE
+  // 1588 clock after 1.2 s, 180 ns from it".
   AravisClock(const AravisSession& session, const std::string& who, const AravisOptions& options,
               std::vector<std::string>& notes);
 
   // False as well where it is off, or the camera does not have it.
   bool IsShared() const { return state_ && state_->IsShared(); }
   // For DeviceStatistics::transport.
-  void AppendTo(std::vector<std::pair<std::string, double>>& transport) const;
+  void AppendTo(TransportFigures& transport) const;
   // Asks the camera, at most once a second. What changed, for people; none: nothing.
   std::optional<std::string> Look();
 

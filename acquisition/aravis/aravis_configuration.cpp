@@ -14,7 +14,7 @@
 #include "acquisition/aravis/aravis_setting.h"
 #include "acquisition/aravis/aravis_trigger.h"
 #include "acquisition/aravis/aravis_white_balance.h"
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -27,15 +27,16 @@ constexpr std::array kRateSwitches{std::pair{"AcquisitionFrameRateEnable", Autom
                                    std::pair{"AcquisitionFrameRateEnabled", AutomaticMode::kOn},
                                    std::pair{"AcquisitionFrameRateAuto", AutomaticMode::kOff}};
 
-// Bytes that chunk data may take where the camera does not tell. Guessed: a chunk has some ten, and there are few.
+// Bytes that chunk data may take where the camera does not tell. Guessed: a chunk has some ten, and there are
+// few.
 constexpr std::size_t kChunkRoom = 4096;
 constexpr double kMostPayload = 1 << 30;  // of what is told; guessed
 
 double FactorOf(double decibels) { return std::pow(10.0, decibels / 20); }
 double Decibels(double factor) { return 20 * std::log10(factor); }
 
-// Makes room for a frame: what the camera tells, or the image where that is more. Returns what is wrong with the
-// description; empty: nothing.
+// Makes room for a frame: what the camera tells, or the image where that is more. Returns what is wrong with
+// the description; empty: nothing.
 std::string ReadPayload(const AravisSession& session, AravisConfigured& configured) {
   const double told = AravisNumber(session, "PayloadSize").Read().value_or(0);
   const std::size_t image = ImageBytes(configured.format, configured.width, configured.height);
@@ -84,7 +85,7 @@ class Configurator {
     // After the frame rate, because setting that may switch the trigger off.
     for (std::string& note : WriteAravisTrigger(session_, who_, names_, options)) Note(std::move(note));
     WriteChunks(options.chunks);
-    WriteAravisLink(session_, who_, options, names_, configured_);
+    configured_.link = WriteAravisLink(session_, who_, options, names_, configured_.notes);
     ReadBack(options);
     return configured_;
   }
@@ -118,8 +119,10 @@ class Configurator {
   void RequireChoice(const char* option, const char* enumeration, const std::string& value) {
     const std::vector<std::string> choices = Choices(enumeration);
     if (std::find(choices.begin(), choices.end(), value) == choices.end())
-      throw UsageError("{}: {}={}: the camera has {}", who_, option, value,
-                       choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", ")));
+      throw Refusal(who_, "",
+                    fmt::format("{}={}: the camera has {}", option, value,
+                                choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", "))),
+                    "");
   }
 
   void Note(std::string note) {
@@ -141,7 +144,7 @@ class Configurator {
   void LoadUserSet(const std::optional<std::string>& user_set) {
     if (!user_set) return;
     if (!Has("UserSetSelector") || !Has("UserSetLoad"))
-      throw UsageError("{}: the camera keeps no user sets; leave user_set out", who_);
+      throw Refusal(who_, "", "the camera keeps no user sets", "leave user_set out");
     RequireChoice("user_set", "UserSetSelector", *user_set);
     RequireSetting(session_, who_, "user_set=" + *user_set, "UserSetSelector", *user_set);
     Must(who_, "user set " + *user_set,
@@ -151,7 +154,9 @@ class Configurator {
   void CheckRange(const char* option, double value, double low, double high) {
     const double rounding = kRounding * std::abs(value);
     if (value < low - rounding || value > high + rounding)
-      throw UsageError("{}: {}={} is out of the camera's range, {} to {}", who_, option, value, low, high);
+      throw Refusal(who_, "",
+                    fmt::format("{}={} is out of the camera's range, {} to {}", option, value, low, high),
+                    "");
   }
   PixelFormat WriteFormat(const std::optional<std::string>& asked) {
     guint count = 0;
@@ -174,10 +179,11 @@ class Configurator {
       return known && known->code == format->code;
     });
     if (name == offered.end())
-      throw UsageError("{}: the camera has no pixel format {}; it has {}", who_, format->name, list);
+      throw Refusal(who_, "", fmt::format("the camera has no pixel format {}", format->name),
+                    fmt::format("it has {}", list));
     const std::string why = WriteSetting(session_, "PixelFormat", *name);
     if (why.empty()) return *format;
-    if (asked) throw UsageError("{}: format={}: {}; leave format out", who_, *asked, why);
+    if (asked) throw Refusal(who_, "", fmt::format("format={}: {}", *asked, why), "leave format out");
     const std::optional<std::string> reads = ReadSetting(session_, "PixelFormat");
     const auto fixed = reads ? PixelFormatByName(*reads) : std::nullopt;
     if (!fixed)
@@ -192,8 +198,10 @@ class Configurator {
     if (number.Reads(value)) return;
     if (const std::string why = number.WhyFixed(); !why.empty()) {
       const std::optional<double> reads = number.Read();
-      throw UsageError("{}: {}={:g}: {} {}{}; leave {} out", who_, option, option_of(value), number.Feature(),
-                       why, reads ? fmt::format(" at {:g}", option_of(*reads)) : "", option);
+      throw Refusal(who_, "",
+                    fmt::format("{}={:g}: {} {}{}", option, option_of(value), number.Feature(), why,
+                                reads ? fmt::format(" at {:g}", option_of(*reads)) : ""),
+                    fmt::format("leave {} out", option));
     }
     const auto [low, high] = number.Bounds(who_);
     CheckRange(option, option_of(value), option_of(low), option_of(high));
@@ -207,11 +215,8 @@ class Configurator {
   void WriteExposure(std::optional<double> exposure_us) {
     if (!exposure_us) return;
     if (names_.exposure.empty())
-      throw UsageError(
-          "{}: the camera has no exposure in a unit of time; leave exposure_us out ('ulf features' shows "
-          "what "
-          "it has)",
-          who_);
+      throw Refusal(who_, "", "the camera has no exposure in a unit of time",
+                    "leave exposure_us out ('ulf features' shows what it has)");
     SwitchOff(fmt::format("exposure_us={:g}", *exposure_us), "ExposureAuto");
     WriteNumber("exposure_us", Exposure(), *exposure_us);
   }
@@ -223,14 +228,17 @@ class Configurator {
               "GainAuto");
     if (!names_.gain_of_all.empty()) Prefer(names_.gain_selector, names_.gain_of_all);
     if (options.gain_raw) {
-      if (names_.gain_raw.empty()) throw UsageError("{}: the camera has no raw gain; give gain_db", who_);
+      if (names_.gain_raw.empty()) throw Refusal(who_, "", "the camera has no raw gain", "give gain_db");
       return WriteNumber("gain_raw", {session_, names_.gain_raw}, *options.gain_raw);
     }
     if (names_.gain.empty())
-      throw UsageError("{}: the camera has no gain in dB{}", who_,
-                       names_.gain_raw.empty()
-                           ? "; leave gain_db out"
-                           : "; it has units of its own: give gain_raw ('ulf features' shows its range)");
+      throw Refusal(
+          who_, "",
+          fmt::format("the camera has no gain in dB{}",
+                      names_.gain_raw.empty()
+                          ? "; leave gain_db out"
+                          : "; it has units of its own: give gain_raw ('ulf features' shows its range)"),
+          "");
     const AravisNumber gain(session_, names_.gain);
     if (!names_.gain_is_factor) return WriteNumber("gain_db", gain, *options.gain_db);
     WriteNumber("gain_db", gain, FactorOf(*options.gain_db), Decibels);
@@ -239,7 +247,7 @@ class Configurator {
   void WriteBlackLevel(std::optional<double> black_level) {
     if (!black_level) return;
     if (!Can(arv_camera_is_black_level_available))
-      throw UsageError("{}: the camera's black level cannot be set; leave black_level out", who_);
+      throw Refusal(who_, "", "the camera's black level cannot be set", "leave black_level out");
     SwitchOff(fmt::format("black_level={:g}", *black_level), "BlackLevelAuto");
     // In the library's order, which is asked for the value.
     for (const char* name : {"Brightness", "BlackLevelRaw", "BlackLevel"})
@@ -250,14 +258,16 @@ class Configurator {
     if (!balance) return;
     if (balance->by_camera) {
       if (names_.white_balance_auto.empty())
-        throw UsageError("{}: the camera has no automatic white balance; give white_balance=RED,BLUE", who_);
+        throw Refusal(who_, "", "the camera has no automatic white balance", "give white_balance=RED,BLUE");
       if (WordFor(session_, names_.white_balance_auto, AutomaticMode::kOnce).empty())
-        throw UsageError("{}: white_balance=auto: the camera has {}; give white_balance=RED,BLUE", who_,
-                         fmt::join(Choices(names_.white_balance_auto.c_str()), ", "));
+        throw Refusal(who_, "",
+                      fmt::format("white_balance=auto: the camera has {}",
+                                  fmt::join(Choices(names_.white_balance_auto.c_str()), ", ")),
+                      "give white_balance=RED,BLUE");
       return;
     }
     if (names_.balance_ratio.empty())
-      throw UsageError("{}: the camera has no ratios for red and blue; leave white_balance out", who_);
+      throw Refusal(who_, "", "the camera has no ratios for red and blue", "leave white_balance out");
     SwitchOff(fmt::format("white_balance={:g},{:g}", balance->red, balance->blue), "BalanceWhiteAuto");
     WriteWhiteBalance(session_, who_, names_, *balance);
   }
@@ -265,7 +275,7 @@ class Configurator {
   // Enables the chunk data that the camera offers.
   void WriteChunks(bool wanted) {
     if (!Can(arv_camera_are_chunks_available)) {
-      if (wanted) throw UsageError("{}: the camera adds no data to its frames; leave chunks out", who_);
+      if (wanted) throw Refusal(who_, "", "the camera adds no data to its frames", "leave chunks out");
       return;
     }
     if (!wanted) return Prefer("ChunkModeActive", "false");
@@ -284,11 +294,12 @@ class Configurator {
     if (!fps) return;
     if (Has("FPS")) return WriteListedRate(*fps);
     const AravisNumber rate = Rate();
-    if (!rate.IsThere()) throw UsageError("{}: the camera's frame rate cannot be set; leave fps out", who_);
+    if (!rate.IsThere()) throw Refusal(who_, "", "the camera's frame rate cannot be set", "leave fps out");
     const std::string why = EnableRate(rate, *fps);
     if (!why.empty() && !rate.Reads(*fps) && !rate.WhyFixed().empty())
-      throw UsageError("{}: fps={:g}: {} {}, because {}; leave fps out", who_, *fps, rate.Feature(),
-                       rate.WhyFixed(), why);
+      throw Refusal(who_, "",
+                    fmt::format("fps={:g}: {} {}, because {}", *fps, rate.Feature(), rate.WhyFixed(), why),
+                    "leave fps out");
     WriteNumber("fps", rate, *fps);
   }
 
@@ -308,8 +319,8 @@ class Configurator {
     return {};
   }
 
-  // A rate is available, can be written or is kept only while its switch lets it. Most are to be on, some off. Returns why
-  // one could not be switched.
+  // A rate is available, can be written or is kept only while its switch lets it. Most are to be on, some
+  // off. Returns why one could not be switched.
   std::string EnableRate(const AravisNumber& rate, double fps) {
     const auto is_free = [&] { return rate.WhyFixed().empty(); };
     std::string why;
@@ -335,8 +346,8 @@ class Configurator {
     Must(who_, "region", [&](GError** e) {
       arv_camera_get_region(camera_, &x, &y, &configured_.width, &configured_.height, e);
     });
-    // A camera that does not report its sensor's size reports the largest image, which tells nothing where it is the present
-    // one: its size may be fixed.
+    // A camera that does not report its sensor's size reports the largest image, which tells nothing where it
+    // is the present one: its size may be fixed.
     const auto full_size = [&](const char* of_sensor, const char* of_image, int binning, int end, int limit) {
       const auto read = [&](const char* feature) {
         return Has(feature)

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/aravis/aravis_link.h"
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "core/image/pixel_format.h"
@@ -23,17 +24,12 @@ struct AravisConfigured {
   double period_s = 0;            // 0: unknown
   std::optional<double> set_fps;  // what its frame rate is set to; none: it has none, or it is switched off
   std::size_t payload_bytes = 0;  // room for a frame
-  // GigE Vision; 0: another bus, or unknown.
-  int packet_size = 0;
-  bool packet_size_negotiated = false;  // found with test packets; else asked for, or the camera's own
-  std::int64_t packet_delay_ns = 0;
-  // Bytes a second that the camera limits itself to; none: it does not.
-  std::optional<double> throughput_limit;
+  AravisLink link;
   std::vector<std::string> chunks;  // switched on
   std::vector<std::string> notes;   // settings that the camera changed, for messages
 };
 
-// `who` names the camera in errors. Throws UsageError for a setting that the camera does not have or take.
+// `who` names the camera in errors. Throws Refusal for a setting that the camera does not have or take.
 AravisConfigured ConfigureAravis(const AravisSession& session, const std::string& who,
                                  const AravisOptions& options);
 

@@ -8,7 +8,8 @@ namespace ulf::acquisition {
 
 // kNone: a category, a port, a bare register.
 NodeKind KindOf(ArvGcNode* node);
-// What the description names, whether or not a camera has it at this moment: it is not asked, and need not be there.
+// What the description names, whether or not a camera has it at this moment: it is not asked, and need not be
+// there.
 NamedFeatures FeaturesOf(ArvGc* description);
 // What the camera has, whether or not it is available at this moment, with the choices that are.
 NamedFeatures FeaturesOf(ArvCamera* camera);

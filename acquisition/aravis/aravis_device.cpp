@@ -12,7 +12,6 @@
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_clock.h"
 #include "acquisition/aravis/aravis_configuration.h"
-#include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_exposures.h"
 #include "acquisition/aravis/aravis_frames.h"
 #include "acquisition/aravis/aravis_session.h"
@@ -20,14 +19,13 @@
 #include "acquisition/aravis/aravis_usb.h"
 #include "acquisition/aravis/aravis_watch.h"
 #include "acquisition/aravis/aravis_white_balance.h"
-#include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/device/background_closer.h"
-#include "acquisition/device/frame_id_counter.h"
+#include "acquisition/device/event_log.h"
 #include "acquisition/device/frame_queue.h"
-#include "core/base/clock_offset.h"
+#include "acquisition/device/stream_statistics.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
-#include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -36,12 +34,14 @@ using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
 // How long the capture thread waits for a frame before it does its other work, how long it waits for the
-// camera's answer about its control at Stop(), the pause between two readings of the library's counters, and after how many
-// broken frames at the beginning chunk data are given up. All guessed.
+// camera's answer about its control at Stop(), the pause between two readings of the library's counters, and
+// after how many broken frames at the beginning chunk data are given up. All guessed.
 constexpr std::uint64_t kFrameWaitMicroseconds = 50'000;
 constexpr milliseconds kAskAtStop(500);
 constexpr double kCountersEverySeconds = 0.1;
 constexpr int kBrokenByChunks = 3;
+// A software trigger without a frame is fired again after at least so many seconds. Guessed.
+constexpr double kTriggerPatienceS = 1;
 
 class AravisDevice : public Device {
  public:
@@ -50,6 +50,7 @@ class AravisDevice : public Device {
     DeviceUri named = uri;
     if (uri.path.empty()) named.path = open_by;
     info_.uri = uri_ = named.Text();
+    events_.LogAs(uri_);
     Open(open_by);
     configured_ = ConfigureAravis(*session_, uri_, options_);
     spdlog::debug("{}: {} {} {}x{} {}, exposure {} s, gain {:.3f}, period {:.4f} s", uri_, info_.maker,
@@ -58,10 +59,9 @@ class AravisDevice : public Device {
     if (session_->IsUsb())
       if (const auto place = UsbCameraPlaceOf(info_.maker, info_.serial))
         if (const std::string slow = SlowUsbText(*place, configured_.payload_bytes); !slow.empty())
-          Say(DeviceEventKind::kNotice, "the camera is " + slow);
+          events_.Notice("the camera is " + slow);
     clock_of_camera_.emplace(*session_, uri_, options_, configured_.notes);
-    for (const std::string& note : configured_.notes)
-      Say(DeviceEventKind::kNotice, fmt::format("the camera {}", note));
+    for (const std::string& note : configured_.notes) events_.Notice(fmt::format("the camera {}", note));
   }
 
   ~AravisDevice() override { Stop(); }
@@ -98,24 +98,19 @@ class AravisDevice : public Device {
   DeviceState State() const override { return state_; }
 
   DeviceStatistics Statistics() const override {
-    const MutexLock lock(mutex_);
-    DeviceStatistics statistics = statistics_;
-    statistics.missing = ids_.Missing();
-    statistics.out_of_order = ids_.OutOfOrder();
-    statistics.clock_offset_s = clock_.OffsetS();
-    statistics.clock_jitter_s = clock_.JitterS();
-    if (running_) statistics.seconds = SecondsSince(started_);
+    DeviceStatistics statistics = statistics_.Now();
+    {
+      const MutexLock lock(mutex_);
+      statistics.transport = transport_;
+    }
     statistics.transport.insert(
         statistics.transport.begin(),
-        {"MB/s of pixels",
+        {TransportFigure::kPixelRate,
          statistics.seconds > 0 ? 1e-6 * static_cast<double>(statistics.bytes) / statistics.seconds : 0});
     return statistics;
   }
 
-  std::vector<DeviceEvent> TakeEvents() override {
-    const MutexLock lock(mutex_);
-    return std::exchange(events_, {});
-  }
+  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  private:
   void Open(const std::string& open_by);
@@ -124,17 +119,12 @@ class AravisDevice : public Device {
   void GiveUpChunks();
   void Take(ArvBuffer* buffer);
   void CountSettling(ArvBuffer* buffer, ArvBufferStatus status);
-  void CountId(ArvBuffer* buffer, FrameStatus status) ULF_REQUIRES(mutex_);
+  void CountId(ArvBuffer* buffer, FrameStatus status);
   void Freeze();
   void ExplainLossOnce(std::uint64_t id, ArvBufferStatus status);
   void Fire();
   void Lose(const std::string& problem);
 
-  void Say(DeviceEventKind kind, std::string text, double silence_s = 0) {
-    spdlog::debug("{}: {}", uri_, text);
-    const MutexLock lock(mutex_);
-    events_.push_back({kind, EpochSeconds(), std::move(text), silence_s});
-  }
   // A camera that is lost in the middle of a bracket is opened again with the exposure before.
   void RememberExposure() {
     const MutexLock lock(mutex_);
@@ -147,10 +137,11 @@ class AravisDevice : public Device {
     auto transport = stream_->Transport();
     clock_of_camera_->AppendTo(transport);
     const MutexLock lock(mutex_);
-    if (configured_.exposure_s > 0) transport.emplace_back("exposure (us)", 1e6 * configured_.exposure_s);
-    transport.emplace_back("frames with wrong packet ids", static_cast<double>(wrong_packet_ids_));
-    transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
-    statistics_.transport = std::move(transport);
+    if (configured_.exposure_s > 0)
+      transport.emplace_back(TransportFigure::kExposureUs, 1e6 * configured_.exposure_s);
+    transport.emplace_back(TransportFigure::kWrongPacketIds, static_cast<double>(wrong_packet_ids_));
+    transport.emplace_back(TransportFigure::kWhileSettling, statistics_.WhileSettlingCount());
+    transport_ = std::move(transport);
   }
   // Whether frames are expected: always without a trigger; with the software's, from firing to its frame.
   bool TellsExposures() const {
@@ -185,17 +176,14 @@ class AravisDevice : public Device {
   bool said_incomplete_ = false;
   std::optional<Clock::time_point> settled_at_;  // frames until then are discarded; none: none are
 
+  EventLog events_;
+  StreamStatistics statistics_;
   std::atomic<bool> some_stay_on_{false};  // automatics that could not be switched off
 
   mutable Mutex mutex_;
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
-  DeviceStatistics statistics_ ULF_GUARDED_BY(mutex_);
-  FrameIdCounter ids_ ULF_GUARDED_BY(mutex_);
-  ClockOffset clock_ ULF_GUARDED_BY(mutex_);
+  TransportFigures transport_ ULF_GUARDED_BY(mutex_);  // as they were remembered last
   std::uint64_t wrong_packet_ids_ ULF_GUARDED_BY(mutex_) = 0;
-  std::uint64_t while_settling_ ULF_GUARDED_BY(mutex_) = 0;  // complete, but discarded
-  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
-  Clock::time_point started_ ULF_GUARDED_BY(mutex_);
   // The URI with the values that the automatics had reached; empty: uri_.
   std::string held_uri_ ULF_GUARDED_BY(mutex_);
 };
@@ -217,12 +205,10 @@ void AravisDevice::Start() {
   queue_ = std::make_unique<FrameQueue>(options_.queue);
   {
     const MutexLock lock(mutex_);
-    statistics_ = {};
-    ids_ = {};
-    clock_ = {};
-    wrong_packet_ids_ = while_settling_ = 0;
-    started_ = Clock::now();
+    transport_.clear();
+    wrong_packet_ids_ = 0;
   }
+  statistics_.Begin();
   first_of_stream_ = true;
   one_was_whole_ = false;
   broken_ = 0;
@@ -243,25 +229,15 @@ void AravisDevice::Start() {
   stop_ = false;
   state_ = DeviceState::kStreaming;
   running_ = true;
-  thread_ = std::thread([this] {
-    InstallSignalStack();
-    try {
-      Capture();
-    } catch (const std::exception& error) {
-      Lose(fmt::format("reading its frames failed: {}", error.what()));
-    }
-  });
+  thread_ = ReadingThread([this] { Capture(); },
+                          [this](const std::string& why) { Lose("reading its frames failed: " + why); });
 }
 
 std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
   if (!queue_) return std::nullopt;
   if (options_.SoftwareTriggered() && state_ == DeviceState::kStreaming && queue_->Size() == 0) Fire();
   std::optional<Frame> frame = queue_->Pop(timeout);
-  if (frame && frame->status == FrameStatus::kComplete) {
-    const MutexLock lock(mutex_);
-    ++statistics_.delivered;
-    statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
-  }
+  if (frame && frame->status == FrameStatus::kComplete) statistics_.Delivered(*frame);
   return frame;
 }
 
@@ -270,7 +246,7 @@ std::optional<Frame> AravisDevice::Next(milliseconds timeout) {
 void AravisDevice::Freeze() {
   const AravisFrozen frozen = FreezeAravisAutomatics(*session_, options_);
   some_stay_on_ = HasAutomaticOn(*session_, options_);
-  for (const std::string& words : frozen.said) Say(DeviceEventKind::kNotice, words);
+  for (const std::string& words : frozen.said) events_.Notice(words);
   ReadLight(*session_, uri_, configured_);
   frames_->SetLight(configured_);
   exposures_->LookAgain();
@@ -283,8 +259,7 @@ void AravisDevice::Freeze() {
 
 // Fires a trigger unless the frame of the last one is still to come and not yet overdue.
 void AravisDevice::Fire() {
-  const AravisPatience& patience = options_.patience;
-  const double overdue_s = std::max(patience.trigger_s, patience.stall_periods * configured_.period_s);
+  const double overdue_s = std::max(kTriggerPatienceS, kStallPeriods * configured_.period_s);
   if (trigger_out_ && SecondsSince(triggered_at_) < overdue_s) return;
   triggered_at_ = Clock::now();
   trigger_out_ = true;
@@ -299,10 +274,7 @@ void AravisDevice::Stop() {
   if (!running_) return;
   stop_ = true;
   thread_.join();
-  {
-    const MutexLock lock(mutex_);
-    statistics_.seconds = SecondsSince(started_);
-  }
+  statistics_.End();
   running_ = false;
   queue_->Close();
   // Asks first, because every call to a camera that is gone waits for all its retries.
@@ -328,9 +300,10 @@ void AravisDevice::Stop() {
 // The capture thread: moves frames from the library's buffers to the queue until Stop() or the camera is
 // lost.
 void AravisDevice::Capture() {
-  AravisWatch watch(*session_, options_, configured_.period_s);
-  auto last_frame = Clock::now(), remembered = Clock::time_point{};
-  bool stalled = false, frozen = false;
+  AravisWatch watch(*session_, configured_.period_s);
+  StallReport stall(events_);
+  auto remembered = Clock::time_point{};
+  bool frozen = false;
   while (!stop_) {
     ArvBuffer* buffer = arv_stream_timeout_pop_buffer(session_->Stream(), kFrameWaitMicroseconds);
     if (settled_at_ && Clock::now() >= *settled_at_ && !frozen) {
@@ -345,32 +318,25 @@ void AravisDevice::Capture() {
     if (buffer) {
       Take(buffer);
       arv_stream_push_buffer(session_->Stream(), buffer);
-      if (std::exchange(stalled, false)) {
-        const double silence_s = SecondsSince(last_frame);
-        Say(DeviceEventKind::kNotice, fmt::format("frames come again after {:.1f} s", silence_s), silence_s);
-      }
-      if (!options_.Triggered()) watch.FrameCame(SecondsSince(last_frame));
-      last_frame = Clock::now();
+      if (!options_.Triggered()) watch.FrameCame(SecondsSince(stall.LastFrame()));
+      stall.FrameCame();
       if (ChunksFail()) GiveUpChunks();
     }
     if (SecondsSince(remembered) > kCountersEverySeconds) {
       RememberTransport();
       remembered = Clock::now();
     }
-    for (std::string& note : stream_->TakeNotes(!first_of_stream_))
-      Say(DeviceEventKind::kNotice, std::move(note));
+    for (std::string& note : stream_->TakeNotes(!first_of_stream_)) events_.Notice(std::move(note));
     if (const auto words = buffer ? clock_of_camera_->Look() : std::nullopt)  // a camera that is gone blocks
-      Say(DeviceEventKind::kNotice, *words);
-    const auto since = FramesAreDue() ? std::max(last_frame, triggered_at_.load()) : Clock::now();
+      events_.Notice(*words);
+    const auto since = FramesAreDue() ? std::max(stall.LastFrame(), triggered_at_.load()) : Clock::now();
     const double silence_s = SecondsSince(since);
-    if (silence_s > watch.StallSeconds() && !std::exchange(stalled, true)) {
-      Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s), silence_s);
-      if (stream_->RefusedPackets() > 0 && stream_->AllowAnyPort())
-        Say(DeviceEventKind::kNotice,
-            "the camera sends packets from another port than it reports: from now on ulf checks only their "
-            "address");
-    }
-    if (!FramesAreDue()) stalled = false;
+    if (stall.NoFrame(silence_s, watch.StallSeconds()) && stream_->RefusedPackets() > 0 &&
+        stream_->AllowAnyPort())
+      events_.Notice(
+          "the camera sends packets from another port than it reports: from now on ulf checks only their "
+          "address");
+    if (!FramesAreDue()) stall.Forget();
     const bool waits_for_trigger = options_.Triggered() && !trigger_out_;
     if (const auto why = watch.LossReason(silence_s, waits_for_trigger, stream_->RefusedPackets())) {
       Lose(*why);
@@ -380,20 +346,19 @@ void AravisDevice::Capture() {
   RememberTransport();
 }
 
-// A USB3 Vision camera that promises chunk data and sends none sends less than was agreed, and the library takes none of its
-// frames for a whole one. On GigE Vision it does (AravisFrames).
+// A USB3 Vision camera that promises chunk data and sends none sends less than was agreed, and the library
+// takes none of its frames for a whole one. On GigE Vision it does (AravisFrames).
 bool AravisDevice::ChunksFail() const {
   return session_->IsUsb() && !configured_.chunks.empty() && broken_ >= kBrokenByChunks && !one_was_whole_;
 }
 
 // Begins the stream anew, without.
 void AravisDevice::GiveUpChunks() {
-  Say(DeviceEventKind::kNotice,
-      fmt::format(
-          "chunk data are switched on, but none of the first frames ({}) came whole: the camera perhaps "
-          "sends none. They are switched off, and exposure, gain and time are taken from the settings and "
-          "the stream (chunks=off says so from the start)",
-          broken_));
+  events_.Notice(fmt::format(
+      "chunk data are switched on, but none of the first frames ({}) came whole: the camera perhaps "
+      "sends none. They are switched off, and exposure, gain and time are taken from the settings and "
+      "the stream (chunks=off says so from the start)",
+      broken_));
   Try([&](GError** e) { arv_camera_stop_acquisition(session_->Camera(), e); });
   frames_.reset();
   stream_.reset();
@@ -402,17 +367,14 @@ void AravisDevice::GiveUpChunks() {
   stream_ = std::make_unique<AravisStream>(*session_, uri_, options_, configured_);
   frames_ = std::make_unique<AravisFrames>(*session_, configured_);
   exposures_->LookAgain(TellsExposures());
-  {
-    const MutexLock lock(mutex_);
-    ids_.Restarted();
-  }
+  statistics_.NumbersRestart();
   first_of_stream_ = true;
   Must(uri_, "start of acquisition",
        [&](GError** e) { arv_camera_start_acquisition(session_->Camera(), e); });
 }
 
 void AravisDevice::Lose(const std::string& problem) {
-  Say(DeviceEventKind::kFaulted, problem);
+  events_.Say(DeviceEventKind::kFaulted, problem);
   {
     const MutexLock lock(mutex_);
     info_.available = false;
@@ -432,63 +394,54 @@ void AravisDevice::Take(ArvBuffer* buffer) {
   // The library enlarges its receive buffer only when the first packet arrives. A large first frame may have
   // lost packets by then.
   if (std::exchange(first_of_stream_, false) && status != ARV_BUFFER_STATUS_SUCCESS) {
-    Say(DeviceEventKind::kNotice, "the first frame of the stream came with pixels missing");
-    const MutexLock lock(mutex_);
-    ++statistics_.incomplete;
+    events_.Notice("the first frame of the stream came with pixels missing");
+    statistics_.Incomplete();
     return;
   }
   trigger_out_ = false;
   frames_->SetSharedClock(clock_of_camera_->IsShared());
   Frame frame = frames_->Read(buffer);
-  for (std::string& note : frames_->TakeNotes()) Say(DeviceEventKind::kNotice, std::move(note));
+  for (std::string& note : frames_->TakeNotes()) events_.Notice(std::move(note));
   if (frame.status == FrameStatus::kIncomplete)
     ExplainLossOnce(frame.id, status);
   else
     exposures_->Label(frame);
-  for (std::string& note : exposures_->TakeNotes()) Say(DeviceEventKind::kNotice, std::move(note));
-  {
+  for (std::string& note : exposures_->TakeNotes()) events_.Notice(std::move(note));
+  CountId(buffer, frame.status);
+  if (status == ARV_BUFFER_STATUS_WRONG_PACKET_ID) {
     const MutexLock lock(mutex_);
-    CountId(buffer, frame.status);
-    if (status == ARV_BUFFER_STATUS_WRONG_PACKET_ID) ++wrong_packet_ids_;
-    if (frame.status == FrameStatus::kIncomplete) {
-      ++statistics_.incomplete;
-    } else if (frame.device_time_s != frame.host_time_s) {
-      clock_.Add(frame.device_time_s, frame.host_time_s);
-      if (configured_.period_s > 0 &&
-          clock_.LatenessS(frame.device_time_s, frame.host_time_s) > configured_.period_s)
-        ++statistics_.late;
-    }
+    ++wrong_packet_ids_;
   }
+  if (frame.status == FrameStatus::kIncomplete)
+    statistics_.Incomplete();
+  else if (frame.device_time_s != frame.host_time_s)
+    statistics_.Timed(frame.device_time_s, frame.host_time_s, configured_.period_s);
   std::optional<Frame> dropped;
   queue_->Push(std::move(frame), &dropped);
-  if (dropped && dropped->status == FrameStatus::kComplete) {
-    const MutexLock lock(mutex_);
-    ++statistics_.dropped;
-  }
+  if (dropped && dropped->status == FrameStatus::kComplete) statistics_.Dropped();
 }
 
 // Gaps and incomplete frames count also while automatics settle.
 void AravisDevice::CountSettling(ArvBuffer* buffer, ArvBufferStatus status) {
   first_of_stream_ = false;
   const bool complete = status == ARV_BUFFER_STATUS_SUCCESS;
-  const MutexLock lock(mutex_);
   CountId(buffer, complete ? FrameStatus::kComplete : FrameStatus::kIncomplete);
-  ++(complete ? while_settling_ : statistics_.incomplete);
+  complete ? statistics_.WhileSettling() : statistics_.Incomplete();
 }
 
 void AravisDevice::CountId(ArvBuffer* buffer, FrameStatus status) {
   const std::uint64_t id = arv_buffer_get_frame_id(buffer);  // the stream's; the chunk data's may differ
   // A frame whose first packet was lost has no number: 0 in a camera that counts from 1.
   if (status == FrameStatus::kIncomplete && id == 0)
-    ids_.ArrivedWithoutId();
+    statistics_.ArrivedWithoutId();
   else
-    ids_.Arrived(id);
+    statistics_.Arrived(id);
 }
 
 void AravisDevice::ExplainLossOnce(std::uint64_t id, ArvBufferStatus status) {
   if (std::exchange(said_incomplete_, true)) return;
   const auto why = stream_->SocketBufferWarning();
-  Say(DeviceEventKind::kNotice,
+  events_.Notice(
       fmt::format("frame {} arrived incomplete ({}); ulf counts such frames and does not use them{}", id,
                   BufferStatusText(status), why ? ". Perhaps because " + *why : ""));
 }

@@ -43,7 +43,7 @@
 //
 // Opening a camera that another program controls waits as long as a killed program's control lasts, with a
 // message on the log that names the controller; after that it is an Error. A URI that asks for what the
-// camera cannot do is a UsageError.
+// camera cannot do is a Refusal.
 //
 // trigger=software: Next() fires a trigger when no frame waits, and no other before its frame has come (or is
 // a second overdue). So each call gets a frame that was taken after the call.
@@ -57,16 +57,35 @@
 // camera four times a second who controls it. The device is lost (kLost, with the reason in Info().problem)
 // when nobody controls the camera (it was restarted), when its control channel breaks (the library's
 // heartbeat: five seconds), or when it answers and yet sends nothing for three seconds or ten periods
-// (AravisPatience). What the library still holds of a lost camera is closed in the background, because that
+// (aravis_watch.cpp). What the library still holds of a lost camera is closed in the background, because that
 // blocks for seconds; the process waits for it at its end.
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "acquisition/device/device.h"
+#include "acquisition/device/features.h"
 
 namespace ulf::acquisition {
 
 std::unique_ptr<Device> OpenAravisDevice(const DeviceUri& uri);
+
+// The GenICam tree of a machine-vision camera, for `ulf features`.
+//
+// List() returns the features of all categories, those outside the tree last; Find() also finds features that
+// are in no category (some makers leave AcquisitionFrameRate out). A camera that another program controls can
+// be read, not written.
+std::unique_ptr<FeatureAccess> OpenAravisFeatures(const DeviceUri& uri);
+
+// The id that the library opens for the ID of a URI (what an ID may be stands above): at once for an
+// address, after a second of discovery for anything else. Throws Error that lists the cameras found.
+std::string ResolveAravis(const std::string& uri, const std::string& id);
+
+// Every camera on every network and USB port; takes about a second. Where a camera cannot be opened,
+// `problem` says why and what to do: another program controls it (which one, where the camera tells), it is
+// in another network, or this user may not open the USB device.
+std::vector<DeviceInfo> ListAravisDevices();
 
 }  // namespace ulf::acquisition

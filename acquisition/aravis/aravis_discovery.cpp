@@ -1,11 +1,11 @@
-#include "acquisition/aravis/aravis_discovery.h"
+#include "acquisition/aravis/aravis_device.h"
 
 #include <algorithm>
 #include <cerrno>
 
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_usb.h"
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {
@@ -59,8 +59,8 @@ std::string GigeProblem(const Discovered& camera) {
          "; check the firewall (UDP port 3956) and the routes to it";
 }
 
-// USB cameras whose node this user may not open. The library does not list them, because it must open a device
-// to read its name.
+// USB cameras whose node this user may not open. The library does not list them, because it must open a
+// device to read its name.
 std::vector<DeviceInfo> ForbiddenUsbCameras() {
   std::vector<DeviceInfo> list;
   for (const UsbCameraPlace& place : UsbCameraPlaces())

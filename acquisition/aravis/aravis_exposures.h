@@ -1,9 +1,10 @@
 // Exposures that are asked for one after another while the camera streams (Device::RequestExposures).
 //
-// A camera that has a sequencer (SFNC SequencerMode) and says each frame's exposure (chunk data) goes through the
-// exposures by itself, from frame to frame. Of any other, each exposure time is set and the frame awaited that has it:
-// where chunk data say so, the first that says it; else the fourth after the setting, because a camera may have exposed
-// the next one already and two more may be on their way. In between a frame's exposure is 0 (unknown).
+// A camera that has a sequencer (SFNC SequencerMode) and says each frame's exposure (chunk data) goes through
+// the exposures by itself, from frame to frame. Of any other, each exposure time is set and the frame awaited
+// that has it: where chunk data say so, the first that says it; else the fourth after the setting, because a
+// camera may have exposed the next one already and two more may be on their way. In between a frame's
+// exposure is 0 (unknown).
 //
 // All but Ask() belongs to the thread that takes frames.
 #pragma once
@@ -26,12 +27,13 @@ namespace ulf::acquisition {
 
 class AravisExposures {
  public:
-  // `frames_tell`: chunk data tell each frame's exposure. `triggered_by_software`: no frame is on its way but the one that
-  // was asked for.
+  // `frames_tell`: chunk data tell each frame's exposure. `triggered_by_software`: no frame is on its way but
+  // the one that was asked for.
   AravisExposures(const AravisSession& session, bool frames_tell, bool triggered_by_software);
 
   ExposureRequests Kind() const { return kind_; }  // from any thread
-  // Asks the camera what it can, as at the beginning: an automatic may have been switched off, or the chunk data.
+  // Asks the camera what it can, as at the beginning: an automatic may have been switched off, or the chunk
+  // data.
   void LookAgain();
   void LookAgain(bool frames_tell) {
     frames_tell_ = frames_tell;

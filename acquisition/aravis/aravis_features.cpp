@@ -1,4 +1,4 @@
-#include "acquisition/aravis/aravis_features.h"
+#include "acquisition/aravis/aravis_device.h"
 
 #include <algorithm>
 #include <cfloat>
@@ -8,7 +8,6 @@
 #include <set>
 
 #include "acquisition/aravis/aravis_calls.h"
-#include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/aravis_setting.h"
 #include "core/base/error.h"
@@ -77,8 +76,8 @@ class AravisFeatures : public FeatureAccess {
  public:
   explicit AravisFeatures(const DeviceUri& uri) {
     if (!uri.options.empty())
-      throw UsageError("'{}': ulf features sets features by name; leave the options after '?' out",
-                       uri.Text());
+      throw Refusal(fmt::format("'{}'", uri.Text()), "", "ulf features sets features by name",
+                    "leave the options after '?' out");
     info_.uri = uri.Text();
     session_ =
         AravisSession::Open(info_.uri, ResolveAravis(info_.uri, uri.path), AravisSession::Wanted::kReading);
@@ -137,13 +136,15 @@ class AravisFeatures : public FeatureAccess {
 
   void Set(const std::string& name, const std::string& text) override {
     const auto feature = Find(name);
-    if (!feature) throw UsageError("{}: has no feature '{}'", info_.uri, name);
+    if (!feature) throw Refusal(info_.uri, "", fmt::format("has no feature '{}'", name), "");
     if (!session_->IsController())
       throw Error("{}: {} cannot be written: {}", info_.uri, name, session_->WhoControls());
     if (!feature->writable) {
       if (feature->readable && SameValue(*feature, feature->value, text)) return;
-      throw UsageError("{}: {} is read-only, or locked by another setting{}", info_.uri, name,
-                       feature->readable ? ", at " + feature->value : "");
+      throw Refusal(info_.uri, "",
+                    fmt::format("{} is read-only, or locked by another setting{}", name,
+                                feature->readable ? ", at " + feature->value : ""),
+                    "");
     }
     const std::string value = CheckedValue(info_.uri, *feature, text);
     if (feature->type == FeatureType::kCommand)

@@ -112,8 +112,7 @@ void AravisFrames::ReadChunks(ArvBuffer* buffer, Frame& frame) {
     if (!std::exchange(said_no_chunks_, true))
       notes_.emplace_back(
           "chunk data are switched on, but the frames contain none: their exposure, gain and time are taken "
-          "from the "
-          "settings and the stream (chunks=off says so from the start)");
+          "from the settings and the stream (chunks=off says so from the start)");
     return;
   }
   const auto real = [&](const char* name) {

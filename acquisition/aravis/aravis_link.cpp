@@ -39,7 +39,7 @@ bool NegotiatePacketSize(ArvCamera* camera) {
 }
 
 void WritePackets(ArvCamera* camera, const std::string& address, const std::string& who,
-                  const AravisOptions& options, AravisConfigured& configured) {
+                  const AravisOptions& options, AravisLink& link, std::vector<std::string>& notes) {
   // Packet sockets bypass the guard (stream_guard.h), and receive nothing on some hosts.
   arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   std::optional<int> packet_size = options.packet_size;
@@ -55,20 +55,20 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
     const std::string reason = error ? Text(error->message) : "";
     g_clear_error(&error);
     if (options.packet_size && !reason.empty())
-      throw UsageError("{}: packet_size={}: the camera keeps {}: {}; leave packet_size out", who,
-                       *packet_size, own(), reason);
+      throw Refusal(who, "",
+                    fmt::format("packet_size={}: the camera keeps {}: {}", *packet_size, own(), reason),
+                    "leave packet_size out");
   } else {
-    configured.packet_size_negotiated = NegotiatePacketSize(camera);
+    link.packet_size_negotiated = NegotiatePacketSize(camera);
   }
-  configured.packet_size = own();
-  if (!packet_size && !configured.packet_size_negotiated)
-    configured.notes.push_back(
+  link.packet_size = own();
+  if (!packet_size && !link.packet_size_negotiated)
+    notes.push_back(
         fmt::format("sent no test packet that arrived: its packets keep their size of {} bytes; if frames "
                     "are lost, give packet_size=1400",
-                    configured.packet_size));
-  if (packet_size && configured.packet_size != *packet_size)
-    configured.notes.push_back(
-        fmt::format("changed packet_size={} to {}", *packet_size, configured.packet_size));
+                    link.packet_size));
+  if (packet_size && link.packet_size != *packet_size)
+    notes.push_back(fmt::format("changed packet_size={} to {}", *packet_size, link.packet_size));
   // The register is optional.
   const gint64 delay_ns = options.packet_delay_ns.value_or(0);
   const auto reads_delay = [&](gint64 otherwise) {
@@ -77,10 +77,9 @@ void WritePackets(ArvCamera* camera, const std::string& address, const std::stri
   const bool taken =
       reads_delay(-1) == delay_ns ||
       Maybe([&](GError** e) { return arv_camera_gv_set_packet_delay(camera, delay_ns, e), true; }, false);
-  configured.packet_delay_ns = reads_delay(0);
-  if (options.packet_delay_ns && (!taken || std::abs(configured.packet_delay_ns - delay_ns) > delay_ns / 10))
-    configured.notes.push_back(
-        fmt::format("changed packet_delay_ns={} to {}", delay_ns, configured.packet_delay_ns));
+  link.packet_delay_ns = reads_delay(0);
+  if (options.packet_delay_ns && (!taken || std::abs(link.packet_delay_ns - delay_ns) > delay_ns / 10))
+    notes.push_back(fmt::format("changed packet_delay_ns={} to {}", delay_ns, link.packet_delay_ns));
 }
 
 std::string SwitchOf(const AravisSession& session, const FeatureNames& names) {
@@ -96,25 +95,28 @@ AravisNumber LimitOf(const AravisSession& session, const FeatureNames& names) {
 void WriteThroughputLimit(const AravisSession& session, const std::string& who, const FeatureNames& names,
                           double limit) {
   if (names.throughput_limit.empty())
-    throw UsageError("{}: the camera does not limit its own throughput; leave throughput_limit out", who);
+    throw Refusal(who, "", "the camera does not limit its own throughput", "leave throughput_limit out");
   if (names.throughput_bytes == 0)
-    throw UsageError(
-        "{}: the camera counts {} in a unit that ulf does not know; leave throughput_limit out and set it by "
-        "'ulf features'",
-        who, names.throughput_limit);
+    throw Refusal(
+        who, "", fmt::format("the camera counts {} in a unit that ulf does not know", names.throughput_limit),
+        "leave throughput_limit out and set it by 'ulf features'");
   // Before the limit: some cameras have none while the switch is off.
   const std::string asked = fmt::format("throughput_limit={:.0f}", limit);
   if (!names.throughput_mode.empty()) RequireSetting(session, who, asked, names.throughput_mode, "On");
   const AravisNumber number = LimitOf(session, names);
   if (number.Reads(limit)) return;
   if (const std::string why = number.WhyFixed(); !why.empty())
-    throw UsageError("{}: {}: {} {} at {:.0f} bytes a second; leave throughput_limit out", who, asked,
-                     number.Feature(), why, number.Read().value_or(0));
+    throw Refusal(who, "",
+                  fmt::format("{}: {} {} at {:.0f} bytes a second", asked, number.Feature(), why,
+                              number.Read().value_or(0)),
+                  "leave throughput_limit out");
   const auto [low, high] = number.Bounds(who);
   if (limit < low || limit > high)
-    throw UsageError(
-        "{}: throughput_limit={:.0f} is out of the camera's range, {:.0f} to {:.0f} bytes a second", who,
-        limit, low, high);
+    throw Refusal(
+        who, "",
+        fmt::format("throughput_limit={:.0f} is out of the camera's range, {:.0f} to {:.0f} bytes a second",
+                    limit, low, high),
+        "");
   const double step = number.Step();
   number.Write(who, step > 0 ? std::min(high, low + std::ceil((limit - low) / step) * step) : limit);
 }
@@ -128,12 +130,14 @@ std::optional<double> ThroughputLimitOf(const AravisSession& session, const Feat
 
 }  // namespace
 
-void WriteAravisLink(const AravisSession& session, const std::string& who, const AravisOptions& options,
-                     const FeatureNames& names, AravisConfigured& configured) {
+AravisLink WriteAravisLink(const AravisSession& session, const std::string& who, const AravisOptions& options,
+                           const FeatureNames& names, std::vector<std::string>& notes) {
+  AravisLink link;
   if (const std::string address = session.GigeAddress(); !address.empty())
-    WritePackets(session.Camera(), address, who, options, configured);
+    WritePackets(session.Camera(), address, who, options, link, notes);
   if (options.throughput_limit) WriteThroughputLimit(session, who, names, *options.throughput_limit);
-  configured.throughput_limit = ThroughputLimitOf(session, names);
+  link.throughput_limit = ThroughputLimitOf(session, names);
+  return link;
 }
 
 }  // namespace ulf::acquisition

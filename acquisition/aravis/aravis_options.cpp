@@ -11,7 +11,8 @@ namespace {
 bool OnOrOff(const DeviceUri& uri, const std::string& key, bool otherwise) {
   const auto text = uri.Option(key);
   if (!text) return otherwise;
-  if (*text != "on" && *text != "off") throw UsageError("'{}': {} must be on or off", uri.Text(), key);
+  if (*text != "on" && *text != "off")
+    throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("{} must be on or off", key), "");
   return *text == "on";
 }
 
@@ -21,7 +22,8 @@ AravisRegion ParseRegion(const DeviceUri& uri, const std::string& text) {
   if (std::sscanf(text.c_str(), "%dx%d+%d+%d%c", &region.width, &region.height, &region.x, &region.y,
                   &rest) != 4 ||
       region.width < 1 || region.height < 1 || region.x < 0 || region.y < 0)
-    throw UsageError("'{}': roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0", uri.Text());
+    throw Refusal(fmt::format("'{}'", uri.Text()), "", "roi must read WIDTHxHEIGHT+X+Y, such as 640x480+0+0",
+                  "");
   return region;
 }
 
@@ -30,7 +32,7 @@ AravisBinning ParseBinning(const DeviceUri& uri, const std::string& text) {
   char rest = 0;
   if (std::sscanf(text.c_str(), "%dx%d%c", &binning.x, &binning.y, &rest) != 2 || binning.x < 1 ||
       binning.y < 1)
-    throw UsageError("'{}': binning must read 2x2", uri.Text());
+    throw Refusal(fmt::format("'{}'", uri.Text()), "", "binning must read 2x2", "");
   return binning;
 }
 
@@ -43,8 +45,8 @@ AravisWhiteBalance ParseWhiteBalance(const DeviceUri& uri, const std::string& te
   char rest = 0;
   if (std::sscanf(text.c_str(), "%lf,%lf%c", &balance.red, &balance.blue, &rest) != 2 ||
       !(balance.red > 0 && balance.blue > 0))
-    throw UsageError("'{}': white_balance must read RED,BLUE, ratios to green such as 1.6,2.1, or auto",
-                     uri.Text());
+    throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                  "white_balance must read RED,BLUE, ratios to green such as 1.6,2.1, or auto", "");
   return balance;
 }
 
@@ -52,17 +54,18 @@ ThreadPriority ParsePriority(const DeviceUri& uri, const std::string& text) {
   if (text == "normal") return ThreadPriority::kNormal;
   if (text == "high") return ThreadPriority::kHigh;
   if (text == "realtime") return ThreadPriority::kRealtime;
-  throw UsageError("'{}': priority must be normal, high or realtime", uri.Text());
+  throw Refusal(fmt::format("'{}'", uri.Text()), "", "priority must be normal, high or realtime", "");
 }
 
-// Throws UsageError where the automatic is on and an option sets a value that it controls (`controls`).
+// Throws Refusal where the automatic is on and an option sets a value that it controls (`controls`).
 std::optional<bool> ParseAutomatic(const DeviceUri& uri, const std::string& key,
                                    std::initializer_list<const char*> controls) {
   if (!uri.Option(key)) return std::nullopt;
   const bool on = OnOrOff(uri, key, false);
   for (const char* value : controls)
     if (on && uri.Option(value))
-      throw UsageError("'{}': {}=on would change {} again; give only one of them", uri.Text(), key, value);
+      throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                    fmt::format("{}=on would change {} again", key, value), "give only one of them");
   return on;
 }
 
@@ -104,13 +107,15 @@ AravisOptions AravisOptionsOf(const DeviceUri& uri) {
   options.gain_db = uri.Number("gain_db");
   options.gain_raw = uri.Whole("gain_raw", 0, 1'000'000);
   if (options.gain_db && options.gain_raw)
-    throw UsageError("'{}': gain_db and gain_raw both set the gain; give only one of them", uri.Text());
+    throw Refusal(fmt::format("'{}'", uri.Text()), "", "gain_db and gain_raw both set the gain",
+                  "give only one of them");
   options.black_level = uri.Number("black_level");
   options.fps = uri.Number("fps");
   options.format = uri.Option("format");
   if (options.format && !PixelFormatByName(*options.format))
-    throw UsageError("'{}': the pixel format {} is not supported; supported are {}", uri.Text(),
-                     *options.format, SupportedPixelFormats());
+    throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                  fmt::format("the pixel format {} is not supported", *options.format),
+                  fmt::format("supported are {}", SupportedPixelFormats()));
   if (const auto text = uri.Option("roi")) options.region = ParseRegion(uri, *text);
   if (const auto text = uri.Option("binning")) options.binning = ParseBinning(uri, *text);
   if (const auto text = uri.Option("white_balance")) options.white_balance = ParseWhiteBalance(uri, *text);

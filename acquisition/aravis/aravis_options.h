@@ -23,21 +23,6 @@ struct AravisWhiteBalance {
   double red = 1, blue = 1;
 };
 
-// When a camera counts as stalled or lost. Seconds, and multiples of the frame period where that is longer.
-struct AravisPatience {
-  // Without a frame that is due for so long: kStalled, and the camera is asked who controls it. Guessed.
-  double stall_s = 0.5, stall_periods = 3;
-  // The camera answers but sends nothing for so long: lost, to be opened anew. Guessed.
-  double silent_s = 3, silent_periods = 10;
-  // The camera does not answer for so long: lost. The library's heartbeat reports a broken control channel
-  // within 5 s.
-  double gone_s = 5.5;
-  // Pause between two questions while frames are missing, and while a hardware trigger is awaited. Guessed.
-  double ask_again_s = 0.25, ask_idle_s = 1;
-  // A software trigger without a frame is fired again after at least so long. Guessed.
-  double trigger_s = 1;
-};
-
 enum class ThreadPriority { kNormal, kHigh, kRealtime };
 
 struct AravisOptions {
@@ -62,13 +47,12 @@ struct AravisOptions {
   std::optional<int> socket_buffer_bytes, buffers;
   ThreadPriority priority = ThreadPriority::kNormal;
   std::size_t queue = 4;  // frames that may wait for the reader; guessed
-  AravisPatience patience;
 
   bool Triggered() const { return trigger != "free"; }
   bool SoftwareTriggered() const { return trigger == "software"; }
 };
 
-// Throws UsageError naming the option that is unknown or makes no sense.
+// Throws Refusal naming the option that is unknown or makes no sense.
 AravisOptions AravisOptionsOf(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

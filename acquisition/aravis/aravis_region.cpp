@@ -48,8 +48,8 @@ struct Axis {
 constexpr Axis kAxes[] = {{"OffsetX", "SensorWidth", "WidthMax", "BinningHorizontal", "DecimationHorizontal"},
                           {"OffsetY", "SensorHeight", "HeightMax", "BinningVertical", "DecimationVertical"}};
 
-// The sensor along an axis, in pixels of the image, beside a size that is fixed; 0: the camera does not tell it. A largest
-// size that is the fixed one tells nothing, because no other size is possible.
+// The sensor along an axis, in pixels of the image, beside a size that is fixed; 0: the camera does not tell
+// it. A largest size that is the fixed one tells nothing, because no other size is possible.
 std::int64_t SensorBeside(const AravisSession& session, const Axis& axis, std::int64_t size) {
   const auto read = [&](const char* feature) {
     return std::llround(AravisNumber(session, feature).Read().value_or(0));
@@ -61,8 +61,8 @@ std::int64_t SensorBeside(const AravisSession& session, const Axis& axis, std::i
   return largest > size ? largest : 0;
 }
 
-// Where an image of `size` may begin, which is one of `sizes`. The camera's limits belong to the present size: they hold for
-// one that is fixed, and are computed for others.
+// Where an image of `size` may begin, which is one of `sizes`. The camera's limits belong to the present
+// size: they hold for one that is fixed, and are computed for others.
 Steps OffsetsOf(const AravisSession& session, const std::string& who, const Axis& axis, const Steps& sizes,
                 std::int64_t size) {
   Steps offsets = StepsOf(session, who, axis.offset);
@@ -74,8 +74,8 @@ Steps OffsetsOf(const AravisSession& session, const std::string& who, const Axis
   return offsets;
 }
 
-// Where the last pixel that the camera can send ends along an axis; 0: it has no limit. A size that is fixed is not the
-// sensor's; the offsets beside it reach as far as the sensor does.
+// Where the last pixel that the camera can send ends along an axis; 0: it has no limit. A size that is fixed
+// is not the sensor's; the offsets beside it reach as far as the sensor does.
 int EndOf(const AravisSession& session, const std::string& who, const Axis& axis, const Steps& sizes,
           bool has_offsets) {
   std::int64_t end = sizes.fixed.empty() ? sizes.high : SensorBeside(session, axis, sizes.low);
@@ -123,7 +123,8 @@ void WriteReduction(const AravisSession& session, const std::string& who, const 
   if (!IsChoice(session, feature)) {
     const Steps steps = StepsOf(session, who, feature);
     if (factor < steps.low || factor > steps.high)
-      throw UsageError("{}: binning={} is out of the camera's range, {}", who, factor, Text(steps));
+      throw Refusal(who, "", fmt::format("binning={} is out of the camera's range, {}", factor, Text(steps)),
+                    "");
     return RequireSetting(session, who, asked, feature, fmt::format("{}", factor));
   }
   const std::vector<std::string> choices = MaybeNames([&](guint* count, GError** e) {
@@ -132,8 +133,10 @@ void WriteReduction(const AravisSession& session, const std::string& who, const 
   const auto choice = std::find_if(choices.begin(), choices.end(),
                                    [&](const std::string& name) { return ReductionIn(name) == factor; });
   if (choice == choices.end())
-    throw UsageError("{}: binning={}: the camera has {}", who, factor,
-                     choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", ")));
+    throw Refusal(who, "",
+                  fmt::format("binning={}: the camera has {}", factor,
+                              choices.empty() ? "none" : fmt::format("{}", fmt::join(choices, ", "))),
+                  "");
   RequireSetting(session, who, asked, feature, *choice);
 }
 
@@ -156,7 +159,7 @@ void WriteAravisBinning(const AravisSession& session, const std::string& who, co
        {std::pair("BinningHorizontal", asked.x), std::pair("BinningVertical", asked.y)}) {
     if (factor == ReductionOf(session, feature)) continue;
     if (factor != 1) {
-      if (!IsThere(session, feature)) throw UsageError("{}: the camera cannot bin; leave binning out", who);
+      if (!IsThere(session, feature)) throw Refusal(who, "", "the camera cannot bin", "leave binning out");
       WriteReduction(session, who, feature, factor);
     } else {
       try {
@@ -205,10 +208,13 @@ AravisImageLimits WriteAravisRegion(const AravisSession& session, const std::str
     nearest.y = static_cast<int>(ys.Nearest(asked->y));
   }
   const auto refuse = [&](const AravisRegion& instead) {
-    throw UsageError(
-        "{}: the camera cannot send roi={}; nearest is roi={} (width {}, height {}, offsets {} and {}{})",
-        who, Text(*asked), Text(instead), Text(widths), Text(heights), Text(xs), Text(ys),
-        is_mosaic ? "; offsets must be even, because an odd one would exchange the mosaic's colours" : "");
+    throw Refusal(
+        who, "", fmt::format("the camera cannot send roi={}", Text(*asked)),
+        fmt::format("nearest is roi={} (width {}, height {}, offsets {} and {}{})", Text(instead),
+                    Text(widths), Text(heights), Text(xs), Text(ys),
+                    is_mosaic
+                        ? "; offsets must be even, because an odd one would exchange the mosaic's colours"
+                        : ""));
   };
   const auto set = [&](const char* feature, std::int64_t value) {
     RequireSetting(session, who, "roi=" + Text(*asked), feature, fmt::format("{}", value));

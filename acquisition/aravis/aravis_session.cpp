@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "acquisition/aravis/aravis_usb.h"
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/mutex.h"
 #include "core/base/stop_signal.h"
 

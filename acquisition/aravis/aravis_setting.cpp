@@ -38,8 +38,8 @@ void WriteText(const AravisSession& session, const std::string& feature, const s
 }
 
 // "reads Off and is read-only", "reads Off and does not become On: REASON".
-std::string Refusal(const std::string& reads, const std::string& wanted, const std::string& fixed,
-                    const std::string& reason) {
+std::string WhyNotTaken(const std::string& reads, const std::string& wanted, const std::string& fixed,
+                        const std::string& reason) {
   return fmt::format("{} and {}", reads.empty() ? "cannot be read" : "reads " + reads,
                      fixed.empty() ? fmt::format("does not become {}: {}", wanted, reason) : fixed);
 }
@@ -92,8 +92,9 @@ std::string WriteSetting(const AravisSession& session, const std::string& featur
   GError* error = nullptr;
   WriteText(session, feature, value, &error);
   if (!error) return "";
-  const std::string why = fmt::format(
-      "{} {}", feature, Refusal(now.value_or(""), value, WhyFixed(session, feature), Text(error->message)));
+  const std::string why =
+      fmt::format("{} {}", feature,
+                  WhyNotTaken(now.value_or(""), value, WhyFixed(session, feature), Text(error->message)));
   g_clear_error(&error);
   return why;
 }
@@ -102,8 +103,8 @@ void RequireSetting(const AravisSession& session, const std::string& who, const 
                     const std::string& feature, const std::string& value) {
   const std::string why = WriteSetting(session, feature, value);
   if (why.empty()) return;
-  throw UsageError("{}: {} needs {}={}, but {}; leave {} out", who, asked, feature, value, why,
-                   asked.substr(0, asked.find('=')));
+  throw Refusal(who, "", fmt::format("{} needs {}={}, but {}", asked, feature, value, why),
+                fmt::format("leave {} out", asked.substr(0, asked.find('='))));
 }
 
 AravisNumber::AravisNumber(const AravisSession& session, std::string feature, double unit)
@@ -141,8 +142,9 @@ void AravisNumber::Put(const std::string& who, double wanted, Set&& set) const {
   if (!error) return;
   const std::string reason = Text(error->message);
   g_clear_error(&error);
-  throw Error("{}: {} {}", who, feature_,
-              Refusal(now ? fmt::format("{:g}", *now) : "", fmt::format("{:g}", wanted), WhyFixed(), reason));
+  throw Error(
+      "{}: {} {}", who, feature_,
+      WhyNotTaken(now ? fmt::format("{:g}", *now) : "", fmt::format("{:g}", wanted), WhyFixed(), reason));
 }
 
 void AravisNumber::Write(const std::string& who, double value) const {

@@ -1,5 +1,5 @@
-// The one door by which a camera's features are written. Each is read first: cameras describe as read-only what they have
-// fixed, and what reads as wanted needs no write.
+// The one door by which a camera's features are written. Each is read first: cameras describe as read-only
+// what they have fixed, and what reads as wanted needs no write.
 #pragma once
 
 #include <optional>
@@ -13,16 +13,16 @@ namespace ulf::acquisition {
 
 // Whether its description says so.
 bool IsReadOnly(const AravisSession& session, const std::string& feature);
-// Why a feature cannot be written now: "is read-only", "is locked by another setting", "is not available now"; empty: it
-// can be.
+// Why a feature cannot be written now: "is read-only", "is locked by another setting", "is not available
+// now"; empty: it can be.
 std::string WhyFixed(const AravisSession& session, const std::string& feature);
 // Its value as text ("Off", "true", "512"); none: it is not there, or cannot be read now.
 std::optional<std::string> ReadSetting(const AravisSession& session, const std::string& feature);
-// Writes `value` unless the feature reads so. Returns why it does not have the value: "GainAuto reads Continuous and is
-// read-only"; empty: it has.
+// Writes `value` unless the feature reads so. Returns why it does not have the value: "GainAuto reads
+// Continuous and is read-only"; empty: it has.
 std::string WriteSetting(const AravisSession& session, const std::string& feature, const std::string& value);
-// The same for what was asked for by name, `asked`: "trigger=Line0". Throws UsageError that begins with `who` and names the
-// feature, its value, and the way out.
+// The same for what was asked for by name, `asked`: "trigger=Line0". Throws Refusal that begins with `who`
+// and names the feature, its value, and the way out.
 void RequireSetting(const AravisSession& session, const std::string& who, const std::string& asked,
                     const std::string& feature, const std::string& value);
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "acquisition/aravis/bound_sockets.h"
+#include "acquisition/gige_vision/bound_sockets.h"
 #include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
@@ -22,30 +22,29 @@ constexpr std::size_t kLeastSocketBuffer = 2 << 20, kMostSocketBuffer = 256 << 2
 constexpr std::size_t kPoolBytes = 64 << 20, kLeastBuffers = 4, kMostBuffers = 24;
 
 struct Counter {
-  const char* info;   // the library's name
-  const char* shown;  // the name for people
+  const char* info;  // the library's name
+  TransportFigure figure;
 };
-// In display order. docs/devices_measured.md says what they count on GigE Vision, and which of them are not
-// reliable.
+// In display order.
 constexpr std::array kCounters{
-    Counter{"n_completed_buffers", "frames completed"},
-    Counter{"n_failures", "frames failed"},
-    Counter{"n_timeouts", "frames timed out"},
-    Counter{"n_aborted", "frames aborted"},
-    Counter{"n_missing_frames", "frames missing (library)"},
-    Counter{"n_size_mismatch_errors", "size mismatches"},
-    Counter{"n_underruns", "underruns"},
-    Counter{"n_received_packets", "packets received"},
-    Counter{"n_missing_packets", "packets missing"},
-    Counter{"n_resend_requests", "resend requests"},
-    Counter{"n_resent_packets", "packets resent"},
-    Counter{"n_resend_ratio_reached", "resend limit reached"},
-    Counter{"n_resend_disabled", "resends given up"},
-    Counter{"n_duplicated_packets", "packets twice"},
-    Counter{"n_error_packets", "packets with errors"},
-    Counter{"n_ignored_packets", "packets ignored"},
-    Counter{"n_transferred_bytes", "bytes received"},
-    Counter{"n_ignored_bytes", "bytes ignored"},
+    Counter{"n_completed_buffers", TransportFigure::kFramesCompleted},
+    Counter{"n_failures", TransportFigure::kFramesFailed},
+    Counter{"n_timeouts", TransportFigure::kFramesTimedOut},
+    Counter{"n_aborted", TransportFigure::kFramesAborted},
+    Counter{"n_missing_frames", TransportFigure::kFramesMissing},
+    Counter{"n_size_mismatch_errors", TransportFigure::kSizeMismatches},
+    Counter{"n_underruns", TransportFigure::kUnderruns},
+    Counter{"n_received_packets", TransportFigure::kPacketsReceived},
+    Counter{"n_missing_packets", TransportFigure::kPacketsMissing},
+    Counter{"n_resend_requests", TransportFigure::kResendRequests},
+    Counter{"n_resent_packets", TransportFigure::kPacketsResent},
+    Counter{"n_resend_ratio_reached", TransportFigure::kResendLimitReached},
+    Counter{"n_resend_disabled", TransportFigure::kResendsGivenUp},
+    Counter{"n_duplicated_packets", TransportFigure::kPacketsTwice},
+    Counter{"n_error_packets", TransportFigure::kPacketsWithErrors},
+    Counter{"n_ignored_packets", TransportFigure::kPacketsIgnored},
+    Counter{"n_transferred_bytes", TransportFigure::kBytesReceived},
+    Counter{"n_ignored_bytes", TransportFigure::kBytesIgnored},
 };
 
 // The library does not expose its socket.
@@ -55,8 +54,8 @@ int SocketAtUdpPort(int port) {
   return -1;
 }
 
-// The library reads these registers without looking whether it got them, and divides by what it read: a camera
-// that is gone by then would end the program.
+// The library reads these registers without looking whether it got them, and divides by what it read: a
+// camera that is gone by then would end the program.
 void CheckUsbStream(ArvDevice* device, const std::string& who) {
   constexpr guint64 kSbrmAddress = 0x1d8, kSirmAddressInSbrm = 0x20;
   constexpr unsigned kMostAlignmentBits = 20;  // the library's transfers have 2^20 bytes
@@ -206,8 +205,8 @@ std::optional<std::string> AravisStream::SocketBufferWarning() const {
       *granted, socket_buffer_bytes_, configured_.payload_bytes, needed, needed);
 }
 
-std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
-  std::vector<std::pair<std::string, double>> shown;
+TransportFigures AravisStream::Transport() const {
+  TransportFigures shown;
   ArvStream* stream = session_.Stream();
   if (!stream) return shown;
   std::vector<std::string> known;
@@ -215,32 +214,33 @@ std::vector<std::pair<std::string, double>> AravisStream::Transport() const {
     known.push_back(Text(arv_stream_get_info_name(stream, i)));
   for (const Counter& counter : kCounters)
     if (std::find(known.begin(), known.end(), counter.info) != known.end())
-      shown.emplace_back(counter.shown,
+      shown.emplace_back(counter.figure,
                          static_cast<double>(arv_stream_get_info_uint64_by_name(stream, counter.info)));
-  shown.emplace_back("buffers", static_cast<double>(buffers_));
-  shown.emplace_back("payload (bytes)", static_cast<double>(configured_.payload_bytes));
+  shown.emplace_back(TransportFigure::kBuffers, static_cast<double>(buffers_));
+  shown.emplace_back(TransportFigure::kPayloadBytes, static_cast<double>(configured_.payload_bytes));
   if (configured_.set_fps && !options_.Triggered())
-    shown.emplace_back("frames a second set", *configured_.set_fps);
-  if (configured_.throughput_limit)
-    shown.emplace_back("throughput limit (bytes/s)", *configured_.throughput_limit);
+    shown.emplace_back(TransportFigure::kSetFps, *configured_.set_fps);
+  if (configured_.link.throughput_limit)
+    shown.emplace_back(TransportFigure::kThroughputLimit, *configured_.link.throughput_limit);
   if (const auto granted = PriorityGranted())
-    shown.emplace_back(
-        options_.priority == ThreadPriority::kRealtime ? "real-time priority" : "high priority", *granted);
+    shown.emplace_back(options_.priority == ThreadPriority::kRealtime ? TransportFigure::kRealTimePriority
+                                                                      : TransportFigure::kHighPriority,
+                       *granted);
   if (!ARV_IS_GV_STREAM(stream)) return shown;
   guint packet_timeout_us = 0, frame_retention_us = 0;
   ArvGvStreamPacketResend resend = ARV_GV_STREAM_PACKET_RESEND_NEVER;
   g_object_get(stream, "packet-timeout", &packet_timeout_us, "frame-retention", &frame_retention_us,
                "packet-resend", &resend, nullptr);
-  shown.emplace_back("packets refused", static_cast<double>(RefusedPackets()));
-  shown.emplace_back("packet size", configured_.packet_size);
-  shown.emplace_back("packet size negotiated", configured_.packet_size_negotiated);
-  shown.emplace_back("packet delay (ns)", static_cast<double>(configured_.packet_delay_ns));
-  shown.emplace_back("resend on", resend == ARV_GV_STREAM_PACKET_RESEND_ALWAYS);
-  shown.emplace_back("packet timeout (ms)", 1e-3 * packet_timeout_us);
-  shown.emplace_back("frame retention (ms)", 1e-3 * frame_retention_us);
-  shown.emplace_back("socket buffer asked for (bytes)", static_cast<double>(socket_buffer_bytes_));
+  shown.emplace_back(TransportFigure::kPacketsRefused, static_cast<double>(RefusedPackets()));
+  shown.emplace_back(TransportFigure::kPacketSize, configured_.link.packet_size);
+  shown.emplace_back(TransportFigure::kPacketSizeNegotiated, configured_.link.packet_size_negotiated);
+  shown.emplace_back(TransportFigure::kPacketDelayNs, static_cast<double>(configured_.link.packet_delay_ns));
+  shown.emplace_back(TransportFigure::kResends, resend == ARV_GV_STREAM_PACKET_RESEND_ALWAYS);
+  shown.emplace_back(TransportFigure::kPacketTimeoutMs, 1e-3 * packet_timeout_us);
+  shown.emplace_back(TransportFigure::kFrameRetentionMs, 1e-3 * frame_retention_us);
+  shown.emplace_back(TransportFigure::kSocketBufferAsked, static_cast<double>(socket_buffer_bytes_));
   if (const auto granted = GrantedSocketBuffer())
-    shown.emplace_back("socket buffer (bytes)", static_cast<double>(*granted));
+    shown.emplace_back(TransportFigure::kSocketBuffer, static_cast<double>(*granted));
   return shown;
 }
 

@@ -14,6 +14,7 @@
 #include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
 #include "acquisition/aravis/stream_guard.h"
+#include "acquisition/device/transport_figures.h"
 
 namespace ulf::acquisition {
 
@@ -26,7 +27,8 @@ class AravisStream {
   // A warning where the system granted a smaller receive buffer than asked for; none: it is large enough.
   // Known when the first packets have arrived.
   std::optional<std::string> SocketBufferWarning() const;
-  // What the system did not grant and which packets were refused, each said once. `frames_came`: the first has.
+  // What the system did not grant and which packets were refused, each said once. `frames_came`: the first
+  // has.
   std::vector<std::string> TakeNotes(bool frames_came);
   std::uint64_t RefusedPackets() const { return guard_ ? guard_->Refused() : 0; }
   // Stops checking the source port, for a camera that reports a wrong one; true where it was checked until
@@ -34,7 +36,7 @@ class AravisStream {
   bool AllowAnyPort();
   // Counters and settings for display. Only for the thread that pops buffers, or while that thread is
   // stopped.
-  std::vector<std::pair<std::string, double>> Transport() const;
+  TransportFigures Transport() const;
 
  private:
   // Outlives this object: the library's thread ends when the session does.

@@ -22,9 +22,10 @@ bool Has(const std::vector<std::string>& choices, const std::string& choice) {
   return std::find(choices.begin(), choices.end(), choice) != choices.end();
 }
 
-// A source that is described as read-only is written all the same, and read back: the description of some cameras with a
-// software trigger says so (Point Grey's Grasshopper3), and they take the write. Of no other feature is that done: a camera
-// that has the command has a use for the source, whereas a width or a rate that is read-only is one that cannot change.
+// A source that is described as read-only is written all the same, and read back: the description of some
+// cameras with a software trigger says so (Point Grey's Grasshopper3), and they take the write. Of no other
+// feature is that done: a camera that has the command has a use for the source, whereas a width or a rate
+// that is read-only is one that cannot change.
 std::string WriteSource(const AravisSession& session, const std::string& feature, const std::string& source,
                         std::vector<std::string>& notes) {
   const std::string why = WriteSetting(session, feature, source);
@@ -56,16 +57,17 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
                                             const FeatureNames& names, const AravisOptions& options) {
   std::vector<std::string> notes;
   if (!options.Triggered()) return notes;
-  if (!names.CanTrigger()) throw UsageError("{}: the camera cannot be triggered; leave trigger out", who);
+  if (!names.CanTrigger()) throw Refusal(who, "", "the camera cannot be triggered", "leave trigger out");
   const std::vector<std::string> sources = ChoicesOf(session, names.trigger_source);
   if (options.SoftwareTriggered() && names.software_source.empty())
-    throw UsageError(
-        "{}: the camera has no software trigger; give one of its lines ({}), or leave trigger out", who,
-        fmt::join(sources, ", "));
+    throw Refusal(who, "", "the camera has no software trigger",
+                  fmt::format("give one of its lines ({}), or leave trigger out", fmt::join(sources, ", ")));
   const std::string source = options.SoftwareTriggered() ? names.software_source : options.trigger;
   if (!Has(sources, source))
-    throw UsageError("{}: trigger={}: the camera has {}", who, source,
-                     sources.empty() ? "none" : fmt::format("{}", fmt::join(sources, ", ")));
+    throw Refusal(who, "",
+                  fmt::format("trigger={}: the camera has {}", source,
+                              sources.empty() ? "none" : fmt::format("{}", fmt::join(sources, ", "))),
+                  "");
   const std::string asked = "trigger=" + options.trigger;
   // A rate of its own would leave out triggers that come faster.
   for (const char* own_rate : {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"})
@@ -73,8 +75,10 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
   ClearAravisTriggers(session, names);
   if (WhyFixed(session, names.trigger_selector).empty()) {
     if (names.frame_trigger.empty())
-      throw UsageError("{}: none of the camera's triggers ({}) starts a frame; leave trigger out", who,
-                       fmt::join(ChoicesOf(session, names.trigger_selector), ", "));
+      throw Refusal(who, "",
+                    fmt::format("none of the camera's triggers ({}) starts a frame",
+                                fmt::join(ChoicesOf(session, names.trigger_selector), ", ")),
+                    "leave trigger out");
     RequireSetting(session, who, asked, names.trigger_selector, names.frame_trigger);
   }
   if (!names.trigger_mode.empty()) RequireSetting(session, who, asked, names.trigger_mode, "On");
@@ -86,7 +90,7 @@ std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const 
     why = WriteSource(session, names.trigger_source, source, notes);
     if (is_off) RequireSetting(session, who, asked, names.trigger_mode, "On");
   }
-  if (!why.empty()) throw UsageError("{}: {}: {}; leave trigger out", who, asked, why);
+  if (!why.empty()) throw Refusal(who, "", fmt::format("{}: {}", asked, why), "leave trigger out");
   const std::vector<std::string> edges = ChoicesOf(session, "TriggerActivation");
   for (const char* edge : {"RisingEdge", "RisingEdgeOrHighLevel"})
     if (Has(edges, edge)) {

@@ -1,6 +1,6 @@
-// Lets a camera wait for triggers: of its software, or of one of its lines. Cameras differ in which triggers there are to
-// choose from (feature_names.h): some have one alone and no choice, some show a choice that follows the mode, some start the
-// exposure in place of the frame.
+// Lets a camera wait for triggers: of its software, or of one of its lines. Cameras differ in which triggers
+// there are to choose from (feature_names.h): some have one alone and no choice, some show a choice that
+// follows the mode, some start the exposure in place of the frame.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ namespace ulf::acquisition {
 // Switches every trigger off that can be: the camera runs free.
 void ClearAravisTriggers(const AravisSession& session, const FeatureNames& names);
 
-// Nothing where the options ask for no trigger. Returns what is to be said. Throws UsageError that begins with `who` for a
-// trigger that the camera does not have.
+// Nothing where the options ask for no trigger. Returns what is to be said. Throws Refusal that begins with
+// `who` for a trigger that the camera does not have.
 std::vector<std::string> WriteAravisTrigger(const AravisSession& session, const std::string& who,
                                             const FeatureNames& names, const AravisOptions& options);
 

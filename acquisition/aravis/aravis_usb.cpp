@@ -11,7 +11,8 @@
 #include <fstream>
 #include <set>
 
-#include "acquisition/device/file_holders.h"
+#include "acquisition/device/device_files.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -43,10 +44,8 @@ std::string CommonHub(const std::string& one, const std::string& other) {
 }
 
 int OpenError(const std::string& node) {
-  const int file = open(node.c_str(), O_RDWR | O_CLOEXEC);
-  if (file < 0) return errno;
-  close(file);
-  return 0;
+  const FileDescriptor file(open(node.c_str(), O_RDWR | O_CLOEXEC));
+  return file.IsOpen() ? 0 : errno;
 }
 
 }  // namespace

@@ -27,7 +27,8 @@ struct UsbNeighbour {
   std::string name;  // maker and product
   std::string port;
   int megabits = 0;
-  // "2-1": the hub nearest to both that all their data pass; empty: only the controller's own, each has a port of it.
+  // "2-1": the hub nearest to both that all their data pass; empty: only the controller's own, each has a
+  // port of it.
   std::string hub;
   int hub_megabits = 0;  // of that hub's own link to the computer
 };

@@ -7,22 +7,26 @@
 #include <optional>
 #include <string>
 
-#include "acquisition/aravis/aravis_options.h"
 #include "acquisition/aravis/aravis_session.h"
 
 namespace ulf::acquisition {
 
+// A stream stalls after so many of its frame's periods at least. Guessed.
+inline constexpr double kStallPeriods = 3;
+
 class AravisWatch {
  public:
   // `period_s`: of the frames; 0: unknown.
-  AravisWatch(const AravisSession& session, const AravisOptions& options, double period_s);
+  AravisWatch(const AravisSession& session, double period_s);
 
   double StallSeconds() const;
-  // `gap_s`: since the frame before. A camera that is regularly slower than it is set to does not stall between its frames.
+  // `gap_s`: since the frame before. A camera that is regularly slower than it is set to does not stall
+  // between its frames.
   void FrameCame(double gap_s);
-  // Why the camera is lost; none: it is not. The library's heartbeat reports a broken control channel up to five seconds later.
-  // While no frame comes, this asks the camera directly, which is sooner: a camera that was restarted has no controller.
-  // `silence_s`: without a frame that is due. `refused_packets`: of a kind that the camera was not set to send.
+  // Why the camera is lost; none: it is not. The library's heartbeat reports a broken control channel up to
+  // five seconds later. While no frame comes, this asks the camera directly, which is sooner: a camera that
+  // was restarted has no controller. `silence_s`: without a frame that is due. `refused_packets`: of a kind
+  // that the camera was not set to send.
   std::optional<std::string> LossReason(double silence_s, bool waits_for_trigger,
                                         std::uint64_t refused_packets);
 
@@ -33,7 +37,6 @@ class AravisWatch {
   double PeriodSeconds() const;
 
   const AravisSession& session_;
-  const AravisPatience patience_;
   const double period_s_;
   std::array<double, 3> gaps_s_{};  // the last
   const std::string gige_address_;  // empty: another bus

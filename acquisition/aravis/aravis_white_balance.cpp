@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "acquisition/aravis/aravis_automatics.h"
 #include "acquisition/aravis/aravis_calls.h"
 #include "acquisition/aravis/aravis_setting.h"
 
@@ -67,11 +66,15 @@ void WriteWhiteBalance(const AravisSession& session, const std::string& who, con
     Select(session, who, names.balance_selector, colour);
     if (ratio.Reads(value)) continue;
     if (const std::string why = ratio.WhyFixed(); !why.empty())
-      throw UsageError("{}: white_balance={:g} ({}): {} {} at {:g}; leave white_balance out", who, value,
-                       colour, ratio.Feature(), why, ratio.Read().value_or(0));
+      throw Refusal(who, "",
+                    fmt::format("white_balance={:g} ({}): {} {} at {:g}", value, colour, ratio.Feature(), why,
+                                ratio.Read().value_or(0)),
+                    "leave white_balance out");
     const auto [low, high] = ratio.Bounds(who);
     if (value < low || value > high)
-      throw UsageError("{}: white_balance={} is out of the camera's range, {} to {}", who, value, low, high);
+      throw Refusal(who, "",
+                    fmt::format("white_balance={} is out of the camera's range, {} to {}", value, low, high),
+                    "");
     ratio.Write(who, value);
   }
 }
@@ -79,11 +82,6 @@ void WriteWhiteBalance(const AravisSession& session, const std::string& who, con
 double WhiteBalanceStep(const AravisSession& session, const FeatureNames& names) {
   const BackToAll back(session, names);
   return AravisNumber(session, names.balance_ratio).Step() / GreenOf(session, names);
-}
-
-void BalanceWhiteOnce(const AravisSession& session, const std::string& who) {
-  const std::string why = SwitchAutomatic(session, "BalanceWhiteAuto", AutomaticMode::kOnce);
-  if (!why.empty()) throw UsageError("{}: white_balance=auto: {}; give white_balance=RED,BLUE", who, why);
 }
 
 }  // namespace ulf::acquisition

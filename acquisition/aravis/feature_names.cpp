@@ -13,7 +13,8 @@ using Units = std::initializer_list<std::pair<const char*, double>>;
 
 constexpr auto kInteger = NodeKind::kInteger, kReal = NodeKind::kReal, kChoice = NodeKind::kChoice;
 
-// The first of the names that is of one of the kinds and suits; what is available goes before what may come to be.
+// The first of the names that is of one of the kinds and suits; what is available goes before what may come
+// to be.
 template <typename Suits>
 std::string FirstOfKinds(const NamedFeatures& camera, Kinds kinds, Names names, Suits&& suits) {
   for (const bool available : {true, false})
@@ -53,8 +54,8 @@ void FindExposure(const NamedFeatures& camera, FeatureNames& found) {
   if (!found.exposure.empty()) found.exposure_us = MicrosecondsIn(camera.unit_of(found.exposure)).value_or(1);
 }
 
-// A gain without a unit is by the convention (SFNC 2) a factor, but decibels and steps of a converter are found without
-// one, too. Those begin at 0 or below, which no factor does.
+// A gain without a unit is by the convention (SFNC 2) a factor, but decibels and steps of a converter are
+// found without one, too. Those begin at 0 or below, which no factor does.
 void FindGain(const NamedFeatures& camera, FeatureNames& found) {
   const auto is_decibels = [&](const char* name) { return IsDecibel(camera.unit_of(name)); };
   const auto is_factor = [&](const char* name) {

@@ -1,6 +1,7 @@
-// By which names and in which units a camera has what a light field needs of it: exposure, gain, pixel format, trigger,
-// white balance, limit of throughput. The Standard Features Naming Convention has one name for each; cameras before it, and
-// some beside it, have others. What is found here is what the driver sets (aravis_configuration.h).
+// By which names and in which units a camera has what a light field needs of it: exposure, gain, pixel
+// format, trigger, white balance, limit of throughput. The Standard Features Naming Convention has one name
+// for each; cameras before it, and some beside it, have others. What is found here is what the driver sets
+// (aravis_configuration.h).
 #pragma once
 
 #include <functional>

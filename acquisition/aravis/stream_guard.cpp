@@ -176,24 +176,17 @@ StreamGuard::StreamGuard(int socket, const StreamBounds& bounds) : bounds_(bound
   socklen_t size = sizeof at;
   if (getsockname(socket, reinterpret_cast<sockaddr*>(&at), &size) != 0)
     throw Error("the packets of a stream cannot be checked: {}", std::strerror(errno));
-  discard_socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  try {
-    const int yes = 1;
-    sock_filter nothing{BPF_RET | BPF_K, 0, 0, 0};
-    const sock_fprog discard_all{1, &nothing};
-    SetOption(discard_socket_, SO_ATTACH_FILTER, &discard_all, sizeof discard_all);
-    SetOption(discard_socket_, SO_REUSEPORT, &yes, sizeof yes);
-    SetOption(socket, SO_REUSEPORT, &yes, sizeof yes);
-    if (bind(discard_socket_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
-      throw Error("the packets of a stream cannot be checked: {}", std::strerror(errno));
-    Attach();
-  } catch (...) {
-    close(discard_socket_);
-    throw;
-  }
+  discard_socket_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const int yes = 1;
+  sock_filter nothing{BPF_RET | BPF_K, 0, 0, 0};
+  const sock_fprog discard_all{1, &nothing};
+  SetOption(discard_socket_.Number(), SO_ATTACH_FILTER, &discard_all, sizeof discard_all);
+  SetOption(discard_socket_.Number(), SO_REUSEPORT, &yes, sizeof yes);
+  SetOption(socket, SO_REUSEPORT, &yes, sizeof yes);
+  if (bind(discard_socket_.Number(), reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
+    throw Error("the packets of a stream cannot be checked: {}", std::strerror(errno));
+  Attach();
 }
-
-StreamGuard::~StreamGuard() { close(discard_socket_); }
 
 void StreamGuard::Attach() {
   in_addr camera{};
@@ -201,7 +194,7 @@ void StreamGuard::Attach() {
     throw Error("'{}' is not an IPv4 address", bounds_.camera);
   std::vector<sock_filter> code = ProgramFor(bounds_, ntohl(camera.s_addr));
   const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
-  SetOption(discard_socket_, SO_ATTACH_REUSEPORT_CBPF, &program, sizeof program);
+  SetOption(discard_socket_.Number(), SO_ATTACH_REUSEPORT_CBPF, &program, sizeof program);
 }
 
 void StreamGuard::AllowAnyPort() {
@@ -212,7 +205,7 @@ void StreamGuard::AllowAnyPort() {
 std::uint64_t StreamGuard::Refused() const {
   std::array<std::uint32_t, SK_MEMINFO_VARS> counts{};
   socklen_t size = sizeof counts;
-  if (getsockopt(discard_socket_, SOL_SOCKET, SO_MEMINFO, counts.data(), &size) != 0) return 0;
+  if (getsockopt(discard_socket_.Number(), SOL_SOCKET, SO_MEMINFO, counts.data(), &size) != 0) return 0;
   return counts[SK_MEMINFO_DROPS];
 }
 

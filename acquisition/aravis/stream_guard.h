@@ -18,6 +18,8 @@
 #include <cstdint>
 #include <string>
 
+#include "core/base/file_descriptor.h"
+
 namespace ulf::acquisition {
 
 struct StreamBounds {
@@ -32,9 +34,6 @@ class StreamGuard {
   // `socket`: a bound UDP socket. This object must outlive it: without it packets pass unchecked. Throws
   // Error when the kernel does not support the filter.
   StreamGuard(int socket, const StreamBounds& bounds);
-  ~StreamGuard();
-  StreamGuard(const StreamGuard&) = delete;
-  StreamGuard& operator=(const StreamGuard&) = delete;
 
   std::uint64_t Refused() const;  // packets
   bool ChecksPort() const { return bounds_.source_port != 0; }
@@ -45,7 +44,7 @@ class StreamGuard {
   void Attach();
 
   StreamBounds bounds_;
-  int discard_socket_ = -1;
+  FileDescriptor discard_socket_;
 };
 
 }  // namespace ulf::acquisition

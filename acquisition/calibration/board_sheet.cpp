@@ -69,14 +69,15 @@ SheetLayout LayOutSheet(const Board& board, const std::string& page) {
     const auto size =
         std::find_if(std::begin(kPages), std::end(kPages), [&](const PageSize& s) { return s.name == page; });
     if (size == std::end(kPages))
-      throw UsageError("--page {}: there are a4, a3, letter and board (as large as the board needs)", page);
+      throw Refusal(Parameter("page"), page,
+                    "there are a4, a3, letter and board (as large as the board needs)", "");
     const bool upright = width <= size->short_mm && height <= size->long_mm;
     const bool lying = width <= size->long_mm && height <= size->short_mm;
     if (!upright && !lying)
-      throw UsageError(
-          "board '{}': with margins it needs {:g} x {:g} mm, {} has {:g} x {:g}; use smaller squares, a "
-          "larger page, or --page board",
-          board.Text(), width, height, page, size->short_mm, size->long_mm);
+      throw Refusal(fmt::format("board '{}'", board.Text()), "",
+                    fmt::format("with margins it needs {:g} x {:g} mm, {} has {:g} x {:g}", width, height,
+                                page, size->short_mm, size->long_mm),
+                    fmt::format("use smaller squares, a larger page, or {} board", Parameter("page")));
     layout.page_width_mm = upright ? size->short_mm : size->long_mm;
     layout.page_height_mm = upright ? size->long_mm : size->short_mm;
   }

@@ -19,7 +19,7 @@ struct SheetLayout {
 };
 
 // `page`: "a4", "a3", "letter" (portrait or landscape, as the board fits) or "board" (the size that the board
-// needs). Throws UsageError, with the size that the board needs, when it does not fit.
+// needs). Throws Refusal, with the size that the board needs, when it does not fit.
 SheetLayout LayOutSheet(const Board& board, const std::string& page);
 
 std::string SheetSvg(const Board& board, const SheetLayout& layout);

@@ -17,6 +17,30 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// Thresholds of a calibration. All are guessed unless a comment says otherwise.
+constexpr std::size_t kLeastViews = 4;  // fewer different views give no calibration
+// A view whose corners moved by less than this share of the image's width repeats another and is dropped.
+constexpr double kSamePlaceShare = 0.005;
+// Corners farther than so many robust standard deviations from the richest model are outliers, and at least
+// so many pixels. 4.5 leaves one of 150,000 good corners out.
+constexpr double kGateSigmas = 4.5, kLeastGatePx = 0.1;
+// A view whose median error exceeds so many times the median of all views, and this many pixels, is dropped.
+constexpr double kViewFactor = 3, kLeastViewErrorPx = 0.3;
+constexpr int kOutlierRounds = 3;  // of removing outliers: each fit is better than the last
+// Refused: orientations of the board closer together than this (radians), and standard deviations of focal
+// length and principal point above this share (of the focal length, of the image's width).
+constexpr double kLeastOrientationSpread = Radians(6), kMostRelativeSigma = 0.05;
+// Refused: focal lengths outside these multiples of the image's width; no lens is so wide or so long.
+constexpr double kShortestFocal = 0.05, kLongestFocal = 50;
+// Warnings, below or above: principal point this share of the width off the middle; so few views; share of
+// the image's cells with a corner; reach of the corners (half diagonals); tilt of the board (radians);
+// standard deviation of focal length and principal point (shares as above); RMS error in pixels; share of
+// outliers.
+constexpr double kWarnOffCenter = 0.1;
+constexpr std::size_t kWarnViews = 10;
+constexpr double kWarnCells = 0.7, kWarnReach = 0.75, kWarnTilt = Radians(12), kWarnRelativeSigma = 0.005,
+                 kWarnRmsPx = 1, kWarnOutliers = 0.1;
+
 // Some evenly chosen views, which suffice for a start.
 std::vector<BoardView> Subset(const std::vector<BoardView>& views) {
   constexpr std::size_t kFew = 12;  // guessed: a start needs no precision
@@ -80,15 +104,14 @@ std::vector<std::size_t> DistinctViews(const std::vector<BoardView>& views, doub
 
 // Removes outlying corners from the views and drops views that do not fit; `indices` are those of the views
 // kept.
-void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& start,
-                    const CalibrationOptions& options, CalibrationResult& result,
+void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& start, CalibrationResult& result,
                     std::vector<std::size_t>& indices) {
   constexpr double kRayleighMedian = 1.1774;  // sqrt(2 ln 2): median length of a 2D Gaussian of sigma 1
-  for (int round = 0; round < options.outlier_rounds; ++round) {
+  for (int round = 0; round < kOutlierRounds; ++round) {
     const auto fit = RichFit(points, result.views, start);
     if (!fit) return;
     const double sigma = MedianErrorPx(points, result.views, *fit) / kRayleighMedian;
-    const double gate = std::max(options.least_gate_px, options.gate_sigmas * sigma);
+    const double gate = std::max(kLeastGatePx, kGateSigmas * sigma);
     std::vector<double> view_errors;
     std::vector<std::vector<Vector2d>> residuals;
     for (std::size_t v = 0; v < result.views.size(); ++v) {
@@ -103,7 +126,7 @@ void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& star
     std::size_t removed = 0;
     for (std::size_t v = 0; v < result.views.size(); ++v) {
       ViewReport& report = result.reports[indices[v]];
-      if (view_errors[v] > std::max(options.least_view_error_px, options.view_factor * usual)) {
+      if (view_errors[v] > std::max(kLeastViewErrorPx, kViewFactor * usual)) {
         report.left_out = fmt::format("its error of {:.2f} px is {:.1f} times the median of all views",
                                       view_errors[v], view_errors[v] / usual);
         ++removed;
@@ -127,7 +150,7 @@ void RemoveOutliers(const std::vector<Vector3d>& points, const CameraModel& star
     }
     result.views = std::move(views);
     indices = std::move(kept_indices);
-    if (removed == 0 || result.views.size() < options.least_views) return;
+    if (removed == 0 || result.views.size() < kLeastViews) return;
   }
 }
 
@@ -152,52 +175,52 @@ std::string TooFewViewsReason(const CalibrationResult& result, std::size_t given
                      Counted(distinct, "different view"), Counted(given, "image"), least_views);
 }
 
-std::string UndeterminedReason(const CalibrationResult& result, const CalibrationOptions& options) {
+std::string UndeterminedReason(const CalibrationResult& result) {
   const CameraModel& camera = result.camera;
   const double spread_deg = Degrees(result.coverage.orientation_spread);
-  if (result.coverage.orientation_spread < options.least_orientation_spread)
+  if (result.coverage.orientation_spread < kLeastOrientationSpread)
     return fmt::format(
         "the board has nearly the same orientation in all {} views (within {:.1f} degrees): focal length and "
         "distance cannot be distinguished; tilt it to all sides, by 20 to 40 degrees",
         result.views.size(), spread_deg);
   const double focal_sigma = std::max(result.sigma[0], result.sigma[1]) / camera.MeanFocalPx();
-  if (!(focal_sigma < options.most_relative_sigma))
+  if (!(focal_sigma < kMostRelativeSigma))
     return fmt::format(
         "the views do not determine the focal length ({:.0f} px +- {:.0f} %; orientations within {:.0f} "
         "degrees); take more views, with the board tilted to all sides by 20 to 40 degrees",
         camera.MeanFocalPx(), 100 * focal_sigma, spread_deg);
   const double center_sigma = std::max(result.sigma[2], result.sigma[3]) / camera.width;
-  if (!(center_sigma < options.most_relative_sigma))
+  if (!(center_sigma < kMostRelativeSigma))
     return fmt::format(
         "the views do not determine the principal point (+- {:.0f} % of the image's width); take more views, "
         "with the board in all parts of the image and tilted to all sides",
         100 * center_sigma);
-  if (camera.MeanFocalPx() < options.shortest_focal * camera.width ||
-      camera.MeanFocalPx() > options.longest_focal * camera.width)
+  if (camera.MeanFocalPx() < kShortestFocal * camera.width ||
+      camera.MeanFocalPx() > kLongestFocal * camera.width)
     return fmt::format(
         "no lens has a focal length of {:.0f} px for an image {} px wide; check the board's text",
         camera.MeanFocalPx(), camera.width);
   return {};
 }
 
-void AddWarnings(const CalibrationOptions& options, CalibrationResult& result) {
+void AddWarnings(CalibrationResult& result) {
   const CameraModel& camera = result.camera;
   const BoardCoverage& coverage = result.coverage;
   const auto warn = [&](std::string_view text) { result.warnings.emplace_back(text); };
   // First warnings about a wrong result, then about an uncertain one.
   const Vector2d off(camera.cx - 0.5 * camera.width, camera.cy - 0.5 * camera.height);
-  if (off.norm() > options.warn_off_center * camera.width)
+  if (off.norm() > kWarnOffCenter * camera.width)
     warn(fmt::format(
         "the principal point is {:.0f} px ({:.0f} % of the width) from the image's middle, which hardly any "
         "lens has: do not use this calibration unless the images were cropped; take more views, with the "
         "board in all parts of the image and tilted to all sides",
         off.norm(), 100 * off.norm() / camera.width));
-  if (result.views.size() < options.warn_views)
+  if (result.views.size() < kWarnViews)
     warn(fmt::format("only {}: take 15 or more", Counted(result.views.size(), "view")));
-  if (coverage.CellShare() < options.warn_cells)
+  if (coverage.CellShare() < kWarnCells)
     warn(fmt::format("corners cover {:.0f} % of the image: bring the board to every part of it",
                      100 * coverage.CellShare()));
-  if (coverage.reach < options.warn_reach)
+  if (coverage.reach < kWarnReach)
     warn(fmt::format(
         "no corner is farther out than {:.0f} % of the half diagonal: beyond it the distortion is "
         "extrapolated",
@@ -205,24 +228,24 @@ void AddWarnings(const CalibrationOptions& options, CalibrationResult& result) {
   std::string missing;
   for (const auto& [tilt, name] : {std::pair{coverage.left, "left"}, std::pair{coverage.right, "right"},
                                    std::pair{coverage.upper, "upper"}, std::pair{coverage.lower, "lower"}})
-    if (tilt < options.warn_tilt) missing += (missing.empty() ? "" : ", ") + std::string(name);
+    if (tilt < kWarnTilt) missing += (missing.empty() ? "" : ", ") + std::string(name);
   if (!missing.empty())
     warn(fmt::format("the board was never tilted with this edge away by {:.0f} degrees: {}",
-                     Degrees(options.warn_tilt), missing));
+                     Degrees(kWarnTilt), missing));
   const double focal = std::max(result.sigma[0], result.sigma[1]) / camera.MeanFocalPx();
-  if (focal > options.warn_relative_sigma)
+  if (focal > kWarnRelativeSigma)
     warn(fmt::format("the focal length is uncertain by {:.1f} % (+- {:.1f} px)", 100 * focal,
                      focal * camera.MeanFocalPx()));
   const double center = std::max(result.sigma[2], result.sigma[3]);
-  if (center > options.warn_relative_sigma * camera.width)
+  if (center > kWarnRelativeSigma * camera.width)
     warn(fmt::format("the principal point is uncertain by +- {:.1f} px", center));
-  if (result.rms_px > options.warn_rms_px)
+  if (result.rms_px > kWarnRmsPx)
     warn(
         fmt::format("the error of {:.2f} px is large: check that the board is flat and as its text says, and "
                     "that the images are sharp",
                     result.rms_px));
   const std::size_t all = result.corners + result.outliers;
-  if (static_cast<double>(result.outliers) > options.warn_outliers * static_cast<double>(all))
+  if (static_cast<double>(result.outliers) > kWarnOutliers * static_cast<double>(all))
     warn(fmt::format("corners that did not fit and were left out: {} of {}", result.outliers, all));
   if (result.choice.table[result.choice.chosen].folds_inside_image)
     warn("the distortion cannot be inverted in part of the image");
@@ -303,7 +326,7 @@ std::optional<CameraModel> RoughIntrinsics(const Board& board, const std::vector
 }
 
 CalibrationResult CalibrateFromViews(const Board& board, const std::vector<BoardView>& views, int width,
-                                     int height, const CalibrationOptions& options) {
+                                     int height) {
   CalibrationResult result{.board = board};
   std::vector<BoardView> seen;
   for (const BoardView& view : views) {
@@ -311,10 +334,10 @@ CalibrationResult CalibrateFromViews(const Board& board, const std::vector<Board
         {view.name, view.ids.size(), 0, 0, view.ids.empty() ? "the board was not found" : ""});
     if (!view.ids.empty()) seen.push_back(view);
   }
-  std::vector<std::size_t> indices = DistinctViews(views, options.same_place_share * width, result.reports);
+  std::vector<std::size_t> indices = DistinctViews(views, kSamePlaceShare * width, result.reports);
   std::erase_if(indices, [&](std::size_t v) { return views[v].ids.empty(); });
-  if (indices.size() < options.least_views) {
-    result.refusal = TooFewViewsReason(result, seen.size(), indices.size(), options.least_views);
+  if (indices.size() < kLeastViews) {
+    result.refusal = TooFewViewsReason(result, seen.size(), indices.size(), kLeastViews);
     return result;
   }
   for (const std::size_t v : indices) result.views.push_back(views[v]);
@@ -324,9 +347,9 @@ CalibrationResult CalibrateFromViews(const Board& board, const std::vector<Board
     result.refusal = "no lens explains these views; check the board's text and that it is flat";
     return result;
   }
-  RemoveOutliers(points, *rough, options, result, indices);
-  if (result.views.size() < options.least_views) {
-    result.refusal = TooFewViewsReason(result, seen.size(), result.views.size(), options.least_views);
+  RemoveOutliers(points, *rough, result, indices);
+  if (result.views.size() < kLeastViews) {
+    result.refusal = TooFewViewsReason(result, seen.size(), result.views.size(), kLeastViews);
     return result;
   }
   result.choice = ChooseLens(points, result.views, *rough);
@@ -353,8 +376,8 @@ CalibrationResult CalibrateFromViews(const Board& board, const std::vector<Board
   }
   for (const ViewReport& report : result.reports) result.outliers += report.outliers;
   result.coverage = CoverageOf(width, height, result.views, result.cam_from_board);
-  result.refusal = UndeterminedReason(result, options);
-  if (result.ok()) AddWarnings(options, result);
+  result.refusal = UndeterminedReason(result);
+  if (result.ok()) AddWarnings(result);
   return result;
 }
 

@@ -16,36 +16,6 @@
 
 namespace ulf::acquisition {
 
-// Thresholds of a calibration. All are guessed unless a comment says otherwise.
-struct CalibrationOptions {
-  // Fewer different views give no calibration.
-  std::size_t least_views = 4;
-  // A view whose corners moved by less than this share of the image's width repeats another and is dropped.
-  double same_place_share = 0.005;
-  // Corners farther than so many robust standard deviations from the richest model are outliers; at least
-  // `least_gate_px`. 4.5 leaves one of 150,000 good corners out.
-  double gate_sigmas = 4.5, least_gate_px = 0.1;
-  // A view whose median error exceeds so many times the median of all views, and this many pixels, is
-  // dropped.
-  double view_factor = 3, least_view_error_px = 0.3;
-  // Removing outliers is repeated at most so often: each fit is better than the last.
-  int outlier_rounds = 3;
-  // Refused: orientations of the board closer together than this (radians), and standard deviations of focal
-  // length and principal point above this share (of the focal length, of the image's width).
-  double least_orientation_spread = Radians(6);
-  double most_relative_sigma = 0.05;
-  // Refused: focal lengths outside these multiples of the image's width; no lens is so wide or so long.
-  double shortest_focal = 0.05, longest_focal = 50;
-  // Warnings, below or above: principal point this share of the width off the middle; so few views; share of
-  // the image's cells with a corner; reach of the corners (half diagonals); tilt of the board (radians);
-  // standard deviation of focal length and principal point (shares as above); RMS error in pixels; share of
-  // outliers.
-  double warn_off_center = 0.1;
-  std::size_t warn_views = 10;
-  double warn_cells = 0.7, warn_reach = 0.75, warn_tilt = Radians(12), warn_relative_sigma = 0.005;
-  double warn_rms_px = 1, warn_outliers = 0.1;
-};
-
 // How the views cover the image and the orientations of the board.
 struct BoardCoverage {
   int columns = 8, rows = 6;
@@ -88,7 +58,7 @@ struct CalibrationResult {
 
 // `width` and `height`: of the images. The reports are in the order of `views`.
 CalibrationResult CalibrateFromViews(const Board& board, const std::vector<BoardView>& views, int width,
-                                     int height, const CalibrationOptions& options = {});
+                                     int height);
 
 // The mean distance, in pixels, between the corners that two views share; infinite when they share fewer than
 // four.

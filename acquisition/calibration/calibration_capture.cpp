@@ -73,8 +73,6 @@ void RequireSize(CollectedViews& collected, const cv::Mat& gray, const std::stri
               files[odd.odd], sizes[odd.odd], odd.usual_count, sizes.size(), sizes[odd.usual]);
 }
 
-constexpr const char* kNoPhotograph = "a photograph did not arrive";
-
 // Requested photographs that have not arrived.
 struct PendingStills {
   int count = 0;
@@ -145,8 +143,8 @@ std::string Finding(ViewVerdict verdict, const CalibrationGuide& guide) {
 bool WantsStills(const Device& device, const CalibrationCaptureOptions& options) {
   if (options.mode != "still") return false;
   if (!device.TakesStills())
-    throw UsageError("{}: takes no photographs besides its live frames; leave --mode still out",
-                     device.Info().uri);
+    throw Refusal(device.Info().uri, "", "takes no photographs besides its live frames",
+                  fmt::format("leave {} still out", Parameter("mode")));
   return true;
 }
 
@@ -171,11 +169,10 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
   if (stills)
     options.say(
         "photograph 1: hold the board still in the middle of the image, then press the camera's release, or "
-        "Enter "
-        "here; with live view it is released by itself");
+        "Enter here; with live view it is released by itself");
   for (;;) {
     if (options.stop()) {
-      collected.ended = "stopped";
+      collected.end = ViewsEnd::kStopped;
       break;
     }
     if (stills && pending.count == 0 && options.release()) ask();
@@ -183,11 +180,11 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
     if (!frame) {
       if (!stills) RequireLiveFrames(device);
       if (device.State() == DeviceState::kEnded) {
-        collected.ended = "the device has ended";
+        collected.end = ViewsEnd::kDeviceEnded;
         break;
       }
       if (pending.Overdue(options.still_timeout_s)) {
-        collected.ended = kNoPhotograph;
+        collected.end = ViewsEnd::kNoPhotograph;
         break;
       }
       continue;
@@ -197,7 +194,7 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
     if (stills && frame->kind == FrameKind::kStill) {
       pending.count = std::max(0, pending.count - 1);
       RequireSize(collected, gray, name);
-      if (!photographs) photographs.emplace(board, gray.cols, gray.rows, options.guide);
+      if (!photographs) photographs.emplace(board, gray.cols, gray.rows, options.least_views);
       const ViewVerdict verdict =
           photographs->LookAtPhotograph(gray, fmt::format("photograph {}", ++photograph));
       if (verdict == ViewVerdict::kNotSeen) {
@@ -215,11 +212,11 @@ CollectedViews CollectViews(Device& device, const Board& board, const Calibratio
                                   : fmt::format("{} next: {}", photographs->Map(), photographs->NextMove())));
       show_picture(gray, *photographs, verdict);
     } else if (frame->kind == FrameKind::kLive) {
-      if (!guide) guide.emplace(board, gray.cols, gray.rows, options.guide);
+      if (!guide) guide.emplace(board, gray.cols, gray.rows, options.least_views);
       // Ignores live frames until the requested photograph arrives, because the board must stay until then.
       if (stills && pending.count > 0) {
         if (pending.Overdue(options.still_timeout_s)) {
-          collected.ended = kNoPhotograph;
+          collected.end = ViewsEnd::kNoPhotograph;
           break;
         }
         continue;

@@ -11,6 +11,9 @@
 
 namespace ulf::acquisition {
 
+// Why collecting views came to an end.
+enum class ViewsEnd { kEnough, kStopped, kDeviceEnded, kNoPhotograph };
+
 struct CollectedViews {
   int width = 0, height = 0;
   std::vector<BoardView> views =
@@ -18,7 +21,7 @@ struct CollectedViews {
   std::vector<cv::Mat> pictures = {};  // of a device: the frames of the views
   std::vector<cv::Mat> unseen = {};    // of a device: some of the frames without the board
   std::size_t moving = 0;              // of a device: the live frames in which the board moved
-  std::string ended = {};              // message why it ended early; empty: the views suffice
+  ViewsEnd end = ViewsEnd::kEnough;    // of files always this one
 };
 
 struct CaptureProgress {
@@ -28,20 +31,22 @@ struct CaptureProgress {
 
 struct CalibrationCaptureOptions {
   std::string mode = "live";  // or "still": uses photographs, which it releases, instead of live frames
-  GuideOptions guide;
+  int least_views = CalibrationGuide::kLeastViews;  // of a device
   std::function<void(const CaptureProgress&)> show = [](const CaptureProgress&) {};
   // The frame or photograph that the guide has judged: for a picture of it (calibration_picture.h).
   std::function<void(const cv::Mat& gray, const CalibrationGuide&, ViewVerdict)> show_picture = {};
-  // Of mode "still": what the photographer is told, a line at a time; and whether the photographer wants one taken now.
+  // Of mode "still": what the photographer is told, a line at a time; and whether the photographer wants one
+  // taken now.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   std::function<bool()> release = [] { return false; };
   std::function<bool()> stop = [] { return false; };
   double still_timeout_s = 30;  // from the request for a photograph to its arrival; guessed
 };
 
-// Collects views until they suffice, the device ends, or `stop`. Photographs are asked for where live frames show
-// the board still and in a new place, and by `release`; those of the camera's own release count as well. Throws Error when the device is lost or shows another
-// board (other_board.h), UsageError for mode "still" on a device that takes no photographs.
+// Collects views until they suffice, the device ends, or `stop`. Photographs are asked for where live frames
+// show the board still and in a new place, and by `release`; those of the camera's own release count as well.
+// Throws Error when the device is lost or shows another board (other_board.h), Refusal for mode "still" on a
+// device that takes no photographs.
 CollectedViews CollectViews(Device& device, const Board& board, const CalibrationCaptureOptions& options);
 
 // Throws Error when there are no files or their sizes differ.
@@ -50,7 +55,7 @@ CollectedViews CollectViews(const std::vector<std::string>& files, const Board& 
 
 // The next `count` complete frames of the mode: live frames, or photographs, which it requests. Fewer when
 // the device ends, or after `stop`. Throws Error when the device is lost or a photograph does not arrive,
-// UsageError for mode "still" on a device that takes no photographs.
+// Refusal for mode "still" on a device that takes no photographs.
 std::vector<Frame> CollectFrames(Device& device, int count, const CalibrationCaptureOptions& options);
 
 // The image files in a list of files and folders; those of a folder in natural order of their names.

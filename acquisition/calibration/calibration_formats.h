@@ -7,7 +7,8 @@
 //   colmap  cameras.txt
 //
 // Kalibr, ROS and OpenCV have pixel centres at integers: their principal point is half a pixel less than
-// ulf's in each axis. COLMAP has the same convention as ulf. A lens model that the format does not have is an Error.
+// ulf's in each axis. COLMAP has the same convention as ulf. A lens model that the format does not have is an
+// Error.
 #pragma once
 
 #include <optional>

@@ -7,6 +7,15 @@
 namespace ulf::acquisition {
 namespace {
 
+// All guessed. Shares are of the image's width.
+constexpr int kMostViews = 60;           // so many are enough in any case
+constexpr double kTilted = Radians(18);  // a board that leans more counts as tilted
+constexpr double kStillShare = 0.004;    // a board that moved less since the last frame is still
+constexpr double kNewShare = 0.08;       // a board that is farther from every taken view is new
+constexpr double kMovedShare = 0.02;     // one that adds a part or a tilt must have moved this far
+constexpr double kBlurFactor = 1.5;      // a view is sharp up to this multiple of the least blur so far
+constexpr int kCornersInCell = 2;        // a part of the image is covered by so many corners
+
 std::size_t Count(const std::vector<bool>& flags) {
   return static_cast<std::size_t>(std::count(flags.begin(), flags.end(), true));
 }
@@ -24,12 +33,12 @@ const char* Name(ViewVerdict verdict) {
   return kNames[static_cast<std::size_t>(verdict)];
 }
 
-CalibrationGuide::CalibrationGuide(const Board& board, int width, int height, const GuideOptions& options)
+CalibrationGuide::CalibrationGuide(const Board& board, int width, int height, int least_views)
     : board_(board),
       points_(board.Points()),
       width_(width),
       height_(height),
-      options_(options),
+      least_views_(least_views),
       rough_(CameraModel::Pinhole(width, height, width)),
       cells_(kColumns * kRows),
       tilts_(kTilts) {}
@@ -42,11 +51,11 @@ CalibrationGuide::Seen CalibrationGuide::SeenIn(const BoardView& view) const {
     const int row = std::clamp(static_cast<int>(img.y() / height_ * kRows), 0, kRows - 1);
     ++corners[static_cast<std::size_t>(row * kColumns + column)];
   }
-  for (std::size_t i = 0; i < corners.size(); ++i) seen.cells[i] = corners[i] >= options_.corners_in_cell;
+  for (std::size_t i = 0; i < corners.size(); ++i) seen.cells[i] = corners[i] >= kCornersInCell;
   if (const auto pose = PoseOfBoard(points_, view, rough_)) {
     const BoardCoverage one = CoverageOf(width_, height_, {view}, {*pose});
     const double tilts[kTilts] = {one.left, one.right, one.upper, one.lower};
-    for (std::size_t i = 0; i < kTilts; ++i) seen.tilts[i] = tilts[i] > options_.tilted;
+    for (std::size_t i = 0; i < kTilts; ++i) seen.tilts[i] = tilts[i] > kTilted;
   }
   return seen;
 }
@@ -81,7 +90,7 @@ ViewVerdict CalibrationGuide::Look(const cv::Mat& gray, const std::string& name)
     return ViewVerdict::kNotSeen;
   }
   view.name = name;
-  const bool still = last_ && MeanShiftPx(view, *last_) < options_.still_share * width_;
+  const bool still = last_ && MeanShiftPx(view, *last_) < kStillShare * width_;
   last_ = view;
   if (!still) return ViewVerdict::kMoving;
   return Judge(std::move(view), gray);
@@ -99,14 +108,14 @@ ViewVerdict CalibrationGuide::LookAtPhotograph(const cv::Mat& gray, const std::s
 ViewVerdict CalibrationGuide::Judge(BoardView view, const cv::Mat& gray) {
   const double blur_px = EdgeBlurPx(view, gray);
   least_blur_px_ = std::min(least_blur_px_, blur_px);
-  if (blur_px > options_.blur_factor * least_blur_px_) return ViewVerdict::kBlurred;
+  if (blur_px > kBlurFactor * least_blur_px_) return ViewVerdict::kBlurred;
   const Seen seen = SeenIn(view);
   const bool elsewhere = std::all_of(views_.begin(), views_.end(), [&](const BoardView& taken) {
-    return MeanShiftPx(view, taken) > options_.new_share * width_;
+    return MeanShiftPx(view, taken) > kNewShare * width_;
   });
   // A view of the same place adds nothing, even where it covers a missing part.
   const bool moved = std::all_of(views_.begin(), views_.end(), [&](const BoardView& taken) {
-    return MeanShiftPx(view, taken) > options_.moved_share * width_;
+    return MeanShiftPx(view, taken) > kMovedShare * width_;
   });
   const bool adds = AddsTo(cells_, seen.cells) || AddsTo(tilts_, seen.tilts);
   if (!elsewhere && !(adds && moved)) return ViewVerdict::kNothingNew;
@@ -116,14 +125,14 @@ ViewVerdict CalibrationGuide::Judge(BoardView view, const cv::Mat& gray) {
 
 bool CalibrationGuide::Enough() const {
   const auto views = static_cast<int>(views_.size());
-  return views >= options_.most_views || (views >= options_.least_views && Share() >= 1);
+  return views >= kMostViews || (views >= least_views_ && Share() >= 1);
 }
 
 double CalibrationGuide::Share() const {
   // All parts but one, because a corner of the image may lie outside a fisheye's circle.
   const double cells = std::min(1.0, static_cast<double>(Count(cells_)) / (kColumns * kRows - 1));
   const double tilts = static_cast<double>(Count(tilts_)) / kTilts;
-  const double views = std::min(1.0, static_cast<double>(views_.size()) / options_.least_views);
+  const double views = std::min(1.0, static_cast<double>(views_.size()) / least_views_);
   return (cells + tilts + views) / 3;
 }
 

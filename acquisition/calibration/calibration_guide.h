@@ -21,21 +21,11 @@ namespace ulf::acquisition {
 enum class ViewVerdict { kTaken, kNotSeen, kMoving, kBlurred, kNothingNew };
 const char* Name(ViewVerdict verdict);
 
-// All thresholds are guessed. Shares are of the image's width.
-struct GuideOptions {
-  int least_views = 14;         // fewer are not enough, even when they cover everything
-  int most_views = 60;          // so many are enough in any case
-  double tilted = Radians(18);  // radians; a board that leans more counts as tilted
-  double still_share = 0.004;   // a board that moved less since the last frame is still
-  double new_share = 0.08;      // a board that is farther from every taken view is new
-  double moved_share = 0.02;    // one that adds a part or a tilt must have moved this far
-  double blur_factor = 1.5;     // a view is sharp up to this multiple of the least blur so far
-  int corners_in_cell = 2;      // a part of the image is covered by so many corners
-};
-
 class CalibrationGuide {
  public:
-  CalibrationGuide(const Board& board, int width, int height, const GuideOptions& options = {});
+  static constexpr int kLeastViews = 14;  // guessed
+  // `least_views`: fewer are not enough, even when they cover everything.
+  CalibrationGuide(const Board& board, int width, int height, int least_views = kLeastViews);
 
   // Judges the next frame of the stream (CV_8UC1); a taken view gets `name`.
   ViewVerdict Look(const cv::Mat& gray, const std::string& name);
@@ -70,7 +60,7 @@ class CalibrationGuide {
   Board board_;
   std::vector<Eigen::Vector3d> points_;
   int width_, height_;
-  GuideOptions options_;
+  int least_views_;
   CameraModel rough_;
   std::vector<BoardView> views_;
   std::vector<bool> cells_, tilts_;

@@ -52,10 +52,8 @@ CameraModel FromNumbers(const std::vector<double>& numbers, const std::string& w
   if (numbers.size() != 10 && numbers.size() != 11)
     throw Error(
         "{}: {} numbers where 10 or 11 are expected: fx fy cx cy k1 k2 p1 p2 width height [fps]; a camera "
-        "matrix alone "
-        "tells neither size nor distortion: write it as an OpenCV file (image_width, image_height, "
-        "camera_matrix, "
-        "distortion_coefficients)",
+        "matrix alone tells neither size nor distortion: write it as an OpenCV file (image_width, "
+        "image_height, camera_matrix, distortion_coefficients)",
         where, numbers.size());
   constexpr double kMostPx = 1 << 20;
   for (const double side : {numbers[8], numbers[9]})
@@ -127,7 +125,7 @@ CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std
   if (first == std::string::npos) throw Error("{}: the calibration file is empty; calibrate again", where);
   const auto require_no_choice = [&] {
     if (!camera.empty())
-      throw UsageError("{}: contains only one camera; '{}' must be left out", where, camera);
+      throw Refusal(where, "", "contains only one camera", fmt::format("'{}' must be left out", camera));
   };
   if (text[first] == '{')
     if (auto ours = OursFromJson(text, where)) {

@@ -1,4 +1,4 @@
-// Calibration files: a camera's intrinsics on disk, bound to the camera, for every command's --calibration.
+// Calibration files: a camera's intrinsics on disk, bound to the camera, read and written.
 //
 //   {"serial": "...", "maker": "...", "model": "...", "bus": "...", "source": "how it was obtained",
 //    "modes": {"live": {"width": 640, "height": 480, "fx": ..., "fy": ..., "cx": ..., "cy": ...,
@@ -55,16 +55,16 @@ struct CalibrationFile {
   bool is_ours = false;  // read from ulf's own format, so that writing it again loses nothing
 };
 
-// `camera`: one of several in another program's file; empty: it must contain only one. Throws Error that names the file
-// and the missing or invalid key.
+// `camera`: one of several in another program's file; empty: it must contain only one. Throws Error that
+// names the file and the missing or invalid key.
 CalibrationFile ReadCalibrationFile(const std::filesystem::path& path, const std::string& camera = "");
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationFile& file);
 
 // One mode of a file. Throws Error that lists the modes of the file.
 ModeCalibration ModeOf(const CalibrationFile& file, const std::string& mode, const std::string& where);
 
-// Writes one mode. Other modes that the file contains for the same camera are kept; so are, where the new calibration has
-// none, this mode's colour profile, and its flat field if it is for the same window.
+// Writes one mode. Other modes that the file contains for the same camera are kept; so are, where the new
+// calibration has none, this mode's colour profile, and its flat field if it is for the same window.
 void UpdateCalibration(const std::filesystem::path& path, const CameraIdentity& identity,
                        const std::string& source, const std::string& mode,
                        const ModeCalibration& calibration);

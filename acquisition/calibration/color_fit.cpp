@@ -163,8 +163,7 @@ ColorFit FitColorProfile(const std::vector<MeasuredChart>& charts) {
   if (charts.empty()) {
     fit.refusal =
         "no chart of 24 patches was found; fill at least a third of the picture with it, flat, evenly lit, "
-        "without "
-        "reflections, and expose so that its white is bright but not clipped";
+        "without reflections, and expose so that its white is bright but not clipped";
     return fit;
   }
   const MeasuredChart chart = MedianOf(charts);

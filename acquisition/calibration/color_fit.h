@@ -1,9 +1,10 @@
 // A colour profile from a chart of 24 patches, or a white balance from a grey card.
 //
-// White balance is the median over the usable greys of what their published colours ask for. The matrix then minimises
-// differences in L* a* b* (those of colour divided as CIEDE2000 does, by 1 + 0.045 chroma), with Huber's weights, over all
-// usable patches; its rows sum to one. A column of the chart is left out in turn, everything is found again without it, and
-// its patches are judged: what the profile is worth on colours that took no part.
+// White balance is the median over the usable greys of what their published colours ask for. The matrix then
+// minimises differences in L* a* b* (those of colour divided as CIEDE2000 does, by 1 + 0.045 chroma), with
+// Huber's weights, over all usable patches; its rows sum to one. A column of the chart is left out in turn,
+// everything is found again without it, and its patches are judged: what the profile is worth on colours that
+// took no part.
 #pragma once
 
 #include <string>

@@ -37,10 +37,8 @@ void RefuseTurned(const CameraModel& camera, int width, int height, const std::s
   if (IsTurned(camera, width, height))
     throw Error(
         "{}: made for {}x{}, but the frames are {}x{}: width and height are exchanged, so the pictures of "
-        "one of the "
-        "two are turned by a quarter turn, and it is unknown to which side. Calibrate with pictures that are "
-        "upright "
-        "as these frames are (ulf calibrate), or turn the frames back",
+        "one of the two are turned by a quarter turn, and it is unknown to which side. Calibrate with "
+        "pictures that are upright as these frames are (ulf calibrate), or turn the frames back",
         owner, camera.width, camera.height, width, height);
 }
 
@@ -64,9 +62,9 @@ void RequireSameCamera(const CameraIdentity& calibrated, const CameraIdentity& u
     const std::string text =
         fmt::format("{}: calibrated with {} '{}', this camera has '{}'", owner, what, theirs, ours);
     if (!force)
-      throw Error("{}; calibrate this camera (ulf calibrate), or accept the file (--force-calibration)",
-                  text);
-    warnings.push_back(text + ": used because of --force-calibration");
+      throw Error("{}; calibrate this camera (ulf calibrate), or accept the file ({})", text,
+                  Parameter("force_calibration"));
+    warnings.push_back(fmt::format("{}: used because of {}", text, Parameter("force_calibration")));
   };
   if (!calibrated.serial.empty() && !used.serial.empty()) {
     if (calibrated.serial != used.serial) refuse("serial", calibrated.serial, used.serial);
@@ -215,16 +213,16 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
   if (own) return *own;
   if (args.focal_px) {
     if (!(*args.focal_px > 0) || !std::isfinite(*args.focal_px))
-      throw UsageError("--focal-px {}: the focal length must be positive", *args.focal_px);
+      throw Refusal(Parameter("focal_px"), fmt::format("{}", *args.focal_px),
+                    "the focal length must be positive", "");
     // From wider than any lens without a fisheye's projection to longer than any telescope on a small sensor.
     constexpr double kShortest = 0.1, kLongest = 50;
     const double longer_side = std::max(width, height);
     if (*args.focal_px < kShortest * longer_side || *args.focal_px > kLongest * longer_side)
-      throw UsageError(
-          "--focal-px {:g}: no lens has that with pictures of {}x{}; give the focal length in pixels of "
-          "these "
-          "pictures (width in pixels x focal length / sensor width)",
-          *args.focal_px, width, height);
+      throw Refusal(Parameter("focal_px"), fmt::format("{:g}", *args.focal_px),
+                    fmt::format("no lens has that with pictures of {}x{}", width, height),
+                    "give the focal length in pixels of these pictures (width in pixels x focal length / "
+                    "sensor width)");
     return {.camera = PinholeOf(info, width, height, *args.focal_px),
             .flat_field = {},
             .color_profile = {},
@@ -242,16 +240,14 @@ ResolvedCalibration Resolve(const Device& device, const IntrinsicsArgs& args, in
                                  info.uri, *args.guessed_focal_px)}};
   const bool is_taken = IsTaken(device.Source());
   throw Error(
-      "{}: the camera's intrinsics are not known. {}ive --calibration FILE; or give --focal-px F for a lens "
-      "with "
-      "little distortion (F = image width in pixels x focal length / sensor width); or have the images tell: "
-      "ulf "
-      "capture with --intrinsics refine, or ulf track {} --intrinsics refine --calibration-out FILE{}",
+      "{}: the camera's intrinsics are not known. {}ive {} FILE; or give {} F for a lens with little "
+      "distortion (F = image width in pixels x focal length / sensor width); or have the images tell: ulf "
+      "capture with {} refine, or ulf track {} --intrinsics refine --calibration-out FILE{}",
       info.uri,
       is_taken ? "G"
                : fmt::format("Print a target (ulf board) and calibrate: ulf calibrate {}; or g",
                              ShellWord(info.uri)),
-      ShellWord(info.uri),
+      Parameter("calibration"), Parameter("focal_px"), Parameter("intrinsics"), ShellWord(info.uri),
       stored.empty() ? ""
                      : fmt::format(". {} {}",
                                    is_taken ? "A calibration of its camera is looked for as"
@@ -289,9 +285,8 @@ ResolvedCalibration ResolveCalibration(const Device& device, const IntrinsicsArg
                                        int height, const std::string& mode) {
   ResolvedCalibration resolved = Resolve(device, args, width, height, mode);
   if (args.focal_px && resolved.source != kFocalLengthGiven)
-    resolved.warnings.push_back(
-        fmt::format("--focal-px {:g} is not used: the camera's intrinsics are known ({})", *args.focal_px,
-                    resolved.source));
+    resolved.warnings.push_back(fmt::format("{} {:g} is not used: the camera's intrinsics are known ({})",
+                                            Parameter("focal_px"), *args.focal_px, resolved.source));
   return resolved;
 }
 

@@ -18,9 +18,9 @@
 // if both parts are known. If only the device's part is known: a file of the sensor's size is assumed to
 // cover the whole sensor, one of the image's size to cover the same part (with a warning), any other is an
 // Error. If the device's part is unknown: a calibration of the same aspect ratio (within half a percent) is
-// scaled, as for a scaled video; of width and height exchanged the pictures are turned, otherwise the image was cropped
-// at an unknown place, each an Error. A
-// calibration that contains its part of the sensor gives a warning then.
+// scaled, as for a scaled video; of width and height exchanged the pictures are turned, otherwise the image
+// was cropped at an unknown place, each an Error. A calibration that contains its part of the sensor gives a
+// warning then.
 #pragma once
 
 #include <filesystem>
@@ -45,7 +45,7 @@ struct IntrinsicsArgs {
 // Of a frame in its own size: by its Exif data, else as of an ordinary lens.
 double GuessFocalPx(const Frame& frame);
 
-// ResolvedCalibration::source for --focal-px.
+// ResolvedCalibration::source for IntrinsicsArgs::focal_px.
 inline constexpr const char* kFocalLengthGiven = "focal length given";
 // For a guessed one.
 inline constexpr const char* kFocalLengthGuessed = "focal length guessed";

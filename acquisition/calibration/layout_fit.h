@@ -1,9 +1,11 @@
-// How well markers seen lie as a layout of a board has them, by their neighbours in the pictures: no lens, pose or size
-// is needed.
+// How well markers seen lie as a layout of a board has them, by their neighbours in the pictures: no lens,
+// pose or size is needed.
 #pragma once
 
 #include <Eigen/Core>
 #include <map>
+#include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "core/fiducials/board.h"
@@ -33,8 +35,16 @@ struct LayoutFit {
   double step = 0;   // from marker to marker (of a ChArUco board: the side of a square), in marker sides
 };
 
-// Neighbours are joined where they lie as the layout has them in most pictures. A layout that is wrong in its first number
-// or its corner joins whole rows, but not all: the groups tell, though few pairs contradict. Zero where none are joined.
+// Neighbours are joined where they lie as the layout has them in most pictures. A layout that is wrong in its
+// first number or its corner joins whole rows, but not all: the groups tell, though few pairs contradict.
+// Zero where none are joined.
 LayoutFit LayoutFitOf(const Board& layout, const Neighbours& neighbours);
+
+// How many squares a chessboard in sight has, whatever was said of it: the squares across and down, turned as
+// those of `said` are, of a board that stands whole in the pictures (CV_8UC1) and is not the one that was
+// said. None: it is, or no other is found. Less than the whole of the board that was said is seen where a
+// hand covers a part, and a pattern of something else may have any size: only one row or column more is told
+// by a single picture, all else by two.
+std::optional<cv::Size> OtherChessboardIn(const Board& said, const std::vector<cv::Mat>& pictures);
 
 }  // namespace ulf::acquisition

@@ -8,6 +8,13 @@
 namespace ulf::acquisition {
 namespace {
 
+// A better candidate has a BIC lower by more than this: "very strong" evidence (Kass and Raftery 1995) ...
+constexpr double kBicMargin = 10;
+// ... and a squared error on left-out views lower by more than so many standard errors. Guessed.
+constexpr double kStandardErrors = 2;
+// With up to so many views each view is a fold of its own, else there are so many folds. Guessed.
+constexpr int kMostSingleFolds = 8, kFolds = 5;
+
 using Eigen::Vector3d;
 
 constexpr double kNoPosePx2 = 1e6;  // mean squared error of a view without a pose or fit; guessed
@@ -76,9 +83,8 @@ void LeaveOut(const std::vector<Vector3d>& board_points, const std::vector<Board
   }
 }
 
-bool IsClearlyBetter(const CandidateResult& other, const CandidateResult& than,
-                     const LensChoiceOptions& options) {
-  if (other.bic > than.bic - options.bic_margin) return false;
+bool IsClearlyBetter(const CandidateResult& other, const CandidateResult& than) {
+  if (other.bic > than.bic - kBicMargin) return false;
   const auto count = static_cast<double>(than.left_out_px2.size());
   double mean = 0, squares = 0;
   for (std::size_t v = 0; v < than.left_out_px2.size(); ++v)
@@ -86,7 +92,7 @@ bool IsClearlyBetter(const CandidateResult& other, const CandidateResult& than,
   for (std::size_t v = 0; v < than.left_out_px2.size(); ++v)
     squares += std::pow(than.left_out_px2[v] - other.left_out_px2[v] - mean, 2);
   const double standard_error = std::sqrt(squares / (count - 1) / count);
-  return mean > options.standard_errors * standard_error;
+  return mean > kStandardErrors * standard_error;
 }
 
 }  // namespace
@@ -98,10 +104,10 @@ double CandidateResult::LeftOutRmsPx() const {
 }
 
 LensChoice ChooseLens(const std::vector<Vector3d>& board_points, const std::vector<BoardView>& views,
-                      const CameraModel& start, const LensChoiceOptions& options) {
+                      const CameraModel& start) {
   LensChoice choice;
   const int count = static_cast<int>(views.size());
-  choice.folds = count <= options.most_single_folds ? count : options.folds;
+  choice.folds = count <= kMostSingleFolds ? count : kFolds;
   for (const LensCandidate& candidate : LensCandidates()) {
     // The last fit of the same family is the best start; the given one is tried as well.
     std::optional<LensFit> best;
@@ -128,7 +134,7 @@ LensChoice ChooseLens(const std::vector<Vector3d>& board_points, const std::vect
   for (CandidateResult& result : choice.table)
     result.explains =
         std::none_of(choice.table.begin(), choice.table.end(), [&](const CandidateResult& other) {
-          return !other.folds_inside_image && IsClearlyBetter(other, result, options);
+          return !other.folds_inside_image && IsClearlyBetter(other, result);
         });
   const auto rank = [&](const CandidateResult& result) {
     const LensCandidate& candidate = result.fit.candidate;

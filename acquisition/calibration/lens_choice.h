@@ -38,19 +38,9 @@ struct LensChoice {
   int folds = 0;
 };
 
-struct LensChoiceOptions {
-  // A better candidate has a BIC lower by more than this: "very strong" evidence (Kass and Raftery 1995) ...
-  double bic_margin = 10;
-  // ... and a squared error on left-out views lower by more than so many standard errors. Guessed.
-  double standard_errors = 2;
-  // With up to so many views each view is a fold of its own, else there are `folds`. Guessed.
-  int most_single_folds = 8;
-  int folds = 5;
-};
-
 // `start`: any camera near the truth. Views must have been cleaned of outliers. The table is empty when no
 // candidate could be fitted.
 LensChoice ChooseLens(const std::vector<Eigen::Vector3d>& board_points, const std::vector<BoardView>& views,
-                      const CameraModel& start, const LensChoiceOptions& options = {});
+                      const CameraModel& start);
 
 }  // namespace ulf::acquisition

@@ -10,15 +10,17 @@
 #include <map>
 #include <opencv2/calib3d.hpp>
 
-#include "acquisition/calibration/chessboard_count.h"
 #include "acquisition/calibration/layout_fit.h"
+#include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/fiducials/touching_markers.h"
 
 namespace ulf::acquisition {
 namespace {
 
-std::string GiveBoard(const Board& board) { return fmt::format("give --board {}", board.Text()); }
+std::string GiveBoard(const Board& board) {
+  return fmt::format("give {} {}", Parameter("board"), board.Text());
+}
 
 struct DictionaryFamily {
   const char* largest;             // contains the smaller dictionaries as its first markers
@@ -115,11 +117,12 @@ double StepOf(const Board& board) {
   return board.IsMarkerGrid() ? 1 + board.gap_mm / board.marker_mm : board.square_mm / board.marker_mm;
 }
 
-// The share of markers with which a layout is taken for the board's, and by how much that of another must be larger. Guessed:
-// right ones reach all but what is misread or bent away; one first number off costs at least one marker of each row.
+// The share of markers with which a layout is taken for the board's, and by how much that of another must be
+// larger. Guessed: right ones reach all but what is misread or bent away; one first number off costs at least
+// one marker of each row.
 constexpr double kLayoutFits = 0.8, kClearlyBetter = 0.03;
-// By which share of a step marker and gap may differ from what was said: of a grid, whose markers' corners are the
-// points, and of a ChArUco board, where they only lead to the squares' corners. Guessed.
+// By which share of a step marker and gap may differ from what was said: of a grid, whose markers' corners
+// are the points, and of a ChArUco board, where they only lead to the squares' corners. Guessed.
 constexpr double kSameStep = 0.01, kSameSquare = 0.2;
 
 // How far a layout's views are from plane, as shares of their size; infinite where none is seen.
@@ -173,7 +176,8 @@ void SetLengths(const Board& said, double step, Board& board) {
   board.gap_mm = board.IsMarkerGrid() ? rounded((step - 1) * board.marker_mm) : 0;
 }
 
-// The layout's smallest numbers of rows (or columns, where it is numbered by columns) that hold the largest marker seen.
+// The layout's smallest numbers of rows (or columns, where it is numbered by columns) that hold the largest
+// marker seen.
 bool Enlarge(int largest, Board& layout) {
   int& across = layout.order.by_columns ? layout.columns : layout.rows;
   const int along = layout.order.by_columns ? layout.rows : layout.columns;
@@ -418,12 +422,11 @@ std::optional<OtherBoard> BoardInPictures(const Board& said, const std::vector<c
   if (in_mirror.Most() < kLeastMarkers ||
       LayoutFitOf(said, NeighboursIn(in_mirror.pictures)).share < kLayoutFits)
     return OtherChessboard(said, pictures);
-  return OtherBoard{
-      .board = said,
-      .what = "mirrored",
-      .cure =
-          "the pictures are mirrored: turn that off in the camera, or in the program that saved "
-          "them, and take them again"};
+  return OtherBoard{.board = said,
+                    .what = "mirrored",
+                    .cure =
+                        "the pictures are mirrored: turn that off in the camera, or in the program that "
+                        "saved them, and take them again"};
 }
 
 bool MarkersContradict(const Board& said, const std::vector<cv::Mat>& pictures) {

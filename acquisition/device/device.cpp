@@ -22,13 +22,11 @@ void RequireLiveFrames(const Device& device) {
   if (IsTaken(device.Source()))
     throw Error(
         "{}: holds photographs alone, and no live frames to follow; pose the photographs together (COLMAP), "
-        "and "
-        "bring them in by ulf import",
+        "and bring them in by ulf import",
         uri);
   throw Error(
       "{}: this camera has no live view to follow; take the photographs first (ulf record {} -o SHOTS keeps "
-      "each "
-      "that you release), pose them together (COLMAP), and bring them in by ulf import",
+      "each that you release), pose them together (COLMAP), and bring them in by ulf import",
       uri, uri);
 }
 

@@ -1,9 +1,9 @@
 // The interface of every camera: machine-vision, webcam, tethered, simulated, replayed.
 //
-// OpenDevice() opens a device by its URI (`aravis:ID`, `v4l2:/dev/video0`, `gphoto2:PORT`,
-// `sim:studio?seed=7`, `replay:PATH`). The caller starts it and asks for frames one by one; threads inside a
-// device are hidden. Faults during operation (a frame that did not arrive, an incomplete frame, a pulled
-// cable) are values. A device that cannot be opened throws Error with the reason and the remedy.
+// OpenDevice() (opening/open_device.h) opens a device by its URI. The caller starts it and asks for frames
+// one by one; threads inside a device are hidden. Faults during operation (a frame that did not arrive, an
+// incomplete frame, a pulled cable) are values. A device that cannot be opened throws Error with the reason
+// and the remedy.
 //
 // Every live camera that OpenDevice() returns follows one state machine (reconnecting_device.h):
 //
@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/device/transport_figures.h"
 #include "core/base/device_uri.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/sensor_window.h"
@@ -90,8 +91,7 @@ struct DeviceStatistics {
   // Host clock minus device clock in seconds at the least delay seen, and the standard deviation of the
   // delay; none for a device without a clock.
   std::optional<double> clock_offset_s, clock_jitter_s;
-  // The transport's own counters (packets missing, resent, ...): names for people, in display order.
-  std::vector<std::pair<std::string, double>> transport;
+  TransportFigures transport;  // packets missing, resent, ...
 };
 
 // Whether exposure, white balance and focus stay the same from picture to picture; none: unknown.
@@ -146,23 +146,17 @@ class Device {
   virtual bool TakesStills() const { return false; }
   virtual StillRequest RequestStill() { return StillRequest::kBusy; }
 
-  // Exposures beside the present one, for merging (`ulf capture --bracket`): so many stops longer (negative: shorter)
-  // each, in this order, then the present one again. Each comes as a frame (of a tethered camera as a photograph) with
-  // Frame::asked_stops; meanwhile others may come, whose exposure_s says what they have (0: not known). What the camera
-  // cannot do comes as near to it as it can; what does not come at all is a kNotice. kBusy: earlier ones are still to come.
+  // Exposures beside the present one, for merging: so many stops longer (negative: shorter)
+  // each, in this order, then the present one again. Each comes as a frame (of a tethered camera as a
+  // photograph) with Frame::asked_stops; meanwhile others may come, whose exposure_s says what they have (0:
+  // not known). What the camera cannot do comes as near to it as it can; what does not come at all is a
+  // kNotice. kBusy: earlier ones are still to come.
   virtual ExposureRequests TakesExposures() const { return ExposureRequests::kNone; }
   virtual StillRequest RequestExposures(const std::vector<double>& /*stops*/) { return StillRequest::kBusy; }
 };
 
-// For whoever waits for live frames. Throws Error where none will ever come, with the way that is left: photographs first,
-// their poses afterwards.
+// For whoever waits for live frames. Throws Error where none will ever come, with the way that is left:
+// photographs first, their poses afterwards.
 void RequireLiveFrames(const Device& device);
-
-// Opens a device by the scheme of its URI; an empty URI: the first real camera found. Throws UsageError for
-// an invalid URI, Error for a device that cannot be opened.
-std::unique_ptr<Device> OpenDevice(const std::string& uri);
-
-// Every camera that can be found: real ones first, then the simulated one. Takes about a second.
-std::vector<DeviceInfo> ListDevices();
 
 }  // namespace ulf::acquisition

@@ -56,7 +56,7 @@ class FeatureAccess {
   virtual std::vector<CameraFeature> List() = 0;
   // None: there is no such feature.
   virtual std::optional<CameraFeature> Find(const std::string& name) = 0;
-  // Writes a value, or runs a command (value "" or "execute"). Throws UsageError for an unknown or read-only
+  // Writes a value, or runs a command (value "" or "execute"). Throws Refusal for an unknown or read-only
   // feature and for a value out of range, naming the range or the choices.
   virtual void Set(const std::string& name, const std::string& value) = 0;
 };
@@ -67,13 +67,10 @@ std::string RangeText(const CameraFeature& feature);
 std::vector<std::string> NearestNames(const std::string& wrong, const std::vector<std::string>& names,
                                       std::size_t count = 3);
 
-// The text that `feature` reads back after it was set to `value`. Throws UsageError, beginning with `who`,
+// The text that `feature` reads back after it was set to `value`. Throws Refusal, beginning with `who`,
 // for a value that does not parse or is out of range.
 std::string CheckedValue(const std::string& who, const CameraFeature& feature, const std::string& value);
 // Whether two texts are the same value of a feature ("1" and "1.0").
 bool SameValue(const CameraFeature& feature, const std::string& a, const std::string& b);
-
-// Opens the features of a camera by its URI. Throws UsageError for a device without features (replay, sim).
-std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& uri);
 
 }  // namespace ulf::acquisition

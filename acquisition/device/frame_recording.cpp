@@ -13,6 +13,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/host_time.h"
 #include "core/base/json_fields.h"
 #include "core/base/json_text.h"
@@ -33,38 +34,39 @@ using Clock = std::chrono::steady_clock;
 
 constexpr const char* kIndex = "frames.jsonl";
 constexpr const char* kFolder = "frames";
+// A batch ends after so many bytes or seconds: a kill loses at most this, each batch costs one wait for the
+// disk. Guessed.
+constexpr std::size_t kBatchBytes = 64 << 20;
+constexpr double kBatchS = 0.5;
+constexpr std::uint64_t kIndexReserveBytes =
+    1 << 20;  // left free on the disk, so that written frames can be named
 constexpr std::chrono::milliseconds kBatchCheck(100);  // the writer checks so often whether a batch is due
 
 class OpenFile {
  public:
   OpenFile(const fs::path& path, int flags)
-      : path_(path), descriptor_(open(path.c_str(), flags | O_CLOEXEC, 0644)) {
-    if (descriptor_ < 0) ThrowDiskError(errno, path.string() + ": cannot be written");
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  ~OpenFile() {
-    if (descriptor_ >= 0) close(descriptor_);
+      : path_(path), file_(open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+    if (!file_.IsOpen()) ThrowDiskError(errno, path.string() + ": cannot be written");
   }
   void Write(std::string_view bytes) {
     while (!bytes.empty()) {
-      const ssize_t written = write(descriptor_, bytes.data(), bytes.size());
+      const ssize_t written = write(file_.Number(), bytes.data(), bytes.size());
       if (written < 0 && errno == EINTR) continue;
       if (written < 0) ThrowDiskError(errno, path_.string() + ": writing failed");
       bytes.remove_prefix(static_cast<std::size_t>(written));
     }
   }
   void Sync() {
-    if (fsync(descriptor_) != 0) ThrowDiskError(errno, path_.string() + ": syncing to disk failed");
+    if (fsync(file_.Number()) != 0) ThrowDiskError(errno, path_.string() + ": syncing to disk failed");
   }
-  off_t Size() { return lseek(descriptor_, 0, SEEK_END); }
+  off_t Size() { return lseek(file_.Number(), 0, SEEK_END); }
   void CutAt(off_t size) {
-    if (ftruncate(descriptor_, size) == 0) fsync(descriptor_);
+    if (ftruncate(file_.Number(), size) == 0) fsync(file_.Number());
   }
 
  private:
   fs::path path_;
-  int descriptor_;
+  FileDescriptor file_;
 };
 
 bool IsJpeg(const std::string& extension) { return extension == ".jpg" || extension == ".jpeg"; }
@@ -258,9 +260,9 @@ void FrameRecorder::State::Loop() {
       lock.lock();
       bytes -= item_bytes;
     }
-    const bool due = !lines.empty() && (bytes_in_batch >= options.batch_bytes ||
-                                        SecondsSince(batch_began) >= options.batch_s || finishing);
-    if (due && (!finishing || waiting.empty() || bytes_in_batch >= options.batch_bytes)) {
+    const bool due = !lines.empty() &&
+                     (bytes_in_batch >= kBatchBytes || SecondsSince(batch_began) >= kBatchS || finishing);
+    if (due && (!finishing || waiting.empty() || bytes_in_batch >= kBatchBytes)) {
       lock.unlock();
       EndBatch();
       lock.lock();
@@ -289,7 +291,7 @@ void FrameRecorder::State::Write(Item item) {
     };
     if (auto image = ImageFile(frame)) image_name = want(image->extension, std::move(image->content));
     if (frame.raw) raw_name = want(frame.raw->extension, ContentOf(*frame.raw->bytes));
-    if (FreeBytes(dir) < needed + options.index_reserve_bytes)
+    if (FreeBytes(dir) < needed + kIndexReserveBytes)
       ThrowDiskError(ENOSPC, fmt::format("{}: frame {} is not written", dir.string(), frame.id));
     files.Write(wanted);
     const MutexLock lock(mutex);

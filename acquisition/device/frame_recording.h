@@ -1,8 +1,7 @@
-// Records every frame of a session, so that the session can be run again (`replay:`). `ulf record` and `ulf
-// capture --keep-frames` write recordings.
+// Records every frame of a session, so that the session can be run again (`replay:`).
 //
-//   DIR/frames.jsonl         {"event": "header", version, device, sensor, camera, flat_field, color_profile, takes_stills,
-//                             still_camera, still_flat_field, still_color_profile}
+//   DIR/frames.jsonl         {"event": "header", version, device, sensor, camera, flat_field, color_profile,
+//                             takes_stills, still_camera, still_flat_field, still_color_profile}
 //                            then one line per frame, in the order of arrival:
 //                            {"event": "frame", id, file, times, exposure, gain, ...}
 //                            of a photograph also still, requested_s, raw, and incomplete where its file
@@ -56,15 +55,9 @@ struct FrameRecorderSummary {
 // Throws Error when DIR is not empty. Commands call it before the work begins.
 void RequireNewRecording(const std::filesystem::path& dir);
 
-// All guessed.
 struct FrameRecorderOptions {
-  // Of frames that wait for the disk; with more, live frames are left out.
+  // Of frames that wait for the disk; with more, live frames are left out. Guessed.
   std::size_t waiting_bytes = 512 << 20;
-  // A batch ends after so many bytes or seconds: a kill loses at most this, each batch costs one wait for the
-  // disk.
-  std::size_t batch_bytes = 64 << 20;
-  double batch_s = 0.5;
-  std::uint64_t index_reserve_bytes = 1 << 20;  // left free on the disk, so that written frames can be named
 };
 
 class FrameRecorder {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "acquisition/device/background_closer.h"
+#include "acquisition/device/event_log.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
@@ -16,95 +17,16 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-Clock::duration Seconds(double seconds) {
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-}
-
 // The shortest gap in device time between the last frame before a clock's restart and the first one after it.
 constexpr double kShortestGapSeconds = 1e-3;
 
-// A frame waits no longer for its reader: where the computer's clock says that the gap was longer than the steady clock by
-// more, it was set meanwhile. Guessed.
+// The camera's clock continues where its times fit this computer's to within this, else it has restarted.
+// Guessed: much more than jitter, much less than a restart takes.
+constexpr double kSameClockS = 1;
+
+// A frame waits no longer for its reader: where the computer's clock says that the gap was longer than the
+// steady clock by more, it was set meanwhile. Guessed.
 constexpr double kLongestWaitSeconds = 10;
-
-std::string Describe(const DeviceInfo& info) {
-  std::string text = info.maker + (info.maker.empty() ? "" : " ") + info.model;
-  if (!info.serial.empty()) text += ", serial " + info.serial;
-  return text;
-}
-
-// Without a serial number, all cameras of a model count as the same. Makers number their cameras each for himself.
-bool IsSameCamera(const DeviceInfo& known, const DeviceInfo& found) {
-  return known.maker == found.maker && known.model == found.model &&
-         (known.serial.empty() || known.serial == found.serial);
-}
-
-// The search for a lost camera, shared by the thread that searches and the device that waits. The device may
-// give up first.
-struct Search {
-  Mutex mutex;
-  ConditionVariable changed;
-  bool stop ULF_GUARDED_BY(mutex) = false;              // the device no longer waits
-  bool over ULF_GUARDED_BY(mutex) = false;              // the patience is over
-  std::unique_ptr<Device> found ULF_GUARDED_BY(mutex);  // the same camera, started
-  std::string problem ULF_GUARDED_BY(mutex);            // of the last attempt
-  std::string refused ULF_GUARDED_BY(mutex);  // why another camera was refused; empty: none was found
-};
-
-// One attempt. Throws Error when the camera is not there; fills `refused` when another one is.
-std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& known, int attempt,
-                                  std::string* refused) {
-  const bool elsewhere = how.elsewhere && attempt % 2 == 1;
-  std::unique_ptr<Device> driver = (elsewhere ? how.elsewhere : how.where_it_was)(known);
-  if (!IsSameCamera(known, driver->Info())) {
-    *refused = fmt::format("{}: found another camera ({}) instead of {}; connect the original camera again",
-                           known.uri, Describe(driver->Info()), Describe(known));
-    throw Error("{}", *refused);
-  }
-  driver->Start();
-  return driver;
-}
-
-void RunSearch(const std::shared_ptr<Search>& search, const Reconnection& how, const DeviceInfo& known,
-               Clock::time_point begin, Clock::time_point give_up) {
-  const auto stopped = [&]() ULF_REQUIRES(search->mutex) { return search->stop; };
-  {
-    MutexLock lock(search->mutex);
-    if (search->changed.wait_until(lock, begin, stopped)) return;
-  }
-  double wait_s = how.first_wait_s;
-  for (int attempt = 0;; ++attempt) {
-    std::unique_ptr<Device> driver;
-    std::string problem, refused;
-    try {
-      driver = FindAgain(how, known, attempt, &refused);
-    } catch (const std::exception& error) {
-      problem = error.what();
-    }
-    MutexLock lock(search->mutex);
-    if (search->stop) {
-      lock.unlock();
-      return;  // closes `driver` here, where nobody waits
-    }
-    search->problem = problem;
-    if (!refused.empty()) search->refused = refused;
-    search->found = std::move(driver);
-    search->over = !search->found && Clock::now() >= give_up;
-    search->changed.notify_all();
-    if (search->found || search->over) return;
-    const auto until = std::min(Clock::now() + Seconds(wait_s), give_up);
-    if (search->changed.wait_until(lock, until, stopped)) return;
-    wait_s = std::min(2 * wait_s, how.longest_wait_s);
-  }
-}
-
-// Whether a transport's figure is a counter. Counters add up; of settings and rates the latest value counts.
-bool IsCounter(const std::string& name) {
-  for (const char* word : {"packet size", "/s", "rate", "buffer", "(bytes)", "second set", " ms", "(ms)",
-                           "(ns)", "(us)", "priority", "resend on", "locked"})
-    if (name.find(word) != std::string::npos) return false;
-  return true;
-}
 
 void Add(const DeviceStatistics& more, DeviceStatistics& sum) {
   sum.delivered += more.delivered;
@@ -118,14 +40,7 @@ void Add(const DeviceStatistics& more, DeviceStatistics& sum) {
   sum.bytes += more.bytes;
   if (more.clock_offset_s) sum.clock_offset_s = more.clock_offset_s;
   if (more.clock_jitter_s) sum.clock_jitter_s = more.clock_jitter_s;
-  for (const auto& [name, value] : more.transport) {
-    const auto same = std::find_if(sum.transport.begin(), sum.transport.end(),
-                                   [&name = name](const auto& entry) { return entry.first == name; });
-    if (same == sum.transport.end())
-      sum.transport.emplace_back(name, value);
-    else
-      same->second = IsCounter(name) ? same->second + value : value;
-  }
+  Add(more.transport, sum.transport);
 }
 
 // The size and kind of the images, which must be the same after a gap.
@@ -207,8 +122,7 @@ class ReconnectingDevice : public Device {
 
   std::vector<DeviceEvent> TakeEvents() override {
     if (const auto driver = Driver()) TakeEventsOf(*driver);
-    const MutexLock lock(mutex_);
-    return std::exchange(events_, {});
+    return events_.Take();
   }
 
   void Start() override;
@@ -227,10 +141,6 @@ class ReconnectingDevice : public Device {
   double TimeShiftSeconds() const {
     const MutexLock lock(mutex_);
     return time_shift_s_;
-  }
-  void Report(DeviceEventKind kind, std::string text) {
-    const MutexLock lock(mutex_);
-    events_.push_back({kind, EpochSeconds(), std::move(text)});
   }
   void TakeEventsOf(Device& driver);
   void Retire();
@@ -251,16 +161,16 @@ class ReconnectingDevice : public Device {
 
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   std::atomic<bool> problem_known_{false};  // info_ holds the problem; the driver does not know it
+  EventLog events_;
   mutable Mutex mutex_;
   // Of the last open driver; with the problem while there is none.
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   std::shared_ptr<Device> driver_ ULF_GUARDED_BY(mutex_);  // null while it is searched for
   DeviceStatistics past_ ULF_GUARDED_BY(mutex_);           // of closed drivers
-  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
-  double time_shift_s_ ULF_GUARDED_BY(mutex_) = 0;  // session's time - driver's time
+  double time_shift_s_ ULF_GUARDED_BY(mutex_) = 0;         // session's time - driver's time
 
   // Used by the thread that calls Next() alone.
-  std::shared_ptr<Search> search_;
+  std::shared_ptr<DriverSearch> search_;
   Clock::time_point fault_began_, give_up_;
   bool awaiting_first_ = false;  // the first frame of a driver that was found again
   std::string refused_;          // the last refusal that was reported
@@ -271,11 +181,9 @@ class ReconnectingDevice : public Device {
 
 // Passes on the driver's events, except those about the connection, which this class reports itself.
 void ReconnectingDevice::TakeEventsOf(Device& driver) {
-  std::vector<DeviceEvent> events = driver.TakeEvents();
-  const MutexLock lock(mutex_);
-  for (DeviceEvent& event : events)
+  for (DeviceEvent& event : driver.TakeEvents())
     if (event.kind == DeviceEventKind::kStalled || event.kind == DeviceEventKind::kNotice)
-      events_.push_back(std::move(event));
+      events_.Pass(std::move(event));
 }
 
 void ReconnectingDevice::Start() {
@@ -290,11 +198,11 @@ void ReconnectingDevice::Start() {
   {
     const MutexLock lock(mutex_);
     past_ = {};
-    events_.clear();
     time_shift_s_ = 0;
     info_ = driver->Info();
     driver_ = std::move(driver);
   }
+  events_.Take();
   problem_known_ = false;
   awaiting_first_ = false;
   kind_.reset();
@@ -345,14 +253,14 @@ void ReconnectingDevice::Fault(const std::string& problem) {
     info_.available = false;
   }
   fault_began_ = Clock::now();
-  give_up_ = fault_began_ + Seconds(how_.patience_s);
+  give_up_ = fault_began_ + DurationOf(how_.patience_s);
   if (how_.patience_s <= 0) {
-    Report(DeviceEventKind::kFaulted, problem);
+    events_.Say(DeviceEventKind::kFaulted, problem);
     state_ = DeviceState::kLost;
     return;
   }
-  Report(DeviceEventKind::kFaulted,
-         fmt::format("{}; ulf tries to open it again for up to {:g} s", problem, how_.patience_s));
+  events_.Say(DeviceEventKind::kFaulted,
+              fmt::format("{}; ulf tries to open it again for up to {:g} s", problem, how_.patience_s));
   state_ = DeviceState::kFaulted;
   BeginSearch(fault_began_);
 }
@@ -362,21 +270,17 @@ void ReconnectingDevice::SearchAgain(const std::string& problem) {
   if (Clock::now() >= give_up_)
     GiveUp(problem);
   else
-    BeginSearch(Clock::now() + Seconds(how_.longest_wait_s));
+    BeginSearch(Clock::now() + DurationOf(kLongestSearchPauseS));
 }
 
 void ReconnectingDevice::GiveUp(const std::string& problem) {
-  Report(DeviceEventKind::kFaulted,
-         fmt::format("{}: given up after {:.0f} s: {}", LastInfo().uri, SecondsSince(fault_began_), problem));
+  events_.Say(DeviceEventKind::kFaulted, fmt::format("{}: given up after {:.0f} s: {}", LastInfo().uri,
+                                                     SecondsSince(fault_began_), problem));
   state_ = DeviceState::kLost;
 }
 
 void ReconnectingDevice::BeginSearch(Clock::time_point begin) {
-  search_ = std::make_shared<Search>();
-  CloseInBackground(
-      std::function<void()>([search = search_, how = how_, known = LastInfo(), begin, until = give_up_] {
-        RunSearch(search, how, known, begin, until);
-      }));
+  search_ = SearchDriver(how_, LastInfo(), begin, give_up_);
 }
 
 // Takes over the driver that the search has found; false: none yet.
@@ -396,7 +300,7 @@ bool ReconnectingDevice::TakeFoundDriver(milliseconds timeout) {
   }
   if (!refused.empty() && refused != refused_) {
     refused_ = refused;
-    Report(DeviceEventKind::kNotice, refused);
+    events_.Say(DeviceEventKind::kNotice, refused);
   }
   if (found) {
     search_.reset();
@@ -412,8 +316,8 @@ bool ReconnectingDevice::TakeFoundDriver(milliseconds timeout) {
   return false;
 }
 
-// From the last usable frame to `next` by this computer's clock; before the first one since the fault was noticed, which
-// is later than the camera went: drivers wait for an answer before they call it lost.
+// From the last usable frame to `next` by this computer's clock; before the first one since the fault was
+// noticed, which is later than the camera went: drivers wait for an answer before they call it lost.
 double ReconnectingDevice::SecondsWithoutFrames(const Frame& next) const {
   if (!last_host_time_s_) return SecondsSince(fault_began_);
   const double gap_s = SecondsSince(last_frame_at_);
@@ -429,7 +333,7 @@ std::string ReconnectingDevice::AlignClock(const Frame& frame) {
   const double expected_s = *last_device_time_s_ + std::max(SecondsWithoutFrames(frame), kShortestGapSeconds);
   const double time_s = frame.device_time_s + TimeShiftSeconds();
   const bool same_clock =
-      time_s > *last_device_time_s_ && (!live_ || std::abs(time_s - expected_s) < how_.same_clock_s);
+      time_s > *last_device_time_s_ && (!live_ || std::abs(time_s - expected_s) < kSameClockS);
   if (same_clock) return "";
   const MutexLock lock(mutex_);
   time_shift_s_ = expected_s - frame.device_time_s;
@@ -444,7 +348,7 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
       const std::string text =
           fmt::format("{}: came back with other images ({}; before: {}); restore its earlier settings",
                       LastInfo().uri, kind.Text(), kind_->Text());
-      if (text != std::exchange(refused_, text)) Report(DeviceEventKind::kNotice, text);
+      if (text != std::exchange(refused_, text)) events_.Say(DeviceEventKind::kNotice, text);
       Retire();
       awaiting_first_ = false;
       SearchAgain(text);
@@ -461,9 +365,10 @@ std::optional<Frame> ReconnectingDevice::Deliver(Frame frame) {
     problem_known_ = false;
     refused_.clear();
     state_ = DeviceState::kStreaming;
-    Report(DeviceEventKind::kRestored,
-           fmt::format("{}: streams again, {:.1f} s after {}{}", LastInfo().uri, SecondsWithoutFrames(frame),
-                       last_host_time_s_ ? "its last frame" : "it was lost", clock));
+    events_.Say(
+        DeviceEventKind::kRestored,
+        fmt::format("{}: streams again, {:.1f} s after {}{}", LastInfo().uri, SecondsWithoutFrames(frame),
+                    last_host_time_s_ ? "its last frame" : "it was lost", clock));
   }
   const double time_shift_s = TimeShiftSeconds();
   frame.device_time_s += time_shift_s;
@@ -485,7 +390,7 @@ std::optional<Frame> ReconnectingDevice::Next(milliseconds timeout) {
   const auto until = Clock::now() + timeout;
   if (state_ == DeviceState::kFaulted) {
     state_ = DeviceState::kReconnecting;
-    Report(DeviceEventKind::kReconnecting, fmt::format("{}: searching for the camera", LastInfo().uri));
+    events_.Say(DeviceEventKind::kReconnecting, fmt::format("{}: searching for the camera", LastInfo().uri));
   }
   if (search_ && !TakeFoundDriver(timeout)) return std::nullopt;
   const auto left = std::max(milliseconds(0), std::chrono::duration_cast<milliseconds>(until - Clock::now()));

@@ -15,30 +15,12 @@
 // called from any. No call waits for a camera that is gone: lost drivers are closed in the background.
 #pragma once
 
-#include <functional>
 #include <memory>
 
 #include "acquisition/device/device.h"
+#include "acquisition/device/driver_search.h"
 
 namespace ulf::acquisition {
-
-// Opens a driver again, not started; `known` is the Info() of the one that was lost. Throws Error. Runs in
-// another thread.
-using ReopenDriver = std::function<std::unique_ptr<Device>(const DeviceInfo& known)>;
-
-struct Reconnection {
-  ReopenDriver where_it_was;
-  ReopenDriver elsewhere;  // wherever it is now; none: only where it was
-  // The camera is searched for so long, then given up; 0: not at all. Guessed: time to change a cable or a
-  // battery.
-  double patience_s = 300;
-  // Pauses between two attempts double from the first to the longest. Guessed: an attempt takes up to a
-  // second.
-  double first_wait_s = 0.1, longest_wait_s = 0.75;
-  // The camera's clock continues where its times fit this computer's to within this, else it has restarted.
-  // Guessed: much more than jitter, much less than a restart takes.
-  double same_clock_s = 1;
-};
 
 // `driver`: open, not started.
 std::unique_ptr<Device> MakeReconnectingDevice(std::unique_ptr<Device> driver, Reconnection reconnection);

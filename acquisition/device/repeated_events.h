@@ -1,8 +1,8 @@
-// A device's events as lines for people: the first of a kind at once, those that repeat it collected into one line with
-// their number and the time of the first: "no frame for 6 s (12 times since 10:03)".
+// A device's events as lines for people: the first of a kind at once, those that repeat it collected into one
+// line with their number and the time of the first: "no frame for 6 s (12 times since 10:03)".
 //
-// Stalls repeat each other whatever their numbers; notices, which may name files, when they are the same to the letter.
-// Losses and returns of the camera (kFaulted, kReconnecting, kRestored) are said each.
+// Stalls repeat each other whatever their numbers; notices, which may name files, when they are the same to
+// the letter. Losses and returns of the camera (kFaulted, kReconnecting, kRestored) are said each.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ namespace ulf::acquisition {
 
 class RepeatedEvents {
  public:
-  // Guessed: what comes within the first is collected, twice as long after each line, up to the second; what has not come
-  // for the last is news again.
+  // Guessed: what comes within the first is collected, twice as long after each line, up to the second; what
+  // has not come for the last is news again.
   struct Options {
     double every_s = 30, longest_s = 300, forget_s = 600;
   };

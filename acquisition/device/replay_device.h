@@ -40,8 +40,13 @@ namespace ulf::acquisition {
 
 std::unique_ptr<Device> OpenReplayDevice(const DeviceUri& uri);
 
-// The URI with the value of a command's option `--speed`, if given. Throws UsageError when the URI is not a
-// replay.
+// The URI with this speed, if one is given. Throws Refusal when the URI is not a replay.
 std::string WithReplaySpeed(const std::string& uri, const std::optional<double>& speed);
+
+// Plays a recording in time, as a live camera: frames arrive at the intervals at which they were taken,
+// `speed` times as fast, whether or not Next() is called. Up to four frames wait for a slow reader (as the
+// cameras' default `queue`); then the oldest is dropped and counted. Photographs keep their place and are
+// never dropped. `recording`: a device whose IsLive() is false, not started.
+std::unique_ptr<Device> MakePacedDevice(std::unique_ptr<Device> recording, double speed);
 
 }  // namespace ulf::acquisition

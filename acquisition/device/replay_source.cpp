@@ -51,8 +51,9 @@ std::string TimeTaken(const fs::path& file) {
   return head.starts_with("\xFF\xD8") ? ReadExif(head).taken : std::string();
 }
 
-// A camera that counts to 9999 and goes on with 1 puts its last photographs first: where the order of the names differs from that
-// of the times by such a step alone, the photographs are put into the order of their times.
+// A camera that counts to 9999 and goes on with 1 puts its last photographs first: where the order of the
+// names differs from that of the times by such a step alone, the photographs are put into the order of their
+// times.
 void PutInOrderOfTimes(const std::string& uri, std::vector<fs::path>& files) {
   std::vector<std::string> times;
   for (const fs::path& file : files) {
@@ -293,8 +294,8 @@ class LightFieldSource : public ReplaySource {
       if (!(light_field_.CameraOf(view) == light_field_.CameraOf(views.front())))
         throw Error(
             "{}: views {} and {} have different cameras, but a device has one; replay its images folder with "
-            "--calibration instead",
-            options_.uri, views.front().id, view.id);
+            "{} instead",
+            options_.uri, views.front().id, view.id, Parameter("calibration"));
     const auto not_later = [](const View& a, const View& b) { return !(b.device_time_s > a.device_time_s); };
     has_own_times_ =
         !options_.fps && std::adjacent_find(views.begin(), views.end(), not_later) == views.end();
@@ -423,7 +424,7 @@ std::unique_ptr<ReplaySource> OpenReplaySource(const ReplayOptions& options) {
     throw Error("{}: there is no file or folder '{}'; check the path", options.uri, options.path.string());
   if (!fs::is_directory(options.path)) {
     if (options.glob)
-      throw UsageError("{}: glob chooses files of a folder, but this is a file; leave it out", options.uri);
+      throw Refusal(options.uri, "", "glob chooses files of a folder, but this is a file", "leave it out");
     return std::make_unique<VideoSource>(options);
   }
   if (!options.glob && IsFrameRecording(options.path)) return std::make_unique<RecordedSource>(options);

@@ -47,8 +47,8 @@ class ReplaySource {
   virtual double Length() const = 0;  // frames; 0: unknown
 };
 
-// Finds out what the path holds. Throws Error where it is not there or holds nothing that can be played, UsageError for
-// options that do not go with it.
+// Finds out what the path holds. Throws Error where it is not there or holds nothing that can be played,
+// Refusal for options that do not go with it.
 std::unique_ptr<ReplaySource> OpenReplaySource(const ReplayOptions& options);
 
 }  // namespace ulf::acquisition

@@ -1,12 +1,13 @@
-// A camera's own exposure bracketing: its settings make it take exposures so many stops apart, faster than they could be
-// asked for one by one, and are put back afterwards.
+// A camera's own exposure bracketing: its settings make it take exposures so many stops apart, faster than
+// they could be asked for one by one, and are put back afterwards.
 //
-// By the names of libgphoto2's ptp2 driver. Canon EOS: `aeb` ("+/- 2"), three exposures, one a release in `drivemode` Single.
-// Nikon: `bracketing`, `bracketset`, `aebracketingstep` ("2 EV") and `aebracketingpattern` ("3 images (normal, under and
-// over)"), or an `aebracketingcount` that fits already; all from one release with `capturemode` Burst and `burstnumber`, where it has them.
+// By the names of libgphoto2's ptp2 driver. Canon EOS: `aeb` ("+/- 2"), three exposures, one a release in
+// `drivemode` Single. Nikon: `bracketing`, `bracketset`, `aebracketingstep` ("2 EV") and
+// `aebracketingpattern` ("3 images (normal, under and over)"), or an `aebracketingcount` that fits already;
+// all from one release with `capturemode` Burst and `burstnumber`, where it has them.
 //
-// Nothing tells which photograph has which exposure but its Exif. The exposure in the middle, which is the view's own, is
-// taken again: its stops are 0.
+// Nothing tells which photograph has which exposure but its Exif. The exposure in the middle, which is the
+// view's own, is taken again: its stops are 0.
 #pragma once
 
 #include <chrono>
@@ -31,8 +32,8 @@ struct CameraBracketPlan {
   bool one_release = false;          // brings all of them
 };
 
-// None: the camera does not offer just these exposures, so many stops from the present one. `setting`: what the camera has
-// under a name.
+// None: the camera does not offer just these exposures, so many stops from the present one. `setting`: what
+// the camera has under a name.
 std::optional<CameraBracketPlan> PlanCameraBracket(
     const std::vector<double>& stops,
     const std::function<std::optional<GphotoSetting>(const std::string&)>& setting);
@@ -52,7 +53,8 @@ class CameraBracket {
   int Next();
   // The camera did not take its settings: nothing was released.
   bool HasRefused() const { return has_refused_; }
-  // Of a photograph by the exposure time in its Exif: the stops that were asked for, 0 for the middle; none: neither.
+  // Of a photograph by the exposure time in its Exif: the stops that were asked for, 0 for the middle; none:
+  // neither.
   std::optional<double> StopsOf(const std::optional<double>& told_s);
   void GiveUp(bool camera_is_gone);
 

@@ -11,7 +11,6 @@
 
 #include <fmt/format.h>
 
-#include "acquisition/gphoto2/photograph_pairing.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 
@@ -50,13 +49,22 @@ std::string FormatsWithJpeg(GphotoCamera& camera) {
     if (!setting) continue;
     std::vector<std::string> with_jpeg;
     std::copy_if(setting->choices.begin(), setting->choices.end(), std::back_inserter(with_jpeg),
-                 ComesWithJpeg);
+                 [](const std::string& format) { return FilesOf(format).jpeg; });
     return fmt::format("{}", fmt::join(with_jpeg, ", "));
   }
   return "";
 }
 
 }  // namespace
+
+PhotographFiles FilesOf(const std::string& image_format) {
+  const std::string format = Lowercase(image_format);
+  const auto holds = [&](const char* word) { return format.find(word) != std::string::npos; };
+  const bool both = holds("+");
+  const bool raw =
+      holds("raw") || holds("nef") || holds("cr2") || holds("cr3") || holds("arw") || holds("raf");
+  return {raw || both, !raw || both || holds("jpeg") || holds("jpg")};
+}
 
 const char* Name(ShotSetting setting) { return NamesOf(setting).name; }
 
@@ -125,7 +133,7 @@ bool IsAutomatic(const std::string& value) {
 }
 
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format) {
-  if (ComesWithJpeg(image_format)) return "";
+  if (FilesOf(image_format).jpeg) return "";
   return fmt::format(
       "the image format is '{}': ulf develops each raw file itself, and follows nothing meanwhile; where "
       "that takes too long, set imageformat= to one of {}",
@@ -149,8 +157,8 @@ bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bo
     });
   const auto wanted = wants_card ? card : ram;
   if (to_card && !wanted)
-    throw UsageError("{}: this camera does not offer target={}; leave it out", uri,
-                     wants_card ? "card" : "ram");
+    throw Refusal(uri, "", fmt::format("this camera does not offer target={}", wants_card ? "card" : "ram"),
+                  "leave it out");
   if (wanted && target->value != *wanted) {
     const GphotoResult result = camera.Set("capturetarget", *wanted);
     if (!result.ok() && to_card)
@@ -176,8 +184,8 @@ CameraSettings::CameraSettings(GphotoCamera& camera, const std::string& uri) : c
 void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
   const auto known = known_.find(setting);
   if (known == known_.end())
-    throw UsageError("{}: this camera has no setting for {}; leave {}= out and set it on the camera", uri_,
-                     Name(setting), Name(setting));
+    throw Refusal(uri_, "", fmt::format("this camera has no setting for {}", Name(setting)),
+                  fmt::format("leave {}= out and set it on the camera", Name(setting)));
   const auto now = camera_.Setting(known->second.name);
   const std::vector<std::string> choices = now ? now->choices : std::vector<std::string>{};
   std::optional<std::string> wanted = setting == ShotSetting::kFocus && Lowercase(value) == "manual"
@@ -185,8 +193,8 @@ void CameraSettings::Lock(ShotSetting setting, const std::string& value) {
                                           : ChoiceFor(choices, value);
   if (!wanted && choices.empty()) wanted = value;
   if (!wanted)
-    throw UsageError("{}: the camera does not offer {}={} now; it offers {}", uri_, Name(setting), value,
-                     fmt::join(choices, ", "));
+    throw Refusal(uri_, "", fmt::format("the camera does not offer {}={} now", Name(setting), value),
+                  fmt::format("it offers {}", fmt::join(choices, ", ")));
   GphotoResult result;
   std::string kept = now ? now->value : "";
   for (int i = 0; i < kWriteTries && !IsSameSetting(kept, *wanted); ++i) {

@@ -29,11 +29,17 @@ std::optional<std::string> ChoiceFor(const std::vector<std::string>& choices, co
 std::optional<std::string> ManualChoice(const std::vector<std::string>& choices);
 bool IsAutomatic(const std::string& value);
 
+// The files of a photograph in this image format (as the camera names it).
+struct PhotographFiles {
+  bool raw = false, jpeg = true;
+};
+PhotographFiles FilesOf(const std::string& image_format);
+
 // A message that tells which image format to set when this one has no JPEG; empty when it has one.
 std::string RawFormatProblem(GphotoCamera& camera, const std::string& image_format);
 
 // Selects card or memory; `to_card` none: the card if there is one with free space. True: photographs go to
-// memory. Throws UsageError for a target that the camera does not offer, Error when it refuses one.
+// memory. Throws Refusal for a target that the camera does not offer, Error when it refuses one.
 bool ChooseTarget(GphotoCamera& camera, const std::string& uri, std::optional<bool> to_card);
 
 // Whether a file is in the camera's volatile memory, from which it is deleted after its download. Files on a
@@ -45,7 +51,7 @@ class CameraSettings {
   // Finds the settings that the camera has. Errors name `uri`.
   CameraSettings(GphotoCamera& camera, const std::string& uri);
 
-  // Writes a setting and reads it back. Throws UsageError, with the choices, for a value that the camera does
+  // Writes a setting and reads it back. Throws Refusal, with the choices, for a value that the camera does
   // not offer; Error when the camera does not keep it.
   void Lock(ShotSetting setting, const std::string& value);
   // Sets the exposure program to manual if the camera allows it. Returns one message for each setting that

@@ -6,6 +6,11 @@
 #include <cstdlib>
 
 namespace ulf::acquisition {
+namespace {
+
+constexpr int kBatteryLow = 15;  // percent; at or below, a notice tells it; guessed
+
+}  // namespace
 
 void CameraWatch::Begin(bool target_is_memory) {
   target_is_memory_ = target_is_memory;
@@ -33,7 +38,7 @@ void CameraWatch::LookAtFormat() {
 void CameraWatch::LookAtBatteryAndCard() {
   if (const auto battery = camera_.Setting("batterylevel")) {
     const int percent = std::atoi(battery->value.c_str());
-    const bool low = battery->value.find('%') != std::string::npos ? percent <= battery_low_
+    const bool low = battery->value.find('%') != std::string::npos ? percent <= kBatteryLow
                                                                    : battery->value.starts_with("Low");
     if (low && !said_battery_)
       notice_(fmt::format("the battery is low ({}); keep another ready", battery->value));

@@ -1,5 +1,5 @@
-// What of a tethered camera may change by itself, or by a hand on the body, while it is used: settings, image format,
-// battery, card. Each change is told once. Belongs to the camera's thread.
+// What of a tethered camera may change by itself, or by a hand on the body, while it is used: settings, image
+// format, battery, card. Each change is told once. Belongs to the camera's thread.
 #pragma once
 
 #include <functional>
@@ -14,10 +14,9 @@ namespace ulf::acquisition {
 
 class CameraWatch {
  public:
-  // `camera` and `settings` outlive it. `battery_low`: percent.
-  CameraWatch(GphotoCamera& camera, CameraSettings& settings, int battery_low,
-              std::function<void(const std::string&)> notice)
-      : camera_(camera), settings_(settings), battery_low_(battery_low), notice_(std::move(notice)) {}
+  // `camera` and `settings` outlive it.
+  CameraWatch(GphotoCamera& camera, CameraSettings& settings, std::function<void(const std::string&)> notice)
+      : camera_(camera), settings_(settings), notice_(std::move(notice)) {}
 
   // Before the first look, when the settings are as they are to be.
   void Begin(bool target_is_memory);
@@ -32,7 +31,6 @@ class CameraWatch {
 
   GphotoCamera& camera_;
   CameraSettings& settings_;
-  const int battery_low_;
   const std::function<void(const std::string&)> notice_;
   std::vector<GphotoStorage> storages_;
   bool target_is_memory_ = false, has_storage_ = false;

@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "acquisition/device/file_holders.h"
+#include "acquisition/device/device_files.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
 #include "core/base/error.h"
 #include "core/base/mutex.h"

@@ -84,7 +84,8 @@ class GphotoCamera {
   GphotoResult Delete(const GphotoFile& file);
   // The names of all files in a folder of the camera; as long as there are many.
   GphotoResult FilesIn(const std::string& folder, std::vector<std::string>& names);
-  // When the file was written, in seconds by the camera's own clock, which may be wrong; none: the camera does not say.
+  // When the file was written, in seconds by the camera's own clock, which may be wrong; none: the camera
+  // does not say.
   GphotoResult WrittenAt(const GphotoFile& file, std::optional<double>& time_s);
   // True when answers of a network camera no longer match the requests (PTP transaction ids): it must be
   // opened again, whatever the results say.

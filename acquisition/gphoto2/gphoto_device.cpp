@@ -9,7 +9,9 @@
 #include <thread>
 #include <utility>
 
+#include "acquisition/device/event_log.h"
 #include "acquisition/device/photograph_inbox.h"
+#include "acquisition/device/stream_statistics.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/camera_watch.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
@@ -22,7 +24,6 @@
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
 #include "core/base/quantile.h"
-#include "core/base/signal_stack.h"
 #include "core/image/files/jpeg_file.h"
 #include "core/image/files/raw_file.h"
 
@@ -37,6 +38,13 @@ using Clock = std::chrono::steady_clock;
 // property, because several change together.
 constexpr Clock::duration kLeastWait = milliseconds(1), kMostWait = milliseconds(100);
 constexpr milliseconds kFailurePause(20), kPropertyPause(200);
+// Seconds, all guessed: how long a raw file and its JPEG wait for each other, how long Stop() waits for a
+// photograph that was requested before, the interval at which settings, battery and card are checked, how
+// long live view may fail until the device stalls, the interval at which that is repeated, and the pause
+// after a failed live view frame.
+constexpr double kPairS = 3, kLastPhotographS = 10, kWatchEveryS = 5, kLiveViewTroubleS = 3,
+                 kLiveViewRepeatS = 30, kLiveViewPauseS = 0.3;
+constexpr int kFailuresInRow = 20;  // then a camera that cannot report its storage is lost; guessed
 
 double NowS() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
@@ -51,15 +59,15 @@ class GphotoDevice : public Device {
         camera_(std::make_unique<GphotoCamera>(uri_, ResolveGphotoAddress(uri))),
         settings_(*camera_, uri_),
         downloads_(*camera_),
-        pairing_(options_.patience.pair_s),
-        watch_(*camera_, settings_, options_.battery_low,
-               [this](const std::string& words) { Notice(words); }),
+        pairing_(kPairS),
+        watch_(*camera_, settings_, [this](const std::string& words) { Notice(words); }),
         left_fetch_(
             *camera_, *left_, [this](const std::string& words) { Notice(words); },
             [this](const GphotoResult& result) { return Gone(result); }),
         requests_(
-            *camera_, settings_, options_.patience, [this](const std::string& words) { Notice(words); },
+            *camera_, settings_, [this](const std::string& words) { Notice(words); },
             [this](const GphotoResult& result) { return Gone(result); }) {
+    events_.LogAs(uri_);
     info_ = DescribeGphoto(*camera_, uri_, uri.path.starts_with("ptpip:") ? "PTP/IP" : "USB");
     std::vector<ShotSetting> given;
     for (const auto& [setting, value] : options_.settings) given.push_back(setting);
@@ -98,25 +106,21 @@ class GphotoDevice : public Device {
     if (thread_.joinable()) return;
     if (!camera_) throw Error("{}: {}; open the device again", uri_, Info().problem);
     inbox_ = std::make_unique<PhotographInbox>(options_.queue);
-    {
-      const MutexLock lock(mutex_);
-      statistics_ = {};
-      started_ = Clock::now();
-    }
+    statistics_.Begin();
     stop_ = false;
     stopping_since_.reset();
     lost_ = false;
     requests_.Clear();
     state_ = DeviceState::kStreaming;
-    thread_ = std::thread([this] {
-      InstallSignalStack();
-      try {
-        Loop();
-      } catch (const std::exception& error) {
-        Lose(fmt::format("reading from it failed: {}", error.what()));
-      }
-      End();
-    });
+    thread_ = ReadingThread(
+        [this] {
+          Loop();
+          End();
+        },
+        [this](const std::string& why) {
+          Lose("reading from it failed: " + why);
+          End();
+        });
   }
 
   std::optional<Frame> Next(milliseconds timeout) override {
@@ -129,9 +133,7 @@ class GphotoDevice : public Device {
       frame->image = {Developed(*frame->raw), Transfer::kLinear};
     frame->status = frame->image.empty() ? FrameStatus::kIncomplete : FrameStatus::kComplete;
     if (frame->kind == FrameKind::kLive) frame->encoded.reset();  // live view is never kept
-    const MutexLock lock(mutex_);
-    ++(frame->status == FrameStatus::kComplete ? statistics_.delivered : statistics_.incomplete);
-    statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
+    frame->status == FrameStatus::kComplete ? statistics_.Delivered(*frame) : statistics_.Incomplete();
     return frame;
   }
 
@@ -139,6 +141,7 @@ class GphotoDevice : public Device {
     if (!thread_.joinable()) return;
     stop_ = true;
     thread_.join();
+    statistics_.End();
     inbox_->Close();
     if (state_ == DeviceState::kLost) {
       camera_.reset();
@@ -155,30 +158,26 @@ class GphotoDevice : public Device {
   }
 
   DeviceStatistics Statistics() const override {
-    const MutexLock lock(mutex_);
-    DeviceStatistics statistics = statistics_;
+    DeviceStatistics statistics = statistics_.Now();
     statistics.dropped = inbox_ ? inbox_->Dropped() : 0;
-    statistics.seconds = started_ ? SecondsSince(*started_) : 0;
-    statistics.transport = {{"photographs", photographs_},
-                            {"photographs not downloaded", not_downloaded_},
-                            {"live view refused", live_view_refused_}};
+    const MutexLock lock(mutex_);
+    statistics.transport = {{TransportFigure::kPhotographs, photographs_},
+                            {TransportFigure::kNotDownloaded, not_downloaded_},
+                            {TransportFigure::kLiveViewRefused, live_view_refused_}};
     if (!release_to_announcement_s_.empty())
-      statistics.transport.emplace_back("release to announcement ms",
+      statistics.transport.emplace_back(TransportFigure::kReleaseToAnnouncementMs,
                                         1e3 * Median(release_to_announcement_s_));
     return statistics;
   }
 
-  std::vector<DeviceEvent> TakeEvents() override {
-    const MutexLock lock(mutex_);
-    return std::exchange(events_, {});
-  }
+  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  private:
   void Loop() {
     const auto period = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(1 / options_.live_view_fps));
     Clock::time_point next_live = Clock::now();
-    next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
+    next_watch_ = Clock::now() + Milliseconds(kWatchEveryS);
     left_fetch_.Begin();
     while (!MayStop() && !lost_) {
       QueueLeft();
@@ -215,7 +214,8 @@ class GphotoDevice : public Device {
       Notice(
           "the requested photograph has not arrived: if it was taken, it is in the camera and fetched when "
           "that is back");
-    // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that still counts.
+    // Where the link was lost before, and what stayed in the camera then has not been looked for yet, that
+    // still counts.
     LeftPhotographs::Left left =
         left_fetch_.TakeUnfetched().value_or(LeftPhotographs::Left{.waiting = {}, .lost_s = EpochSeconds()});
     std::ranges::move(files, std::back_inserter(left.waiting));
@@ -243,7 +243,7 @@ class GphotoDevice : public Device {
     if (!stop_) return false;
     if (!requests_.IsReleased() && downloads_.Count() == 0) return true;
     if (!stopping_since_) stopping_since_ = Clock::now();
-    return SecondsSince(*stopping_since_) > options_.patience.last_photograph_s;
+    return SecondsSince(*stopping_since_) > kLastPhotographS;
   }
 
   void LiveView() {
@@ -273,10 +273,10 @@ class GphotoDevice : public Device {
     if (!result.ok() && Gone(result)) return;
     // Some cameras refuse live view for a moment after a photograph; only a longer refusal is reported.
     if (!live_view_trouble_since_) live_view_trouble_since_ = Clock::now();
-    live_view_pause_s_ = options_.patience.live_view_pause_s;
-    if (SecondsSince(*live_view_trouble_since_) < options_.patience.live_view_trouble_s) return;
-    live_view_trouble_since_ = Clock::now() + Milliseconds(options_.patience.live_view_repeat_s);
-    Event(
+    live_view_pause_s_ = kLiveViewPauseS;
+    if (SecondsSince(*live_view_trouble_since_) < kLiveViewTroubleS) return;
+    live_view_trouble_since_ = Clock::now() + Milliseconds(kLiveViewRepeatS);
+    events_.Say(
         DeviceEventKind::kStalled,
         fmt::format("no live view: {}; check the camera's display, its mode dial and its lens", result.text));
   }
@@ -390,7 +390,7 @@ class GphotoDevice : public Device {
 
   // Checks settings, battery and card.
   void Watch() {
-    next_watch_ = Clock::now() + Milliseconds(options_.patience.watch_every_s);
+    next_watch_ = Clock::now() + Milliseconds(kWatchEveryS);
     const GphotoResult result = watch_.Look();
     pairing_.ExpectFormat(settings_.Value(ShotSetting::kFormat));
     if (!result.ok()) Gone(result);
@@ -405,7 +405,7 @@ class GphotoDevice : public Device {
       const GphotoResult life = camera_->Storages(ignored);
       gone = !life.ok() && !life.Busy();
     }
-    if (!gone && !watch_.HasStorage()) gone = ++failures_ >= options_.failures_in_row;
+    if (!gone && !watch_.HasStorage()) gone = ++failures_ >= kFailuresInRow;
     if (gone)
       Lose(
           fmt::format("the camera no longer answers ({}); check its cable or network, its switch and its "
@@ -430,13 +430,10 @@ class GphotoDevice : public Device {
     lost_ = true;
   }
 
-  void Notice(const std::string& text) { Event(DeviceEventKind::kNotice, text); }
-  void Event(DeviceEventKind kind, const std::string& text) {
-    spdlog::debug("{}: {}", uri_, text);
-    const MutexLock lock(mutex_);
-    events_.push_back({kind, EpochSeconds(), text});
-  }
+  void Notice(const std::string& text) { events_.Notice(text); }
 
+  EventLog events_;
+  StreamStatistics statistics_;
   const std::shared_ptr<LeftPhotographs> left_;
   const GphotoOptions options_;
   const std::string uri_;
@@ -464,9 +461,6 @@ class GphotoDevice : public Device {
   std::unique_ptr<PhotographInbox> inbox_;
   mutable Mutex mutex_;
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
-  DeviceStatistics statistics_ ULF_GUARDED_BY(mutex_);
-  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
-  std::optional<Clock::time_point> started_ ULF_GUARDED_BY(mutex_);
   double photographs_ ULF_GUARDED_BY(mutex_) = 0;
   double live_view_refused_ ULF_GUARDED_BY(mutex_) = 0;
   double not_downloaded_ ULF_GUARDED_BY(mutex_) = 0;
@@ -478,6 +472,21 @@ class GphotoDevice : public Device {
 
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri, std::shared_ptr<LeftPhotographs> left) {
   return std::make_unique<GphotoDevice>(uri, std::move(left));
+}
+
+std::vector<DeviceInfo> ListGphotoDevices() {
+  std::vector<DeviceInfo> devices;
+  for (const GphotoAddress& camera : DetectGphotoCameras()) {
+    DeviceInfo info{.uri = "gphoto2:" + camera.port,
+                    .maker = {},
+                    .model = camera.model,
+                    .serial = {},
+                    .bus = "USB",
+                    .problem = UsbObstacle(camera.port)};
+    info.available = info.problem.empty();
+    devices.push_back(info);
+  }
+  return devices;
 }
 
 }  // namespace ulf::acquisition

@@ -10,8 +10,9 @@
 // Live view is delivered as FrameKind::kLive; the newest `queue` frames (default 4) wait for the reader,
 // older ones are dropped and counted. A photograph is delivered as FrameKind::kStill after its download,
 // whether the program or the photographer released the shutter; photographs are never dropped. Its JPEG is
-// kept byte for byte (Frame::encoded), and so is a raw file of the same name (Frame::raw). A raw file alone is
-// developed by Next(), quickly, with the pixels as linear light; one that LibRaw cannot read is kIncomplete.
+// kept byte for byte (Frame::encoded), and so is a raw file of the same name (Frame::raw). A raw file alone
+// is developed by Next(), quickly, with the pixels as linear light; one that LibRaw cannot read is
+// kIncomplete.
 //
 // Times are those of the host's clock, because these cameras' clocks are readable to a second only. A live
 // frame has the time of its arrival. A photograph has the time at which the program released the shutter
@@ -19,8 +20,9 @@
 // camera announced it. Exposure and gain of a live frame are unknown (0 and 1). Those of a photograph come
 // from its Exif, else from the camera's settings; gain 1 is ISO 100.
 //
-// When the link drops, what the camera has announced and not handed over, and what it takes until it is opened again,
-// stays on its card. A device that is opened with the same LeftPhotographs as the one that was lost fetches it.
+// When the link drops, what the camera has announced and not handed over, and what it takes until it is
+// opened again, stays on its card. A device that is opened with the same LeftPhotographs as the one that was
+// lost fetches it.
 #pragma once
 
 #include <memory>
@@ -32,7 +34,7 @@
 
 namespace ulf::acquisition {
 
-// Throws UsageError for unknown options and values that the camera does not offer, Error for a camera that
+// Throws Refusal for unknown options and values that the camera does not offer, Error for a camera that
 // cannot be opened.
 std::unique_ptr<Device> OpenGphotoDevice(const DeviceUri& uri,
                                          std::shared_ptr<LeftPhotographs> left = nullptr);

@@ -71,17 +71,17 @@ class GphotoFeatures : public FeatureAccess {
   void Set(const std::string& name, const std::string& value) override {
     const auto feature = Find(name);
     if (!feature)
-      throw UsageError("{}: there is no feature '{}'; 'ulf features {}' lists them", uri_, name,
-                       ShellWord(uri_));
-    if (!feature->writable) throw UsageError("{}: {} cannot be written", uri_, name);
+      throw Refusal(uri_, "", fmt::format("there is no feature '{}'", name),
+                    fmt::format("'ulf features {}' lists them", ShellWord(uri_)));
+    if (!feature->writable) throw Refusal(uri_, "", fmt::format("{} cannot be written", name), "");
     std::string written = value;
     if (feature->type != FeatureType::kEnumeration) {
       written = CheckedValue(uri_, *feature, value);
     } else if (!feature->choices.empty()) {
       const auto choice = ChoiceFor(feature->choices, value);
       if (!choice)
-        throw UsageError("{}: {} cannot be '{}'; it takes {}", uri_, name, value,
-                         fmt::join(feature->choices, ", "));
+        throw Refusal(uri_, "", fmt::format("{} cannot be '{}'", name, value),
+                      fmt::format("it takes {}", fmt::join(feature->choices, ", ")));
       written = *choice;
     }
     if (feature->type == FeatureType::kBoolean) written = std::string(written == "true" ? "1" : "0");

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 
-#include "acquisition/gphoto2/gphoto_device.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 
@@ -25,11 +24,12 @@ GphotoAddress NetworkAddress(const DeviceUri& uri) {
                         std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
     port = digits ? std::stoi(text) : 0;
     if (port < 1 || port > 65535)
-      throw UsageError("'{}': '{}' is not a port; write ptpip:ADDRESS or ptpip:ADDRESS:PORT", uri.Text(),
-                       text);
+      throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("'{}' is not a port", text),
+                    "write ptpip:ADDRESS or ptpip:ADDRESS:PORT");
   }
   if (host.empty())
-    throw UsageError("'{}': give the camera's address: gphoto2:ptpip:192.168.1.9", uri.Text());
+    throw Refusal(fmt::format("'{}'", uri.Text()), "", "give the camera's address: gphoto2:ptpip:192.168.1.9",
+                  "");
   return {kNetworkDriver, fmt::format("ptpip:{}:{}:{}", host, port, port)};
 }
 
@@ -63,7 +63,8 @@ GphotoOptions GphotoOptions::Of(const DeviceUri& uri) {
     if (const auto value = uri.Option(Name(setting))) options.settings.emplace_back(setting, *value);
   if (const auto target = uri.Option("target")) {
     if (*target != "card" && *target != "ram")
-      throw UsageError("'{}': target must be card or ram, not '{}'", uri.Text(), *target);
+      throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                    fmt::format("target must be card or ram, not '{}'", *target), "");
     options.to_card = *target == "card";
   }
   options.live_view_fps = uri.Number("liveview_fps", options.live_view_fps, 0.1, 120);
@@ -106,21 +107,6 @@ DeviceInfo DescribeGphoto(GphotoCamera& camera, const std::string& uri, const st
           .serial = text("serialnumber"),
           .bus = bus,
           .problem = {}};
-}
-
-std::vector<DeviceInfo> ListGphotoDevices() {
-  std::vector<DeviceInfo> devices;
-  for (const GphotoAddress& camera : DetectGphotoCameras()) {
-    DeviceInfo info{.uri = "gphoto2:" + camera.port,
-                    .maker = {},
-                    .model = camera.model,
-                    .serial = {},
-                    .bus = "USB",
-                    .problem = UsbObstacle(camera.port)};
-    info.available = info.problem.empty();
-    devices.push_back(info);
-  }
-  return devices;
 }
 
 }  // namespace ulf::acquisition

@@ -10,7 +10,8 @@
 namespace ulf::acquisition {
 namespace {
 
-// A camera that has just been switched on may be busy for seconds: so many questions, each a round of its thread. Guessed.
+// A camera that has just been switched on may be busy for seconds: so many questions, each a round of its
+// thread. Guessed.
 constexpr int kBusyListings = 100;
 
 }  // namespace
@@ -54,8 +55,8 @@ std::optional<LeftFetch::Found> LeftFetch::Work() {
   return found;
 }
 
-// Leaves out what the camera wrote before the last file that it announced, by its own clock, whatever that shows: a
-// card may hold higher numbers from earlier sessions, and the same. False: the camera is gone.
+// Leaves out what the camera wrote before the last file that it announced, by its own clock, whatever that
+// shows: a card may hold higher numbers from earlier sessions, and the same. False: the camera is gone.
 bool LeftFetch::LeaveOlder(std::vector<GphotoFile>& files) {
   constexpr double kOneAfterAnother_s =
       60;  // the two files of a photograph are written in either order; guessed

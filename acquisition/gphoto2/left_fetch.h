@@ -1,5 +1,5 @@
-// Fetches what a tethered camera kept on its card when its link dropped, and what it took until it was opened again
-// (left_photographs.h says which files those are). Used by the thread that owns the camera.
+// Fetches what a tethered camera kept on its card when its link dropped, and what it took until it was opened
+// again (left_photographs.h says which files those are). Used by the thread that owns the camera.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,8 @@ class LeftFetch {
       : camera_(camera), left_(left), notice_(std::move(notice)), gone_(std::move(gone)) {}
 
   void Begin() { to_fetch_ = left_.Take(); }
-  // What is to be downloaded, once; none: nothing, or not yet. A camera that is busy, as after it was switched on, is asked
-  // again.
+  // What is to be downloaded, once; none: nothing, or not yet. A camera that is busy, as after it was
+  // switched on, is asked again.
   struct Found {
     std::vector<FileInCamera> files;
     std::vector<GphotoFile> since;  // of these, those that the camera did not announce

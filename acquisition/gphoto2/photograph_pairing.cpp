@@ -10,18 +10,6 @@ namespace {
 // How long a photograph that was delivered without its second file is remembered. Guessed.
 constexpr double kRememberedS = 60;
 
-struct Files {
-  bool raw = false, jpeg = true;
-};
-Files FilesOf(const std::string& image_format) {
-  const std::string format = Lowercase(image_format);
-  const auto holds = [&](const char* word) { return format.find(word) != std::string::npos; };
-  const bool both = holds("+");
-  const bool raw =
-      holds("raw") || holds("nef") || holds("cr2") || holds("cr3") || holds("arw") || holds("raf");
-  return {raw || both, !raw || both || holds("jpeg") || holds("jpg")};
-}
-
 }  // namespace
 
 std::string StemOf(const std::string& file_name) {
@@ -34,10 +22,8 @@ std::string ExtensionOf(const std::string& file_name) {
   return extension == ".jpeg" || extension == ".jpe" ? ".jpg" : extension;
 }
 
-bool ComesWithJpeg(const std::string& image_format) { return FilesOf(image_format).jpeg; }
-
 void PhotographPairing::ExpectFormat(const std::string& image_format) {
-  const Files files = FilesOf(image_format);
+  const PhotographFiles files = FilesOf(image_format);
   expects_raw_ = files.raw;
   expects_jpeg_ = files.jpeg;
 }

@@ -36,9 +36,6 @@ std::string StemOf(const std::string& file_name);
 // The ending in lower case; ".jpg" for every spelling of JPEG.
 std::string ExtensionOf(const std::string& file_name);
 
-// Whether photographs in this image format (as the camera names it) have a JPEG.
-bool ComesWithJpeg(const std::string& image_format);
-
 class PhotographPairing {
  public:
   // `patience_s`: how long a file waits for its partner.

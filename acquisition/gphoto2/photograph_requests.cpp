@@ -13,19 +13,20 @@ namespace {
 
 // Between two requests to a busy camera; doubled each time. Guessed.
 constexpr std::chrono::milliseconds kFirstBusyPause(25), kLongestBusyPause(800);
+// Seconds. A busy camera may delay the release so long, then the request fails. From release to announcement:
+// long exposures, slow cards. Guessed.
+constexpr double kBusyS = 10, kPhotographS = 60;
 
 }  // namespace
 
 PhotographRequests::PhotographRequests(GphotoCamera& camera, CameraSettings& settings,
-                                       const GphotoPatience& patience,
                                        const std::function<void(const std::string&)>& notice,
                                        std::function<bool(const GphotoResult&)> gone)
     : camera_(camera),
-      patience_(patience),
       notice_(notice),
       gone_(std::move(gone)),
-      shutter_bracket_(settings, patience.busy_s, notice),
-      camera_bracket_(camera, settings, patience.busy_s, notice) {}
+      shutter_bracket_(settings, kBusyS, notice),
+      camera_bracket_(camera, settings, kBusyS, notice) {}
 
 bool PhotographRequests::Ask() { return !exposures_wanted_ && !still_wanted_.exchange(true); }
 
@@ -70,12 +71,12 @@ void PhotographRequests::ReleaseNextExposure() {
 void PhotographRequests::Release() {
   using Clock = std::chrono::steady_clock;
   if (released_at_) {
-    if (SecondsSince(*released_at_) < patience_.photograph_s) return;
+    if (SecondsSince(*released_at_) < kPhotographS) return;
     notice_(expected_ == 1
                 ? fmt::format("no photograph came within {:.0f} s of its release; another can be requested",
-                              patience_.photograph_s)
+                              kPhotographS)
                 : fmt::format("{} of {} of the bracket came within {:.0f} s of its release", came_,
-                              Counted(expected_, "photograph"), patience_.photograph_s));
+                              Counted(expected_, "photograph"), kPhotographS));
     return Clear();
   }
   if (!asked_since_) {
@@ -97,8 +98,8 @@ void PhotographRequests::Release() {
     if (!std::exchange(said_busy_, true)) notice_("the camera is busy; the photograph waits for it");
     again_ = Clock::now() + pause_;
     pause_ = std::min(2 * pause_, kLongestBusyPause);
-    if (SecondsSince(*asked_since_) < patience_.busy_s) return;
-    notice_(fmt::format("the camera was busy for {:.0f} s: no photograph was taken", patience_.busy_s));
+    if (SecondsSince(*asked_since_) < kBusyS) return;
+    notice_(fmt::format("the camera was busy for {:.0f} s: no photograph was taken", kBusyS));
     said_busy_ = false;
     return Clear();
   }

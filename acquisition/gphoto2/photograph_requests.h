@@ -1,11 +1,12 @@
-// What a tethered camera was asked for: a photograph, or the exposures of a bracket. From the asking until the photographs
-// are there, were refused, or were waited for too long.
+// What a tethered camera was asked for: a photograph, or the exposures of a bracket. From the asking until
+// the photographs are there, were refused, or were waited for too long.
 //
-// Asked from any thread; everything else belongs to the camera's thread. A bracket is taken by the camera's own bracketing
-// where it offers those exposures (camera_bracket.h), else one photograph after another (shutter_bracket.h).
+// Asked from any thread; everything else belongs to the camera's thread. A bracket is taken by the camera's
+// own bracketing where it offers those exposures (camera_bracket.h), else one photograph after another
+// (shutter_bracket.h).
 //
-// The first photograph announced after a release counts as its answer, although the photographer may have released it on
-// the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
+// The first photograph announced after a release counts as its answer, although the photographer may have
+// released it on the body: PTP's events name their transaction, but libgphoto2 does not pass that on.
 #pragma once
 
 #include <atomic>
@@ -19,7 +20,6 @@
 #include "acquisition/gphoto2/camera_bracket.h"
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/gphoto_camera.h"
-#include "acquisition/gphoto2/gphoto_options.h"
 #include "acquisition/gphoto2/shutter_bracket.h"
 #include "core/base/mutex.h"
 #include "core/image/frame.h"
@@ -29,7 +29,7 @@ namespace ulf::acquisition {
 class PhotographRequests {
  public:
   // `camera` and `settings` outlive it. `gone`: whether a call failed because the camera is gone.
-  PhotographRequests(GphotoCamera& camera, CameraSettings& settings, const GphotoPatience& patience,
+  PhotographRequests(GphotoCamera& camera, CameraSettings& settings,
                      const std::function<void(const std::string&)>& notice,
                      std::function<bool(const GphotoResult&)> gone);
 
@@ -50,7 +50,8 @@ class PhotographRequests {
   double ReleasedHostS() const { return released_host_s_; }
   // Whether the photograph of that stem, which is announced now, answers the release.
   bool IsAnsweredBy(const std::string& stem);
-  // Of a photograph: which of the bracket's exposures it is. `told_s`: the exposure time that the photograph itself tells.
+  // Of a photograph: which of the bracket's exposures it is. `told_s`: the exposure time that the photograph
+  // itself tells.
   void TellExposure(Frame& still, const std::optional<double>& told_s);
   // A photograph that was released then has come, or will not come.
   void Came(double released_s);
@@ -66,7 +67,6 @@ class PhotographRequests {
   void Release();
 
   GphotoCamera& camera_;
-  const GphotoPatience patience_;
   const std::function<void(const std::string&)> notice_;
   const std::function<bool(const GphotoResult&)> gone_;
   ShutterBracket shutter_bracket_;

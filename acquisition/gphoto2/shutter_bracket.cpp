@@ -70,8 +70,7 @@ std::optional<double> ShutterBracket::Next() {
   else
     notice_(
         fmt::format("the camera has no other shutter time near {:+g} stops from {}: the bracket goes on "
-                    "without this exposure; begin "
-                    "with another shutter time, or bracket fewer stops",
+                    "without this exposure; begin with another shutter time, or bracket fewer stops",
                     stops, before_));
   refused_since_.reset();
   stops_.pop_front();

@@ -1,5 +1,6 @@
-// Photographs of a bracket one after another: each gets its shutter time before it is released, and the camera has its own
-// back at the end. A camera that is busy is asked again in the next round of its thread, so long as it may be busy.
+// Photographs of a bracket one after another: each gets its shutter time before it is released, and the
+// camera has its own back at the end. A camera that is busy is asked again in the next round of its thread,
+// so long as it may be busy.
 //
 // Belongs to the camera's thread. For cameras without a bracketing of their own (camera_bracket.h).
 #pragma once
@@ -19,7 +20,8 @@ namespace ulf::acquisition {
 
 class ShutterBracket {
  public:
-  // `settings` outlives it. `busy_s`: so long a camera may refuse a shutter time before the bracket goes on without it.
+  // `settings` outlives it. `busy_s`: so long a camera may refuse a shutter time before the bracket goes on
+  // without it.
   ShutterBracket(CameraSettings& settings, double busy_s, std::function<void(const std::string&)> notice)
       : settings_(settings), busy_s_(busy_s), notice_(std::move(notice)) {}
 

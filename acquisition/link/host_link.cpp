@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/base/file_descriptor.h"
+
 namespace ulf::acquisition {
 namespace {
 
@@ -31,12 +33,11 @@ std::optional<in_addr> LocalAddressFor(const std::string& address) {
   to.sin_family = AF_INET;
   to.sin_port = htons(3956);  // any port: nothing is sent
   if (inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1) return std::nullopt;
-  const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (descriptor < 0) return std::nullopt;
+  const FileDescriptor asking(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!asking.IsOpen()) return std::nullopt;
   socklen_t size = sizeof from;
-  const bool routed = connect(descriptor, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0 &&
-                      getsockname(descriptor, reinterpret_cast<sockaddr*>(&from), &size) == 0;
-  close(descriptor);
+  const bool routed = connect(asking.Number(), reinterpret_cast<sockaddr*>(&to), sizeof to) == 0 &&
+                      getsockname(asking.Number(), reinterpret_cast<sockaddr*>(&from), &size) == 0;
   return routed ? std::optional(from.sin_addr) : std::nullopt;
 }
 
@@ -56,10 +57,9 @@ std::string InterfaceWith(const in_addr& address) {
 int MtuOf(const std::string& interface) {
   ifreq request{};
   std::strncpy(request.ifr_name, interface.c_str(), sizeof request.ifr_name - 1);
-  const int descriptor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (descriptor < 0) return 0;
-  const bool known = ioctl(descriptor, SIOCGIFMTU, &request) == 0;
-  close(descriptor);
+  const FileDescriptor asking(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!asking.IsOpen()) return 0;
+  const bool known = ioctl(asking.Number(), SIOCGIFMTU, &request) == 0;
   return known ? request.ifr_mtu : 0;
 }
 

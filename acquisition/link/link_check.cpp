@@ -7,12 +7,15 @@
 #include <cmath>
 #include <utility>
 
+#include "acquisition/opening/open_device.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 
 namespace ulf::acquisition {
 namespace {
+
+constexpr double kRateShare = 0.8;  // of the rate that came, whole or not, what is tried next; guessed
 
 struct Streamed {
   LinkTrial trial;
@@ -21,16 +24,16 @@ struct Streamed {
   double transfer_s = 0;  // from the first packet of a frame to the last, the shortest; 0: no frame came
 };
 
-// From the first frame on; none where a stop was asked for. What lacks packets before the first whole frame is no loss of
-// the link's: the library's receive buffer grows only when packets come.
+// From the first frame on; none where a stop was asked for. What lacks packets before the first whole frame
+// is no loss of the link's: the library's receive buffer grows only when packets come.
 std::optional<Streamed> Stream(const std::string& uri, const std::string& settings, double seconds,
                                const LinkCheckOptions& options) {
   DeviceUri with = DeviceUri::Parse(uri);
   for (const auto& [option, value] : DeviceUri::Parse(with.scheme + ":?" + settings).options)
     with.Set(option, value);
   if (with.scheme == "replay")
-    throw UsageError("{}: is no camera; a link is checked with one that streams, such as aravis:192.0.2.7",
-                     uri);
+    throw Refusal(uri, "", "is no camera",
+                  "a link is checked with one that streams, such as aravis:192.0.2.7");
   const std::unique_ptr<Device> device = OpenDevice(with.Text());
   Streamed streamed;
   streamed.camera = device->Info();
@@ -64,8 +67,8 @@ std::optional<Streamed> Stream(const std::string& uri, const std::string& settin
                   ? static_cast<double>(trial.whole + trial.incomplete + trial.missing) / trial.seconds
                   : 0;
   trial.asked_fps = with.Number("fps").value_or(0);
-  trial.set_fps = TransportValue(counted, "frames a second set").value_or(0);
-  trial.resent_packets = TransportValue(counted, "packets resent").value_or(0);
+  trial.set_fps = FigureIn(counted.transport, TransportFigure::kSetFps).value_or(0);
+  trial.resent_packets = FigureIn(counted.transport, TransportFigure::kPacketsResent).value_or(0);
   return streamed;
 }
 
@@ -97,7 +100,8 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
     if (streamed) report.trials.push_back(streamed->trial);
     return streamed;
   };
-  // What holds by chance for a while is no remedy: it must hold for longer. True: nothing else is to be tried.
+  // What holds by chance for a while is no remedy: it must hold for longer. True: nothing else is to be
+  // tried.
   bool refused = false;  // the last one tried: the camera does not take it
   const auto is_remedy = [&](const std::string& settings) {
     refused = false;
@@ -105,7 +109,7 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
       std::optional<Streamed> streamed;
       try {
         streamed = try_with(settings, times * options.seconds);
-      } catch (const UsageError&) {
+      } catch (const Refusal&) {
         refused = true;
         return false;
       }
@@ -132,10 +136,13 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
   const auto is_known_remedy = [&](const std::string& settings) {
     return is_remedy(settings) || is_remedy(settings);
   };
-  const auto value = [&](const char* name) { return TransportValue(streamed->statistics, name).value_or(0); };
-  const double packet_size = value("packet size");
-  // A frame must find room, however late it is read; beyond what the system allows the fact names the command.
-  const double room = 2 * report.payload_bytes, granted = value("socket buffer (bytes)");
+  const auto value = [&](TransportFigure figure) {
+    return FigureIn(streamed->statistics.transport, figure).value_or(0);
+  };
+  const double packet_size = value(TransportFigure::kPacketSize);
+  // A frame must find room, however late it is read; beyond what the system allows the fact names the
+  // command.
+  const double room = 2 * report.payload_bytes, granted = value(TransportFigure::kSocketBuffer);
   if (first.LostFrames() && 0 < granted && granted < room && room <= path.most_buffer.value_or(0))
     if (is_known_remedy(fmt::format("socket_buffer={:.0f}", room))) return report;
   // A path that does not pass large packets loses them all; one that is full loses whatever their size.
@@ -144,10 +151,11 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
       if (size < packet_size && is_remedy(fmt::format("packet_size={}", size))) return report;
   // A camera that limits itself loses nothing.
   const double wanted = ThroughputLimitFor(first.asked_fps * report.payload_bytes);
-  if (const double limit = value("throughput limit (bytes/s)");
+  if (const double limit = value(TransportFigure::kThroughputLimit);
       !first.LostFrames() && 0 < limit && limit < wanted)
     if (is_known_remedy(fmt::format("throughput_limit={:.0f}", wanted))) return report;
-  // A switch that is fast enough may still not hold a whole frame: spread over the frame's period its packets pass.
+  // A switch that is fast enough may still not hold a whole frame: spread over the frame's period its packets
+  // pass.
   const double packets = first.LostFrames() ? GigePackets(report.payload_bytes, packet_size) : 0;
   const auto spread = [&](double fps) {
     constexpr double kOfThePeriod = 0.8;  // the rest is for the packets themselves. Guessed.
@@ -160,8 +168,8 @@ LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options) {
       is_remedy(fmt::format("fps={:.4g}", std::min(first.fps, described.set_fps.value_or(first.fps)))))
     return report;
   // What came through whole or not: a sender that waits for its link sends what that carries.
-  double fps = options.rate_share * first.fps;
-  for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= options.rate_share) {
+  double fps = kRateShare * first.fps;
+  for (int i = 0; i < options.most_rates && fps > 0; ++i, fps *= kRateShare) {
     const std::string slower = fmt::format("fps={:.4g}", fps);
     if (refused && !report.camera_limit.empty()) return report;
     if (!is_remedy(packets > 0 ? slower + "&" + spread(fps) : slower)) continue;

@@ -1,6 +1,7 @@
-// Whether the link to a camera carries what its settings ask for: what the system says of the link, then trials with
-// the camera streaming. Where frames are lost, smaller packets and then a lower rate are tried, until none is lost; the
-// setting that helped is the advice. Where a camera is slower than its link, the rate that it reaches is.
+// Whether the link to a camera carries what its settings ask for: what the system says of the link, then
+// trials with the camera streaming. Where frames are lost, smaller packets and then a lower rate are tried,
+// until none is lost; the setting that helped is the advice. Where a camera is slower than its link, the rate
+// that it reaches is.
 #pragma once
 
 #include <functional>
@@ -17,12 +18,10 @@ struct LinkCheckOptions {
   double seconds = 5;          // of each trial
   double confirmed_times = 3;  // so much longer, what held must hold once more. Guessed
   double first_frame_s = 10;   // that a camera may take to begin. Guessed
-  // Bytes a packet, tried in this order where frames are lost and they are smaller than what the camera sends: what fits
-  // through jumbo frames, Ethernet, tunnels, and any network (RFC 791).
+  // Bytes a packet, tried in this order where frames are lost and they are smaller than what the camera
+  // sends: what fits through jumbo frames, Ethernet, tunnels, and any network (RFC 791).
   std::vector<int> packet_sizes = {8000, 4000, 1500, 1400, 576};
-  // Of the rate that came, whole or not, what is tried next, and so on; so often. Guessed.
-  double rate_share = 0.8;
-  int most_rates = 8;
+  int most_rates = 8;               // lower ones that are tried, one after the other. Guessed
   std::function<bool()> stop = {};  // asked between frames
   std::function<void(const std::string&)> say = {};
 };
@@ -58,7 +57,7 @@ struct LinkReport {
   bool Holds() const { return remedy || (!trials.empty() && trials.front().Held()); }
 };
 
-// Throws as OpenDevice() does, and UsageError for a device that is no live camera.
+// Throws as OpenDevice() does, and Refusal for a device that is no live camera.
 LinkReport CheckLink(const std::string& uri, const LinkCheckOptions& options = {});
 
 }  // namespace ulf::acquisition

@@ -90,14 +90,15 @@ LinkFact RateFact(const Sent& sent, double most_fps, const std::string& wider) {
 void DescribeNetwork(const DeviceInfo& camera, const LinkPath& path, const DeviceStatistics& counted,
                      const Sent& sent, LinkFacts& described) {
   const NetworkLink& link = *path.network;
-  const auto value = [&](const char* name) { return TransportValue(counted, name); };
+  const auto value = [&](TransportFigure figure) { return FigureIn(counted.transport, figure); };
   described.facts.push_back(NetworkFact(camera, link));
   if (sent.packet_size > 0)
-    described.facts.push_back(PacketFact(link, sent, value("packet size negotiated").value_or(0) > 0));
-  if (const auto asked = value("socket buffer asked for (bytes)"))
     described.facts.push_back(
-        BufferFact(path, sent, *asked, value("socket buffer (bytes)").value_or(*asked)));
-  if (const auto on = value("resend on"))
+        PacketFact(link, sent, value(TransportFigure::kPacketSizeNegotiated).value_or(0) > 0));
+  if (const auto asked = value(TransportFigure::kSocketBufferAsked))
+    described.facts.push_back(
+        BufferFact(path, sent, *asked, value(TransportFigure::kSocketBuffer).value_or(*asked)));
+  if (const auto on = value(TransportFigure::kResends))
     described.facts.push_back({"resending", *on > 0 ? "on" : "off, or not supported by the camera",
                                *on > 0 ? "" : "every lost packet costs its frame"});
   if (!link.bytes_per_s || sent.payload_bytes <= 0 || sent.packet_size <= 0) return;
@@ -109,7 +110,8 @@ void DescribeNetwork(const DeviceInfo& camera, const LinkPath& path, const Devic
       RateFact(sent, *described.most_fps, jumbo_is_enough ? "; or " + JumboAdvice(link) : ""));
 }
 
-// Others that share a camera's way to the computer. Whether they stream is not known: what they could take is counted.
+// Others that share a camera's way to the computer. Whether they stream is not known: what they could take is
+// counted.
 LinkFact NeighboursFact(const std::vector<UsbNeighbour>& neighbours, const Sent& sent) {
   LinkFact fact{"beside it", ""};
   double hub_bytes_per_s = 0, others_bytes_per_s = 0;
@@ -155,7 +157,8 @@ void DescribeUsb(const LinkPath& path, const Sent& sent, LinkFacts& described) {
                                  : ""});
 }
 
-// A camera that holds itself back (DeviceLinkThroughputLimit) loses nothing, and sends less than it is set to.
+// A camera that holds itself back (DeviceLinkThroughputLimit) loses nothing, and sends less than it is set
+// to.
 void DescribeLimit(double limit, const Sent& sent, LinkFacts& described) {
   LinkFact fact{"camera's limit",
                 fmt::format("{:.1f} MB/s (DeviceLinkThroughputLimit)", MegabytesPerS(limit))};
@@ -193,19 +196,19 @@ LinkPath LinkPathTo(const DeviceInfo& camera) {
 
 LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const DeviceStatistics& counted) {
   LinkFacts described;
-  described.payload_bytes = TransportValue(counted, "payload (bytes)").value_or(0);
+  described.payload_bytes = FigureIn(counted.transport, TransportFigure::kPayloadBytes).value_or(0);
   if (described.payload_bytes <= 0 && counted.delivered > 0)
     described.payload_bytes = static_cast<double>(counted.bytes) / static_cast<double>(counted.delivered);
-  described.set_fps = TransportValue(counted, "frames a second set");
-  described.exposure_s = 1e-6 * TransportValue(counted, "exposure (us)").value_or(0);
+  described.set_fps = FigureIn(counted.transport, TransportFigure::kSetFps);
+  described.exposure_s = 1e-6 * FigureIn(counted.transport, TransportFigure::kExposureUs).value_or(0);
   Sent sent{.payload_bytes = described.payload_bytes,
-            .packet_size = TransportValue(counted, "packet size").value_or(0),
+            .packet_size = FigureIn(counted.transport, TransportFigure::kPacketSize).value_or(0),
             .fps = described.set_fps,
             .set_fps = described.set_fps};
   if (sent.fps && described.exposure_s > 0) sent.fps = std::min(*sent.fps, 1 / described.exposure_s);
   if (path.network) DescribeNetwork(camera, path, counted, sent, described);
   if (camera.bus == "USB3Vision") DescribeUsb(path, sent, described);
-  if (const auto limit = TransportValue(counted, "throughput limit (bytes/s)"))
+  if (const auto limit = FigureIn(counted.transport, TransportFigure::kThroughputLimit))
     DescribeLimit(*limit, sent, described);
   return described;
 }
@@ -259,12 +262,6 @@ double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_siz
 double ThroughputLimitFor(double pixels_per_s) {
   constexpr double kHeaderRoom = 1.1;  // guessed: small packets have some five hundredths of headers
   return std::ceil(kHeaderRoom * pixels_per_s);
-}
-
-std::optional<double> TransportValue(const DeviceStatistics& statistics, const std::string& name) {
-  for (const auto& [known, value] : statistics.transport)
-    if (known == name) return value;
-  return std::nullopt;
 }
 
 }  // namespace ulf::acquisition

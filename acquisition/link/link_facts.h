@@ -1,5 +1,6 @@
-// What is known of the link to a camera without a trial: what the system says of the way to it, what the camera was set
-// to, and what was lost so far. Each fact that is not in order has the one command or setting that mends it.
+// What is known of the link to a camera without a trial: what the system says of the way to it, what the
+// camera was set to, and what was lost so far. Each fact that is not in order has the one command or setting
+// that mends it.
 #pragma once
 
 #include <optional>
@@ -43,17 +44,16 @@ LinkFacts DescribeLink(const DeviceInfo& camera, const LinkPath& path, const Dev
 // How many frames did not arrive whole; none: no frame came, or the camera has no link (simulated).
 std::optional<LinkFact> LostSoFar(const DeviceInfo& camera, const DeviceStatistics& counted);
 
-// Why the camera itself, and not its link, sends fewer frames a second than it was asked for or set to; empty: nothing says
-// so. `fps`: that came, with none lost.
+// Why the camera itself, and not its link, sends fewer frames a second than it was asked for or set to;
+// empty: nothing says so. `fps`: that came, with none lost.
 std::string CameraLimitText(double fps, const LinkFacts& facts);
 
-// The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire with it.
+// The highest rate that a GigE Vision link carries: each packet brings its headers and its gap on the wire
+// with it.
 double MostGigeFps(double link_bytes_per_s, double payload_bytes, int packet_size);
 // Packets with pixels that a frame takes; 0: they are too small for any.
 double GigePackets(double payload_bytes, double packet_size);
 // The DeviceLinkThroughputLimit, in bytes a second, that lets so many bytes of pixels through.
 double ThroughputLimitFor(double pixels_per_s);
-// One of DeviceStatistics::transport; none: the device does not have it.
-std::optional<double> TransportValue(const DeviceStatistics& statistics, const std::string& name);
 
 }  // namespace ulf::acquisition

@@ -16,12 +16,40 @@
 #include <cstdint>
 #include <vector>
 
-#include "acquisition/simulator/hand_motion.h"
-#include "acquisition/simulator/waves.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 
 namespace ulf::acquisition {
+
+// The motion of a simulated camera: planned (Hand) or reacting to what is displayed.
+class HandMotion {
+ public:
+  virtual ~HandMotion() = default;
+  // The pose at a time, smooth in time. World frame in metres, seconds from the start. Times may come in any
+  // order; for a motion that reacts they may not lie far after the last displayed frame.
+  virtual Rigid3 CamFromWorld(double time_s) const = 0;
+};
+
+// Sums of sines with random phases, for the tremor and drift of a simulated hand: smooth, bounded functions
+// of time without a visible period.
+class Waves {
+ public:
+  struct Wave {
+    double height, frequency_hz, phase;
+  };
+
+  Waves() = default;
+  // `count` sines with frequencies between `low_hz` and `high_hz`; their sum is at most `height`. The same
+  // seed and stream give the same waves.
+  Waves(std::uint64_t seed, int stream, int count, double low_hz, double high_hz, double height);
+
+  void Add(const Waves& more);
+  double At(double time_s) const;
+  const std::vector<Wave>& parts() const { return parts_; }
+
+ private:
+  std::vector<Wave> parts_;
+};
 
 struct HandOptions {
   Eigen::Vector3d subject_in_world = Eigen::Vector3d::Zero();

@@ -1,8 +1,8 @@
-// What a lens, a lamp and a camera's automatics do to the pictures of somebody who has not taken care: the simulated
-// camera's mistakes (docs/mistakes.md), each asked for as a fault (simulated_faults.h).
+// What a lens, a lamp and a camera's automatics do to the pictures of somebody who has not taken care: the
+// simulated camera's mistakes (docs/mistakes.md), each asked for as a fault (simulated_faults.h).
 //
-// Light is linear radiance, CV_32FC4 as of RayCaster. Lengths are pixels of the camera's own picture, times seconds of
-// the hand's clock.
+// Light is linear radiance, CV_32FC4 as of RayCaster. Lengths are pixels of the camera's own picture, times
+// seconds of the hand's clock.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,13 @@
 
 namespace ulf::acquisition {
 
-// A lens that is focused far from the subject: the image of a point is an evenly lit disc, as a round aperture makes it.
-// All of the picture alike: right where the depths of the scene differ little against the distance to the plane of
-// focus.
+// A lens that is focused far from the subject: the image of a point is an evenly lit disc, as a round
+// aperture makes it. All of the picture alike: right where the depths of the scene differ little against the
+// distance to the plane of focus.
 void Defocus(cv::Mat& radiance, double radius_px);
 
-// An automatic focus that goes to and fro and finds nothing. The lens breathes: its focal length grows with the blur.
+// An automatic focus that goes to and fro and finds nothing. The lens breathes: its focal length grows with
+// the blur.
 struct FocusHunt {
   double radius_px = 0;  // at its farthest
   double period_s = 0;   // there and back
@@ -36,8 +37,8 @@ struct LampFlicker {
   double During(double open_s, double exposure_s, std::uint64_t seed) const;
 };
 
-// Spots that stay where they are in the picture: factors on the light, CV_32FC1. Between one and two hundredths of
-// the picture's width across, edges blurred, 15 to 40 % of the light kept off.
+// Spots that stay where they are in the picture: factors on the light, CV_32FC1. Between one and two
+// hundredths of the picture's width across, edges blurred, 15 to 40 % of the light kept off.
 cv::Mat DustSpots(const CameraModel& camera, int spots, std::uint64_t seed);
 
 }  // namespace ulf::acquisition

@@ -1,5 +1,6 @@
 #include "acquisition/simulator/sensor.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/simulator/scene/lanes.h"
+#include "core/base/error.h"
 #include "core/base/lowercase.h"
 
 namespace ulf::acquisition {
@@ -138,6 +140,20 @@ void GatherRow(const F4* light, int y, int width, const PixelFormat& format, std
   }
 }
 
+constexpr double kDaylightK = 6504;
+
+double Planck(double nanometres, double kelvin) {
+  constexpr double kSecondRadiationConstant = 1.438777e7;  // nm K
+  return 1 / std::expm1(kSecondRadiationConstant / (nanometres * kelvin));
+}
+
+// "Mono8, Mono10, ..."
+std::string SensorFormatNames() {
+  std::string list;
+  for (const PixelFormat& format : Formats()) list += (list.empty() ? "" : ", ") + std::string(format.name);
+  return list;
+}
+
 }  // namespace
 
 std::optional<SensorFormat> SensorFormatByName(const std::string& name) {
@@ -151,10 +167,14 @@ std::optional<SensorFormat> SensorFormatByCode(std::uint32_t pfnc) {
 
 const PixelFormat& PixelsOf(SensorFormat format) { return Formats()[static_cast<std::size_t>(format)]; }
 
-std::string SensorFormatNames() {
-  std::string list;
-  for (const PixelFormat& format : Formats()) list += (list.empty() ? "" : ", ") + std::string(format.name);
-  return list;
+std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri) {
+  const auto name = uri.Option("format");
+  if (!name) return std::nullopt;
+  const auto known = SensorFormatByName(*name);
+  if (!known)
+    throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("there is no format '{}'", *name),
+                  fmt::format("there are {}", SensorFormatNames()));
+  return known;
 }
 
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot) {
@@ -189,6 +209,34 @@ Image Expose(const cv::Mat& radiance, const SensorOptions& options, const Sensor
     }
   }
   return image;
+}
+
+SensorColors SensorColors::FromUri(const DeviceUri& uri) {
+  SensorColors colors;
+  colors.lamp_k = uri.Number("lamp_k", colors.lamp_k, 1500, 20000);
+  colors.crosstalk = uri.Number("crosstalk", colors.crosstalk, 0, 0.4);
+  return colors;
+}
+
+Eigen::Matrix3d SensorColors::CameraFromSrgb() const {
+  const auto beside_daylight = [&](double nanometres) {
+    return Planck(nanometres, lamp_k) / Planck(nanometres, kDaylightK);
+  };
+  const Eigen::Vector3d lamp(beside_daylight(600), beside_daylight(540), beside_daylight(450));
+  Eigen::Matrix3d neighbours;
+  neighbours << 0, 0.8, 0.2, 0.5, 0, 0.5, 0.1, 0.9, 0;
+  const Eigen::Matrix3d filters = (1 - crosstalk) * Eigen::Matrix3d::Identity() + crosstalk * neighbours;
+  return filters * (lamp / lamp[1]).asDiagonal();
+}
+
+Eigen::Vector3d SensorColors::WhiteBalance() const {
+  const Eigen::Vector3d white = CameraFromSrgb() * Eigen::Vector3d::Ones();
+  return white[1] * white.cwiseInverse();
+}
+
+Eigen::Matrix3d SensorColors::SrgbFromBalanced() const {
+  const Eigen::Matrix3d balanced = WhiteBalance().asDiagonal() * CameraFromSrgb();
+  return (balanced * Eigen::Vector3d::Ones())[1] * balanced.inverse();
 }
 
 }  // namespace ulf::acquisition

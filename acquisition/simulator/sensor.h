@@ -4,11 +4,13 @@
 // level.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 
+#include "acquisition/device/device.h"
 #include "core/image/image.h"
 #include "core/image/pixel_format.h"
 
@@ -41,7 +43,8 @@ enum class SensorFormat {
 std::optional<SensorFormat> SensorFormatByName(const std::string& name);  // any case: "rgb8", "BayerRG8"
 std::optional<SensorFormat> SensorFormatByCode(std::uint32_t pfnc);
 const PixelFormat& PixelsOf(SensorFormat format);
-std::string SensorFormatNames();  // "Mono8, Mono10, ..."
+// The format that a URI asks for; none: it does not. Throws Refusal that lists the formats.
+std::optional<SensorFormat> SensorFormatOf(const DeviceUri& uri);
 
 struct SensorOptions {
   double reference_exposure_s = 0.005;  // radiance 1 fills the well in this time
@@ -60,5 +63,26 @@ struct SensorShot {
 // `radiance`: CV_32FC4, linear B, G, R. The same seed gives the same noise. Values of more than 8 bits are
 // scaled to 16 bits (pixel_format.h).
 Image Expose(const cv::Mat& radiance, const SensorOptions& options, const SensorShot& shot);
+
+// What a simulated sensor makes of colours: the lamp's colour, and channels whose filters overlap.
+//
+// The scenes' light is linear sRGB under white D65. A lamp of another colour temperature multiplies its
+// channels (Planck's law at 600, 540 and 450 nm, beside that of 6504 K, green left as it is); then each
+// channel takes a share of its neighbours'. Both are linear, so that the colour profile that undoes them is
+// known exactly.
+struct SensorColors {
+  double lamp_k = 6504;
+  double crosstalk = 0;  // share of a channel that its neighbours have, 0 to 0.4
+
+  // Of a URI: lamp_k, crosstalk. Throws Refusal for values out of range.
+  static SensorColors FromUri(const DeviceUri& uri);
+
+  // R G B.
+  Eigen::Matrix3d CameraFromSrgb() const;
+  // What a profile must find: factors of R G B, green 1, and the matrix of balanced light, whose rows sum to
+  // one.
+  Eigen::Vector3d WhiteBalance() const;
+  Eigen::Matrix3d SrgbFromBalanced() const;
+};
 
 }  // namespace ulf::acquisition

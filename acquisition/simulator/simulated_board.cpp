@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
+#include "acquisition/simulator/bench_device.h"
 #include "acquisition/simulator/scene/noise.h"
 #include "core/base/error.h"
-#include "core/base/host_time.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/sensor_window.h"
 #include "core/geometry/small_matrices.h"
@@ -83,7 +83,7 @@ CameraModel SimulatedLens(const std::string& name, int width, int height) {
     camera.distortion = Distortion::kFisheye;
     camera.coefficients = {0.03, -0.012, 0.004, -0.0004, 0};
   } else {
-    throw UsageError("lens '{}': there are pinhole, barrel, wide and fisheye", name);
+    throw Refusal(fmt::format("lens '{}'", name), "", "there are pinhole, barrel, wide and fisheye", "");
   }
   return camera;
 }
@@ -222,55 +222,6 @@ Rigid3 BoardScene::HeldAtTime(double time_s) const {
 
 namespace {
 
-class SimulatedBoardDevice : public Device {
- public:
-  SimulatedBoardDevice(const DeviceUri& uri, const BoardSceneOptions& options, const SensorWindow& window,
-                       double fps, std::uint64_t stops)
-      : uri_(uri), scene_(options), window_(window), fps_(fps), stops_(stops) {}
-
-  DeviceInfo Info() const override {
-    return {.uri = uri_.Text(),
-            .maker = "ULF",
-            .model = "simulated camera",
-            .serial = "sim-bench-" + std::to_string(scene_.options().seed),
-            .bus = "simulated",
-            .problem = {}};
-  }
-  std::optional<CameraModel> Camera() const override { return scene_.options().camera; }
-  bool IsLive() const override { return false; }
-  std::optional<SensorWindow> Window() const override { return window_; }
-  void Start() override { started_ = true; }
-  void Stop() override { started_ = false; }
-
-  std::optional<Frame> Next(std::chrono::milliseconds /*timeout*/) override {
-    if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
-    const double time_s = static_cast<double>(next_) / fps_;
-    Frame frame;
-    frame.image = {scene_.Render(scene_.HeldAtTime(time_s), next_), Transfer::kLinear};
-    frame.id = next_++;
-    frame.device_time_s = time_s;
-    frame.host_time_s = EpochSeconds();
-    ++statistics_.delivered;
-    return frame;
-  }
-  DeviceState State() const override {
-    if (!started_) return DeviceState::kConnected;
-    const bool over = static_cast<double>(next_) / fps_ >= kStopS * static_cast<double>(stops_);
-    return over ? DeviceState::kEnded : DeviceState::kStreaming;
-  }
-  DeviceStatistics Statistics() const override { return statistics_; }
-
- private:
-  DeviceUri uri_;
-  BoardScene scene_;
-  SensorWindow window_;
-  double fps_;
-  std::uint64_t stops_;
-  bool started_ = false;
-  std::uint64_t next_ = 0;
-  DeviceStatistics statistics_;
-};
-
 SensorWindow WindowOf(const DeviceUri& uri, int width, int height) {
   SensorWindow window{width, height, 0, 0, width, height};
   window.binning_x = window.binning_y = static_cast<int>(uri.Number("binning", 1, 1, 8));
@@ -279,7 +230,8 @@ SensorWindow WindowOf(const DeviceUri& uri, int width, int height) {
         std::sscanf(roi->c_str(), "%d,%d,%d,%d", &window.x, &window.y, &window.width, &window.height) == 4;
     if (!read || window.x < 0 || window.y < 0 || window.width < 32 || window.height < 32 ||
         window.x + window.width > width || window.y + window.height > height)
-      throw UsageError("{}: roi={} is not X,Y,WIDTH,HEIGHT within {}x{}", uri.Text(), *roi, width, height);
+      throw Refusal(uri.Text(), "",
+                    fmt::format("roi={} is not X,Y,WIDTH,HEIGHT within {}x{}", *roi, width, height), "");
   }
   return window;
 }
@@ -307,8 +259,20 @@ BoardSceneOptions BoardSceneFromUri(const DeviceUri& uri, SensorWindow& window) 
 std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri) {
   SensorWindow window;
   const BoardSceneOptions options = BoardSceneFromUri(uri, window);
-  return std::make_unique<SimulatedBoardDevice>(uri, options, window, uri.Number("fps", 15, 1, 1000),
-                                                static_cast<std::uint64_t>(uri.Number("stops", 40, 1, 1e6)));
+  const auto scene = std::make_shared<const BoardScene>(options);
+  const double fps = uri.Number("fps", 15, 1, 1000), stops = std::floor(uri.Number("stops", 40, 1, 1e6));
+  return MakeBenchDevice(
+      {.uri = uri,
+       .seed = options.seed,
+       .camera = options.camera,
+       .window = window,
+       .fps = fps,
+       .picture =
+           [scene](std::uint64_t frame, double time_s) {
+             return Image{scene->Render(scene->HeldAtTime(time_s), frame), Transfer::kLinear};
+           },
+       .is_over = [fps, stops](
+                      std::uint64_t frames) { return static_cast<double>(frames) / fps >= kStopS * stops; }});
 }
 
 }  // namespace ulf::acquisition

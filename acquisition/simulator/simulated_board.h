@@ -30,7 +30,7 @@ struct BoardSceneOptions {
   double card_level = 0.6;  // share of full scale, in the middle
 };
 
-// "pinhole", "barrel" (59 degrees wide), "wide" (100 degrees) or "fisheye" (150 degrees); throws UsageError.
+// "pinhole", "barrel" (59 degrees wide), "wide" (100 degrees) or "fisheye" (150 degrees); throws Refusal.
 CameraModel SimulatedLens(const std::string& name, int width, int height);
 
 class BoardScene {
@@ -60,12 +60,12 @@ class BoardScene {
   cv::Mat vignetting_, dust_;
 };
 
-// What a URI as below says of the scene; `window` is then the part of the sensor. Throws UsageError.
+// What a URI as below says of the scene; `window` is then the part of the sensor. Throws Refusal.
 BoardSceneOptions BoardSceneFromUri(const DeviceUri& uri, SensorWindow& window);
 
 // `sim:board?board=SPEC&lens=barrel&seed=7&width=640&height=480&fps=15&noise=1&vignetting=0&stops=40`, of a
 // card `sim:card?vignetting=0.4&gradient=0.05&dust=3`, and for both `roi=X,Y,W,H&binning=2` (a part of the
-// width x height sensor). Throws UsageError.
+// width x height sensor). Throws Refusal.
 std::unique_ptr<Device> OpenSimulatedBoard(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

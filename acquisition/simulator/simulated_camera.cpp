@@ -20,7 +20,8 @@ std::uint64_t SeedOf(const DeviceUri& uri, std::uint64_t otherwise) {
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), seed);
   if (error != std::errc() || end != text->data() + text->size())
-    throw UsageError("'{}': seed must be a whole number, 0 or more, not '{}'", uri.Text(), *text);
+    throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                  fmt::format("seed must be a whole number, 0 or more, not '{}'", *text), "");
   return seed;
 }
 
@@ -30,14 +31,17 @@ void ReadCap(const DeviceUri& uri, SimulationOptions& options) {
   double width_deg = 0, height_deg = 0;
   char rest = 0;
   if (std::sscanf(text->c_str(), "%lfx%lf%c", &width_deg, &height_deg, &rest) != 2)
-    throw UsageError("'{}': cap must be degrees WIDTHxHEIGHT, such as 60x40, not '{}'", uri.Text(), *text);
+    throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                  fmt::format("cap must be degrees WIDTHxHEIGHT, such as 60x40, not '{}'", *text), "");
   options.cap_azimuth = Radians(width_deg);
   options.cap_elevation = Radians(height_deg);
 }
 
 void RequireRange(const char* what, double value, double low, double high) {
   if (!(value >= low && value <= high))
-    throw UsageError("the simulated camera's {} is {:g}; it must be {:g} to {:g}", what, value, low, high);
+    throw Refusal("", fmt::format("{:g}", value),
+                  fmt::format("the simulated camera's {} is {:g}", what, value),
+                  fmt::format("it must be {:g} to {:g}", low, high));
 }
 
 HandOptions HandFor(const SimulationOptions& options, const Scene& scene) {
@@ -109,13 +113,7 @@ SimulationOptions SimulationOptions::FromUri(const DeviceUri& uri) {
   options.seed = SeedOf(uri, options.seed);
   options.width = uri.Whole("width", 0, 1 << 20).value_or(options.width);
   options.height = uri.Whole("height", 0, 1 << 20).value_or(options.height);
-  if (const auto format = uri.Option("format")) {
-    const auto known = SensorFormatByName(*format);
-    if (!known)
-      throw UsageError("'{}': there is no format '{}'; there are {}", uri.Text(), *format,
-                       SensorFormatNames());
-    options.format = *known;
-  }
+  if (const auto format = SensorFormatOf(uri)) options.format = *format;
   read("fps", 1, options.fps);
   read("exposure_us", 1e-6, options.exposure_s);
   read("readout_ms", 1e-3, options.readout_s);
@@ -155,7 +153,9 @@ void SimulationOptions::Validate() const {
   RequireRange("turntable's speed in degrees per second", Degrees(turn_speed), 0, 360);
   RequireRange("unsteadiness (1: as a hand)", unsteady, 0, 10);
   if (!(duration_s > 0))
-    throw UsageError("the simulated camera's duration is {:g} s; it must be positive", duration_s);
+    throw Refusal("", fmt::format("{:g}", duration_s),
+                  fmt::format("the simulated camera's duration is {:g} s", duration_s),
+                  "it must be positive");
 }
 
 CameraModel SimulatedIntrinsics(int width, int height) {

@@ -4,9 +4,9 @@
 // largest displacement of a grid of image points during the exposure, rounded; at least one). Everything is a
 // pure function of the options, the shot and the frame's id.
 //
-// Lens, lamps and automatics of somebody who has not taken care are faults (imperfections.h). With `lens` the camera
-// has another lens than StoredCamera(), the one that is calibrated. With `auto_exposure` the exposure is what a
-// camera's automatic would make of the pictures of the last half second, measured at few points.
+// Lens, lamps and automatics of somebody who has not taken care are faults (imperfections.h). With `lens` the
+// camera has another lens than StoredCamera(), the one that is calibrated. With `auto_exposure` the exposure
+// is what a camera's automatic would make of the pictures of the last half second, measured at few points.
 //
 // Rolling shutter (`readout_ms=20`): rows are exposed one after the other, the last one `readout_ms` after
 // the first, each for the whole exposure; bands of eight rows share one pose. The frame's time and pose are
@@ -25,7 +25,6 @@
 #include "acquisition/simulator/hand.h"
 #include "acquisition/simulator/scene/ray_caster.h"
 #include "acquisition/simulator/sensor.h"
-#include "acquisition/simulator/sensor_colors.h"
 #include "acquisition/simulator/simulated_faults.h"
 #include "core/geometry/angles.h"
 #include "core/image/frame.h"
@@ -56,11 +55,11 @@ struct SimulationOptions {
 
   // Parses a URI such as
   //   sim:studio?seed=7&fps=15&width=640&height=480&format=rgb8&exposure_us=5000&readout_ms=0&gain_db=0
-  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&dolly=1&look_away=1&duration_s=20&sways_from_s=6&sways_s=8
-  //             &turn_deg_s=24&unsteady=0
-  // Throws UsageError that names an unknown option or a value out of range.
+  //             &noise=1&cap=60x40&row_deg=2.2&speed_deg_s=13&dolly=1&look_away=1&duration_s=20
+  //             &sways_from_s=6&sways_s=8&turn_deg_s=24&unsteady=0
+  // Throws Refusal that names an unknown option or a value out of range.
   static SimulationOptions FromUri(const DeviceUri& uri);
-  void Validate() const;  // throws UsageError
+  void Validate() const;  // throws Refusal
 };
 
 // A moderate wide angle (f = 0.875 widths, 59 degrees) with a slight barrel distortion, off-centre by a few
@@ -104,8 +103,8 @@ class SimulatedCamera {
   // What moves in the scene, as the middle of a frame's exposure shows it: CV_8UC1, 255 there.
   cv::Mat MovingPixels(double time_s) const;
 
-  // Without noise, blur and sensor, everything at rest: CV_32FC3, linear B, G, R, on the sensor's scale at the options' exposure
-  // and gain.
+  // Without noise, blur and sensor, everything at rest: CV_32FC3, linear B, G, R, on the sensor's scale at
+  // the options' exposure and gain.
   cv::Mat CleanLinear(const Rigid3& cam_from_world) const;
   // The same as 8-bit sRGB.
   cv::Mat CleanSrgb(const Rigid3& cam_from_world) const;

@@ -2,14 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 
-#include "acquisition/calibration/color_chart.h"
+#include "acquisition/simulator/bench_device.h"
 #include "acquisition/simulator/scene/noise.h"
 #include "core/base/error.h"
-#include "core/base/host_time.h"
+#include "core/fiducials/color_chart_patches.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/sensor_window.h"
 #include "core/image/color_difference.h"
@@ -77,55 +76,6 @@ Placement PlacementOf(const ChartSceneOptions& options, std::uint64_t frame) {
   return {camera_from_chart.inverse()};
 }
 
-class SimulatedChartDevice : public Device {
- public:
-  SimulatedChartDevice(const DeviceUri& uri, const ChartSceneOptions& options, std::uint64_t frames)
-      : uri_(uri), options_(options), frames_(frames) {}
-
-  DeviceInfo Info() const override {
-    return {.uri = uri_.Text(),
-            .maker = "ULF",
-            .model = "simulated camera",
-            .serial = "sim-bench-" + std::to_string(options_.seed),
-            .bus = "simulated",
-            .problem = {}};
-  }
-  bool IsLive() const override { return false; }
-  HeldAutomatics Held() const override { return {.exposure = true, .white_balance = true, .focus = true}; }
-  std::optional<SensorWindow> Window() const override {
-    return SensorWindow{.sensor_width = options_.width,
-                        .sensor_height = options_.height,
-                        .x = 0,
-                        .y = 0,
-                        .width = options_.width,
-                        .height = options_.height};
-  }
-  void Start() override { started_ = true; }
-  void Stop() override { started_ = false; }
-  std::optional<Frame> Next(std::chrono::milliseconds /*timeout*/) override {
-    if (!started_ || State() != DeviceState::kStreaming) return std::nullopt;
-    Frame frame;
-    frame.image = RenderChart(options_, next_);
-    frame.id = next_++;
-    frame.device_time_s = static_cast<double>(frame.id) / 15;
-    frame.host_time_s = EpochSeconds();
-    ++statistics_.delivered;
-    return frame;
-  }
-  DeviceState State() const override {
-    if (!started_) return DeviceState::kConnected;
-    return next_ >= frames_ ? DeviceState::kEnded : DeviceState::kStreaming;
-  }
-  DeviceStatistics Statistics() const override { return statistics_; }
-
- private:
-  DeviceUri uri_;
-  ChartSceneOptions options_;
-  std::uint64_t frames_, next_ = 0;
-  bool started_ = false;
-  DeviceStatistics statistics_;
-};
-
 }  // namespace
 
 Image RenderChart(const ChartSceneOptions& options, std::uint64_t frame) {
@@ -167,21 +117,21 @@ std::unique_ptr<Device> OpenSimulatedChart(const DeviceUri& uri) {
   options.width = uri.Whole("width", 64, 4096).value_or(options.width);
   options.height = uri.Whole("height", 64, 4096).value_or(options.height);
   options.seed = static_cast<std::uint64_t>(uri.Whole("seed", 0, 1 << 30).value_or(7));
-  if (const auto format = uri.Option("format")) {
-    const auto known = SensorFormatByName(*format);
-    if (!known)
-      throw UsageError("'{}': there is no format '{}'; there are {}", uri.Text(), *format,
-                       SensorFormatNames());
-    options.format = *known;
-  }
+  if (const auto format = SensorFormatOf(uri)) options.format = *format;
   options.colors = SensorColors::FromUri(uri);
   options.white = uri.Number("white", options.card ? 0.5 : options.white, 0.01, 10);
   options.gradient = uri.Number("gradient", 0, -1, 1);
   options.turn_deg = uri.Number("turn_deg", options.turn_deg, -180, 180);
   options.tilt_deg = uri.Number("tilt_deg", options.tilt_deg, -50, 50);
   options.noise = uri.Whole("noise", 0, 1).value_or(1) == 1;
-  return std::make_unique<SimulatedChartDevice>(
-      uri, options, static_cast<std::uint64_t>(uri.Whole("frames", 1, 1000000).value_or(100)));
+  const auto count = static_cast<std::uint64_t>(uri.Whole("frames", 1, 1000000).value_or(100));
+  return MakeBenchDevice(
+      {.uri = uri,
+       .seed = options.seed,
+       .window = {options.width, options.height, 0, 0, options.width, options.height},
+       .held = {.exposure = true, .white_balance = true, .focus = true},
+       .picture = [options](std::uint64_t frame, double /*time_s*/) { return RenderChart(options, frame); },
+       .is_over = [count](std::uint64_t frames) { return frames >= count; }});
 }
 
 }  // namespace ulf::acquisition

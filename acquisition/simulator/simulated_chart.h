@@ -1,10 +1,10 @@
 // `sim:chart` and `sim:grey`: simulated colour calibration with known ground truth.
 //
-//   sim:chart  a chart of 24 patches with the published colours (acquisition/calibration/color_chart.h) on black, before a
-//              plain wall, held in a hand that is not quite still
+//   sim:chart  a chart of 24 patches with the published colours (core/fiducials/color_chart_patches.h) on
+//              black, before a plain wall, held in a hand that is not quite still
 //   sim:grey   a grey card that fills most of the picture
 //
-// The image is sampled by area, then goes through the sensor's colours (sensor_colors.h) and the sensor itself (sensor.h).
+// The image is sampled by area, then goes through the sensor's colours and the sensor itself (sensor.h).
 // Everything is a pure function of the options and the frame number.
 #pragma once
 
@@ -12,7 +12,6 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/simulator/sensor.h"
-#include "acquisition/simulator/sensor_colors.h"
 
 namespace ulf::acquisition {
 
@@ -31,8 +30,8 @@ struct ChartSceneOptions {
 
 Image RenderChart(const ChartSceneOptions& options, std::uint64_t frame);
 
-// `sim:chart?width=640&height=480&seed=7&format=rgb8&lamp_k=6504&crosstalk=0&white=0.75&gradient=0&turn_deg=5&tilt_deg=10
-// &noise=1&frames=100`, and the same of `sim:grey`. Throws UsageError.
+// `sim:chart?width=640&height=480&seed=7&format=rgb8&lamp_k=6504&crosstalk=0&white=0.75&gradient=0
+// &turn_deg=5&tilt_deg=10&noise=1&frames=100`, and the same of `sim:grey`. Throws Refusal.
 std::unique_ptr<Device> OpenSimulatedChart(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

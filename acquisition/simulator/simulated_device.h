@@ -12,11 +12,11 @@
 #include <memory>
 
 #include "acquisition/device/device.h"
-#include "acquisition/simulator/hand_motion.h"
+#include "acquisition/simulator/hand.h"
 
 namespace ulf::acquisition {
 
-// Throws UsageError for an unknown scene, option or fault, Error while the camera is disconnected. `hand`:
+// Throws Refusal for an unknown scene, option or fault, Error while the camera is disconnected. `hand`:
 // the motion of the camera; null for the planned hand that the URI describes.
 std::unique_ptr<Device> OpenSimulatedDevice(const DeviceUri& uri,
                                             std::shared_ptr<const HandMotion> hand = nullptr);

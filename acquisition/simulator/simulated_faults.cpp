@@ -12,7 +12,7 @@ namespace ulf::acquisition {
 namespace {
 
 [[noreturn]] void Refuse(const std::string& name, const std::string& text, const std::string& wanted) {
-  throw UsageError("fault {}: '{}' must be {}", name, text, wanted);
+  throw Refusal(fmt::format("fault {}", name), "", fmt::format("'{}' must be {}", text, wanted), "");
 }
 
 double NumberFrom(const std::string& name, const std::string& text, double low, double high) {
@@ -94,8 +94,8 @@ void SimulatedFaults::Add(const std::string& text) {
   const std::string name = text.substr(0, equals);
   for (const auto& [known, setter] : Setters())
     if (known == name && equals != std::string::npos) return setter(*this, name, text.substr(equals + 1));
-  throw UsageError("'{}' is not a fault; write name=value with one of: {}", text,
-                   fmt::join(SimulatedFaultNames(), ", "));
+  throw Refusal("", text, fmt::format("'{}' is not a fault", text),
+                fmt::format("write name=value with one of: {}", fmt::join(SimulatedFaultNames(), ", ")));
 }
 
 bool SimulatedFaults::NeedRelay() const {

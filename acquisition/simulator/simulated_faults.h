@@ -13,10 +13,10 @@
 //   bluer=0.5          the lamp's blue grows, and its red falls, by so many stops per minute
 //   flicker=100:0.4    lamps that flicker, in hertz, by this share of their light
 //   defocus=3          the lens is out of focus: each point's image is a disc of this radius in pixels
-//   hunting=4:1.6      an automatic focus goes to and fro: radius in pixels at its farthest, seconds there and back
+//   hunting=4:1.6      an automatic focus goes to and fro: pixels of radius at its farthest, seconds a cycle
 //   lens=0.9           the lens's focal length over that of the calibration stored for the camera
 //   dust=5             so many spots on the lens
-//   auto_exposure=told the exposure follows the picture; `untold`: and the camera does not report it    sim: only
+//   auto_exposure=told the exposure follows the picture; `untold`: without being reported    sim: only
 //
 // Seconds count from the first frame.
 #pragma once
@@ -28,7 +28,6 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/simulator/gige/gige_relay.h"
 #include "acquisition/simulator/imperfections.h"
 
 namespace ulf::acquisition {
@@ -36,6 +35,13 @@ namespace ulf::acquisition {
 struct FaultSpan {
   double at_s = 0, for_s = 0;
   bool Holds(double t_s) const { return t_s >= at_s && t_s < at_s + for_s; }
+};
+
+// What a faulty network link does to the camera's packets (gige/gige_relay.h).
+struct GigeLinkFaults {
+  double lost = 0, doubled = 0, swapped = 0;  // shares of the stream's packets
+  double late = 0;                            // share of the frames that are delayed ...
+  std::chrono::milliseconds late_by{0};       // ... by this time
 };
 
 enum class AutoExposure { kOff, kTold, kUntold };
@@ -53,9 +59,9 @@ struct SimulatedFaults {
   int dust_spots = 0;
   AutoExposure auto_exposure = AutoExposure::kOff;
 
-  // Throws UsageError that names an unknown fault or a value out of range.
+  // Throws Refusal that names an unknown fault or a value out of range.
   void Add(const std::string& text);
-  // Whether these faults need a GigeRelay.
+  // Whether these faults are those of a network link.
   bool NeedRelay() const;
 
   bool Frozen(double t_s) const { return AnyHolds(freezes, t_s); }

@@ -8,8 +8,7 @@
 #include <array>
 #include <cstdint>
 
-#include "acquisition/simulator/hand_motion.h"
-#include "acquisition/simulator/waves.h"
+#include "acquisition/simulator/hand.h"
 #include "core/geometry/angles.h"
 
 namespace ulf::acquisition {

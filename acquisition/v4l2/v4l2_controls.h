@@ -36,7 +36,7 @@ std::optional<int> GetV4l2Control(const V4l2Node& node, std::uint32_t id);
 // 0, or the error number.
 int SetV4l2Control(const V4l2Node& node, std::uint32_t id, int value);
 
-// The number that a text stands for: "manual", "Manual Mode" or "1", "true" or "on". Throws UsageError,
+// The number that a text stands for: "manual", "Manual Mode" or "1", "true" or "on". Throws Refusal,
 // beginning with `who`, that names the range or the choices.
 int V4l2ControlValue(const std::string& who, const V4l2Control& control, const std::string& text);
 // A value as text: the menu entry, else the number.

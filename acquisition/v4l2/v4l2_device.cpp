@@ -9,21 +9,25 @@
 #include <atomic>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <optional>
+#include <set>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
-#include "acquisition/device/frame_id_counter.h"
+#include "acquisition/device/event_log.h"
 #include "acquisition/device/frame_queue.h"
-#include "acquisition/v4l2/motion_jpeg.h"
+#include "acquisition/device/stream_statistics.h"
 #include "acquisition/v4l2/v4l2_controls.h"
 #include "acquisition/v4l2/v4l2_modes.h"
 #include "acquisition/v4l2/v4l2_node.h"
-#include "acquisition/v4l2/v4l2_options.h"
 #include "acquisition/v4l2/v4l2_stream.h"
-#include "core/base/clock_offset.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
-#include "core/base/signal_stack.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -34,6 +38,57 @@ using Clock = std::chrono::steady_clock;
 // How long the capture thread waits for a frame before it does its other work, and its pause where no buffer
 // is filled yet. Guessed.
 constexpr milliseconds kFrameWait(100), kEmptyPause(2);
+// How long a camera may send nothing until it counts as stalled, and as lost: the longer of seconds and frame
+// periods. Guessed.
+constexpr double kStalledS = 0.5, kStalledPeriods = 3, kLostS = 5.5, kLostPeriods = 10;
+
+struct V4l2Options {
+  V4l2ModeRequest request;
+  V4l2Io io = V4l2Io::kMmap;
+  double settle_s = 1;    // the automatics run so long; guessed: webcams adapt within a second
+  std::size_t queue = 4;  // frames that may wait for the reader
+  std::vector<std::pair<std::string, std::string>> controls;  // in the URI's order
+};
+
+// Throws Refusal that names the invalid option. Names of controls are checked when the camera is open.
+V4l2Options V4l2OptionsOf(const DeviceUri& uri) {
+  V4l2Options options;
+  std::set<std::string> given;
+  for (const auto& [key, value] : uri.options) {
+    if (!given.insert(key).second)
+      throw Refusal(fmt::format("'{}'", uri.Text()), "", fmt::format("{} is given twice", key), "");
+    if (key == "format") {
+      options.request.fourcc = FourccByName(value);
+      if (!options.request.fourcc)
+        throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                      fmt::format("ulf does not read the pixel format {} from webcams", value),
+                      "use YUYV, NV12 or MJPEG");
+    } else if (key == "size") {
+      int width = 0, height = 0;
+      char rest = 0;
+      if (std::sscanf(value.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 1 || height < 1)
+        throw Refusal(fmt::format("'{}'", uri.Text()), "", "size must read WIDTHxHEIGHT, such as 1280x720",
+                      "");
+      options.request.size = {width, height};
+    } else if (key == "fps") {
+      options.request.fps = uri.Number(key);
+      if (*options.request.fps <= 0)
+        throw Refusal(fmt::format("'{}'", uri.Text()), "", "fps must be above 0", "");
+    } else if (key == "io") {
+      if (value != "mmap" && value != "userptr")
+        throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                      fmt::format("io must be mmap or userptr, not '{}'", value), "");
+      options.io = value == "mmap" ? V4l2Io::kMmap : V4l2Io::kUserPtr;
+    } else if (key == "settle") {
+      options.settle_s = uri.Number(key, options.settle_s, 0, 60);
+    } else if (key == "queue") {
+      options.queue = static_cast<std::size_t>(*uri.Whole(key, 1, 1000));
+    } else {
+      options.controls.emplace_back(key, value);
+    }
+  }
+  return options;
+}
 
 class V4l2Device : public Device {
  public:
@@ -49,16 +104,13 @@ class V4l2Device : public Device {
     configured_ = SetV4l2Mode(*node_, mode, options_.request.fps);
     controls_ = V4l2Controls(*node_);
     CheckControls();
-    stop_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (stop_ < 0) throw Error("{}: the system has no file descriptors left; close other programs", uri_);
+    if (!stop_.IsOpen())
+      throw Error("{}: the system has no file descriptors left; close other programs", uri_);
     spdlog::debug("{}: {} {} {} {}x{}, period {:.4f} s", uri_, info_.maker, info_.model,
                   configured_.format.name, configured_.width, configured_.height, configured_.period_s);
   }
 
-  ~V4l2Device() override {
-    Stop();
-    close(stop_);
-  }
+  ~V4l2Device() override { Stop(); }
 
   DeviceInfo Info() const override {
     const MutexLock lock(mutex_);
@@ -78,45 +130,31 @@ class V4l2Device : public Device {
     {
       const MutexLock lock(mutex_);
       queue_ = std::make_unique<FrameQueue>(options_.queue);
-      statistics_ = {};
-      ids_ = {};
-      while_settling_ = 0;
-      clock_ = {};
-      started_ = Clock::now();
     }
+    statistics_.Begin();
     state_ = DeviceState::kStreaming;
-    thread_ = std::thread([this] {
-      InstallSignalStack();
-      try {
-        Capture();
-      } catch (const std::exception& error) {
-        Lose(fmt::format("reading its frames failed: {}", error.what()));
-      }
-    });
+    thread_ = ReadingThread([this] { Capture(); },
+                            [this](const std::string& why) { Lose("reading its frames failed: " + why); });
   }
 
   std::optional<Frame> Next(milliseconds timeout) override {
     if (!queue_) return std::nullopt;
     std::optional<Frame> frame = queue_->Pop(timeout);
-    if (frame && frame->status == FrameStatus::kComplete) {
-      const MutexLock lock(mutex_);
-      ++statistics_.delivered;
-      statistics_.bytes += frame->image.pixels.total() * frame->image.pixels.elemSize();
-    }
+    if (frame && frame->status == FrameStatus::kComplete) statistics_.Delivered(*frame);
     return frame;
   }
 
   void Stop() override {
     if (!thread_.joinable()) return;
     const std::uint64_t one = 1;
-    if (write(stop_, &one, sizeof one) < 0) spdlog::error("{}: the stop signal cannot be sent", uri_);
+    if (write(stop_.Number(), &one, sizeof one) < 0)
+      spdlog::error("{}: the stop signal cannot be sent", uri_);
     thread_.join();
     std::uint64_t taken = 0;
-    if (read(stop_, &taken, sizeof taken) < 0) spdlog::debug("{}: no stop signal was sent", uri_);
+    if (read(stop_.Number(), &taken, sizeof taken) < 0) spdlog::debug("{}: no stop signal was sent", uri_);
     queue_->Close();
     stream_.reset();
-    const MutexLock lock(mutex_);
-    statistics_.seconds = SecondsSince(started_);
+    statistics_.End();
     if (state_ == DeviceState::kLost)
       node_.reset();
     else
@@ -126,30 +164,19 @@ class V4l2Device : public Device {
   DeviceState State() const override { return state_; }
 
   DeviceStatistics Statistics() const override {
-    const MutexLock lock(mutex_);
-    DeviceStatistics statistics = statistics_;
-    statistics.missing = ids_.Missing();
-    if (queue_) statistics.dropped = queue_->Dropped();
-    if (state_ == DeviceState::kStreaming) statistics.seconds = SecondsSince(started_);
-    statistics.out_of_order = ids_.OutOfOrder();
-    statistics.clock_offset_s = clock_.OffsetS();
-    statistics.clock_jitter_s = clock_.JitterS();
-    statistics.transport.emplace_back("frames while settling", static_cast<double>(while_settling_));
+    DeviceStatistics statistics = statistics_.Now();
+    {
+      const MutexLock lock(mutex_);
+      if (queue_) statistics.dropped = queue_->Dropped();
+    }
+    statistics.transport.emplace_back(TransportFigure::kWhileSettling, statistics_.WhileSettlingCount());
     return statistics;
   }
 
-  std::vector<DeviceEvent> TakeEvents() override {
-    const MutexLock lock(mutex_);
-    return std::exchange(events_, {});
-  }
+  std::vector<DeviceEvent> TakeEvents() override { return events_.Take(); }
 
  private:
-  void Say(DeviceEventKind kind, const std::string& text, double silence_s = 0) {
-    const MutexLock lock(mutex_);
-    events_.push_back({kind, EpochSeconds(), text, silence_s});
-  }
-
-  // Throws UsageError for an invalid name or value of the URI's controls, before anything is written.
+  // Throws Refusal for an invalid name or value of the URI's controls, before anything is written.
   void CheckControls() const {
     for (const auto& [name, value] : options_.controls) {
       const auto control = FindControl(name);
@@ -157,10 +184,11 @@ class V4l2Device : public Device {
         std::string list = "format, size, fps, io, settle, queue";
         for (const V4l2Control& known : controls_)
           list += ", " + (known.short_name.empty() ? known.name : known.short_name);
-        throw UsageError("'{}' has no option or control '{}'; known are: {}", uri_, name, list);
+        throw Refusal("", name, fmt::format("'{}' has no option or control '{}'", uri_, name),
+                      fmt::format("known are: {}", list));
       }
       if (control->flags & V4L2_CTRL_FLAG_READ_ONLY)
-        throw UsageError("'{}': the control {} is read-only", uri_, name);
+        throw Refusal(fmt::format("'{}'", uri_), "", fmt::format("the control {} is read-only", name), "");
       V4l2ControlValue(uri_, *control, value);
     }
   }
@@ -175,17 +203,17 @@ class V4l2Device : public Device {
     std::vector<std::string> asked;
     for (const auto& [name, value] : options_.controls) asked.push_back(name);
     const V4l2Frozen frozen = FreezeV4l2Automatics(*node_, controls_, asked);
-    for (const std::string& words : frozen.held) Say(DeviceEventKind::kNotice, words);
-    for (const std::string& words : frozen.refused) Say(DeviceEventKind::kNotice, words);
+    for (const std::string& words : frozen.held) events_.Notice(words);
+    for (const std::string& words : frozen.refused) events_.Notice(words);
     for (const auto& [name, text] : options_.controls) {
       const V4l2Control& control = *FindControl(name);
       const int value = V4l2ControlValue(uri_, control, text);
       const int error = SetV4l2Control(*node_, control.id, value);
       const auto got = GetV4l2Control(*node_, control.id);
       if (error != 0 || (got && *got != value))
-        Say(DeviceEventKind::kNotice, fmt::format("the camera changed {}={} to {}{}", name, text,
-                                                  got ? V4l2ControlText(control, *got) : "an unknown value",
-                                                  error ? fmt::format(" ({})", std::strerror(error)) : ""));
+        events_.Notice(fmt::format("the camera changed {}={} to {}{}", name, text,
+                                   got ? V4l2ControlText(control, *got) : "an unknown value",
+                                   error ? fmt::format(" ({})", std::strerror(error)) : ""));
     }
     exposure_s_ = V4l2ExposureSeconds(*node_, controls_);
     {
@@ -213,12 +241,11 @@ class V4l2Device : public Device {
   // The capture thread: moves frames from the driver's buffers to the queue until Stop() or the camera is
   // lost.
   void Capture() {
-    const V4l2Patience& patience = options_.patience;
-    const double stall_s = std::max(patience.stalled_s, patience.stalled_periods * configured_.period_s);
-    const double lost_s = std::max(patience.lost_s, patience.lost_periods * configured_.period_s);
+    const double stall_s = std::max(kStalledS, kStalledPeriods * configured_.period_s);
+    const double lost_s = std::max(kLostS, kLostPeriods * configured_.period_s);
     const auto begun = Clock::now();
-    auto last_frame = begun;
-    bool stalled = false, settled = options_.settle_s == 0;
+    StallReport stall(events_);
+    bool settled = options_.settle_s == 0;
     if (settled) FreezeAndSet();
     while (!WaitForFrame(kFrameWait)) {
       if (!settled && SecondsSince(begun) >= options_.settle_s) {
@@ -233,21 +260,14 @@ class V4l2Device : public Device {
         settled ? Take(*filled) : CountSettling(*filled);
         if (const int refused = stream_->Requeue(*filled); refused != 0)
           return Lose(V4l2Problem(node_->Path(), refused));
-        if (stalled) {
-          const double silence_s = SecondsSince(last_frame);
-          Say(DeviceEventKind::kNotice, fmt::format("frames come again after {:.1f} s", silence_s),
-              silence_s);
-        }
-        stalled = false;
-        last_frame = Clock::now();
+        stall.FrameCame();
         continue;
       }
       if (error != EAGAIN) return Lose(V4l2Problem(node_->Path(), error));
       // Some drivers wake their readers before a buffer is filled.
       if (Pause(kEmptyPause)) return;
-      const double silence_s = SecondsSince(last_frame);
-      if (silence_s > stall_s && !std::exchange(stalled, true))
-        Say(DeviceEventKind::kStalled, fmt::format("no frame for {:.1f} s", silence_s), silence_s);
+      const double silence_s = SecondsSince(stall.LastFrame());
+      stall.NoFrame(silence_s, stall_s);
       if (silence_s > lost_s)
         return Lose(
             fmt::format("no frame for {:.1f} s although the camera is connected; unplug it and plug it in "
@@ -258,12 +278,12 @@ class V4l2Device : public Device {
 
   // True when the thread is to stop; else a frame may have arrived, or the time is over.
   bool WaitForFrame(milliseconds timeout) const {
-    std::array<pollfd, 2> waiting{{{stop_, POLLIN, 0}, {node_->Descriptor(), POLLIN, 0}}};
+    std::array<pollfd, 2> waiting{{{stop_.Number(), POLLIN, 0}, {node_->Number(), POLLIN, 0}}};
     poll(waiting.data(), waiting.size(), static_cast<int>(timeout.count()));
     return waiting[0].revents != 0;
   }
   bool Pause(milliseconds time) const {
-    pollfd waiting{stop_, POLLIN, 0};
+    pollfd waiting{stop_.Number(), POLLIN, 0};
     return poll(&waiting, 1, static_cast<int>(time.count())) > 0;
   }
 
@@ -273,15 +293,15 @@ class V4l2Device : public Device {
       info_.available = false;
       info_.problem = problem;
     }
+    statistics_.End();
     state_ = DeviceState::kLost;
     queue_->Close();
   }
 
   // Discards a frame; gaps between discarded frames count as missing too.
   void CountSettling(const V4l2Stream::Filled& filled) {
-    const MutexLock lock(mutex_);
-    ids_.Arrived(filled.header.sequence);
-    ++while_settling_;
+    statistics_.Arrived(filled.header.sequence);
+    statistics_.WhileSettling();
   }
 
   void Take(const V4l2Stream::Filled& filled) {
@@ -308,12 +328,9 @@ class V4l2Device : public Device {
     }
     if (header.flags & V4L2_BUF_FLAG_ERROR || !Fill(filled.bytes, frame))
       frame.status = FrameStatus::kIncomplete;
-    {
-      const MutexLock lock(mutex_);
-      ids_.Arrived(frame.id);
-      if (frame.status == FrameStatus::kIncomplete) ++statistics_.incomplete;
-      if (monotonic) clock_.Add(stamp_s, frame.host_time_s);
-    }
+    statistics_.Arrived(frame.id);
+    if (frame.status == FrameStatus::kIncomplete) statistics_.Incomplete();
+    if (monotonic) statistics_.Timed(stamp_s, frame.host_time_s, 0);
     queue_->Push(std::move(frame));
   }
 
@@ -333,7 +350,7 @@ class V4l2Device : public Device {
       return true;
     } catch (const Error& error) {
       if (!std::exchange(said_incomplete_, true))
-        Say(DeviceEventKind::kNotice, fmt::format("a frame is incomplete: {}", error.what()));
+        events_.Notice(fmt::format("a frame is incomplete: {}", error.what()));
       frame.encoded.reset();
       return false;
     }
@@ -346,7 +363,7 @@ class V4l2Device : public Device {
   std::vector<V4l2Control> controls_;
   std::unique_ptr<V4l2Stream> stream_;
   std::unique_ptr<FrameQueue> queue_;
-  int stop_ = -1;
+  const FileDescriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::thread thread_;
   std::atomic<DeviceState> state_{DeviceState::kConnected};
   // Used by the capture thread.
@@ -354,15 +371,11 @@ class V4l2Device : public Device {
   Clock::time_point settled_at_;
   bool said_incomplete_ = false;
 
+  EventLog events_;
+  StreamStatistics statistics_;
   mutable Mutex mutex_;
   DeviceInfo info_ ULF_GUARDED_BY(mutex_);
   HeldAutomatics held_ ULF_GUARDED_BY(mutex_);
-  DeviceStatistics statistics_ ULF_GUARDED_BY(mutex_);
-  FrameIdCounter ids_ ULF_GUARDED_BY(mutex_);
-  std::uint64_t while_settling_ ULF_GUARDED_BY(mutex_) = 0;
-  ClockOffset clock_ ULF_GUARDED_BY(mutex_);
-  Clock::time_point started_ ULF_GUARDED_BY(mutex_);
-  std::vector<DeviceEvent> events_ ULF_GUARDED_BY(mutex_);
 };
 
 }  // namespace

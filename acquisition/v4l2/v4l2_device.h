@@ -35,14 +35,20 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
+#include "acquisition/device/features.h"
 
 namespace ulf::acquisition {
 
-// Throws UsageError for options that are invalid or that the camera does not have, Error for all other
+// Throws Refusal for options that are invalid or that the camera does not have, Error for all other
 // failures.
 std::unique_ptr<Device> OpenV4l2Device(const DeviceUri& uri);
 
 // Does not wait. A camera that this user may not open has the reason in `problem`.
 std::vector<DeviceInfo> ListV4l2Devices();
+
+// A webcam's controls as features, for `ulf features`: named as v4l2-ctl names them (the short names of
+// v4l2_controls.h are accepted too) and grouped as in the driver. This works also while another program
+// streams from the camera.
+std::unique_ptr<FeatureAccess> OpenV4l2Features(const DeviceUri& uri);
 
 }  // namespace ulf::acquisition

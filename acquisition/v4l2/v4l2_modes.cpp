@@ -209,20 +209,24 @@ V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& all
     return is_size(mode) && (!request.fps || mode.Offers(*request.fps));
   };
   if (std::none_of(all.begin(), all.end(), is_format))
-    throw UsageError("{}: the camera does not send {}; it sends {}", uri, FourccText(*request.fourcc),
-                     ListOf(all, any, [](const V4l2Mode& mode) { return std::string(mode.format.name); }));
+    throw Refusal(uri, "", fmt::format("the camera does not send {}", FourccText(*request.fourcc)),
+                  fmt::format("it sends {}", ListOf(all, any, [](const V4l2Mode& mode) {
+                                return std::string(mode.format.name);
+                              })));
   if (std::none_of(all.begin(), all.end(), is_size))
-    throw UsageError("{}: the camera does not send {}x{}{}; it sends {}", uri, request.size->first,
-                     request.size->second, request.fourcc ? " as " + FourccText(*request.fourcc) : "",
-                     ListOf(all, is_format, [](const V4l2Mode& mode) {
-                       return fmt::format("{}x{}", mode.width, mode.height);
-                     }));
+    throw Refusal(uri, "",
+                  fmt::format("the camera does not send {}x{}{}", request.size->first, request.size->second,
+                              request.fourcc ? " as " + FourccText(*request.fourcc) : ""),
+                  fmt::format("it sends {}", ListOf(all, is_format, [](const V4l2Mode& mode) {
+                                return fmt::format("{}x{}", mode.width, mode.height);
+                              })));
   if (std::none_of(all.begin(), all.end(), is_rate))
-    throw UsageError("{}: the camera does not send {:g} frames a second in this mode; it sends {}", uri,
-                     *request.fps, ListOf(all, is_size, [](const V4l2Mode& mode) {
-                       return fmt::format("{} {}x{} at {}", mode.format.name, mode.width, mode.height,
-                                          FpsList(mode));
-                     }));
+    throw Refusal(uri, "",
+                  fmt::format("the camera does not send {:g} frames a second in this mode", *request.fps),
+                  fmt::format("it sends {}", ListOf(all, is_size, [](const V4l2Mode& mode) {
+                                return fmt::format("{} {}x{} at {}", mode.format.name, mode.width,
+                                                   mode.height, FpsList(mode));
+                              })));
   const auto comfortable = [&](const V4l2Mode& mode) {
     return is_rate(mode) && (request.size || mode.width * mode.height <= kMostPixels) &&
            (request.fps || mode.fps.empty() || mode.FastestFps() >= kFastEnough);

@@ -40,7 +40,7 @@ std::vector<V4l2Mode> V4l2Modes(const V4l2Node& node, std::optional<std::pair<in
 std::vector<std::uint32_t> UnreadV4l2Formats(const V4l2Node& node);
 
 // Chooses what the request leaves open: the largest picture up to 1920x1080 at 24 frames per second or more
-// (or at the requested rate), then the best format (PreferredPixelFormat). Throws UsageError that lists the
+// (or at the requested rate), then the best format (PreferredPixelFormat). Throws Refusal that lists the
 // modes when the request cannot be met.
 V4l2Mode ChooseV4l2Mode(const std::string& uri, const std::vector<V4l2Mode>& modes,
                         const V4l2ModeRequest& request);

@@ -14,7 +14,7 @@
 #include <fstream>
 #include <optional>
 
-#include "acquisition/device/file_holders.h"
+#include "acquisition/device/device_files.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
@@ -129,16 +129,14 @@ std::string V4l2Problem(const std::string& path, int error) {
   }
 }
 
-V4l2Node::V4l2Node(const std::string& path) : path_(path) {
-  descriptor_ = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor_ < 0) throw Error("{}", V4l2Problem(path, errno));
+V4l2Node::V4l2Node(const std::string& path)
+    : path_(path), file_(open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC)) {
+  if (!file_.IsOpen()) throw Error("{}", V4l2Problem(path, errno));
 }
-
-V4l2Node::~V4l2Node() { close(descriptor_); }
 
 int V4l2Node::Call(unsigned long request, void* argument) const {
   int result = 0;
-  do result = ioctl(descriptor_, request, argument);
+  do result = ioctl(Number(), request, argument);
   while (result < 0 && errno == EINTR);
   return result < 0 ? errno : 0;
 }

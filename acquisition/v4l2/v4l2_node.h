@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/device/device.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 
@@ -16,12 +17,9 @@ class V4l2Node {
   // Throws Error that names the node and the reason: missing, no permission (group and udev rule), in use (by
   // which program).
   explicit V4l2Node(const std::string& path);
-  ~V4l2Node();
-  V4l2Node(const V4l2Node&) = delete;
-  V4l2Node& operator=(const V4l2Node&) = delete;
 
   const std::string& Path() const { return path_; }
-  int Descriptor() const { return descriptor_; }
+  int Number() const { return file_.Number(); }  // of the open file
   // An ioctl: 0, or the error number. Never blocks.
   int Call(unsigned long request, void* argument) const;
   // Throws Error that names the node and the failed action; for EBUSY also the program that streams.
@@ -30,7 +28,7 @@ class V4l2Node {
 
  private:
   std::string path_;
-  int descriptor_ = -1;
+  FileDescriptor file_;
 };
 
 // The text in a field of fixed size, with or without a terminating zero.

@@ -1,8 +1,10 @@
 // The buffers that a driver fills: its own, mapped into this process (mmap), or the process's (userptr).
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "acquisition/v4l2/v4l2_node.h"
@@ -42,5 +44,10 @@ class V4l2Stream {
   const std::uint32_t memory_;
   std::vector<Buffer> buffers_;
 };
+
+// A webcam's Motion JPEG picture as a JPEG file: the bytes from the start marker (SOI) to the end marker
+// (EOI), with the Huffman tables of ITU-T T.81, Annex K inserted if the camera omitted them (many do; not
+// every program reads such files). None when a marker is missing, because part of the picture did not arrive.
+std::optional<std::string> StandaloneJpeg(std::span<const std::uint8_t> bytes);
 
 }  // namespace ulf::acquisition

@@ -49,6 +49,14 @@ void WarnOfNoSerial(const CalibrationSource& source, std::vector<std::string>& w
         source.identity.model, source.identity.bus.empty() ? "an unknown place" : source.identity.bus));
 }
 
+// A device that has an end (a recording) gives what it has.
+void WarnOfEarlyEnd(acquisition::ViewsEnd end, std::vector<std::string>& warnings) {
+  using acquisition::ViewsEnd;
+  if (end != ViewsEnd::kStopped && end != ViewsEnd::kNoPhotograph) return;
+  warnings.push_back(fmt::format("ended before the views were complete: {}",
+                                 end == ViewsEnd::kStopped ? "stopped" : "a photograph did not arrive"));
+}
+
 // Some of the pictures that were calibrated from, and of those in which the board was not found, evenly chosen, grey.
 std::vector<cv::Mat> SomePictures(const CalibrationSource& source,
                                   const acquisition::CollectedViews& collected) {
@@ -111,8 +119,7 @@ int RunBoardCalibration(const CalibrateArgs& args) {
         "give single frames as pictures (ulf calibrate FOLDER)",
         board.Text(), Counted(collected.moving, "picture"));
   if (result.ok()) WarnOfNoSerial(source, result.warnings);
-  if (result.ok() && !collected.ended.empty() && collected.ended != "the device has ended")
-    result.warnings.push_back("ended before the views were complete: " + collected.ended);
+  if (result.ok()) WarnOfEarlyEnd(collected.end, result.warnings);
   const std::string text =
       result.ok() ? ReportText(result, source.truth) : "refused: " + result.refusal + "\n";
   if (!args.report.empty()) WriteBoardReport(args.report, result, collected, text);

@@ -6,6 +6,8 @@
 #include <filesystem>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "acquisition/calibration/intrinsics.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/output_path.h"
@@ -98,7 +100,7 @@ void RequireReportFolder(const CalibrateArgs& args) {
 acquisition::CalibrationCaptureOptions CaptureOptions(const CalibrateArgs& args, Progress& progress) {
   acquisition::CalibrationCaptureOptions options;
   options.mode = args.mode;
-  options.guide.least_views = args.views;
+  options.least_views = args.views;
   options.show = [&](const acquisition::CaptureProgress& now) { progress.Show(now.share, now.text); };
   options.stop = [] { return StopOnSignal::Asked(); };
   return options;

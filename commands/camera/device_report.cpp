@@ -19,9 +19,9 @@ std::string TransportText(const acquisition::DeviceStatistics& statistics) {
   constexpr std::size_t kLineWidth = 93;  // after the indent
   constexpr const char* kIndent = "\n               ";
   std::string text, line;
-  for (const auto& [name, value] : statistics.transport) {
+  for (const auto& [figure, value] : statistics.transport) {
     if (value == 0) continue;
-    const std::string item = name + " " + Number(value);
+    const std::string item = fmt::format("{} {}", Name(figure), Number(value));
     if (text.empty() && line.empty())
       text = "\ntransport      ";
     else if (line.size() + item.size() > kLineWidth) {
@@ -71,7 +71,7 @@ nlohmann::ordered_json ToJson(const acquisition::DeviceStatistics& statistics) {
       {"clock_offset_s", number(statistics.clock_offset_s)},
       {"clock_jitter_s", number(statistics.clock_jitter_s)}};
   json["transport"] = nlohmann::ordered_json::object();
-  for (const auto& [name, value] : statistics.transport) json["transport"][name] = value;
+  for (const auto& [figure, value] : statistics.transport) json["transport"][Name(figure)] = value;
   return json;
 }
 

@@ -6,8 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/device/device.h"
-#include "acquisition/device/udev_rules.h"
+#include "acquisition/device/device_files.h"
 #include "acquisition/link/link_check.h"
+#include "acquisition/opening/open_device.h"
 #include "commands/commands.h"
 #include "core/base/counted.h"
 #include "core/base/stop_signal.h"

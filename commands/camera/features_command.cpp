@@ -8,6 +8,7 @@
 
 #include "acquisition/device/feature_file.h"
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "commands/commands.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -112,7 +113,7 @@ std::vector<SetResult> ApplySettings(acquisition::FeatureAccess& access, const s
   for (const auto& [name, value] : settings) {
     try {
       results.push_back(ApplySetting(access, uri, name, value));
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       if (set.empty()) throw;
       throw UsageError("{}; already set: {}", error.what(), set);
     } catch (const Error& error) {

@@ -8,6 +8,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
 #include "acquisition/device/repeated_events.h"
+#include "acquisition/opening/open_device.h"
 #include "commands/camera/device_report.h"
 #include "commands/commands.h"
 #include "commands/number_checks.h"

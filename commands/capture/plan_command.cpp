@@ -10,7 +10,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "commands/commands.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

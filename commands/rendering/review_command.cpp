@@ -10,6 +10,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
+#include "acquisition/opening/open_device.h"
 #include "commands/calibration/intrinsics_options.h"
 #include "commands/commands.h"
 #include "commands/number_checks.h"

@@ -15,6 +15,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
+#include "acquisition/opening/open_device.h"
 #include "commands/commands.h"
 #include "commands/explain.h"
 #include "commands/help_text.h"

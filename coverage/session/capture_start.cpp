@@ -8,6 +8,7 @@
 
 #include "acquisition/device/repeated_events.h"
 #include "acquisition/device/replay_device.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/counted.h"
 #include "core/base/error.h"

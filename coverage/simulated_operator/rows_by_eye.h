@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "acquisition/simulator/waves.h"
+#include "acquisition/simulator/hand.h"
 #include "coverage/operator/shown_sphere.h"
 
 namespace ulf::coverage {

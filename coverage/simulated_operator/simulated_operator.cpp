@@ -10,8 +10,8 @@
 #include <random>
 #include <string_view>
 
+#include "acquisition/simulator/hand.h"
 #include "acquisition/simulator/scene/scene.h"
-#include "acquisition/simulator/waves.h"
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/geometry/angles.h"

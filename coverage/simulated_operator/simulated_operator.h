@@ -21,7 +21,7 @@
 #include <string>
 
 #include "acquisition/device/device.h"
-#include "acquisition/simulator/hand_motion.h"
+#include "acquisition/simulator/hand.h"
 #include "coverage/session/capture_state.h"
 
 namespace ulf::coverage {

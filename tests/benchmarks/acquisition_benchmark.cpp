@@ -22,8 +22,8 @@
 #include <thread>
 #include <vector>
 
-#include "acquisition/aravis/gige_vision_probe.h"
-#include "acquisition/device/device.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"

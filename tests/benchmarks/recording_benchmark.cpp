@@ -24,6 +24,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "core/image/files/tiff_file.h"
 #include "coverage/session/record/view_spool.h"

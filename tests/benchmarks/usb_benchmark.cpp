@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"

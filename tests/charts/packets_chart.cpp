@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/charts/makers.h"
 #include "tests/support/child_process.h"

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/aravis/gige_vision_probe.h"
-#include "acquisition/simulator/gige/gvcp.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gvcp_filter.h"
-#include "acquisition/v4l2/motion_jpeg.h"
+#include "acquisition/v4l2/v4l2_stream.h"
 #include "core/image/pixel_format.h"
 #include "tests/fuzz/fuzz_files.h"
 

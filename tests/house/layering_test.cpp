@@ -587,7 +587,7 @@ TEST(Layering, FindsALibraryOutsideItsRoom) {
                 "acquisition/aravis/aravis_stream.cpp"},
            Case{"gphoto2/gphoto2.h", "acquisition/gphoto2/gphoto_device.cpp",
                 "acquisition/gphoto2/gphoto_camera.cpp"},
-           Case{"libusb-1.0/libusb.h", "acquisition/device/open_device.cpp", ""},
+           Case{"libusb-1.0/libusb.h", "acquisition/opening/open_device.cpp", ""},
            Case{"linux/videodev2.h", "acquisition/device/device.h", "acquisition/v4l2/v4l2_node.h"},
            Case{"opencv2/aruco/charuco.hpp", "tracking/sources/marker_locator.cpp",
                 "core/fiducials/board.cpp"},

@@ -24,6 +24,7 @@
 #include <set>
 
 #include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/gige_relay.h"
 #include "core/image/pixel_format.h"
 #include "tests/support/child_process.h"

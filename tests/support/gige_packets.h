@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/error.h"
 #include "tests/support/floors.h"
 

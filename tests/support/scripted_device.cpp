@@ -66,14 +66,15 @@ class ScriptedDriver : public Device {
     DeviceStatistics statistics;
     statistics.delivered = delivered_;
     statistics.dropped = queue_.Dropped();
-    statistics.transport = {{"packets", 10.0 * static_cast<double>(delivered_)},
-                            {"packet size", 1400},
-                            {"payload (bytes)", 307'200},
-                            {"frames a second set", 15},
-                            {"exposure (us)", 4000},
-                            {"bytes received", 1e5 * static_cast<double>(delivered_)},
-                            {"frames while settling", 1},
-                            {"IEEE 1588 locked", 1}};
+    statistics.transport = {
+        {acquisition::TransportFigure::kPacketsReceived, 10.0 * static_cast<double>(delivered_)},
+        {acquisition::TransportFigure::kPacketSize, 1400},
+        {acquisition::TransportFigure::kPayloadBytes, 307'200},
+        {acquisition::TransportFigure::kSetFps, 15},
+        {acquisition::TransportFigure::kExposureUs, 4000},
+        {acquisition::TransportFigure::kBytesReceived, 1e5 * static_cast<double>(delivered_)},
+        {acquisition::TransportFigure::kWhileSettling, 1},
+        {acquisition::TransportFigure::kClockShared, 1}};
     return statistics;
   }
 

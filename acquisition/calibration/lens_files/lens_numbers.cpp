@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <iterator>
 
+#include "acquisition/calibration/lens_files/marked_keys.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 
@@ -38,18 +38,15 @@ LensModel ModelOfNumbers(const LensNumbers& numbers, const std::string& where,
   if (numbers.said) return numbers.said->model;
   const bool is_plain = AreZeroFrom(numbers.coefficients, 0);
   if (count == 4 && !is_plain) {
-    warnings.push_back(
-        fmt::format("{}: four coefficients and no word for the model: they may be k1 k2 p1 p2 or a fisheye's "
-                    "k1 k2 k3 k4. Taken "
-                    "as k1 k2 p1 p2{}; if they are a fisheye's, add the line fisheye_model: 1 (or "
-                    "distortion_model: equidistant), "
-                    "if not, distortion_model: plumb_bob",
-                    where, numbers.is_ros ? ", plumb_bob, as ROS takes it" : ""));
+    warnings.push_back(fmt::format(
+        "{}: four coefficients and no word for the model: they may be k1 k2 p1 p2 or a fisheye's "
+        "k1 k2 k3 k4. Taken as k1 k2 p1 p2{}; if they are a fisheye's, add the line fisheye_model: 1 (or "
+        "distortion_model: equidistant), if not, distortion_model: plumb_bob",
+        where, numbers.is_ros ? ", plumb_bob, as ROS takes it" : ""));
   } else if (numbers.is_ros) {
     warnings.push_back(
         fmt::format("{}: no distortion_model; taken as plumb_bob, as ROS takes it. If the lens is a fisheye, "
-                    "the file must say "
-                    "distortion_model: equidistant",
+                    "the file must say distortion_model: equidistant",
                     where));
   }
   if (count == 0) return LensModel::kNone;
@@ -93,8 +90,8 @@ void RequireCount(const LensNumbers& numbers, LensModel model, const std::string
   }
 }
 
-// Half of the difference of the sides off the middle, each axis towards the other's: the size was written height first, as
-// arrays have it.
+// Half of the difference of the sides off the middle, each axis towards the other's: the size was written
+// height first, as arrays have it.
 bool HasExchangedSides(const CameraModel& c) {
   const double off = std::hypot(c.cx - 0.5 * c.width, c.cy - 0.5 * c.height),
                off_exchanged = std::hypot(c.cx - 0.5 * c.height, c.cy - 0.5 * c.width);
@@ -117,6 +114,131 @@ bool EndsInCamera(const std::string& name, const std::string& wanted) {
   const std::string last = name.substr(name.find_last_of("/.") + 1);
   const int number = NumberOfCameraWord(wanted);
   return LensWord(last) == LensWord(wanted) || (number >= 0 && NumberOfCameraWord(last) == number);
+}
+
+// The words are written as LensWord() makes them. Rows and columns alone are a board's as well.
+constexpr std::array<std::string_view, 13> kWidthWords = {
+    "imagewidth", "imgwidth",    "width",     "w",          "widthpx",     "imagewidthpx", "imgw",
+    "framewidth", "resolutionx", "imagecols", "imagesizex", "camerawidth", "videowidth"};
+constexpr std::array<std::string_view, 13> kHeightWords = {
+    "imageheight", "imgheight",   "height",    "h",          "heightpx",     "imageheightpx", "imgh",
+    "frameheight", "resolutiony", "imagerows", "imagesizey", "cameraheight", "videoheight"};
+// Lists with the width first, as OpenCV's Size, PIL, Kalibr, okvis and OpenCV's articles (DIM) have it.
+constexpr auto kSizeWords = LensWordsIn<22>(
+    "imagesize imgsize resolution imageresolution cameraresolution size s dim dims dimension dimensions "
+    "imagedim imagedimension imagedimensions imgdim calibdimension framesize picturesize videosize "
+    "imagesizepx wh imagewh");
+// The shape of an array: NumPy has the height first, but scripts turn it around under the same name.
+constexpr std::array<std::string_view, 6> kShapeWords = {"imageshape", "imgshape", "shape",
+                                                         "frameshape", "hw",       "imagehw"};
+
+// Maps that hold two sides among other things.
+constexpr std::array<std::string_view, 6> kPictureWords = {"image", "img",   "picture",
+                                                           "frame", "video", "images"};
+
+std::optional<double> SideBehind(const LensNode& map, std::span<const std::string_view> words,
+                                 const std::string& mark, const std::string& where) {
+  const auto [key, node] =
+      FindMarked(map, words, mark, where, [](const LensNode& value) { return value.IsText(); });
+  if (!node) return std::nullopt;
+  const auto value = LensNumber(*node);
+  if (!value) throw Error("{}: '{}' must be a number, not '{}'", where, key, node->text.substr(0, 40));
+  return value;
+}
+
+// The numbers of a list, a matrix, or a text such as 640x480.
+std::vector<double> SidesIn(const LensNode& node, const std::string& key, const std::string& where) {
+  if (node.IsMap()) return LensMatrixOf(node, key, where).numbers;
+  LensNode plain = node;
+  if (plain.IsText())
+    std::ranges::replace_if(
+        plain.text, [](char c) { return std::string_view("xX*,()").find(c) != std::string_view::npos; }, ' ');
+  return LensNumbersIn(plain).value_or(std::vector<double>());
+}
+
+// Whether the principal point is that of a picture with these sides and not of one with them exchanged; none:
+// of either.
+std::optional<bool> FitsPrincipalPoint(const LensNumbers& numbers, double width, double height) {
+  const double off = std::hypot(numbers.cx - 0.5 * width, numbers.cy - 0.5 * height),
+               off_exchanged = std::hypot(numbers.cx - 0.5 * height, numbers.cy - 0.5 * width);
+  constexpr double kClearly = 2;  // nearer to the one middle than to the other; guessed
+  if (width == height || kClearly * off < off_exchanged) return true;
+  if (kClearly * off_exchanged < off) return false;
+  return std::nullopt;
+}
+
+// An array's shape names rows, columns and, where it has a third number, channels.
+void SetSizeOfShape(const std::vector<double>& shape, const std::string& key, LensNumbers& numbers,
+                    const std::string& where) {
+  numbers.width = shape[1];
+  numbers.height = shape[0];
+  const auto fits = FitsPrincipalPoint(numbers, shape[1], shape[0]);
+  if (fits == true || shape.size() > 2) return;
+  if (!fits)
+    throw Error(
+        "{}: '{}: {:g}, {:g}' may be height and width, as arrays have it, or width and height, and the "
+        "principal point tells neither; write {} instead",
+        where, key, shape[0], shape[1], numbers.size_keys);
+  std::swap(numbers.width, numbers.height);
+  numbers.warnings.push_back(fmt::format(
+      "{}: '{}: {:g}, {:g}' is taken as width and height, since the principal point is their middle", where,
+      key, shape[0], shape[1]));
+}
+
+void RequireSides(const LensNumbers& numbers, const std::string& where) {
+  // 0 is a size of nothing, not one that the file does not say.
+  if (numbers.width == 0 && numbers.height == 0)
+    throw Error("{}: the size of the pictures is 0x0; calibrate again", where);
+}
+
+// Two keys of the map. Returns whether they are there.
+bool SetTwoSides(const LensNode& map, const std::string& mark, LensNumbers& numbers,
+                 const std::string& where) {
+  const auto width = SideBehind(map, kWidthWords, mark, where),
+             height = SideBehind(map, kHeightWords, mark, where);
+  if (!width || !height) return false;
+  numbers.width = *width;
+  numbers.height = *height;
+  RequireSides(numbers, where);
+  return true;
+}
+
+bool SetSizeOf(const LensNode& map, const std::string& mark, LensNumbers& numbers, const std::string& where) {
+  if (SetTwoSides(map, mark, numbers, where)) return true;
+  for (std::size_t i = 0; i < map.keys.size(); ++i)
+    if (map.items[i].IsMap() &&
+        std::ranges::find(kPictureWords, LensWord(map.keys[i])) != kPictureWords.end() &&
+        SetTwoSides(map.items[i], "", numbers, where))
+      return true;
+  const auto is_there = [](const LensNode& value) { return value.kind != LensNode::Kind::kNothing; };
+  for (const bool is_shape : {false, true}) {
+    const auto [key, node] = FindMarked(
+        map, is_shape ? std::span<const std::string_view>(kShapeWords) : kSizeWords, mark, where, is_there);
+    if (!node) continue;
+    if (node->IsMap() && SetTwoSides(*node, "", numbers, where)) return true;
+    if (node->Has("x") && node->Has("y")) {
+      numbers.width = RequiredLensNumber(*node, "x", where);
+      numbers.height = RequiredLensNumber(*node, "y", where);
+      return true;
+    }
+    const std::vector<double> sides = SidesIn(*node, key, where);
+    const bool is_size = sides.size() == 2 || (is_shape && sides.size() == 3);
+    if (!is_size) {
+      // These words are of a marker's or a board's length as well.
+      const std::string word = LensWord(key);
+      if (word == "s" || word == "size" || word.starts_with("dim") || word == "shape") continue;
+      throw Error("{}: '{}' must be width and height, two numbers", where, key);
+    }
+    if (is_shape) {
+      SetSizeOfShape(sides, key, numbers, where);
+    } else {
+      numbers.width = sides[0];
+      numbers.height = sides[1];
+    }
+    RequireSides(numbers, where);
+    return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -191,32 +313,32 @@ Lens FinishedLens(const LensNumbers& numbers, const std::string& where) {
 void CheckLensNumbers(Lens& lens, const std::string& where) {
   const CameraModel& c = lens.camera;
   const double longest = std::max(c.width, c.height), focal = std::max(c.fx, c.fy);
-  // The widest fisheyes see 280 degrees: with their circle inside a picture of 16:9 they have 0.115 of its width.
+  // The widest fisheyes see 280 degrees: with their circle inside a picture of 16:9 they have 0.115 of its
+  // width.
   constexpr double kShortest = 0.1;
   if (focal < kShortest * longest)
     throw Error(
         "{}: focal lengths of {} and {} px with pictures of {}x{}; no lens has that: is it in millimetres or "
         "in widths of the picture? Write pixels",
         where, c.fx, c.fy, c.width, c.height);
-  // No lens has its axis at a picture's corner to a pixel. Shifted lenses and parts of a sensor have it far off the middle.
+  // No lens has its axis at a picture's corner to a pixel. Shifted lenses and parts of a sensor have it far
+  // off the middle.
   constexpr double kCorner_px = 1.5, kLeastSide_px = 8;
   if (std::abs(c.cx) <= kCorner_px && std::abs(c.cy) <= kCorner_px && longest >= kLeastSide_px)
     throw Error(
         "{}: the principal point is in the corner of pictures of {}x{}: is it in parts of the picture, or "
-        "from "
-        "its middle? Write pixels from the upper left corner; the middle is {} {}",
+        "from its middle? Write pixels from the upper left corner; the middle is {} {}",
         where, c.width, c.height, 0.5 * c.width, 0.5 * c.height);
-  // The shortest lens that keeps lines straight has 9 mm for pictures 36 mm wide; the longest zooms have 83 widths.
+  // The shortest lens that keeps lines straight has 9 mm for pictures 36 mm wide; the longest zooms have 83
+  // widths.
   constexpr double kShortestStraight = 0.2, kLongest = 100;
   // Shares: as ulf calibrate warns; anamorphic lenses and old video have more.
   constexpr double kOffMiddle = 0.1, kUnequal = 1.2;
   if (focal < kShortestStraight * longest && c.distortion != Distortion::kFisheye)
-    lens.warnings.push_back(
-        fmt::format("{}: a focal length of {:.6g} px is short for pictures of {}x{} without a fisheye: is "
-                    "that the size of "
-                    "the pictures "
-                    "from which the lens was found, and is the lens no fisheye?",
-                    where, focal, c.width, c.height));
+    lens.warnings.push_back(fmt::format(
+        "{}: a focal length of {:.6g} px is short for pictures of {}x{} without a fisheye: is "
+        "that the size of the pictures from which the lens was found, and is the lens no fisheye?",
+        where, focal, c.width, c.height));
   if (focal > kLongest * longest)
     lens.warnings.push_back(fmt::format(
         "{}: a focal length of {:.6g} px is that of a telescope with pictures of {}x{}: is it in pixels?",
@@ -224,8 +346,7 @@ void CheckLensNumbers(Lens& lens, const std::string& where) {
   if (!c.Contains({c.cx, c.cy}))
     lens.warnings.push_back(
         fmt::format("{}: the principal point ({:.1f}, {:.1f}) lies outside the picture of {}x{}: is that the "
-                    "size of the pictures "
-                    "from which the lens was found?",
+                    "size of the pictures from which the lens was found?",
                     where, c.cx, c.cy, c.width, c.height));
   else if (HasExchangedSides(c))
     lens.warnings.push_back(fmt::format(
@@ -234,13 +355,12 @@ void CheckLensNumbers(Lens& lens, const std::string& where) {
         where, c.cx, c.cy, c.height, c.width, c.width, c.height));
   else if (const double wide = std::abs(c.cx / c.width - 0.5), high = std::abs(c.cy / c.height - 0.5);
            std::max(wide, high) > kOffMiddle)
-    lens.warnings.push_back(fmt::format(
-        "{}: the principal point ({:.1f}, {:.1f}) is {:.0f} % of the width and {:.0f} % of the height from "
-        "the "
-        "middle of pictures of {}x{}, which hardly any lens has: are its numbers whole and in their order, "
-        "and "
-        "is that the size of the pictures from which the lens was found? It is right if these were cropped",
-        where, c.cx, c.cy, 100 * wide, 100 * high, c.width, c.height));
+    lens.warnings.push_back(
+        fmt::format("{}: the principal point ({:.1f}, {:.1f}) is {:.0f} % of the width and {:.0f} % of the "
+                    "height from the middle of pictures of {}x{}, which hardly any lens has: are its numbers "
+                    "whole and in their order, and is that the size of the pictures from which the lens was "
+                    "found? It is right if these were cropped",
+                    where, c.cx, c.cy, 100 * wide, 100 * high, c.width, c.height));
   if (const double ratio = focal / std::min(c.fx, c.fy); ratio > kUnequal)
     lens.warnings.push_back(
         fmt::format("{}: fx and fy, {:.6g} and {:.6g} px, differ by {:.0f} %, which they do not where pixels "
@@ -277,6 +397,13 @@ std::string PickLens(const std::vector<std::string>& names, const std::string& w
 void RequireOnlyLens(const std::string& wanted, const std::string& where) {
   if (!wanted.empty() && NumberOfCameraWord(wanted) != 0)
     throw Error("{}: contains only one camera, which has no name; '{}' must be left out", where, wanted);
+}
+
+void ReadLensSize(const std::vector<const LensNode*>& maps, const std::string& mark, LensNumbers& numbers,
+                  const std::string& where) {
+  for (const LensNode* map : maps)
+    for (const std::string& of : {mark, std::string()})
+      if (SetSizeOf(*map, of, numbers, where)) return;
 }
 
 }  // namespace ulf::acquisition

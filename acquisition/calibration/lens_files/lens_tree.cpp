@@ -69,9 +69,9 @@ struct LensDocument {
   int lines_before = 0;
 };
 
-// OpenCV's YAML as YAML: its head is no directive that other parsers know, and its own parser wants no blank behind a
-// key, which files written by hand make use of. Documents are parted here, and not by the library, which for some faults
-// finds documents without end.
+// OpenCV's YAML as YAML: its head is no directive that other parsers know, and its own parser wants no blank
+// behind a key, which files written by hand make use of. Documents are parted here, and not by the library,
+// which for some faults finds documents without end.
 std::vector<LensDocument> PlainYaml(const std::string& text) {
   std::istringstream lines(text);
   std::vector<LensDocument> documents(1);
@@ -245,8 +245,8 @@ int OpenBrackets(const std::string& text) {
   return static_cast<int>(std::ranges::count(text, '[') - std::ranges::count(text, ']'));
 }
 
-// The value of a line of ini or TOML: a list in brackets, with commas, or, as MATLAB writes it, with blanks and semicolons;
-// a text else.
+// The value of a line of ini or TOML: a list in brackets, with commas, or, as MATLAB writes it, with blanks
+// and semicolons; a text else.
 LensNode AssignedValue(std::string value, LensTreeSize& size) {
   if (value.starts_with('[') && value.find(',') == std::string::npos) {
     std::ranges::replace_if(
@@ -266,8 +266,8 @@ LensNode AssignedValue(std::string value, LensTreeSize& size) {
   return {.kind = LensNode::Kind::kText, .text = value};
 }
 
-// In ROS's ost.ini a name stands on a line of its own, its numbers on those below; ini and TOML have both in one line, and
-// lists over several. The size, a section before the cameras, becomes part of each of them.
+// In ROS's ost.ini a name stands on a line of its own, its numbers on those below; ini and TOML have both in
+// one line, and lists over several. The size, a section before the cameras, becomes part of each of them.
 LensNode FromSections(const std::string& text, const std::string& where) {
   LensNode top{.kind = LensNode::Kind::kMap};
   LensNode image{.kind = LensNode::Kind::kMap};

@@ -1,8 +1,10 @@
-// The text of a lens file as one tree, whatever its syntax: YAML with or without OpenCV's head, JSON, XML (OpenCV's
-// storage and others, attributes too), or the sections of ROS's ost.ini, of ini and of TOML. What a file means is thereby
-// looked for once and not once for each syntax.
+// The text of a lens file as one tree, whatever its syntax: YAML with or without OpenCV's head, JSON, XML
+// (OpenCV's storage and others, attributes too), or the sections of ROS's ost.ini, of ini and of TOML. What a
+// file means is thereby looked for once and not once for each syntax.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <initializer_list>
 #include <optional>
@@ -30,25 +32,39 @@ struct LensNode {
   bool operator==(const LensNode&) const = default;
 };
 
-// A matrix of any of the dialects' forms: rows, cols and data; a list of rows; or numbers alone, which are one row.
+// A matrix of any of the dialects' forms: rows, cols and data; a list of rows; or numbers alone, which are
+// one row.
 struct LensMatrix {
   int rows = 0, cols = 0;
   std::vector<double> numbers = {};
 };
 
-// The documents of the text: one, or as many as YAML's marks part. None: the text has none of these syntaxes. Throws
-// Error that begins with `where` for text that ends too early, nests deeply, or has a key twice with different values.
+// The documents of the text: one, or as many as YAML's marks part. None: the text has none of these syntaxes.
+// Throws Error that begins with `where` for text that ends too early, nests deeply, or has a key twice with
+// different values.
 std::optional<std::vector<LensNode>> LensTreesOf(const std::string& text, const std::string& where);
 
 // Lower case without blanks, underlines, dots, colons and hyphens, by which keys and words are compared.
 std::string LensWord(std::string_view text);
+
+// The N words of a text with one blank between them.
+template <std::size_t N>
+consteval std::array<std::string_view, N> LensWordsIn(std::string_view text) {
+  std::array<std::string_view, N> words;
+  for (std::string_view& word : words) {
+    word = text.substr(0, text.find(' '));
+    text.remove_prefix(std::min(text.size(), word.size() + 1));
+  }
+  return text.empty() ? words : throw "there are more words";
+}
 
 // Numbers that are not finite come through as such.
 std::optional<double> LensNumber(const LensNode& node);
 // All numbers inside a list, a list of lists, or a text with blanks; none: something else stands there.
 std::optional<std::vector<double>> LensNumbersIn(const LensNode& node);
 bool LooksLikeLensMatrix(const LensNode& node);
-// Throws Error that begins with `where` and names `key` where rows, columns and numbers contradict each other.
+// Throws Error that begins with `where` and names `key` where rows, columns and numbers contradict each
+// other.
 LensMatrix LensMatrixOf(const LensNode& node, std::string_view key, const std::string& where);
 
 // Of a map that must have the key. Throw Error that begins with `where`.

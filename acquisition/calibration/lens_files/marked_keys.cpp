@@ -9,35 +9,12 @@
 namespace ulf::acquisition {
 namespace {
 
-constexpr std::array<std::string_view, 15> kMatrixWords = {"cameramatrix",
-                                                           "intrinsicmatrix",
-                                                           "intrinsicsmatrix",
-                                                           "cameraintrinsics",
-                                                           "cameraintrinsic",
-                                                           "intrinsics",
-                                                           "intrinsic",
-                                                           "mtx",
-                                                           "cammatrix",
-                                                           "cameramat",
-                                                           "matrix",
-                                                           "cam",
-                                                           "fxfycxcy",
-                                                           "k",
-                                                           "m"};
-constexpr std::array<std::string_view, 14> kCoefficientWords = {"distortioncoefficients",
-                                                                "distortioncoeffs",
-                                                                "distortioncoeff",
-                                                                "distortionparameters",
-                                                                "distortionvector",
-                                                                "distcoefficients",
-                                                                "distcoeffs",
-                                                                "distcoeff",
-                                                                "distcoefs",
-                                                                "distortion",
-                                                                "coeffs",
-                                                                "dist",
-                                                                "distortions",
-                                                                "d"};
+constexpr auto kMatrixWords = LensWordsIn<15>(
+    "cameramatrix intrinsicmatrix intrinsicsmatrix cameraintrinsics cameraintrinsic intrinsics intrinsic mtx "
+    "cammatrix cameramat matrix cam fxfycxcy k m");
+constexpr auto kCoefficientWords = LensWordsIn<14>(
+    "distortioncoefficients distortioncoeffs distortioncoeff distortionparameters distortionvector "
+    "distcoefficients distcoeffs distcoeff distcoefs distortion coeffs dist distortions d");
 
 bool IsMark(std::string_view word) {
   for (const std::string_view mark : {"left", "right", "l", "r", "rgb", "color", "colour", "ir", "depth"})

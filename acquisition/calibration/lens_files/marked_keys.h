@@ -1,5 +1,5 @@
-// Keys of scripts' lens files: words for the same thing, alone or with one of several cameras' marks before or behind
-// them, as K1, cameraMatrixL, LEFT.K.
+// Keys of scripts' lens files: words for the same thing, alone or with one of several cameras' marks before
+// or behind them, as K1, cameraMatrixL, LEFT.K.
 #pragma once
 
 #include <functional>
@@ -27,8 +27,8 @@ struct MarkedKey {
 // None: another key.
 std::optional<MarkedKey> MarkedAs(const std::string& key, std::span<const std::string_view> bases);
 
-// The value behind the key that has the mark and passes the test; null: there is none. Throws Error that begins with
-// `where` for two such keys with different values.
+// The value behind the key that has the mark and passes the test; null: there is none. Throws Error that
+// begins with `where` for two such keys with different values.
 std::pair<std::string, const LensNode*> FindMarked(const LensNode& map,
                                                    std::span<const std::string_view> bases,
                                                    const std::string& mark, const std::string& where,

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "acquisition/calibration/lens_files/lens_mentions.h"
-#include "acquisition/calibration/lens_files/lens_sizes.h"
+#include "acquisition/calibration/lens_files/lens_numbers.h"
+#include "acquisition/calibration/lens_files/lens_words.h"
 #include "acquisition/calibration/lens_files/matrix_files.h"
 #include "core/base/error.h"
 
@@ -198,8 +198,7 @@ Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::st
   if (!distortion)
     throw Error(
         "{}: 'distortion' is missing: the file may be cut. Write it again; if the lens has no distortion, "
-        "add "
-        "distortion: {{type: none}}",
+        "add distortion: {{type: none}}",
         place);
   const std::string type = word_of(*distortion), word = LensWord(type);
   const std::string said = "distortion type: " + type;
@@ -284,8 +283,7 @@ Lens ReadOrbSlamLens(const LensNode& settings, const std::string& where, const s
     if (number("k4", false) != 0)
       throw Error(
           "{}: '{}.k4' belongs to a fisheye, but the model is {}; write Camera.type: KannalaBrandt8, or "
-          "leave out "
-          "k4",
+          "leave out k4",
           place, name, type);
     // All four or none, as the programs themselves want them.
     const bool any = std::ranges::any_of(std::array{"k1", "k2", "p1", "p2"},
@@ -337,8 +335,7 @@ Lens ReadVinsLens(const LensNode& top, const std::string& where, const std::stri
   if (!has_distortion)
     throw Error(
         "{}: 'distortion_parameters' are missing: the file may be cut. Write it again; if the lens has no "
-        "distortion, "
-        "add them with k1, k2, p1 and p2 of 0",
+        "distortion, add them with k1, k2, p1 and p2 of 0",
         where);
   numbers.coefficients = NumbersBehind(distortion, {"k1", "k2", "p1", "p2"}, where, true);
   if (word == "pinholefull")
@@ -388,7 +385,8 @@ Lens ReadCalibIoLens(const LensNode& top, const std::string& where, const std::s
   const LensNode& cameras = *top.FindPath({"Calibration", "cameras"});
   const std::size_t at = NumberOfLens(cameras.items.size(), wanted, where);
   const std::string place = fmt::format("{}, camera {}", where, at);
-  // The kind's name stands with the first camera of the kind, whose number has the topmost bit; others have the number.
+  // The kind's name stands with the first camera of the kind, whose number has the topmost bit; others have
+  // the number.
   std::string kind;
   const auto number_of = [](const LensNode& camera) {
     const LensNode* id = camera.FindPath({"model", "polymorphic_id"});
@@ -449,8 +447,7 @@ Lens ReadMetashapeLens(const LensNode& top, const std::string& where, const std:
       if (value(key) != 0)
         throw Error(
             "{}: {} is {}, which ulf does not have for '{}'; optimise the cameras without it (Tools > "
-            "Optimize "
-            "Cameras), and save the calibration again",
+            "Optimize Cameras), and save the calibration again",
             where, key, value(key), type);
   };
   refuse({"b2", "p3", "p4"});

@@ -1,9 +1,9 @@
-// Lens files of single programs, each with names and forms of its own. Each function takes the file's first document
-// and throws Error that begins with `where`; `wanted` selects one of several cameras.
+// Lens files of single programs, each with names and forms of its own. Each function takes the file's first
+// document and throws Error that begins with `where`; `wanted` selects one of several cameras.
 //
-// Gyroflow, okvis, Kalibr, EuRoC, maplab, ORB-SLAM, VINS, Basalt and calib.io have pixel centres at integers. Metashape counts the principal
-// point from the picture's middle, pixel centres at integer + 0.5, has p1 and p2 in the other order than OpenCV, and fx
-// is f + b1.
+// Gyroflow, okvis, Kalibr, EuRoC, maplab, ORB-SLAM, VINS, Basalt and calib.io have pixel centres at integers.
+// Metashape counts the principal point from the picture's middle, pixel centres at integer + 0.5, has p1 and
+// p2 in the other order than OpenCV, and fx is f + b1.
 #pragma once
 
 #include <string>
@@ -28,8 +28,8 @@ Lens ReadKalibrLens(const LensNode& top, const std::string& where, const std::st
 bool IsEurocLens(const LensNode& top);
 Lens ReadEurocLens(const LensNode& top, const std::string& where, const std::string& wanted);
 
-// A camera of maplab and aslam_cv2, or the cameras of a rig: intrinsics of four numbers as a matrix, distortion with a
-// type and parameters. Their "fisheye" is the field-of-view model.
+// A camera of maplab and aslam_cv2, or the cameras of a rig: intrinsics of four numbers as a matrix,
+// distortion with a type and parameters. Their "fisheye" is the field-of-view model.
 bool IsMaplabLens(const LensNode& top);
 Lens ReadMaplabLens(const LensNode& top, const std::string& where, const std::string& wanted);
 

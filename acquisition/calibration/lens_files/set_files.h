@@ -1,5 +1,5 @@
-// Lenses out of files of whole sets of photographs, by the readers of these sets: COLMAP's cameras.txt and nerfstudio's
-// or instant-ngp's transforms.json.
+// Lenses out of files of whole sets of photographs, by the readers of these sets: COLMAP's cameras.txt and
+// nerfstudio's or instant-ngp's transforms.json.
 #pragma once
 
 #include <string>

@@ -14,6 +14,7 @@
 #include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/sensor.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -370,10 +371,10 @@ const std::string& GenicamDescription() {
 
 GenicamDescriptionFile::GenicamDescriptionFile() {
   path_ = (std::filesystem::temp_directory_path() / "ulf_genicam_XXXXXX").string();
-  const int file = mkstemp(path_.data());
+  const FileDescriptor file(mkstemp(path_.data()));
   const std::string& text = GenicamDescription();
-  const bool whole = file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  if (file >= 0) close(file);
+  const bool whole =
+      file.IsOpen() && write(file.Number(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
   if (!whole) throw Error("{}: cannot be written: {}; free some space there", path_, std::strerror(errno));
 }
 

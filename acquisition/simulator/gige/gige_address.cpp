@@ -12,7 +12,7 @@
 #include <cstring>
 #include <optional>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
@@ -29,46 +29,41 @@ bool IsLoopback(std::uint32_t address) { return address >> 24 == 127; }
 
 // 0, or the error number.
 int AddAlias(const std::string& label, std::uint32_t address) {
-  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (socket_fd < 0) return errno;
+  const FileDescriptor asking(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!asking.IsOpen()) return errno;
   ifreq request{};
   std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
   sockaddr_in at{};
   at.sin_family = AF_INET;
   at.sin_addr.s_addr = htonl(address);
   std::memcpy(&request.ifr_addr, &at, sizeof(at));
-  const int failed = ioctl(socket_fd, SIOCSIFADDR, &request) == 0 ? 0 : errno;
-  close(socket_fd);
-  return failed;
+  return ioctl(asking.Number(), SIOCSIFADDR, &request) == 0 ? 0 : errno;
 }
 
 void RemoveAlias(const std::string& label) {
-  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (socket_fd < 0) return;
+  const FileDescriptor asking(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!asking.IsOpen()) return;
   ifreq request{};
   std::strncpy(request.ifr_name, label.c_str(), IFNAMSIZ - 1);
-  if (ioctl(socket_fd, SIOCGIFFLAGS, &request) == 0) {
+  if (ioctl(asking.Number(), SIOCGIFFLAGS, &request) == 0) {
     request.ifr_flags =
         static_cast<short>(request.ifr_flags & ~IFF_UP);  // the kernel removes an alias that is down
-    ioctl(socket_fd, SIOCSIFFLAGS, &request);
+    ioctl(asking.Number(), SIOCSIFFLAGS, &request);
   }
-  close(socket_fd);
 }
 
-// Reserves the label for this process until it ends, also by a signal: a descriptor; -1: another process has
-// it.
-int Claim(const std::string& label) {
-  const int socket_fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (socket_fd < 0) return -1;
+// Reserves the label for this process until it ends, also by a signal; not open: another process has it.
+FileDescriptor Claim(const std::string& label) {
+  FileDescriptor claim(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!claim.IsOpen()) return {};
   sockaddr_un name{};
   name.sun_family = AF_UNIX;
   const std::string text =
       "ulf loopback address " + label;  // after a zero byte: an abstract name, not a file
   text.copy(name.sun_path + 1, sizeof(name.sun_path) - 1);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
-  if (bind(socket_fd, reinterpret_cast<const sockaddr*>(&name), size) == 0) return socket_fd;
-  close(socket_fd);
-  return -1;
+  if (bind(claim.Number(), reinterpret_cast<const sockaddr*>(&name), size) != 0) return {};
+  return claim;
 }
 
 constexpr char kLabelPrefix[] = "lo:ulf";
@@ -80,10 +75,11 @@ void RequireFreeGigeAddress(const std::string& address) {
   at.sin_family = AF_INET;
   at.sin_port = htons(kGvcpPort);
   if (inet_pton(AF_INET, address.c_str(), &at.sin_addr) != 1)
-    throw UsageError("'{}' is not an IPv4 address such as 127.0.0.1", address);
-  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const int failed = bind(socket_fd, reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0 ? 0 : errno;
-  close(socket_fd);
+    throw Refusal("", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address), "");
+  const int failed = [&at] {
+    const FileDescriptor trial(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    return bind(trial.Number(), reinterpret_cast<const sockaddr*>(&at), sizeof(at)) == 0 ? 0 : errno;
+  }();
   if (failed == EADDRNOTAVAIL)
     throw Error("{} is not an address of this machine; give one of its own ('ip addr' lists them)", address);
   if (failed == EADDRINUSE) {
@@ -104,38 +100,34 @@ LoopbackAddress::LoopbackAddress(const std::string& address) {
   for (const NetworkInterface& interface : NetworkInterfaces()) {
     is_there = is_there || interface.address == address;
     if (!interface.name.starts_with(kLabelPrefix)) continue;
-    const int claim = Claim(interface.name);
-    if (claim < 0) continue;  // another process uses it
+    FileDescriptor claim = Claim(interface.name);
+    if (!claim.IsOpen()) continue;  // another process uses it
     if (interface.name == label) {
-      claim_ = claim;
+      claim_ = std::move(claim);
       label_ = label;
     } else {
       RemoveAlias(interface.name);
-      close(claim);
     }
   }
   if (is_there) return;
   claim_ = Claim(label);
-  if (const int failed = AddAlias(label, *number)) {
-    if (claim_ >= 0) close(claim_);
+  if (const int failed = AddAlias(label, *number))
     throw Error(
         "a simulated camera needs the address {} on the loopback interface, and it could not be added ({}); "
         "run 'sudo ip addr add {}/8 dev lo' once, or use a private network: unshare -rn",
         address, std::strerror(failed), address);
-  }
   label_ = label;
 }
 
 LoopbackAddress::~LoopbackAddress() {
   if (!label_.empty()) RemoveAlias(label_);
-  if (claim_ >= 0) close(claim_);
 }
 
 std::string HiddenGigeAddress(const std::string& address) {
   const auto number = Ipv4(address);
   if (!number || (*number & 0xFFC00000u) != 0x7F000000u)
-    throw UsageError(
-        "{}: link faults can be simulated at loopback addresses only, 127.0.0.1 to 127.63.255.254", address);
+    throw Refusal(address, "",
+                  "link faults can be simulated at loopback addresses only, 127.0.0.1 to 127.63.255.254", "");
   const std::uint32_t hidden = *number + (64u << 16);
   return fmt::format("127.{}.{}.{}", hidden >> 16 & 255, hidden >> 8 & 255, hidden & 255);
 }

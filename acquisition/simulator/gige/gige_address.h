@@ -4,9 +4,11 @@
 
 #include <string>
 
+#include "core/base/file_descriptor.h"
+
 namespace ulf::acquisition {
 
-// Throws UsageError when `address` is no IPv4 address, Error when another program uses its GVCP port or it is
+// Throws Refusal when `address` is no IPv4 address, Error when another program uses its GVCP port or it is
 // not an address of this machine.
 void RequireFreeGigeAddress(const std::string& address);
 
@@ -22,11 +24,11 @@ class LoopbackAddress {
   LoopbackAddress& operator=(const LoopbackAddress&) = delete;
 
  private:
-  std::string label_;  // of the added address; empty: none was added
-  int claim_ = -1;     // a lock that ends with the process
+  std::string label_;     // of the added address; empty: none was added
+  FileDescriptor claim_;  // a lock that ends with the process
 };
 
-// The camera's address when a relay uses `address`: 127.(a+64).b.c for 127.a.b.c. Throws UsageError for an
+// The camera's address when a relay uses `address`: 127.(a+64).b.c for 127.a.b.c. Throws Refusal for an
 // address outside 127.0.0.0/10.
 std::string HiddenGigeAddress(const std::string& address);
 

@@ -1,6 +1,8 @@
 #include "acquisition/simulator/gige/gige_registers.h"
 
-#include "acquisition/simulator/gige/wire_format.h"
+#include <algorithm>
+
+#include "acquisition/simulator/gige/gige_pictures.h"
 
 namespace ulf::acquisition {
 namespace {
@@ -20,6 +22,10 @@ WritableRegister Between(std::uint32_t address, std::uint32_t low, std::uint32_t
 
 WritableRegister AnyValue(std::uint32_t address) {
   return {address, [](std::uint32_t) { return true; }};
+}
+
+std::uint32_t OfSet(std::uint32_t first, std::uint32_t set) {
+  return first + 4 * std::min(set, kSequencerSets - 1);
 }
 
 }  // namespace
@@ -70,6 +76,22 @@ std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulat
   for (std::uint32_t at = kUserNameAt; at < kUserNameAt + kUserNameBytes; at += 4)
     writable.push_back(AnyValue(at));
   return writable;
+}
+
+void GigeSequencer::BeforeRequest(const GvcpAccess& access) {
+  if (access.address != kSequencerSaveAt || access.written != 1u) return;
+  registers_.write(OfSet(kSequencerExposureAt, registers_.read(kSequencerSelectorAt)),
+                   registers_.read(kExposureAt));
+}
+
+std::uint32_t GigeSequencer::NextExposureUs(std::uint32_t otherwise) {
+  const bool runs = registers_.read(kSequencerModeAt) == 1 && registers_.read(kSequencerConfigurationAt) == 0;
+  if (runs && !runs_) set_ = registers_.read(kSequencerStartAt);
+  runs_ = runs;
+  if (!runs) return otherwise;
+  const std::uint32_t exposure_us = registers_.read(OfSet(kSequencerExposureAt, set_));
+  set_ = registers_.read(OfSet(kSequencerNextAt, set_));
+  return exposure_us > 0 ? exposure_us : otherwise;
 }
 
 }  // namespace ulf::acquisition

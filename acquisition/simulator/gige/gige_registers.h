@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "acquisition/simulator/gige/gvcp_filter.h"
@@ -28,8 +30,8 @@ inline constexpr std::uint32_t kCurrentAddressAt = 0x24, kTickFrequencyAt = 0x93
                                kStreamSourcePortAt = 0xD1C;
 inline constexpr std::uint32_t kPacketSizeMask = 0xFFFF;
 
-// The chunk data that the camera can add to a frame, in the order of ChunkSelector: eight bytes each. The image is a
-// chunk as well.
+// The chunk data that the camera can add to a frame, in the order of ChunkSelector: eight bytes each. The
+// image is a chunk as well.
 struct SimulatedChunk {
   const char* name;
   std::uint32_t id;
@@ -47,5 +49,31 @@ inline constexpr std::uint32_t kLeastThroughput = 1'000'000, kMostThroughput = 2
 // All registers that a client may write, with the ranges of the GenICam description. Aravis does not check
 // values, and computes with them.
 std::vector<WritableRegister> WritableRegisters(const SimulationOptions& simulation);
+
+// The camera's registers, as Aravis keeps them.
+struct RegisterAccess {
+  std::function<std::uint32_t(std::uint32_t address)> read;
+  std::function<void(std::uint32_t address, std::uint32_t value)> write;
+};
+
+// The sequencer of the simulated camera (SFNC, "Sequencer Control"): sets of exposure times that the camera
+// goes through by itself, one a frame. A set is saved with the exposure time that the camera has then; each
+// names the next. While the sequencer runs, the register of the exposure time has no effect.
+//
+// All but BeforeRequest() belongs to the thread that takes frames; Aravis's camera answers requests in that
+// thread, too.
+class GigeSequencer {
+ public:
+  explicit GigeSequencer(RegisterAccess registers) : registers_(std::move(registers)) {}
+  // Before Aravis gets a valid request.
+  void BeforeRequest(const GvcpAccess& access);
+  // Of the next frame, in microseconds: the running set's, else `otherwise`.
+  std::uint32_t NextExposureUs(std::uint32_t otherwise);
+
+ private:
+  RegisterAccess registers_;
+  bool runs_ = false;
+  std::uint32_t set_ = 0;  // of the next frame
+};
 
 }  // namespace ulf::acquisition

@@ -17,11 +17,12 @@
 #include <utility>
 #include <vector>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/simulator/gige/gvcp.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {
@@ -52,41 +53,35 @@ class Socket {
     at_.sin_family = AF_INET;
     at_.sin_port = htons(static_cast<std::uint16_t>(port));
     if (inet_pton(AF_INET, address.c_str(), &at_.sin_addr) != 1)
-      throw UsageError("'{}' is not an IPv4 address such as 127.0.0.1", address);
-    fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd_ < 0 || bind(fd_, reinterpret_cast<const sockaddr*>(&at_), sizeof(at_)) != 0) {
-      const int reason = errno;
-      if (fd_ >= 0) close(fd_);
-      throw Error("{}:{} cannot be opened: {}", address, port, std::strerror(reason));
-    }
+      throw Refusal("", address, fmt::format("'{}' is not an IPv4 address such as 127.0.0.1", address), "");
+    if (!descriptor_.IsOpen() || bind(fd(), reinterpret_cast<const sockaddr*>(&at_), sizeof(at_)) != 0)
+      throw Error("{}:{} cannot be opened: {}", address, port, std::strerror(errno));
     socklen_t size = sizeof(at_);
-    getsockname(fd_, reinterpret_cast<sockaddr*>(&at_), &size);
+    getsockname(fd(), reinterpret_cast<sockaddr*>(&at_), &size);
   }
-  ~Socket() { close(fd_); }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
 
-  int fd() const { return fd_; }
+  int fd() const { return descriptor_.Number(); }
   std::uint16_t Port() const { return ntohs(at_.sin_port); }
 
   void SendTo(const sockaddr_in& to, const std::uint8_t* bytes, std::size_t size) const {
-    sendto(fd_, bytes, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof(to));
+    sendto(fd(), bytes, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof(to));
   }
   // The size of a packet; none: no packet waits.
   std::optional<std::size_t> Receive(Bytes& into, sockaddr_in& from) const {
     socklen_t size = sizeof(from);
     const ssize_t got =
-        recvfrom(fd_, into.data(), into.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &size);
+        recvfrom(fd(), into.data(), into.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &size);
     if (got < 0) return std::nullopt;
     return static_cast<std::size_t>(got);
   }
   void EnlargeReceiveBuffer() const {
     for (const int option : {SO_RCVBUFFORCE, SO_RCVBUF})
-      if (setsockopt(fd_, SOL_SOCKET, option, &kReceiveBufferBytes, sizeof(kReceiveBufferBytes)) == 0) return;
+      if (setsockopt(fd(), SOL_SOCKET, option, &kReceiveBufferBytes, sizeof(kReceiveBufferBytes)) == 0)
+        return;
   }
 
  private:
-  int fd_ = -1;
+  FileDescriptor descriptor_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
   sockaddr_in at_{};
 };
 
@@ -130,9 +125,8 @@ struct GigeRelay::State {
   ~State() {
     stopping = true;
     const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written = write(wake, &one, sizeof(one));
+    [[maybe_unused]] const auto written = write(wake.Number(), &one, sizeof(one));
     thread.join();
-    close(wake);
   }
 
   // The camera distinguishes clients by their source address, so each client has its own socket.
@@ -177,7 +171,7 @@ struct GigeRelay::State {
   std::atomic<bool> control_passes{true}, stream_passes{true}, stopping{false};
 
   Socket public_control, public_stream, camera_stream;
-  int wake;
+  const FileDescriptor wake;
   sockaddr_in camera{};
   in_addr public_address{};
 
@@ -194,7 +188,7 @@ struct GigeRelay::State {
 void GigeRelay::State::Run() {
   std::vector<pollfd> waits;
   while (!stopping) {
-    waits = {{wake, POLLIN, 0}, {public_control.fd(), POLLIN, 0}, {camera_stream.fd(), POLLIN, 0}};
+    waits = {{wake.Number(), POLLIN, 0}, {public_control.fd(), POLLIN, 0}, {camera_stream.fd(), POLLIN, 0}};
     for (const auto& client : clients) waits.push_back({client->to_camera.fd(), POLLIN, 0});
     timespec patience{1, 0};
     if (!held.empty()) {

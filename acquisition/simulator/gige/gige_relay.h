@@ -12,18 +12,13 @@
 // All functions may be called from any thread.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
 
-namespace ulf::acquisition {
+#include "acquisition/simulator/simulated_faults.h"
 
-struct GigeLinkFaults {
-  double lost = 0, doubled = 0, swapped = 0;  // shares of the stream's packets
-  double late = 0;                            // share of the frames that are delayed ...
-  std::chrono::milliseconds late_by{0};       // ... by this time
-};
+namespace ulf::acquisition {
 
 struct GigeRelayOptions {
   std::string camera;   // the camera's address

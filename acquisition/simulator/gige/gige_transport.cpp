@@ -14,9 +14,10 @@
 #include <optional>
 #include <utility>
 
+#include "acquisition/gige_vision/gvcp.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/simulator/gige/gvcp.h"
 #include "core/base/error.h"
+#include "core/base/file_descriptor.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {
@@ -24,7 +25,8 @@ namespace {
 
 // PtpStatus, as IEEE 1588 numbers the states of a port.
 constexpr std::uint32_t kPtpDisabled = 3, kPtpListening = 4, kPtpUncalibrated = 8, kPtpSlave = 9;
-// How far a clock that is set stays from its master, and for which share of the time until then it only listens. Made up.
+// How far a clock that is set stays from its master, and for which share of the time until then it only
+// listens. Made up.
 constexpr std::int64_t kPtpResidualNs = 180;
 constexpr double kPtpListens = 0.5;
 // Of a clock that lost its master: that of an ordinary quartz.
@@ -43,25 +45,18 @@ class BlackHole {
   explicit BlackHole(const std::string& address) {
     at_.sin_family = AF_INET;
     inet_pton(AF_INET, address.c_str(), &at_.sin_addr);
-    fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     const int least = 1;
     socklen_t size = sizeof at_;
-    if (fd_ < 0 || setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &least, sizeof least) != 0 ||
-        bind(fd_, reinterpret_cast<const sockaddr*>(&at_), size) != 0 ||
-        getsockname(fd_, reinterpret_cast<sockaddr*>(&at_), &size) != 0) {
-      const int reason = errno;
-      if (fd_ >= 0) close(fd_);
-      throw Error("{}: there is no socket for the simulated camera: {}", address, std::strerror(reason));
-    }
+    if (!socket_.IsOpen() || setsockopt(socket_.Number(), SOL_SOCKET, SO_RCVBUF, &least, sizeof least) != 0 ||
+        bind(socket_.Number(), reinterpret_cast<const sockaddr*>(&at_), size) != 0 ||
+        getsockname(socket_.Number(), reinterpret_cast<sockaddr*>(&at_), &size) != 0)
+      throw Error("{}: there is no socket for the simulated camera: {}", address, std::strerror(errno));
   }
-  ~BlackHole() { close(fd_); }
-  BlackHole(const BlackHole&) = delete;
-  BlackHole& operator=(const BlackHole&) = delete;
   std::uint32_t Address() const { return ntohl(at_.sin_addr.s_addr); }
   std::uint32_t Port() const { return ntohs(at_.sin_port); }
 
  private:
-  int fd_ = -1;
+  FileDescriptor socket_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   sockaddr_in at_{};
 };
 
@@ -84,7 +79,7 @@ struct GigeTransport::State {
       : registers(std::move(r)),
         clock(c),
         nowhere(address),
-        sender(stream_socket),
+        sender(FileDescriptor(stream_socket)),
         has_master(clock.ptp_lock_s >= 0) {}
 
   void Start();

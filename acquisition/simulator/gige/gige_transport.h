@@ -1,31 +1,25 @@
-// What Aravis's camera side lacks of a GigE Vision camera: the pause between packets (GevSCPD), a limit of its own
-// throughput (DeviceLinkThroughputLimit), chunk data, and a clock that IEEE 1588 sets.
+// What Aravis's camera side lacks of a GigE Vision camera: the pause between packets (GevSCPD), a limit of
+// its own throughput (DeviceLinkThroughputLimit), chunk data, and a clock that IEEE 1588 sets.
 //
-// Aravis sends the stream itself as long as none of these is in use. Else, from AcquisitionStart to AcquisitionStop, its
-// stream goes to a socket that nobody reads, and the frames are sent from here.
+// Aravis sends the stream itself as long as none of these is in use. Else, from AcquisitionStart to
+// AcquisitionStop, its stream goes to a socket that nobody reads, and the frames are sent from here.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
+#include "acquisition/simulator/gige/gige_registers.h"
 #include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/simulator/gige/gvsp_sender.h"
 
 namespace ulf::acquisition {
 
-// The camera's registers, as Aravis keeps them.
-struct RegisterAccess {
-  std::function<std::uint32_t(std::uint32_t address)> read;
-  std::function<void(std::uint32_t address, std::uint32_t value)> write;
-};
-
 struct SimulatedClock {
   double ahead_s = 0;  // of this computer's, until IEEE 1588 sets it
-  double ptp_lock_s =
-      1;  // from PtpEnable to PtpStatus Slave, and from a master that comes back; negative: there is no master
+  // From PtpEnable to PtpStatus Slave, and from a master that comes back; negative: there is no master.
+  double ptp_lock_s = 1;
   bool forgets_chunks = false;  // the camera announces chunk data and sends none
 };
 

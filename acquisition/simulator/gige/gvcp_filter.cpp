@@ -12,7 +12,7 @@
 #include <optional>
 #include <thread>
 
-#include "acquisition/simulator/gige/gvcp.h"
+#include "acquisition/gige_vision/gvcp.h"
 
 namespace ulf::acquisition {
 namespace {

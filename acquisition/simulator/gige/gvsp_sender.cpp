@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "acquisition/simulator/gige/gvcp.h"
+#include "acquisition/gige_vision/gvcp.h"
 #include "core/base/mutex.h"
 
 namespace ulf::acquisition {
@@ -32,7 +32,7 @@ constexpr int kSendPatienceMs = 100;                 // for room in the socket; 
 }  // namespace
 
 struct GvspSender::State {
-  explicit State(int s) : socket(s), thread([this] { Run(); }) {}
+  explicit State(FileDescriptor s) : socket(std::move(s)), thread([this] { Run(); }) {}
   ~State() {
     {
       const MutexLock lock(mutex);
@@ -40,7 +40,6 @@ struct GvspSender::State {
     }
     changed.notify_all();
     thread.join();
-    close(socket);
   }
 
   struct Job {
@@ -53,7 +52,7 @@ struct GvspSender::State {
   void SendPacket(const Job& job, std::uint32_t kind, std::uint32_t number, const std::uint8_t* body,
                   std::size_t size);
 
-  const int socket;
+  const FileDescriptor socket;
   Mutex mutex;
   ConditionVariable changed;
   std::optional<Job> job ULF_GUARDED_BY(mutex);  // until it has been sent
@@ -86,13 +85,14 @@ void GvspSender::State::SendPacket(const Job& sent, std::uint32_t kind, std::uin
   PutHalf(&packet[2], sent.frame.id);
   PutWord(&packet[4], kind << 24 | number);
   std::copy_n(body, size, packet.begin() + kStreamHeaderBytes);
-  // What a timer oversleeps is made up for; a thread that had to wait longer does not send its packets at once.
+  // What a timer oversleeps is made up for; a thread that had to wait longer does not send its packets at
+  // once.
   std::this_thread::sleep_until(due);
   if (PacketClock::now() - due > kMostBehind) due = PacketClock::now();
-  while (sendto(socket, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&sent.to.client),
-                sizeof sent.to.client) < 0 &&
+  while (sendto(socket.Number(), packet.data(), packet.size(), 0,
+                reinterpret_cast<const sockaddr*>(&sent.to.client), sizeof sent.to.client) < 0 &&
          errno == EAGAIN) {
-    pollfd room{socket, POLLOUT, 0};
+    pollfd room{socket.Number(), POLLOUT, 0};
     if (poll(&room, 1, kSendPatienceMs) < 1) break;
   }
   due += sent.to.pause;
@@ -126,7 +126,7 @@ void GvspSender::State::SendFrame(const Job& sent) {
   SendPacket(sent, kTrailerKind, number, trailer, sizeof trailer);
 }
 
-GvspSender::GvspSender(int socket) : state_(std::make_unique<State>(socket)) {}
+GvspSender::GvspSender(FileDescriptor socket) : state_(std::make_unique<State>(std::move(socket))) {}
 GvspSender::~GvspSender() = default;
 
 void GvspSender::Send(GvspFrame frame, const GvspDestination& destination) {

@@ -1,5 +1,5 @@
-// Sends frames as a GigE Vision stream (GVSP, 16-bit frame numbers): leader, payload, trailer, with the pause between
-// packets and the bytes a second that a client has set. For what Aravis's camera side cannot send.
+// Sends frames as a GigE Vision stream (GVSP, 16-bit frame numbers): leader, payload, trailer, with the pause
+// between packets and the bytes a second that a client has set. For what Aravis's camera side cannot send.
 #pragma once
 
 #include <netinet/in.h>
@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <memory>
 #include <vector>
+
+#include "core/base/file_descriptor.h"
 
 namespace ulf::acquisition {
 
@@ -29,8 +31,8 @@ struct GvspDestination {
 
 class GvspSender {
  public:
-  // `socket`: bound; owned by this object.
-  explicit GvspSender(int socket);
+  // `socket`: bound.
+  explicit GvspSender(FileDescriptor socket);
   ~GvspSender();
   GvspSender(const GvspSender&) = delete;
   GvspSender& operator=(const GvspSender&) = delete;

@@ -14,15 +14,14 @@
 #include <optional>
 #include <thread>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "acquisition/simulator/gige/genicam_description.h"
 #include "acquisition/simulator/gige/gige_address.h"
+#include "acquisition/simulator/gige/gige_pictures.h"
 #include "acquisition/simulator/gige/gige_registers.h"
-#include "acquisition/simulator/gige/gige_sequencer.h"
 #include "acquisition/simulator/gige/gvcp_filter.h"
 #include "acquisition/simulator/gige/pose_file.h"
 #include "acquisition/simulator/gige/taken_sockets.h"
-#include "acquisition/simulator/gige/wire_format.h"
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
@@ -33,46 +32,33 @@ namespace {
 constexpr char kVendor[] = "ULF", kModel[] = "HandheldSimulator", kInfo[] = "ulf simulate: ray-cast scenes";
 constexpr guint32 kVendorAt = 0x48, kModelAt = 0x68, kInfoAt = 0xa8;
 constexpr std::size_t kFramesAhead = 12;  // in the ring; guessed: they bridge a slow frame, but cost memory
+constexpr int kMostInLoop = 10000;        // pictures; guessed
 constexpr guint32 kLine0 = 0;
 constexpr double kPauseS = 1.0;  // after so long without a request for a frame the hand rests; guessed
 constexpr std::chrono::milliseconds kRenderPatience(1500);  // wait for a frame, then none is sent; guessed
-constexpr std::size_t kMostRenderThreads = 8;               // for the loop; guessed
 // The camera counts as started when it answers discovery: so many tries, each with this wait. Guessed.
 constexpr int kAnswerTries = 10;
 constexpr std::chrono::milliseconds kAnswerPatience(200);
 constexpr guint32 kShortestPeriodUs = 1000;  // of frames and pulses: guards against a register of 0
 
-struct Settings {
-  guint32 exposure_us = 0, gain_tenths_db = 0;
-  ArvPixelFormat format = 0;
-  bool operator==(const Settings&) const = default;
-};
-
 }  // namespace
 
 struct SimulatedGigeCamera::State {
-  explicit State(const GigeServerOptions& o) : options(o) {
-    if (o.board)
-      board.emplace(*o.board);
-    else
-      camera.emplace(o.simulation);
-  }
+  explicit State(const GigeServerOptions& o)
+      : options(o),
+        pictures(o.simulation, o.board, static_cast<std::size_t>(std::clamp(o.loop, 0, kMostInLoop))) {}
   ~State();
 
   void Serve();
   std::string AddAddresses();
   void InsertFilter(const std::vector<BoundSocket>& before, const std::string& address);
   void WriteRegisters();
-  void RenderLoop();
   void Render();
-  Frame FrameAt(double hand_s, const Settings& settings);
-  Frame Capture(double hand_s, const Settings& settings, double light_s) const;
-  Frame CaptureBoard(double hand_s, const Settings& settings) const;
   void PulseLine();
   void RunFaults();
-  void DescribeFrame(ArvBuffer* buffer, const Settings& wanted, std::uint64_t number, double hand_s);
-  void Fill(ArvBuffer* buffer, const Settings& wanted);
-  void FollowClock(std::int64_t moment, std::int64_t period_us, const Settings& wanted, double now_s)
+  void DescribeFrame(ArvBuffer* buffer, const GigeSettings& wanted, std::uint64_t number, double hand_s);
+  void Fill(ArvBuffer* buffer, const GigeSettings& wanted);
+  void FollowClock(std::int64_t moment, std::int64_t period_us, const GigeSettings& wanted, double now_s)
       ULF_REQUIRES(mutex);
   double HandTime(std::int64_t moment) const ULF_REQUIRES(mutex) {
     return origin_hand_s + 1e-6 * static_cast<double>((moment - origin_moment) * period_us);
@@ -85,8 +71,7 @@ struct SimulatedGigeCamera::State {
   }
 
   GigeServerOptions options;
-  std::optional<SimulatedCamera> camera;  // or
-  std::optional<BoardScene> board;
+  GigePictures pictures;  // used only by the renderer while it runs
   std::optional<LoopbackAddress> public_address, hidden_address;
   std::unique_ptr<GigeRelay> relay;
   std::unique_ptr<GigeTransport> transport;
@@ -106,7 +91,7 @@ struct SimulatedGigeCamera::State {
   Mutex mutex;
   ConditionVariable asked, rendered, faults_due, line_due;
   std::deque<Ready> ring ULF_GUARDED_BY(mutex);
-  Settings settings ULF_GUARDED_BY(mutex);
+  GigeSettings settings ULF_GUARDED_BY(mutex);
   std::int64_t period_us ULF_GUARDED_BY(mutex) = 0;
   std::int64_t wanted_moment ULF_GUARDED_BY(mutex) = 0;
   std::int64_t rendered_moment ULF_GUARDED_BY(mutex) = 0;
@@ -124,9 +109,6 @@ struct SimulatedGigeCamera::State {
   std::chrono::steady_clock::time_point last_pulse ULF_GUARDED_BY(mutex);
   double pulse_period_s ULF_GUARDED_BY(mutex) = 0;
   std::optional<std::chrono::steady_clock::time_point> first_frame ULF_GUARDED_BY(mutex);
-  // Used only by the renderer while it runs:
-  std::vector<std::optional<Frame>> loop;
-  Settings loop_settings;
   std::thread renderer, line, faults;
 };
 
@@ -162,25 +144,28 @@ std::string SimulatedGigeCamera::State::AddAddresses() {
 
 void SimulatedGigeCamera::State::Serve() {
   if (options.serial.empty() || options.serial.size() > 15)
-    throw UsageError("--serial '{}': must have 1 to 15 characters, as GigE Vision allows", options.serial);
+    throw Refusal(Parameter("serial"), fmt::format("'{}'", options.serial),
+                  "must have 1 to 15 characters, as GigE Vision allows", "");
   if (options.simulation.faults.incomplete > 0)
-    throw UsageError(
-        "fault incomplete works with sim: only; over the network, lose packets with lost=0.005 and resend=0");
+    throw Refusal("", "incomplete", "fault incomplete works with sim: only",
+                  "over the network, lose packets with lost=0.005 and resend=0");
   if (options.simulation.faults.auto_exposure != AutoExposure::kOff)
-    throw UsageError(
-        "fault auto_exposure works with sim: only; over the network, set ExposureTime while it streams");
+    throw Refusal("", "auto_exposure", "fault auto_exposure works with sim: only",
+                  "over the network, set ExposureTime while it streams");
   if (!(options.line_hz >= 0.1 && options.line_hz <= 200))
-    throw UsageError("{:g} pulses a second on Line0: must be 0.1 to 200", options.line_hz);
-  if (options.loop < 0 || options.loop > 10000)
-    throw UsageError("a loop of {} pictures: must be at most 10000", options.loop);
+    throw Refusal(fmt::format("{:g} pulses a second on Line0", options.line_hz), "", "must be 0.1 to 200",
+                  "");
+  if (options.loop < 0 || options.loop > kMostInLoop)
+    throw Refusal(fmt::format("a loop of {} pictures", options.loop), "", "must be at most 10000", "");
   if (options.loop > 0 && options.simulation.faults.ChangeWithTime())
-    throw UsageError(
-        "faults drift, bluer, flicker and hunting do not work with a loop, whose pictures are rendered once; "
+    throw Refusal(
+        "", "",
+        "faults drift, bluer, flicker and hunting do not work with a loop, whose pictures are rendered once",
         "leave them or the loop out");
   const std::string address = AddAddresses();
   RequireFreeGigeAddress(address);  // Aravis does not report when it cannot bind
   poses.emplace(options.poses, options.simulation.scene);
-  RenderLoop();
+  pictures.RenderLoop();
   const std::vector<BoundSocket> before = BoundUdpSockets();
   {
     const GenicamDescriptionFile description;
@@ -319,7 +304,7 @@ void SimulatedGigeCamera::State::RunFaults() {
 // Takes over the moment at which the camera fires now: restarts the hand after a pause or with a new frame
 // period, and empties the ring when settings changed.
 void SimulatedGigeCamera::State::FollowClock(std::int64_t moment, std::int64_t new_period_us,
-                                             const Settings& wanted, double now_s) {
+                                             const GigeSettings& wanted, double now_s) {
   const bool free_running = arv_fake_camera_is_in_free_running_mode(registers);
   const bool paused =
       free_running && now_s - last_fill_s > std::max(kPauseS, 5e-6 * static_cast<double>(period_us));
@@ -343,7 +328,7 @@ void SimulatedGigeCamera::State::FollowClock(std::int64_t moment, std::int64_t n
   while (!ring.empty() && ring.front().moment < moment) ring.pop_front();
 }
 
-void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted) {
+void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const GigeSettings& wanted) {
   transport->WaitUntilSent(kRenderPatience);
   const std::uint64_t host_ns = arv_buffer_get_timestamp(buffer), device_ns = transport->ClockNs(host_ns);
   guint32 register_us = 0;
@@ -405,76 +390,13 @@ void SimulatedGigeCamera::State::Fill(ArvBuffer* buffer, const Settings& wanted)
 }
 
 // This thread also answers requests, so that registers that are read in one request describe one frame.
-void SimulatedGigeCamera::State::DescribeFrame(ArvBuffer* buffer, const Settings& wanted,
+void SimulatedGigeCamera::State::DescribeFrame(ArvBuffer* buffer, const GigeSettings& wanted,
                                                std::uint64_t number, double hand_s) {
   const std::array<guint32, 5> values{static_cast<guint32>(arv_buffer_get_frame_id(buffer)),
                                       static_cast<guint32>(number), wanted.exposure_us, wanted.gain_tenths_db,
                                       static_cast<guint32>(std::llround(1e3 * hand_s))};
   for (std::size_t i = 0; i < values.size(); ++i)
     arv_fake_camera_write_register(registers, kLastFrameAt + 4 * static_cast<guint32>(i), values[i]);
-}
-
-Frame SimulatedGigeCamera::State::Capture(double hand_s, const Settings& now, double light_s) const {
-  if (board) return CaptureBoard(hand_s, now);
-  return camera->Capture({.open_s = hand_s,
-                          .exposure_s = 1e-6 * std::max(10u, now.exposure_us),
-                          .gain = std::pow(10, now.gain_tenths_db / 200.0),
-                          .format = SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
-                          .id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6)),
-                          .light = options.simulation.faults.Light(light_s)});
-}
-
-Frame SimulatedGigeCamera::State::CaptureBoard(double hand_s, const Settings& now) const {
-  const auto id = static_cast<std::uint64_t>(std::llround(hand_s * 1e6));
-  const double exposure_s = 1e-6 * std::max(10u, now.exposure_us);
-  const Rigid3 cam_from_board = board->HeldAtTime(hand_s + 0.5 * exposure_s);
-  const cv::Mat light = board->Light(cam_from_board, id);
-  cv::Mat four;
-  cv::merge(std::vector<cv::Mat>(4, light), four);
-  Frame frame;
-  frame.gain = std::pow(10, now.gain_tenths_db / 200.0);
-  frame.image = Expose(four, {.noise = board->options().noise_levels > 0},
-                       {exposure_s, frame.gain, SensorFormatByCode(now.format).value_or(SensorFormat::kMono8),
-                        options.simulation.seed * 0x9E3779B97F4A7C15u + id});
-  frame.id = id;
-  frame.device_time_s = hand_s + 0.5 * exposure_s;
-  frame.exposure_s = exposure_s;
-  frame.known_cam_from_world = Rigid3{cam_from_board.rotation, 0.001 * cam_from_board.translation};
-  return frame;
-}
-
-// Renders the loop with the settings that the camera starts with, on several cores.
-void SimulatedGigeCamera::State::RenderLoop() {
-  const SimulationOptions& simulation = options.simulation;
-  loop_settings = {static_cast<guint32>(std::lround(1e6 * simulation.exposure_s)),
-                   static_cast<guint32>(std::lround(10 * simulation.gain_db)),
-                   PixelsOf(simulation.format).code};
-  loop.resize(static_cast<std::size_t>(options.loop));
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < loop.size(); i = next++)
-      loop[i] = Capture(static_cast<double>(i) / simulation.fps, loop_settings, 0);
-  };
-  std::vector<std::thread> helpers;
-  const std::size_t threads = std::min(kMostRenderThreads, loop.size());
-  for (unsigned i = 1; i < threads && i < std::thread::hardware_concurrency(); ++i)
-    helpers.emplace_back(work);
-  work();
-  for (std::thread& helper : helpers) helper.join();
-}
-
-// The frame at a time of the hand's motion; a loop plays forwards and backwards.
-Frame SimulatedGigeCamera::State::FrameAt(double hand_s, const Settings& now) {
-  if (loop.empty()) return Capture(hand_s, now, hand_s);
-  if (!(now == loop_settings)) {
-    loop.assign(loop.size(), std::nullopt);
-    loop_settings = now;
-  }
-  const auto step = static_cast<std::size_t>(std::llround(hand_s * options.simulation.fps));
-  const std::size_t last = loop.size() - 1, place = last == 0 ? 0 : step % (2 * last);
-  const std::size_t index = place <= last ? place : 2 * last - place;
-  if (!loop[index]) loop[index] = Capture(static_cast<double>(index) / options.simulation.fps, now, 0);
-  return *loop[index];
 }
 
 void SimulatedGigeCamera::State::Render() {
@@ -484,12 +406,12 @@ void SimulatedGigeCamera::State::Render() {
         lock, [this]() ULF_REQUIRES(mutex) { return stopping || (streaming && ring.size() < kFramesAhead); });
     if (stopping) return;
     const std::int64_t moment = std::max(rendered_moment + 1, wanted_moment);
-    const Settings now = settings;
+    const GigeSettings now = settings;
     const std::uint64_t now_epoch = epoch;
     const double hand_s = HandTime(moment);
     lock.unlock();
     const auto begin = std::chrono::steady_clock::now();
-    Frame frame = FrameAt(hand_s, now);
+    Frame frame = pictures.At(hand_s, now);
     const double took_s = SecondsSince(begin);
     lock.lock();
     render_s += took_s;
@@ -514,10 +436,8 @@ SimulatedGigeCamera::~SimulatedGigeCamera() = default;
 std::string SimulatedGigeCamera::DeviceId() const {
   return std::string(kVendor) + "-" + state_->options.serial;
 }
-const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->camera.value(); }
-CameraModel SimulatedGigeCamera::StoredCamera() const {
-  return state_->board ? state_->board->options().camera : state_->camera->StoredCamera();
-}
+const SimulatedCamera& SimulatedGigeCamera::camera() const { return state_->pictures.camera(); }
+CameraModel SimulatedGigeCamera::StoredCamera() const { return state_->pictures.StoredCamera(); }
 GigeRelay* SimulatedGigeCamera::relay() { return state_->relay.get(); }
 void SimulatedGigeCamera::HearMaster(bool heard) { state_->transport->HearMaster(heard); }
 

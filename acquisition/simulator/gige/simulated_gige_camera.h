@@ -13,10 +13,12 @@
 // camera needs to send a frame give one frame, as on cameras without a trigger buffer.
 //
 // Registers describe the last frame: LastFrameId (as sent: 16 bits), LastFrameNumber (from 1, never wraps),
-// LastExposureTime, LastGain, LastHandTime. All five change together, before the first packet of the frame is sent.
+// LastExposureTime, LastGain, LastHandTime. All five change together, before the first packet of the frame is
+// sent.
 //
-// Control requests reach Aravis through a filter (gvcp_filter.h). Aravis sends the stream, unless the client asks for what
-// it cannot do (gige_transport.h): a pause between packets, a limited throughput, chunk data, an IEEE 1588 clock.
+// Control requests reach Aravis through a filter (gvcp_filter.h). Aravis sends the stream, unless the client
+// asks for what it cannot do (gige_transport.h): a pause between packets, a limited throughput, chunk data,
+// an IEEE 1588 clock.
 //
 // Faults of the link and of time need a relay (gige_relay.h) at the camera's address; the camera itself then
 // has another one (gige_address.h).
@@ -42,8 +44,8 @@ namespace ulf::acquisition {
 
 struct GigeServerOptions {
   SimulationOptions simulation;
-  // A board or card is held before the camera, in place of the simulation's scene and hand; its camera is as large as the
-  // simulation's.
+  // A board or card is held before the camera, in place of the simulation's scene and hand; its camera is as
+  // large as the simulation's.
   std::optional<BoardSceneOptions> board = {};
   std::string interface = "127.0.0.1";  // an IPv4 address of this machine; one camera per address
   std::string serial = "ULF-SIM-1";

@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/aravis/bound_sockets.h"
+#include "acquisition/gige_vision/bound_sockets.h"
 
 namespace ulf::acquisition {
 

@@ -1,5 +1,5 @@
-// Scenes in each of which one assumption of a method fails: surfaces that look the same from everywhere, edges
-// wider than a pixel, texture to match, nearby space that is empty, depth, rest.
+// Scenes in each of which one assumption of a method fails: surfaces that look the same from everywhere,
+// edges wider than a pixel, texture to match, nearby space that is empty, depth, rest.
 #include "acquisition/simulator/scene/built_scenes.h"
 #include "acquisition/simulator/scene/materials.h"
 #include "acquisition/simulator/scene/noise.h"
@@ -374,7 +374,8 @@ std::shared_ptr<const Scene> BuildBranch() {
   return builder.Finish(Towards(26));
 }
 
-// What shines or is dark stands beside ordinary things, so that every part of the picture has something to track.
+// What shines or is dark stands beside ordinary things, so that every part of the picture has something to
+// track.
 std::shared_ptr<const Scene> BuildLightbox() {
   SceneBuilder builder;
   builder.AddStudio();

@@ -144,8 +144,8 @@ struct RayCaster::Pose {
     return Intersect<F8>(solid, origin, local);
   }
 
-  // Which rays pass so close to something thin, nearer than what they meet, that their pixels see it, or meet a
-  // surface that is not matte: one ray says too little of such a pixel.
+  // Which rays pass so close to something thin, nearer than what they meet, that their pixels see it, or meet
+  // a surface that is not matte: one ray says too little of such a pixel.
   I8 NeedCloserLook(const std::vector<int>& candidates, const Vec3<F8>& d, F8 t, I8 which) const {
     I8 need{};
     for (const int index : candidates) {

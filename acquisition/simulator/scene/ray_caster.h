@@ -1,9 +1,9 @@
 // Primary rays through every pixel of a camera with its distortion, eight at a time, into baked textures.
 //
-// One ray per pixel; pixels whose solid differs from a neighbour's, that something thin passes through, or that
-// see a mirror or glass get four more rays, so that edges are anti-aliased (surfaces are by the mip levels of
-// their textures). Each tile has a list of the solids that it
-// can show. `sway_angle`: Scene::SwayAngle at that moment. Radiance is linear B, G, R; about 1.0 for a white card in the key light.
+// One ray per pixel; pixels whose solid differs from a neighbour's, that something thin passes through, or
+// that see a mirror or glass get four more rays, so that edges are anti-aliased (surfaces are by the mip
+// levels of their textures). Each tile has a list of the solids that it can show. `sway_angle`:
+// Scene::SwayAngle at that moment. Radiance is linear B, G, R; about 1.0 for a white card in the key light.
 #pragma once
 
 #include <memory>

@@ -41,7 +41,8 @@ std::shared_ptr<const Scene> Scene::Named(const std::string& name) {
   if (const auto found = built.find(name); found != built.end()) return found->second;
   for (const NamedScene& scene : kScenes)
     if (name == scene.name) return built[name] = scene.build();
-  throw UsageError("there is no scene '{}' to simulate; there are: {}", name, fmt::join(Names(), ", "));
+  throw Refusal("", name, fmt::format("there is no scene '{}' to simulate", name),
+                fmt::format("there are: {}", fmt::join(Names(), ", ")));
 }
 
 double Scene::SwayAngle(double since_s, double lasts_s) const {

@@ -11,7 +11,7 @@
 //   room     a deep room seen from inside: things near the camera, a dresser as the subject, a passage behind
 //   picture  one framed picture, flat on a plain wall
 //   branch   a branch in a pot, which sways for a while (SimulationOptions::sways_from_s)
-//   lightbox things in bright boxes of light beside things behind dark glass: sixteen stops of light in one picture
+//   lightbox things in bright boxes of light beside things behind dark glass: sixteen stops in one picture
 //   turntable  a still life on a printed board on a turntable, in the studio (its frame is the board's)
 //
 // The lamps do not move. All view-independent radiance is therefore computed once and baked into mip-mapped
@@ -61,7 +61,7 @@ struct Hit {
 
 class Scene {
  public:
-  // Built on first use and shared from then on. Throws UsageError that lists the scenes for any other name.
+  // Built on first use and shared from then on. Throws Refusal that lists the scenes for any other name.
   static std::shared_ptr<const Scene> Named(const std::string& name);
   static std::vector<std::string> Names();
 

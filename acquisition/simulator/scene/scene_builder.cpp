@@ -1,6 +1,6 @@
 #include "acquisition/simulator/scene/scene_builder.h"
 
-#include "acquisition/simulator/scene/kept_charts.h"
+#include "acquisition/simulator/scene/bake.h"
 #include "acquisition/simulator/scene/materials.h"
 #include "core/geometry/angles.h"
 

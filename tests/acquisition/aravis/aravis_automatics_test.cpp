@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"
@@ -36,10 +37,9 @@ std::map<std::string, std::string> Values() {
   return values;
 }
 
-double TransportOf(const Device& device, const std::string& name) {
-  for (const auto& [known, value] : device.Statistics().transport)
-    if (known == name) return value;
-  ADD_FAILURE() << "no " << name;
+double TransportOf(const Device& device, TransportFigure figure) {
+  if (const auto value = FigureIn(device.Statistics().transport, figure)) return *value;
+  ADD_FAILURE() << "no " << Name(figure);
   return -1;
 }
 
@@ -96,8 +96,8 @@ TEST_F(AravisAutomatics, SettleAreSwitchedOffAndHoldWhatTheyReached) {
   EXPECT_EQ(values["BalanceRatio"], "1.25") << "of blue, which was written last";
   device->Stop();
   // Not handed out, but not passed over in silence: 50 a second for half a second.
-  EXPECT_GT(TransportOf(*device, "frames while settling"), 5);
-  EXPECT_LT(TransportOf(*device, "frames while settling"), 40);
+  EXPECT_GT(TransportOf(*device, TransportFigure::kWhileSettling), 5);
+  EXPECT_LT(TransportOf(*device, TransportFigure::kWhileSettling), 40);
 }
 
 TEST_F(AravisAutomatics, AfterALossTheValuesAreHeldThatWereReached) {
@@ -121,11 +121,13 @@ TEST_F(AravisAutomatics, AfterALossTheValuesAreHeldThatWereReached) {
   EXPECT_EQ(values["BlackLevel"], "8");
   EXPECT_EQ(values["BalanceRatio"], "1.25");
   std::this_thread::sleep_for(250ms);  // the counters are taken ten times a second
-  EXPECT_EQ(TransportOf(*device, "frame retention (ms)"), 100) << "a setting, not a count of streams";
-  EXPECT_EQ(TransportOf(*device, "payload (bytes)"), 64 * 64);
-  EXPECT_EQ(TransportOf(*device, "frames a second set"), 50);
-  EXPECT_EQ(TransportOf(*device, "exposure (us)"), 5000);
-  EXPECT_EQ(TransportOf(*device, "resend on"), 0) << "this camera cannot send again, so it is not asked";
+  EXPECT_EQ(TransportOf(*device, TransportFigure::kFrameRetentionMs), 100)
+      << "a setting, not a count of streams";
+  EXPECT_EQ(TransportOf(*device, TransportFigure::kPayloadBytes), 64 * 64);
+  EXPECT_EQ(TransportOf(*device, TransportFigure::kSetFps), 50);
+  EXPECT_EQ(TransportOf(*device, TransportFigure::kExposureUs), 5000);
+  EXPECT_EQ(TransportOf(*device, TransportFigure::kResends), 0)
+      << "this camera cannot send again, so it is not asked";
 }
 
 TEST_F(AravisAutomatics, StayAsTheyAreAskedFor) {
@@ -148,7 +150,7 @@ TEST_F(AravisAutomatics, StayAsTheyAreAskedFor) {
   EXPECT_EQ(values["BalanceWhiteAuto"], "Continuous");
   EXPECT_EQ(values["ExposureTime"], "5000") << "it went on to its goal";
   device->Stop();
-  EXPECT_EQ(TransportOf(*device, "frames while settling"), 0);
+  EXPECT_EQ(TransportOf(*device, TransportFigure::kWhileSettling), 0);
 }
 
 TEST_F(AravisAutomatics, AGainInUnitsOfTheCamerasOwnIsHeldInThem) {

@@ -1,5 +1,5 @@
 // Tests: acquisition/aravis/aravis_watch, acquisition/aravis/aravis_device, acquisition/aravis/aravis_discovery,
-// acquisition/aravis/gige_vision_probe, acquisition/device/frame_id_counter.
+// acquisition/gige_vision/gige_vision_probe, acquisition/device/frame_id_counter.
 //
 // What goes wrong between a GigE Vision camera and its program, and how soon that is known. (Killed cameras
 // and short pauses: aravis_test; bad links: gige_relay_test.)
@@ -9,8 +9,9 @@
 #include <cstdlib>
 #include <thread>
 
-#include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/device/frame_id_counter.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"

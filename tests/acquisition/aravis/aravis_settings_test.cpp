@@ -1,6 +1,6 @@
 // Tests: acquisition/aravis/aravis_configuration, acquisition/aravis/aravis_options,
 // acquisition/aravis/aravis_region, acquisition/aravis/aravis_calls, acquisition/aravis/aravis_stream,
-// acquisition/aravis/bound_sockets.
+// acquisition/gige_vision/bound_sockets.
 //
 // What an aravis: URI asks for reaches the camera, stands in frames and statistics, and what a camera cannot
 // do is an error that says so. The camera is full_camera.xml's where Aravis's own fake has no such setting.
@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
@@ -37,7 +38,7 @@ class AravisSettings : public CameraInNamespace {};
 std::string ErrorOf(const std::string& options) {
   try {
     OpenDriver("aravis:127.0.0.1?" + options);
-  } catch (const UsageError& error) {
+  } catch (const Refusal& error) {
     return error.what();
   }
   ADD_FAILURE() << options << ": no usage error";
@@ -49,7 +50,7 @@ std::string ValueOf(FeatureAccess& access, const std::string& name) {
   return feature ? feature->value : "no " + name;
 }
 
-std::map<std::string, double> Transport(const Device& device) {
+std::map<TransportFigure, double> Transport(const Device& device) {
   const auto list = device.Statistics().transport;
   return {list.begin(), list.end()};
 }
@@ -83,16 +84,16 @@ TEST_F(AravisSettings, ReachTheCameraAndStandInFramesAndStatistics) {
     EXPECT_GT(complete, 0);
     std::this_thread::sleep_for(250ms);  // the counters are taken ten times a second
     const auto transport = Transport(*device);
-    EXPECT_EQ(transport.at("packet size"), 1400);
-    EXPECT_EQ(transport.at("resend on"), 0);
-    EXPECT_EQ(transport.at("packet timeout (ms)"), 30);
-    EXPECT_EQ(transport.at("frame retention (ms)"), 150);
-    EXPECT_EQ(transport.at("socket buffer (bytes)"), 100000);
-    EXPECT_EQ(transport.at("buffers"), 7);
-    EXPECT_GE(transport.at("frames completed"), complete);
-    EXPECT_EQ(transport.at("frames with wrong packet ids"), 0);
-    EXPECT_GT(transport.at("packets received"), 10 * 320 * 240 / 1400);
-    EXPECT_EQ(transport.at("resend requests"), 0);
+    EXPECT_EQ(transport.at(TransportFigure::kPacketSize), 1400);
+    EXPECT_EQ(transport.at(TransportFigure::kResends), 0);
+    EXPECT_EQ(transport.at(TransportFigure::kPacketTimeoutMs), 30);
+    EXPECT_EQ(transport.at(TransportFigure::kFrameRetentionMs), 150);
+    EXPECT_EQ(transport.at(TransportFigure::kSocketBuffer), 100000);
+    EXPECT_EQ(transport.at(TransportFigure::kBuffers), 7);
+    EXPECT_GE(transport.at(TransportFigure::kFramesCompleted), complete);
+    EXPECT_EQ(transport.at(TransportFigure::kWrongPacketIds), 0);
+    EXPECT_GT(transport.at(TransportFigure::kPacketsReceived), 10 * 320 * 240 / 1400);
+    EXPECT_EQ(transport.at(TransportFigure::kResendRequests), 0);
     // With so small a buffer and no resending a busy computer may lose packets.
     EXPECT_THAT(Said(*device, DeviceEventKind::kNotice), ::testing::Each(HasSubstr("arrived incomplete")))
         << "the camera took all as it was told";
@@ -126,7 +127,7 @@ TEST_F(AravisSettings, StatisticsTellThroughputAndTheCamerasClock) {
   EXPECT_GT(*statistics.clock_offset_s, 0);
   EXPECT_LT(*statistics.clock_offset_s, 0.5);
   EXPECT_LT(*statistics.clock_jitter_s, 0.5);
-  EXPECT_EQ(statistics.transport.front().first, "MB/s of pixels");
+  EXPECT_EQ(statistics.transport.front().first, TransportFigure::kPixelRate);
   EXPECT_NEAR(statistics.transport.front().second, 1e-6 * 40 * 320 * 240 / statistics.seconds, 0.2);
   device->Stop();
   EXPECT_EQ(device->State(), DeviceState::kConnected);
@@ -191,7 +192,7 @@ TEST_F(AravisSettings, WhatMakesNoSenseIsWrongUsage) {
   for (const char* options :
        {"binning=2", "white_balance=warm", "resend=yes", "priority=top", "packet_delay_ns=-1", "buffers=1",
         "gain_db=1&gain_raw=1", "chunks=1", "auto_gain=yes", "auto_exposure=on&exposure_us=5", "settle=-1"})
-    EXPECT_THROW(OpenDriver("aravis:127.0.0.1?" + std::string(options)), UsageError) << options;
+    EXPECT_THROW(OpenDriver("aravis:127.0.0.1?" + std::string(options)), Refusal) << options;
 }
 
 TEST_F(AravisSettings, ASoftwareTriggerGivesOneFrameForEachCall) {
@@ -239,7 +240,7 @@ TEST_F(AravisSettings, WhatIsRefusedOrMissingIsSaidOnce) {
   std::this_thread::sleep_for(200ms);
   const auto notices = Said(*device, DeviceEventKind::kNotice);
   EXPECT_THAT(notices, Contains(HasSubstr("frames contain none"))) << "this camera promises chunk data";
-  const double granted = Transport(*device).at("real-time priority");
+  const double granted = Transport(*device).at(TransportFigure::kRealTimePriority);
   const auto told = std::count_if(notices.begin(), notices.end(), [](const std::string& text) {
     return text.find("priority") != std::string::npos;
   });
@@ -327,27 +328,28 @@ TEST_F(AravisSettings, PacketSizesAreNegotiatedOrItIsSaidThatTheyWereNot) {
   // Its test packets of up to 4000 bytes arrive; on a busy computer those may be late, too.
   StartCamera("N1", "0", kFarAddress, FULL_CAMERA);
   std::unique_ptr<Device> device;
-  for (int attempt = 0; attempt < 5 && (!device || Transport(*device).at("packet size negotiated") == 0);
+  for (int attempt = 0;
+       attempt < 5 && (!device || Transport(*device).at(TransportFigure::kPacketSizeNegotiated) == 0);
        ++attempt) {
     device.reset();
     device = streaming(uri);
   }
-  EXPECT_EQ(Transport(*device).at("packet size negotiated"), 1);
-  EXPECT_GT(Transport(*device).at("packet size"), 576);
-  EXPECT_LE(Transport(*device).at("packet size"), 4000);
+  EXPECT_EQ(Transport(*device).at(TransportFigure::kPacketSizeNegotiated), 1);
+  EXPECT_GT(Transport(*device).at(TransportFigure::kPacketSize), 576);
+  EXPECT_LE(Transport(*device).at(TransportFigure::kPacketSize), 4000);
   EXPECT_THAT(Said(*device, DeviceEventKind::kNotice), Not(Contains(silent)));
   device.reset();
   camera_->Kill();
 
   StartCamera("N2", "0", kFarAddress);
   device = streaming(uri);
-  EXPECT_EQ(Transport(*device).at("packet size negotiated"), 0);
-  EXPECT_EQ(Transport(*device).at("packet size"), 1400) << "its own";
+  EXPECT_EQ(Transport(*device).at(TransportFigure::kPacketSizeNegotiated), 0);
+  EXPECT_EQ(Transport(*device).at(TransportFigure::kPacketSize), 1400) << "its own";
   EXPECT_THAT(Said(*device, DeviceEventKind::kNotice), Contains(AllOf(silent, HasSubstr("1400 bytes"))));
   device.reset();
   device = streaming(uri + "&packet_size=1000");
-  EXPECT_EQ(Transport(*device).at("packet size negotiated"), 0);
-  EXPECT_EQ(Transport(*device).at("packet size"), 1000);
+  EXPECT_EQ(Transport(*device).at(TransportFigure::kPacketSizeNegotiated), 0);
+  EXPECT_EQ(Transport(*device).at(TransportFigure::kPacketSize), 1000);
   EXPECT_THAT(Said(*device, DeviceEventKind::kNotice), Not(Contains(silent)));
 }
 
@@ -360,10 +362,10 @@ TEST_F(AravisSettings, AReceiveBufferThatTheSystemCutsIsSaid) {
   Take(*device, 10);
   std::this_thread::sleep_for(250ms);
   const auto transport = Transport(*device);
-  EXPECT_EQ(transport.at("socket buffer asked for (bytes)"), 900000000);
-  ASSERT_TRUE(transport.count("socket buffer (bytes)"));
-  EXPECT_LT(transport.at("socket buffer (bytes)"), 900000000);
-  EXPECT_GT(transport.at("socket buffer (bytes)"), 50000);
+  EXPECT_EQ(transport.at(TransportFigure::kSocketBufferAsked), 900000000);
+  ASSERT_TRUE(transport.count(TransportFigure::kSocketBuffer));
+  EXPECT_LT(transport.at(TransportFigure::kSocketBuffer), 900000000);
+  EXPECT_GT(transport.at(TransportFigure::kSocketBuffer), 50000);
   EXPECT_THAT(Said(*device, DeviceEventKind::kNotice),
               Contains(AllOf(HasSubstr("instead of 900000000"), HasSubstr("net.core.rmem_max"))));
 }

@@ -9,8 +9,9 @@
 #include <chrono>
 #include <thread>
 
-#include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/device/device.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"

@@ -1,5 +1,5 @@
 // Tests: acquisition/aravis/aravis_features, acquisition/device/features, acquisition/device/feature_file,
-// acquisition/device/open_device, acquisition/simulator/gige/genicam_description,
+// acquisition/opening/open_device, acquisition/simulator/gige/genicam_description,
 // commands/camera/features_command.
 //
 // A camera's own settings by name: the tree, its errors, and files of settings that depend on each other.
@@ -14,6 +14,7 @@
 
 #include "acquisition/device/feature_file.h"
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
@@ -48,11 +49,11 @@ TEST(FeatureValues, AreParsedAndCheckedBeforeTheyAreWritten) {
   EXPECT_EQ(CheckedValue("cam", number, "0x20"), "32");
   EXPECT_EQ(CheckedValue("cam", number, "20.0"), "20");
   for (const char* wrong : {"8", "68", "18", "twenty", "20px", ""})
-    EXPECT_THROW(CheckedValue("cam", number, wrong), UsageError) << wrong;
+    EXPECT_THROW(CheckedValue("cam", number, wrong), Refusal) << wrong;
   const CameraFeature real = Number(0.5, 2, 0, FeatureType::kFloat);
   EXPECT_EQ(CheckedValue("cam", real, "1e0"), "1");
   for (const char* wrong : {"0.4", "2.1", "nan", "inf", "x"})
-    EXPECT_THROW(CheckedValue("cam", real, wrong), UsageError) << wrong;
+    EXPECT_THROW(CheckedValue("cam", real, wrong), Refusal) << wrong;
   CameraFeature choice;
   choice.name = "C";
   choice.type = FeatureType::kEnumeration;
@@ -61,7 +62,7 @@ TEST(FeatureValues, AreParsedAndCheckedBeforeTheyAreWritten) {
   try {
     CheckedValue("cam", choice, "on");
     FAIL();
-  } catch (const UsageError& error) {
+  } catch (const Refusal& error) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("cam"), HasSubstr("C=on"), HasSubstr("Off, On")));
   }
 }
@@ -137,7 +138,7 @@ TEST_F(Features, RangesAndLocksFollowOtherSettings) {
   EXPECT_EQ(access->Find("AcquisitionFrameRate")->max, 200);
   access->Set("ExposureAuto", "Continuous");
   EXPECT_FALSE(access->Find("ExposureTime")->writable);
-  EXPECT_THROW(access->Set("ExposureTime", "4000"), UsageError);
+  EXPECT_THROW(access->Set("ExposureTime", "4000"), Refusal);
   EXPECT_FALSE(access->Find("Exposure"));
 }
 

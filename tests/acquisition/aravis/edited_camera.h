@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
@@ -83,7 +84,7 @@ class EditedCamera : public CameraInNamespace {
   static std::string ErrorOfUri(const std::string& uri) {
     try {
       OpenDriver(uri);
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       return error.what();
     }
     return "no usage error";

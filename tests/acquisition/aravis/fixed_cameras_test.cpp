@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/opening/open_device.h"
 #include "tests/acquisition/aravis/edited_camera.h"
 
 namespace ulf::test::fixed_cameras {
@@ -236,7 +237,7 @@ TEST_F(FixedCameras, FeaturesThatReadAsWantedAreSet) {
   Start();
   const auto access = OpenFeatures(kCamera);
   access->Set("PixelFormat", "Mono8");
-  EXPECT_THROW(access->Set("PixelFormat", "RGB8"), UsageError);
+  EXPECT_THROW(access->Set("PixelFormat", "RGB8"), Refusal);
   access->Set("Width", access->Find("Width")->value);
 }
 
@@ -465,7 +466,7 @@ TEST_F(FixedCameras, APayloadThatIsTooSmallIsCorrected) {
     device->Stop();
     EXPECT_EQ(device->Statistics().incomplete, 0u);
     EXPECT_THAT(device->Statistics().transport,
-                Contains(std::pair<std::string, double>("payload (bytes)", room)));
+                Contains(std::pair<TransportFigure, double>(TransportFigure::kPayloadBytes, room)));
   }
 }
 
@@ -492,7 +493,7 @@ TEST_F(FixedCameras, ChunkDataHaveRoomBesideTheImage) {
     EXPECT_EQ(Take(*device, 3).size(), 3u);
     device->Stop();
     EXPECT_THAT(device->Statistics().transport,
-                Contains(std::pair<std::string, double>("payload (bytes)", room)));
+                Contains(std::pair<TransportFigure, double>(TransportFigure::kPayloadBytes, room)));
   }
 }
 

@@ -1,5 +1,5 @@
 // Tests: acquisition/aravis/stream_guard, acquisition/simulator/gige/gvcp_filter,
-// acquisition/simulator/gige/gvcp, acquisition/simulator/gige/taken_sockets,
+// acquisition/gige_vision/gvcp, acquisition/simulator/gige/taken_sockets,
 // acquisition/simulator/gige/gige_registers.
 //
 // Forged packets against both ends of a GigE Vision link, each just beyond what is allowed: a camera or a stream must go
@@ -66,9 +66,8 @@ class HostileNetwork : public CameraInNamespace {
   static int StatusOf(const std::optional<Packet>& answer) {
     return answer && answer->size() >= 8 ? (*answer)[0] << 8 | (*answer)[1] : -1;
   }
-  static double Transport(const Device& device, const std::string& name) {
-    for (const auto& [known, value] : device.Statistics().transport)
-      if (known == name) return value;
+  static double Transport(const Device& device, TransportFigure figure) {
+    if (const auto value = FigureIn(device.Statistics().transport, figure)) return *value;
     return -1;
   }
 
@@ -157,7 +156,7 @@ TEST_F(HostileNetwork, AStreamOutlivesWhatPretendsToBeTheCameras) {
   const auto device = OpenDriver("aravis:127.0.0.1?packet_size=576&format=Mono8");
   device->Start();
   Take(*device, 3);
-  EXPECT_EQ(Transport(*device, "packets refused"), 0);
+  EXPECT_EQ(Transport(*device, TransportFigure::kPacketsRefused), 0);
   const StreamEnds ends = AskStreamEnds(kCamera);
   ASSERT_NE(ends.from.sin_port, 0) << "the camera tells where it sends from";
   const Packet full(540);
@@ -186,7 +185,7 @@ TEST_F(HostileNetwork, AStreamOutlivesWhatPretendsToBeTheCameras) {
     from->Send(Plain(1, 30000, 0, Leader(320, 240)), kCamera, ntohs(ends.to.sin_port));
   refused += 2;
   for (const Frame& frame : Take(*device, 6)) EXPECT_EQ(frame.status, FrameStatus::kComplete);
-  EXPECT_EQ(Transport(*device, "packets refused"), refused);
+  EXPECT_EQ(Transport(*device, TransportFigure::kPacketsRefused), refused);
   bool said = false;
   for (const DeviceEvent& event : device->TakeEvents())
     said = said || event.text.find("counts them as 'packets refused'") != std::string::npos;

@@ -22,10 +22,10 @@
 #include <vector>
 
 #include "acquisition/aravis/aravis_device.h"
-#include "acquisition/aravis/aravis_discovery.h"
 #include "acquisition/aravis/aravis_usb.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/image/pixel_format.h"
@@ -104,10 +104,9 @@ class U3v : public testing::Test {
     return texts;
   }
 
-  static double Transport(const Device& device, const std::string& name) {
-    for (const auto& [known, value] : device.Statistics().transport)
-      if (known == name) return value;
-    ADD_FAILURE() << "no counter '" << name << "'";
+  static double Transport(const Device& device, TransportFigure figure) {
+    if (const auto value = FigureIn(device.Statistics().transport, figure)) return *value;
+    ADD_FAILURE() << "no counter '" << Name(figure) << "'";
     return -1;
   }
 
@@ -319,7 +318,7 @@ TEST_F(U3v, LargeFramesArriveWholeWithTheirNumbersAndTimes) {
   const double periods = static_cast<double>(frames.back().id - frames.front().id);
   EXPECT_NEAR((frames.back().device_time_s - frames.front().device_time_s) / periods, 0.025, 0.01);
   device->Stop();
-  EXPECT_GT(Transport(*device, "bytes received"), 20.0 * 1280 * 1024);
+  EXPECT_GT(Transport(*device, TransportFigure::kBytesReceived), 20.0 * 1280 * 1024);
   // One transfer at a time, far from the kernel's limit on USB memory.
   EXPECT_LE(camera.Node().MostMemory(), 2 << 20);
 }

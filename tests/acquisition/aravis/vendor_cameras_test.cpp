@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/opening/open_device.h"
 #include "tests/acquisition/aravis/edited_camera.h"
 
 namespace ulf::test::vendor_cameras {
@@ -159,7 +160,7 @@ TEST_F(VendorCameras, ALimitOfThroughputIsInTheCamerasUnit) {
       Take(*device, 1);
       device->Stop();
       EXPECT_THAT(device->Statistics().transport,
-                  Contains(std::pair<std::string, double>("throughput limit (bytes/s)", 2e7)))
+                  Contains(std::pair<TransportFigure, double>(TransportFigure::kThroughputLimit, 2e7)))
           << each.unit;
     }
     EXPECT_EQ(ValueOf("DeviceLinkThroughputLimit"), each.of_20_mb);

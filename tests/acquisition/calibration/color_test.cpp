@@ -1,5 +1,6 @@
-// Tests: acquisition/calibration/color_chart, acquisition/calibration/color_fit, acquisition/simulator/simulated_chart,
-// acquisition/simulator/sensor_colors.
+// Tests: acquisition/calibration/color_chart, acquisition/calibration/color_fit,
+// acquisition/simulator/simulated_chart, acquisition/simulator/bench_device, acquisition/simulator/sensor,
+// core/fiducials/color_chart_patches.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -11,6 +11,7 @@
 #include "acquisition/calibration/calibration_formats.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/frame_recording.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "tests/support/floors.h"
@@ -105,8 +106,9 @@ TEST_F(Intrinsics, AreStoredBySerialOfThisDeviceOnly) {
 }
 
 TEST_F(Intrinsics, UnknownOnesSayHowToCalibrate) {
-  EXPECT_THAT(ErrorOf(StillDevice("S1"), {}, 640, 480), AllOf(HasSubstr("test:1"), HasSubstr("--calibration"),
-                                                              HasSubstr("--focal-px"), HasSubstr("S1.json")));
+  EXPECT_THAT(ErrorOf(StillDevice("S1"), {}, 640, 480),
+              AllOf(HasSubstr("test:1"), HasSubstr("calibration FILE"), HasSubstr("focal_px F"),
+                    HasSubstr("S1.json")));
 }
 
 TEST_F(Intrinsics, ScaleWithTheFrameButNotToAnotherShape) {
@@ -159,11 +161,11 @@ DeviceInfo Webcam(const std::string& serial, const std::string& model, const std
 TEST_F(Intrinsics, AnotherSerialIsAnErrorUnlessForced) {
   IntrinsicsArgs args{.calibration_path = WriteFile("named.json", 100), .focal_px = {}};
   EXPECT_THAT(ErrorOf(StillDevice("S2"), args, 640, 480),
-              AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("--force-calibration")));
+              AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("force_calibration")));
   args.force = true;
   const ResolvedCalibration forced = ResolveCalibration(StillDevice("S2"), args, 640, 480);
   EXPECT_DOUBLE_EQ(forced.camera.fx, 100);
-  EXPECT_THAT(forced.warnings, ::testing::Contains(HasSubstr("--force-calibration")));
+  EXPECT_THAT(forced.warnings, ::testing::Contains(HasSubstr("force_calibration")));
   args.force = false;
   EXPECT_TRUE(ResolveCalibration(StillDevice("S1"), args, 640, 480).warnings.empty());
   EXPECT_NO_THROW(ResolveCalibration(StillDevice(""), args, 640, 480)) << "images have no serial";
@@ -251,10 +253,10 @@ TEST_F(RecordedIntrinsics, AreBoundToTheCameraAndFoundForIt) {
   const auto of_s1 = Recording(Of(Webcam("S1", "M", "b"))), of_s2 = Recording(Of(Webcam("S2", "M", "b")));
   EXPECT_DOUBLE_EQ(ResolveCalibration(*of_s1, args, 640, 480).camera.fx, 100);
   EXPECT_THAT(ErrorOf(*of_s2, args, 640, 480),
-              AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("--force-calibration")));
+              AllOf(HasSubstr("S1"), HasSubstr("S2"), HasSubstr("force_calibration")));
   args.force = true;
   EXPECT_THAT(ResolveCalibration(*of_s2, args, 640, 480).warnings,
-              ::testing::Contains(HasSubstr("--force-calibration")));
+              ::testing::Contains(HasSubstr("force_calibration")));
   Store("S2", 200);
   EXPECT_DOUBLE_EQ(ResolveCalibration(*of_s2, {}, 640, 480).camera.fx, 200);
   EXPECT_THAT(ErrorOf(*of_s1, {}, 640, 480), HasSubstr("S1.json"));

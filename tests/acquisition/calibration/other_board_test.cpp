@@ -1,5 +1,5 @@
 // Tests: acquisition/calibration/other_board, acquisition/calibration/layout_fit,
-// acquisition/calibration/chessboard_count, acquisition/calibration/calibration_capture,
+// acquisition/calibration/layout_fit, acquisition/calibration/calibration_capture,
 // commands/calibration/calibrate_command, commands/calibration/calibrate_source.
 //
 // Another board than was said is told by its text; a right one never, however poor its views are.
@@ -88,7 +88,7 @@ TEST(OtherBoard, IsToldByItsText) {
     EXPECT_THAT(other->what, HasSubstr(c.what)) << c.said << " for " << c.shown;
     const std::string text = DescribeOtherBoard(said, *other);
     EXPECT_THAT(text, AllOf(HasSubstr(std::string("do not lie as on ") + c.said),
-                            HasSubstr("give --board " + other->board.Text())));
+                            HasSubstr("give board " + other->board.Text())));
   }
 }
 
@@ -99,7 +99,7 @@ TEST(OtherBoard, MirroredPicturesAreSaidToBeMirrored) {
   const auto other = BoardInPictures(said, pictures);
   ASSERT_TRUE(other);
   EXPECT_EQ(other->board, said);
-  EXPECT_THAT(DescribeOtherBoard(said, *other), AllOf(HasSubstr("mirrored"), Not(HasSubstr("give --board"))));
+  EXPECT_THAT(DescribeOtherBoard(said, *other), AllOf(HasSubstr("mirrored"), Not(HasSubstr("give board"))));
 }
 
 // Few views, small, half out of sight, blurred, through any lens, or of something else.
@@ -155,7 +155,7 @@ TEST(OtherBoard, AChessboardIsToldByItsSquares) {
     EXPECT_TRUE(other) << c.said << " for " << c.shown;
     if (!other) continue;
     EXPECT_THAT(DescribeOtherBoard(said, *other),
-                AllOf(HasSubstr(c.what), HasSubstr(std::string("give --board ") + c.shown)));
+                AllOf(HasSubstr(c.what), HasSubstr(std::string("give board ") + c.shown)));
   }
   // Of another kind, too; the same counts are no hint that it is right.
   for (const char* text :
@@ -164,7 +164,7 @@ TEST(OtherBoard, AChessboardIsToldByItsSquares) {
     const auto other = BoardInPictures(of_markers, pictures_of("chessboard:9x6:25", 3));
     ASSERT_TRUE(other) << text;
     EXPECT_THAT(DescribeOtherBoard(of_markers, *other),
-                AllOf(HasSubstr("a chessboard; measure"), HasSubstr("give --board chessboard:9x6:30")));
+                AllOf(HasSubstr("a chessboard; measure"), HasSubstr("give board chessboard:9x6:30")));
     EXPECT_FALSE(BoardInPictures(of_markers, pictures_of("chessboard:9x6:25", 1)));
   }
   // A hand over a column, a single picture of something larger, and parts are no other board.

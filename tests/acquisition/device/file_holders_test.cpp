@@ -1,5 +1,5 @@
-// Tests: acquisition/device/file_holders.
-#include "acquisition/device/file_holders.h"
+// Tests: acquisition/device/device_files.
+#include "acquisition/device/device_files.h"
 
 #include <gmock/gmock.h>
 #include <unistd.h>

@@ -1,6 +1,7 @@
 // Tests: acquisition/device/frame_recording, acquisition/device/replay_device,
-// acquisition/device/paced_device, core/image/files/jpeg_file.
+// acquisition/device/replay_device, core/image/files/jpeg_file.
 #include "acquisition/device/frame_recording.h"
+#include "acquisition/opening/open_device.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,5 @@
-// Tests: acquisition/device/reconnecting_device, acquisition/device/background_closer.
+// Tests: acquisition/device/reconnecting_device, acquisition/device/driver_search, acquisition/device/event_log,
+// acquisition/device/transport_figures, acquisition/device/background_closer.
 #include "acquisition/device/reconnecting_device.h"
 
 #include <gmock/gmock.h>
@@ -121,13 +122,15 @@ TEST(ReconnectingDevice, CountersAddUpAndSettingsDoNot) {
   const DeviceStatistics statistics = device->Statistics();
   EXPECT_EQ(statistics.delivered, frames);
   EXPECT_EQ(statistics.reconnects, 3u);
-  using Figure = std::pair<std::string, double>;
+  using Figure = std::pair<TransportFigure, double>;
   const auto all = static_cast<double>(frames);
-  EXPECT_THAT(statistics.transport,
-              ElementsAre(Figure("packets", 10.0 * all), Figure("packet size", 1400),
-                          Figure("payload (bytes)", 307'200), Figure("frames a second set", 15),
-                          Figure("exposure (us)", 4000), Figure("bytes received", 1e5 * all),
-                          Figure("frames while settling", 4), Figure("IEEE 1588 locked", 1)));
+  EXPECT_THAT(
+      statistics.transport,
+      ElementsAre(Figure(TransportFigure::kPacketsReceived, 10.0 * all),
+                  Figure(TransportFigure::kPacketSize, 1400), Figure(TransportFigure::kPayloadBytes, 307'200),
+                  Figure(TransportFigure::kSetFps, 15), Figure(TransportFigure::kExposureUs, 4000),
+                  Figure(TransportFigure::kBytesReceived, 1e5 * all),
+                  Figure(TransportFigure::kWhileSettling, 4), Figure(TransportFigure::kClockShared, 1)));
 }
 
 TEST(ReconnectingDevice, TimesGoOnWhateverTheCamerasClockDoes) {

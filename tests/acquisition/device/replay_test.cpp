@@ -1,4 +1,4 @@
-// Tests: acquisition/device/replay_device, acquisition/device/replay_source, acquisition/device/paced_device, core/image/files/image_header,
+// Tests: acquisition/device/replay_device, acquisition/device/replay_source, acquisition/device/replay_device, core/image/files/image_header,
 // core/base/name_order.
 #include <gmock/gmock.h>
 #include <spdlog/sinks/ostream_sink.h>
@@ -15,6 +15,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_recording.h"
 #include "acquisition/device/replay_device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/name_order.h"
@@ -215,7 +216,7 @@ TEST(ReplayInTime, StopsAtOnceAndBeginsAgain) {
 
 TEST(ReplayInTime, OnlyARecordingHasASpeed) {
   EXPECT_EQ(WithReplaySpeed("sim:studio", std::nullopt), "sim:studio");
-  EXPECT_THROW(WithReplaySpeed("sim:studio", 1), UsageError);
+  EXPECT_THROW(WithReplaySpeed("sim:studio", 1), Refusal);
   EXPECT_EQ(WithReplaySpeed("replay:a?speed=3&fps=5", 1), "replay:a?fps=5&speed=1");
 }
 
@@ -349,7 +350,7 @@ TEST(ReplayFolder, AnEmptyFolderAndAMissingOneAreErrors) {
   test::ScratchFolder scratch;
   EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()), HasSubstr("no images"));
   EXPECT_THAT(ErrorOf("replay:" + (scratch / "nowhere").string()), HasSubstr("nowhere"));
-  EXPECT_THAT(ErrorOf<UsageError>("replay:"), HasSubstr("path"));
+  EXPECT_THAT(ErrorOf<Refusal>("replay:"), HasSubstr("path"));
 }
 
 TEST(ReplayFolder, ATruncatedImageIsFoundOnOpening) {
@@ -380,11 +381,11 @@ TEST(ReplayFolder, OptionsAreChecked) {
   test::ScratchFolder scratch;
   cv::imwrite((scratch / "a.png").string(), Numbered(0));
   const std::string folder = "replay:" + scratch.path().string();
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?fps=0"), HasSubstr("fps"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?fps=fast"), HasSubstr("fps"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?colour=2"), HasSubstr("colour"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?speed=-1"), HasSubstr("speed"));
-  EXPECT_THAT(ErrorOf<UsageError>(folder + "?transfer=gamma"), HasSubstr("transfer"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?fps=0"), HasSubstr("fps"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?fps=fast"), HasSubstr("fps"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?colour=2"), HasSubstr("colour"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?speed=-1"), HasSubstr("speed"));
+  EXPECT_THAT(ErrorOf<Refusal>(folder + "?transfer=gamma"), HasSubstr("transfer"));
   EXPECT_EQ(Replay(folder + "?transfer=linear").at(0).image.transfer, Transfer::kLinear);
 }
 

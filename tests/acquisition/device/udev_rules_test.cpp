@@ -1,4 +1,4 @@
-// Tests: acquisition/device/udev_rules, commands/camera/devices_command.
+// Tests: acquisition/device/device_files, commands/camera/devices_command.
 //
 // The rules in udev/: what they do to cameras that are not there (replayed through umockdev into `udevadm
 // test`, with a view of the file system of the test's own), and whether missing ones are noticed.
@@ -12,7 +12,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "acquisition/device/udev_rules.h"
+#include "acquisition/device/device_files.h"
 #include "core/base/error.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

@@ -17,6 +17,7 @@
 #include "acquisition/gphoto2/camera_settings.h"
 #include "acquisition/gphoto2/left_photographs.h"
 #include "acquisition/gphoto2/ptpip_descriptors.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "core/base/error.h"
 #include "tests/acquisition/gphoto2/gphoto_fixture.h"
@@ -142,7 +143,7 @@ TEST_F(GphotoTest, AFileThatCannotBeFetchedIsNamedAndCounted) {
       Until(*device, [&] { return Said(*device).find("copy it from the card") != std::string::npos; }));
   EXPECT_THAT(said_, HasSubstr("DSC_0001.JPG was not downloaded"));
   const auto transport = device->Statistics().transport;
-  EXPECT_THAT(transport, ::testing::Contains(::testing::Pair("photographs not downloaded", 1)));
+  EXPECT_THAT(transport, ::testing::Contains(::testing::Pair(TransportFigure::kNotDownloaded, 1)));
   camera_->FailDownloads(0);
   ASSERT_EQ(device->RequestStill(), StillRequest::kAsked) << "photographing goes on at once";
   EXPECT_TRUE(AwaitStill(*device));
@@ -372,12 +373,12 @@ TEST_F(GphotoTest, SettingsAreLockedAndReadBack) {
 
 TEST_F(GphotoTest, WhatTheCameraDoesNotOfferIsAnErrorWithWhatItDoes) {
   Begin();
-  EXPECT_THAT([&] { Open("?iso=12345"); }, ThrowsMessage<UsageError>(HasSubstr("100, 200, 400, 800, 1600")));
-  EXPECT_THAT([&] { Open("?shutter=quick"); }, ThrowsMessage<UsageError>(HasSubstr("0.0080s")));
-  EXPECT_THAT([&] { Open("?zoom=2"); }, ThrowsMessage<UsageError>(HasSubstr("known are")));
-  EXPECT_THAT([&] { Open("?target=disk"); }, ThrowsMessage<UsageError>(HasSubstr("card or ram")));
+  EXPECT_THAT([&] { Open("?iso=12345"); }, ThrowsMessage<Refusal>(HasSubstr("100, 200, 400, 800, 1600")));
+  EXPECT_THAT([&] { Open("?shutter=quick"); }, ThrowsMessage<Refusal>(HasSubstr("0.0080s")));
+  EXPECT_THAT([&] { Open("?zoom=2"); }, ThrowsMessage<Refusal>(HasSubstr("known are")));
+  EXPECT_THAT([&] { Open("?target=disk"); }, ThrowsMessage<Refusal>(HasSubstr("card or ram")));
   EXPECT_THAT([] { OpenDevice("gphoto2:ptpip:127.0.0.1:port"); },
-              ThrowsMessage<UsageError>(HasSubstr("not a port")));
+              ThrowsMessage<Refusal>(HasSubstr("not a port")));
   EXPECT_THAT([] { OpenDevice("gphoto2:usb:255,255"); },
               ThrowsMessage<Error>(HasSubstr("gphoto2:usb:255,255")));
 }
@@ -541,8 +542,8 @@ TEST_F(GphotoTest, AFileWhoseDownloadTheLinkBrokeOffIsFetchedWhenItIsBack) {
   EXPECT_EQ(*still->encoded->bytes, bytes);
   EXPECT_EQ(still->status, FrameStatus::kComplete);
   EXPECT_EQ(device->Statistics().reconnects, 2u);
-  for (const auto& [name, value] : device->Statistics().transport)
-    EXPECT_TRUE(name != "photographs not downloaded" || value == 0) << "it was, in the end";
+  EXPECT_EQ(FigureIn(device->Statistics().transport, TransportFigure::kNotDownloaded), 0)
+      << "it was, in the end";
 }
 
 // A card with photographs of earlier sessions, among them higher numbers and the other file of the last name, and a
@@ -716,9 +717,9 @@ TEST_F(GphotoTest, TheConfigurationByName) {
   EXPECT_FALSE(features->Find("nothing of the kind"));
   features->Set("iso", "1600");
   EXPECT_EQ(camera_->Property(kPtpIso), 1600u);
-  EXPECT_THAT([&] { features->Set("iso", "50"); }, ThrowsMessage<UsageError>(HasSubstr("1600")));
+  EXPECT_THAT([&] { features->Set("iso", "50"); }, ThrowsMessage<Refusal>(HasSubstr("1600")));
   EXPECT_THAT([&] { features->Set("batterylevel", "90"); },
-              ThrowsMessage<UsageError>(HasSubstr("batterylevel")));
+              ThrowsMessage<Refusal>(HasSubstr("batterylevel")));
   EXPECT_GT(features->List().size(), 15u);
 }
 

@@ -41,7 +41,7 @@ TEST(Photographs, PairsInEitherOrderAndLonersAfterTheirPatience) {
 
   PhotographPairing raw(3);
   raw.ExpectFormat("NEF (Raw)");
-  EXPECT_FALSE(ComesWithJpeg("NEF (Raw)"));
+  EXPECT_FALSE(FilesOf("NEF (Raw)").jpeg);
   raw.Add(file("DSC_1.NEF"), 0);
   EXPECT_EQ(raw.Take(0).size(), 1u);
 }
@@ -95,7 +95,8 @@ TEST_F(GphotoTest, ARawFileThatIsFetchedAtLastIsStillPartOfItsPhotograph) {
   const auto still = AwaitStill(*device);
   ASSERT_TRUE(still);
   EXPECT_TRUE(still->encoded && still->raw && still->requested_s);
-  EXPECT_THAT(device->Statistics().transport, ::testing::Contains(::testing::Pair("photographs", 1)));
+  EXPECT_THAT(device->Statistics().transport,
+              ::testing::Contains(::testing::Pair(TransportFigure::kPhotographs, 1)));
 }
 
 TEST_F(GphotoTest, AFileThatIsAnnouncedLateAnswersNoNewerRequest) {

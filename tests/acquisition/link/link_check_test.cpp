@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquisition/link/host_link.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"

@@ -29,14 +29,12 @@ struct GigabitLink {
   std::optional<double> limit, exposure_us;
 
   LinkFacts Facts() {
-    counted.transport = {{"payload (bytes)", 2.6e6},
-                         {"frames a second set", fps},
-                         {"packet size", packet_size},
-                         {"resend on", 1},
-                         {"socket buffer asked for (bytes)", 6e6},
-                         {"socket buffer (bytes)", buffer}};
-    if (exposure_us) counted.transport.emplace_back("exposure (us)", *exposure_us);
-    if (limit) counted.transport.emplace_back("throughput limit (bytes/s)", *limit);
+    counted.transport = {
+        {TransportFigure::kPayloadBytes, 2.6e6},     {TransportFigure::kSetFps, fps},
+        {TransportFigure::kPacketSize, packet_size}, {TransportFigure::kResends, 1},
+        {TransportFigure::kSocketBufferAsked, 6e6},  {TransportFigure::kSocketBuffer, buffer}};
+    if (exposure_us) counted.transport.emplace_back(TransportFigure::kExposureUs, *exposure_us);
+    if (limit) counted.transport.emplace_back(TransportFigure::kThroughputLimit, *limit);
     return DescribeLink(camera, path, counted);
   }
   // The only fact that is not in order.

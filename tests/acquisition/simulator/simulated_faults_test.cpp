@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "acquisition/aravis/aravis_device.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/error.h"
@@ -64,7 +65,7 @@ TEST(SimulatedFaults, AreReadFromWords) {
   for (const char* wrong :
        {"", "lost", "lost=", "lost=2", "lost=-1", "lost=nan", "late=80", "freeze=a:1",
         "freeze=1:", "resend=2", "gone=1", "=1", "flicker=100", "hunting=4:0", "lens=0", "auto_exposure=1"})
-    EXPECT_THROW(SimulatedFaults().Add(wrong), UsageError) << wrong;
+    EXPECT_THROW(SimulatedFaults().Add(wrong), Refusal) << wrong;
 }
 
 TEST(SimDevice, KnowsItsWindow) {
@@ -162,7 +163,7 @@ TEST(SimDevice, RefusesFaultsOfANetwork) {
   try {
     OpenSim(std::string(kSmall) + "&fault=lost=0.1");
     FAIL();
-  } catch (const UsageError& error) {
+  } catch (const Refusal& error) {
     EXPECT_THAT(error.what(), HasSubstr("ulf simulate --fault"));
   }
 }

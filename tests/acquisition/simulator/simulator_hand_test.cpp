@@ -1,4 +1,4 @@
-// Tests: acquisition/simulator/hand, acquisition/simulator/hand_motion, acquisition/simulator/waves.
+// Tests: acquisition/simulator/hand.
 //
 // The simulated hand: smooth, within its promises, and everywhere on the cap sooner or later.
 #include <gmock/gmock.h>

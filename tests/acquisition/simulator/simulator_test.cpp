@@ -3,7 +3,7 @@
 // acquisition/simulator/scene/ray_caster, acquisition/simulator/scene/primitive,
 // acquisition/simulator/scene/lanes, acquisition/simulator/scene/texture, acquisition/simulator/scene/bake,
 // acquisition/simulator/scene/materials, acquisition/simulator/scene/noise,
-// acquisition/simulator/scene/kept_charts, acquisition/simulator/scene/studio_scenes.
+// acquisition/simulator/scene/bake, acquisition/simulator/scene/studio_scenes.
 //
 // The simulated scene, sensor and camera against what they claim: exact geometry, physical light, repeatable
 // bytes.
@@ -15,7 +15,8 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/simulator/scene/kept_charts.h"
+#include "acquisition/opening/open_device.h"
+#include "acquisition/simulator/scene/bake.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/base/error.h"
@@ -60,7 +61,7 @@ TEST(Scene, UnknownNameListsTheScenes) {
   try {
     Scene::Named("kitchen");
     FAIL() << "should have thrown";
-  } catch (const UsageError& error) {
+  } catch (const Refusal& error) {
     EXPECT_THAT(error.what(), HasSubstr("kitchen"));
     for (const std::string& name : Scene::Names()) EXPECT_THAT(error.what(), HasSubstr(name));
   }
@@ -458,8 +459,8 @@ TEST(SimulatedCamera, ARollingShutterReadsRowByRow) {
               100)
         << "rows from " << first;
   }
-  EXPECT_THROW(OpenDevice("sim:studio?readout_ms=-1"), UsageError);
-  EXPECT_THROW(OpenDevice("sim:studio?fps=30&readout_ms=34"), UsageError);  // longer than a frame
+  EXPECT_THROW(OpenDevice("sim:studio?readout_ms=-1"), Refusal);
+  EXPECT_THROW(OpenDevice("sim:studio?fps=30&readout_ms=34"), Refusal);  // longer than a frame
 }
 
 TEST(SimulatedDevice, GivesFramesUntilItsDurationIsOver) {
@@ -499,7 +500,7 @@ TEST(SimulatedDevice, WrongOptionsAreNamed) {
     try {
       OpenSimulatedDevice(DeviceUri::Parse(uri));
       ADD_FAILURE() << uri << " was accepted";
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), HasSubstr(mentioned)) << uri;
     }
   }

@@ -1,6 +1,6 @@
 // Tests: acquisition/v4l2/v4l2_device, acquisition/v4l2/v4l2_controls, acquisition/v4l2/v4l2_features,
-// acquisition/v4l2/v4l2_modes, acquisition/v4l2/v4l2_node, acquisition/v4l2/v4l2_options,
-// acquisition/v4l2/v4l2_stream, acquisition/v4l2/motion_jpeg.
+// acquisition/v4l2/v4l2_modes, acquisition/v4l2/v4l2_node,
+// acquisition/device/stream_statistics, acquisition/v4l2/v4l2_stream.
 //
 // Webcams through the kernel's interface, against a camera emulated at the level of its calls: formats,
 // controls, both kinds of buffers, and what goes wrong with cameras.
@@ -17,9 +17,10 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
-#include "acquisition/v4l2/motion_jpeg.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/v4l2/v4l2_device.h"
 #include "acquisition/v4l2/v4l2_modes.h"
+#include "acquisition/v4l2/v4l2_stream.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "tests/support/child_process.h"
@@ -181,10 +182,10 @@ TEST_F(V4l2, WishesThatCannotBeMetListWhatThereIs) {
   EXPECT_THAT(ErrorOf([] { Open("&sharpnes=3"); }), AllOf(HasSubstr("sharpnes"), HasSubstr("white_balance")));
   EXPECT_THAT(ErrorOf([] { Open("&exposure=1"); }), AllOf(HasSubstr("exposure"), HasSubstr("3 to 2047")));
   EXPECT_THAT(ErrorOf([] { Open("&auto_exposure=often"); }), HasSubstr("Aperture Priority Mode (3)"));
-  EXPECT_THROW(Open("&exposure=1"), UsageError);
-  EXPECT_THROW(Open("&io=read"), UsageError);
+  EXPECT_THROW(Open("&exposure=1"), Refusal);
+  EXPECT_THROW(Open("&io=read"), Refusal);
   EXPECT_THAT(ErrorOf([] { Open("&gain=1&gain=2"); }), HasSubstr("gain is given twice"));
-  EXPECT_THROW(Open("&size=big"), UsageError);
+  EXPECT_THROW(Open("&size=big"), Refusal);
 }
 
 TEST_F(V4l2, ControlsAreFeatures) {
@@ -313,7 +314,7 @@ TEST_F(V4l2, AutomaticsAreSwitchedOffAndHeldWhereTheyWere) {
   EXPECT_EQ(camera.Control(V4L2_CID_EXPOSURE_ABSOLUTE), held) << "and it stays";
   const auto transport = device->Statistics().transport;
   ASSERT_EQ(transport.size(), 1u);
-  EXPECT_EQ(transport[0].first, "frames while settling");
+  EXPECT_EQ(transport[0].first, TransportFigure::kWhileSettling);
   EXPECT_GT(transport[0].second, 2) << "not handed out, but counted";
   // Opened again by its name it goes on as it was, whatever was done to it.
   const std::string uri = device->Info().uri;

@@ -12,7 +12,7 @@
 
 #include "acquisition/calibration/calibration_capture.h"
 #include "acquisition/calibration/calibration_io.h"
-#include "acquisition/simulator/sensor_colors.h"
+#include "acquisition/simulator/sensor.h"
 #include "acquisition/simulator/simulated_board.h"
 #include "acquisition/simulator/simulated_chart.h"
 #include "commands/calibration/calibration_report.h"
@@ -88,7 +88,7 @@ class ScriptedDevice : public Device {
 TEST(CollectViews, TakesViewsByItselfUntilThereIsEnough) {
   ScriptedDevice device;
   const CollectedViews collected = CollectViews(device, Board(), {});
-  EXPECT_TRUE(collected.ended.empty()) << collected.ended;
+  EXPECT_EQ(collected.end, acquisition::ViewsEnd::kEnough);
   EXPECT_GE(collected.views.size(), 14u);
   EXPECT_EQ(collected.pictures.size(), collected.views.size());
   const CalibrationResult result =
@@ -141,7 +141,7 @@ TEST(CollectViews, StopsWhenAskedAndSaysWhatWasLost) {
   };
   options.stop = [&] { return shown >= 12; };
   const CollectedViews collected = CollectViews(device, Board(), options);
-  EXPECT_EQ(collected.ended, "stopped");
+  EXPECT_EQ(collected.end, acquisition::ViewsEnd::kStopped);
   EXPECT_GE(collected.views.size(), 2u);
   ScriptedDevice lost(false, 9);
   EXPECT_THROW(CollectViews(lost, Board(), {}), Error);

@@ -20,15 +20,16 @@ TEST(DeviceReport, CountsAreTheSameForPeopleAndPrograms) {
   statistics.dropped = 2;
   statistics.seconds = 2;
   statistics.bytes = 6000000;
-  statistics.transport = {{"packets resent", 7}, {"packets lost", 0}};
+  statistics.transport = {{acquisition::TransportFigure::kPacketsResent, 7},
+                          {acquisition::TransportFigure::kPacketsMissing, 0}};
   const std::string text = ToText(statistics);
   EXPECT_THAT(text, HasSubstr("30 frames delivered in 2.0 s (15.0 a second, 3.0 MB/s)"));
   EXPECT_THAT(text, HasSubstr("2 dropped"));
   EXPECT_THAT(text, HasSubstr("packets resent 7"));
-  EXPECT_THAT(text, Not(HasSubstr("packets lost")));
+  EXPECT_THAT(text, Not(HasSubstr("packets missing")));
   const auto json = ToJson(statistics);
   EXPECT_EQ(json["fps"], 15);
-  EXPECT_EQ(json["transport"]["packets lost"], 0);
+  EXPECT_EQ(json["transport"]["packets missing"], 0);
   EXPECT_TRUE(json["clock_offset_s"].is_null());
 }
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/json_text.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"

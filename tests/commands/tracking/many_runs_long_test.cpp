@@ -12,7 +12,7 @@
 #include <opencv2/core.hpp>
 
 #include "acquisition/calibration/calibration_io.h"
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/json_text.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

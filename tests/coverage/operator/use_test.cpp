@@ -21,8 +21,8 @@
 #include <cstdlib>
 #include <utility>
 
-#include "acquisition/device/device.h"
-#include "acquisition/device/paced_device.h"
+#include "acquisition/device/replay_device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/available_memory.h"
 #include "core/base/host_time.h"
 #include "core/light_field/light_field_io.h"

@@ -4,7 +4,7 @@
 // wrong is recorded or measured while nobody knows where it is, and the capture goes on when it is back.
 #include <gmock/gmock.h>
 
-#include "acquisition/simulator/hand_motion.h"
+#include "acquisition/simulator/hand.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"

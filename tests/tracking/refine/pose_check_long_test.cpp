@@ -12,7 +12,7 @@
 #include <set>
 
 #include "acquisition/calibration/calibration_io.h"
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
 #include "core/image/files/picture_file.h"

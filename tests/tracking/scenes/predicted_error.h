@@ -12,6 +12,7 @@
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/quantile.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"

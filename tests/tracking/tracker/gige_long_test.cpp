@@ -11,6 +11,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/device/frame_queue.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"

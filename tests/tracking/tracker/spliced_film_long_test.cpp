@@ -7,6 +7,7 @@
 
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

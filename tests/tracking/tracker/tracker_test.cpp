@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"

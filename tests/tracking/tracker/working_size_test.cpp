@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/calibration/calibration_io.h"
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/floors.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/geometry/trajectory.h"
 #include "tests/support/seeds.h"
 #include "tests/tracking/scenes/textured_room.h"

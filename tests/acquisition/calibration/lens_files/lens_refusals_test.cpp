@@ -1,5 +1,5 @@
-// Tests: acquisition/calibration/lens_files/other_files, acquisition/calibration/lens_files/lens_numbers,
-// acquisition/calibration/lens_files/lens_words, acquisition/calibration/lens_files/lens_mentions,
+// Tests: acquisition/calibration/lens_files/lens_files, acquisition/calibration/lens_files/lens_numbers,
+// acquisition/calibration/lens_files/lens_words,
 // acquisition/calibration/lens_files/lens_tree.
 //
 // What is refused, or taken with a warning: by its own name, with the way out.

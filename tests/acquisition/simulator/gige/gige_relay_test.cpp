@@ -7,7 +7,8 @@
 #include <algorithm>
 #include <map>
 
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/gige_address.h"
 #include "acquisition/simulator/gige/gige_relay.h"
 #include "core/base/error.h"
@@ -165,8 +166,8 @@ TEST_F(GigeRelayed, TheCameraTellsClientsApart) {
 
 TEST_F(GigeRelayed, AddressesAreAddedAndRemoved) {
   EXPECT_EQ(HiddenGigeAddress("127.0.0.2"), "127.64.0.2");
-  EXPECT_THROW(HiddenGigeAddress("10.0.0.2"), UsageError);
-  EXPECT_THROW(HiddenGigeAddress("127.64.0.2"), UsageError);
+  EXPECT_THROW(HiddenGigeAddress("10.0.0.2"), Refusal);
+  EXPECT_THROW(HiddenGigeAddress("127.64.0.2"), Refusal);
   const auto serves = [](const std::string& address) {
     ChildProcess camera({FAKE_GIGE_CAMERA, "T2", "0", address});
     return camera.ReadUntil("ready", 5).find("ready") != std::string::npos;

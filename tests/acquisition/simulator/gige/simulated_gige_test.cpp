@@ -1,4 +1,5 @@
-// Tests: acquisition/simulator/gige/simulated_gige_camera, commands/camera/simulate_command.
+// Tests: acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/gige_pictures,
+// commands/camera/simulate_command.
 //
 // The whole way from the simulated sensor to an ulf::Frame over the network: `ulf simulate` in a process of
 // its own, opened as the machine-vision camera that it is.
@@ -9,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "acquisition/calibration/intrinsics.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "tests/acquisition/aravis/aravis_fixture.h"
 #include "tests/support/floors.h"

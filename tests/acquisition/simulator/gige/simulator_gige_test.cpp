@@ -1,5 +1,5 @@
-// Tests: acquisition/aravis/aravis_exposures, acquisition/simulator/gige/gige_sequencer,
-// acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/wire_format,
+// Tests: acquisition/aravis/aravis_exposures, acquisition/simulator/gige/gige_registers,
+// acquisition/simulator/gige/simulated_gige_camera, acquisition/simulator/gige/gige_pictures,
 // acquisition/simulator/gige/gige_address, commands/camera/simulate_command.
 //
 // The simulated camera over the wire: opened by the Aravis device like any other, on a loopback of this
@@ -15,10 +15,11 @@
 #include <sstream>
 #include <thread>
 
-#include "acquisition/aravis/gige_vision_probe.h"
 #include "acquisition/calibration/calibration_io.h"
 #include "acquisition/device/device.h"
 #include "acquisition/device/features.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/error.h"
 #include "tests/support/child_process.h"

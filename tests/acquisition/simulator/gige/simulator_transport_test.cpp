@@ -12,6 +12,7 @@
 
 #include "acquisition/device/device.h"
 #include "acquisition/link/link_facts.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/pose_file.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "core/base/error.h"
@@ -71,8 +72,8 @@ class SimulatedTransport : public ::testing::Test {
     return texts;
   }
 
-  static double TransportOf(const Device& device, const std::string& name) {
-    return acquisition::TransportValue(device.Statistics(), name).value_or(std::nan(""));
+  static double TransportOf(const Device& device, TransportFigure figure) {
+    return acquisition::FigureIn(device.Statistics().transport, figure).value_or(std::nan(""));
   }
 
   std::unique_ptr<SimulatedGigeCamera> server_;
@@ -133,7 +134,8 @@ TEST_F(SimulatedTransport, PacketsArePausedAsAsked) {
     const auto begin = std::chrono::steady_clock::now();
     const std::size_t count = WholeFrames(*device, 12).size();
     EXPECT_EQ(device->Statistics().incomplete + device->Statistics().missing, 0u);
-    EXPECT_EQ(fmt::format("packet_delay_ns={:.0f}", TransportOf(*device, "packet delay (ns)")), options);
+    EXPECT_EQ(fmt::format("packet_delay_ns={:.0f}", TransportOf(*device, TransportFigure::kPacketDelayNs)),
+              options);
     EXPECT_THAT(Notices(*device), Not(Contains(HasSubstr("packet_delay"))));
     return static_cast<double>(count) / SecondsSince(begin);
   };
@@ -147,11 +149,11 @@ TEST_F(SimulatedTransport, PacketsArePausedAsAsked) {
 
 TEST_F(SimulatedTransport, ACameraHoldsItsOwnLimitOfThroughput) {
   Serve();
-  EXPECT_THROW(Open("throughput_limit=10"), UsageError);
+  EXPECT_THROW(Open("throughput_limit=10"), Refusal);
   {
     const auto device = Open("throughput_limit=1000000");  // 52 frames of 19,200 bytes; headers take some
     WholeFrames(*device, 20);
-    EXPECT_EQ(TransportOf(*device, "throughput limit (bytes/s)"), 1e6);
+    EXPECT_EQ(TransportOf(*device, TransportFigure::kThroughputLimit), 1e6);
   }
   const auto device = Open("throughput_limit=1000000&fps=200");
   WholeFrames(*device, 5);
@@ -170,7 +172,7 @@ TEST_F(SimulatedTransport, TimesAreByTheClockThatIeee1588Sets) {
     const Frame frame = WholeFrames(*device, 1).at(0);
     EXPECT_NEAR(frame.device_time_s - frame.host_time_s, 1000, 1) << "its own clock";
     EXPECT_FALSE(frame.on_shared_clock);
-    EXPECT_TRUE(std::isnan(TransportOf(*device, "IEEE 1588 locked")));
+    EXPECT_TRUE(std::isnan(TransportOf(*device, TransportFigure::kClockShared)));
   }
   const auto begin = std::chrono::steady_clock::now();
   const auto device = Open("ptp=on");
@@ -183,8 +185,8 @@ TEST_F(SimulatedTransport, TimesAreByTheClockThatIeee1588Sets) {
   EXPECT_THAT(Notices(*device),
               Contains(AllOf(HasSubstr("follows an IEEE 1588 clock"), HasSubstr("180 ns"))));
   std::this_thread::sleep_for(200ms);
-  EXPECT_EQ(TransportOf(*device, "IEEE 1588 locked"), 1);
-  EXPECT_EQ(TransportOf(*device, "IEEE 1588 offset (ns)"), 180);
+  EXPECT_EQ(TransportOf(*device, TransportFigure::kClockShared), 1);
+  EXPECT_EQ(TransportOf(*device, TransportFigure::kClockOffsetNs), 180);
 }
 
 // The camera is asked once a second. What it says then holds for the frames that follow.
@@ -200,7 +202,7 @@ TEST_F(SimulatedTransport, AMasterThatIsLostAndFoundAgainIsToldFrameByFrame) {
     if (!frame) continue;
     if (changes.empty() || changes.back() != frame->on_shared_clock)
       changes.push_back(frame->on_shared_clock);
-    worst_offset_ns = std::max(worst_offset_ns, TransportOf(*device, "IEEE 1588 offset (ns)"));
+    worst_offset_ns = std::max(worst_offset_ns, TransportOf(*device, TransportFigure::kClockOffsetNs));
     for (std::string& notice : Notices(*device)) told.push_back(std::move(notice));
     EXPECT_NEAR(frame->device_time_s, frame->host_time_s, 1);
   }

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/gige/simulated_gige_camera.h"
 #include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"

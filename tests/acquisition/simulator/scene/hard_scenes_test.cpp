@@ -238,7 +238,7 @@ TEST(Sway, BeginsAndEndsWhenAsked) {
   EXPECT_EQ(camera.SwayAngle(1.9), 0);
   EXPECT_NE(camera.SwayAngle(3.3), 0);
   EXPECT_EQ(camera.SwayAngle(5.1), 0);
-  EXPECT_THROW(SimulationOptions::FromUri(DeviceUri::Parse("sim:branch?sways_s=-1")), UsageError);
+  EXPECT_THROW(SimulationOptions::FromUri(DeviceUri::Parse("sim:branch?sways_s=-1")), Refusal);
 }
 
 // What sways is somewhere else, the rest where it was; depth in eight lanes and in double precision agree.

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "core/base/error.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"

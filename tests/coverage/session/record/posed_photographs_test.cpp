@@ -11,7 +11,7 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/unposed_photographs.h"

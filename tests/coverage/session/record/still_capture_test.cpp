@@ -19,6 +19,7 @@
 #include <set>
 
 #include "acquisition/calibration/calibration_io.h"
+#include "acquisition/opening/open_device.h"
 #include "acquisition/simulator/simulated_camera.h"
 #include "commands/capture/capture_report.h"
 #include "core/base/error.h"

@@ -7,7 +7,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "acquisition/device/device.h"
+#include "acquisition/opening/open_device.h"
 #include "coverage/session/light_and_focus.h"
 #include "coverage/session/preflight.h"
 #include "coverage/session/watch/mistake_watch.h"

@@ -1,4 +1,4 @@
-#include "acquisition/aravis/bound_sockets.h"
+#include "acquisition/gige_vision/bound_sockets.h"
 
 #include <sys/socket.h>
 

@@ -1,6 +1,6 @@
-// Checks whether this computer has udev rules that let a user open cameras: udev/70-ulf-cameras.rules or
-// equivalent ones, for each kind of camera that is opened through a device file. Messages mention them only
-// when they may be the reason: a camera cannot be opened, or none is found.
+// Why a camera's device file cannot be opened: another program has it open, or no udev rule lets this user
+// open it (udev/70-ulf-cameras.rules or equivalent ones, for each kind of camera). Messages mention the rules
+// only when they may be the reason: a camera cannot be opened, or none is found.
 #pragma once
 
 #include <filesystem>
@@ -28,5 +28,9 @@ std::optional<std::string> MissingUdevRulesHint(
     const std::vector<std::filesystem::path>& folders = UdevRuleFolders(), bool is_root = false);
 // The same for the user of this process.
 std::optional<std::string> MissingUdevRulesHintForThisUser();
+
+// The other programs that have `path` open, such as "cheese (process 4711)", as far as this user may see
+// them. `proc`: the folder in which the kernel lists processes.
+std::vector<std::string> ProgramsHolding(const std::string& path, const std::string& proc = "/proc");
 
 }  // namespace ulf::acquisition

@@ -1,4 +1,4 @@
-#include "acquisition/aravis/gige_vision_probe.h"
+#include "acquisition/gige_vision/gige_vision_probe.h"
 
 #include <arpa/inet.h>
 #include <fmt/core.h>
@@ -15,6 +15,8 @@
 #include <memory>
 #include <thread>
 
+#include "core/base/file_descriptor.h"
+
 namespace ulf::acquisition {
 namespace {
 
@@ -27,15 +29,7 @@ constexpr std::uint32_t kControlChannelPrivilege = 0x0A00, kPrimaryApplicationPo
 constexpr std::size_t kHeaderBytes = 8, kAddressAt = 0x24, kNetmaskAt = 0x34, kMakerAt = 0x48,
                       kModelAt = 0x68, kSerialAt = 0xD8, kDiscoveryBytes = 0xF8;
 
-struct Socket {
-  int fd = -1;
-  Socket() : fd(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  ~Socket() {
-    if (fd >= 0) close(fd);
-  }
-};
+FileDescriptor UdpSocket() { return FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)); }
 
 constexpr milliseconds kRefusedPause(10);  // before a refused request is sent again; guessed
 
@@ -91,9 +85,9 @@ std::optional<GigeAnswer> ReadGigeAnswer(std::span<const std::uint8_t> packet) {
 std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, std::uint32_t register_address,
                                               milliseconds timeout) {
   const auto camera = GvcpPortOf(ipv4_address);
-  const Socket socket;
-  if (!camera || socket.fd < 0 ||
-      connect(socket.fd, reinterpret_cast<const sockaddr*>(&*camera), sizeof(*camera)) != 0)
+  const FileDescriptor socket = UdpSocket();
+  if (!camera || !socket.IsOpen() ||
+      connect(socket.Number(), reinterpret_cast<const sockaddr*>(&*camera), sizeof(*camera)) != 0)
     return std::nullopt;
   // Key, "acknowledge", READREG, four bytes of payload, request id, register address; all big-endian.
   std::array<std::uint8_t, 12> request = {0x42, 0x01, 0x00, 0x80, 0x00, 0x04, 0xCA, 0x11};
@@ -101,18 +95,18 @@ std::optional<std::uint32_t> ReadGigeRegister(const std::string& ipv4_address, s
     request[static_cast<std::size_t>(8 + i)] = static_cast<std::uint8_t>(register_address >> (24 - 8 * i));
   for (int attempt = 0; attempt < 2; ++attempt) {
     const auto give_up = Clock::now() + timeout;
-    if (send(socket.fd, request.data(), request.size(), 0) < 0) {
+    if (send(socket.Number(), request.data(), request.size(), 0) < 0) {
       // The previous request was refused: the address exists, but nothing listens there (yet).
       std::this_thread::sleep_for(kRefusedPause);
       continue;
     }
-    pollfd waiting{socket.fd, POLLIN, 0};
+    pollfd waiting{socket.Number(), POLLIN, 0};
     for (;;) {
       const auto left = std::chrono::duration_cast<milliseconds>(give_up - Clock::now()).count();
       if (left < 0 || poll(&waiting, 1, static_cast<int>(left)) != 1) break;
       // Status, READREG acknowledged, length, request id, value.
       std::array<std::uint8_t, 64> answer{};
-      const ssize_t size = recv(socket.fd, answer.data(), answer.size(), 0);
+      const ssize_t size = recv(socket.Number(), answer.data(), answer.size(), 0);
       if (size < 0) break;
       const bool is_ours =
           size >= 8 && answer[2] == 0x00 && answer[3] == 0x81 && answer[6] == 0xCA && answer[7] == 0x11;
@@ -144,37 +138,37 @@ std::string AskGigeController(const std::string& ipv4_address) {
 
 std::optional<GigeAnswer> AskGigeCamera(const std::string& ipv4_address, milliseconds timeout) {
   const auto camera = GvcpPortOf(ipv4_address);
-  const Socket socket;
-  if (!camera || socket.fd < 0 ||
-      sendto(socket.fd, kDiscover.data(), kDiscover.size(), 0, reinterpret_cast<const sockaddr*>(&*camera),
-             sizeof(*camera)) < 0)
+  const FileDescriptor socket = UdpSocket();
+  if (!camera || !socket.IsOpen() ||
+      sendto(socket.Number(), kDiscover.data(), kDiscover.size(), 0,
+             reinterpret_cast<const sockaddr*>(&*camera), sizeof(*camera)) < 0)
     return std::nullopt;
-  pollfd waiting{socket.fd, POLLIN, 0};
+  pollfd waiting{socket.Number(), POLLIN, 0};
   if (poll(&waiting, 1, static_cast<int>(timeout.count())) != 1) return std::nullopt;
-  return ReceiveGigeAnswer(socket.fd);
+  return ReceiveGigeAnswer(socket.Number());
 }
 
 std::vector<GigeAnswer> DiscoverGigeCameras(milliseconds timeout) {
-  std::vector<std::unique_ptr<Socket>> sockets;
+  std::vector<FileDescriptor> sockets;
   std::vector<pollfd> waiting;
   for (const NetworkInterface& interface : NetworkInterfaces()) {
-    auto socket = std::make_unique<Socket>();
+    FileDescriptor socket = UdpSocket();
     sockaddr_in own{};
     own.sin_family = AF_INET;
     inet_pton(AF_INET, interface.address.c_str(), &own.sin_addr);
     const int yes = 1;
-    setsockopt(socket->fd, SOL_SOCKET, SO_BROADCAST, &yes, sizeof(yes));
-    if (bind(socket->fd, reinterpret_cast<const sockaddr*>(&own), sizeof(own)) != 0) continue;
+    setsockopt(socket.Number(), SOL_SOCKET, SO_BROADCAST, &yes, sizeof(yes));
+    if (bind(socket.Number(), reinterpret_cast<const sockaddr*>(&own), sizeof(own)) != 0) continue;
     // Sends through this interface, whatever the routes are.
-    setsockopt(socket->fd, SOL_SOCKET, SO_BINDTODEVICE, interface.name.c_str(),
+    setsockopt(socket.Number(), SOL_SOCKET, SO_BINDTODEVICE, interface.name.c_str(),
                static_cast<socklen_t>(interface.name.size() + 1));
     const std::uint32_t mask = AddressNumber(interface.netmask);
     for (const std::uint32_t to : {0xFFFFFFFFu, AddressNumber(interface.address) | ~mask}) {
       const auto everyone = GvcpPortOf(AddressText(to));
-      sendto(socket->fd, kDiscover.data(), kDiscover.size(), 0, reinterpret_cast<const sockaddr*>(&*everyone),
-             sizeof(*everyone));
+      sendto(socket.Number(), kDiscover.data(), kDiscover.size(), 0,
+             reinterpret_cast<const sockaddr*>(&*everyone), sizeof(*everyone));
     }
-    waiting.push_back({socket->fd, POLLIN, 0});
+    waiting.push_back({socket.Number(), POLLIN, 0});
     sockets.push_back(std::move(socket));
   }
   std::vector<GigeAnswer> found;

@@ -1,15 +1,11 @@
-// Opens the device, or the settings of the device, that a URI's scheme names.
+#include "acquisition/opening/open_device.h"
+
 #include "acquisition/aravis/aravis_device.h"
-#include "acquisition/aravis/aravis_discovery.h"
-#include "acquisition/aravis/aravis_features.h"
-#include "acquisition/device/device.h"
-#include "acquisition/device/features.h"
 #include "acquisition/device/reconnecting_device.h"
 #include "acquisition/device/replay_device.h"
 #include "acquisition/gphoto2/gphoto_device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "acquisition/v4l2/v4l2_device.h"
-#include "acquisition/v4l2/v4l2_features.h"
 #include "core/base/error.h"
 
 namespace ulf::acquisition {
@@ -43,7 +39,8 @@ std::string FirstRealCamera() {
 double ExtractPatience(DeviceUri& uri) {
   const double patience_s = uri.Number("reconnect_s").value_or(Reconnection{}.patience_s);
   if (patience_s < 0)
-    throw UsageError("'{}': reconnect_s must be 0 (do not search) or a number of seconds", uri.Text());
+    throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                  "reconnect_s must be 0 (do not search) or a number of seconds", "");
   std::erase_if(uri.options, [](const auto& option) { return option.first == "reconnect_s"; });
   return patience_s;
 }
@@ -54,8 +51,9 @@ std::unique_ptr<Device> OpenDriver(const DeviceUri& uri, const std::shared_ptr<L
   if (uri.scheme == "aravis") return OpenAravisDevice(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Device(uri);
   if (uri.scheme == "gphoto2") return OpenGphotoDevice(uri, left);
-  throw UsageError("'{}': there is no kind of device called '{}'; there are {}", uri.Text(), uri.scheme,
-                   kDeviceKinds);
+  throw Refusal(fmt::format("'{}'", uri.Text()), "",
+                fmt::format("there is no kind of device called '{}'", uri.scheme),
+                fmt::format("there are {}", kDeviceKinds));
 }
 
 std::vector<DeviceInfo> ListOf(const std::string& scheme) {
@@ -101,10 +99,9 @@ std::unique_ptr<FeatureAccess> OpenFeatures(const std::string& text) {
   if (uri.scheme == "aravis") return OpenAravisFeatures(uri);
   if (uri.scheme == "v4l2") return OpenV4l2Features(uri);
   if (uri.scheme == "gphoto2") return OpenGphotoFeatures(uri);
-  throw UsageError(
-      "'{}': only cameras have features (aravis:ID, v4l2:/dev/video0, gphoto2:ID); 'ulf devices' lists those "
-      "in reach",
-      text);
+  throw Refusal(fmt::format("'{}'", text), "",
+                "only cameras have features (aravis:ID, v4l2:/dev/video0, gphoto2:ID)",
+                "'ulf devices' lists those in reach");
 }
 
 std::vector<DeviceInfo> ListDevices() {

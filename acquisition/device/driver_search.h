@@ -1,0 +1,57 @@
+// The search for the driver of a lost camera: in a thread of its own, alternately where the camera was and
+// wherever it is now, until the same camera streams again or the patience is over.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "acquisition/device/device.h"
+#include "core/base/mutex.h"
+
+namespace ulf::acquisition {
+
+// Opens a driver again, not started; `known` is the Info() of the one that was lost. Throws Error. Runs in
+// another thread.
+using ReopenDriver = std::function<std::unique_ptr<Device>(const DeviceInfo& known)>;
+
+struct Reconnection {
+  ReopenDriver where_it_was;
+  ReopenDriver elsewhere;  // wherever it is now; none: only where it was
+  // The camera is searched for so long, then given up; 0: not at all. Guessed: time to change a cable or a
+  // battery.
+  double patience_s = 300;
+};
+
+// The search for a lost camera, shared by the thread that searches and the device that waits. The device may
+// give up first.
+struct DriverSearch {
+  Mutex mutex;
+  ConditionVariable changed;
+  bool stop ULF_GUARDED_BY(mutex) = false;              // the device no longer waits
+  bool over ULF_GUARDED_BY(mutex) = false;              // the patience is over
+  std::unique_ptr<Device> found ULF_GUARDED_BY(mutex);  // the same camera, started
+  std::string problem ULF_GUARDED_BY(mutex);            // of the last attempt
+  std::string refused ULF_GUARDED_BY(mutex);  // why another camera was refused; empty: none was found
+};
+
+// The longest pause between two attempts. Guessed: an attempt takes up to a second.
+inline constexpr double kLongestSearchPauseS = 0.75;
+
+// Searches from `begin` to `give_up`; `known` is the camera that was lost.
+std::shared_ptr<DriverSearch> SearchDriver(const Reconnection& how, const DeviceInfo& known,
+                                           std::chrono::steady_clock::time_point begin,
+                                           std::chrono::steady_clock::time_point give_up);
+
+// One attempt; the driver is started. Throws Error when the camera is not there; fills `refused` when another
+// one is.
+std::unique_ptr<Device> FindAgain(const Reconnection& how, const DeviceInfo& known, int attempt,
+                                  std::string* refused);
+
+inline std::chrono::steady_clock::duration DurationOf(double seconds) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(seconds));
+}
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,57 @@
+// The statistics of a driver's stream: what arrived, what did not, and how the camera's clock runs beside
+// this computer's. All functions may be called from any thread.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "acquisition/device/device.h"
+#include "acquisition/device/frame_id_counter.h"
+#include "core/base/clock_offset.h"
+#include "core/base/mutex.h"
+#include "core/image/frame.h"
+
+namespace ulf::acquisition {
+
+class StreamStatistics {
+ public:
+  // A stream begins: everything is counted anew.
+  void Begin();
+  // It ends: its seconds count no further.
+  void End();
+
+  // A frame's number, whole or not; in the order of arrival.
+  void Arrived(std::uint64_t id);
+  void ArrivedWithoutId();
+  // The camera numbers its frames from the beginning again.
+  void NumbersRestart();
+  void Incomplete();
+  // A frame that was discarded because automatics were on when it was exposed.
+  void WhileSettling();
+  void Dropped();
+  // A whole frame's times by both clocks; later than `period_s` after its time it counts as late. 0: never.
+  void Timed(double device_time_s, double host_time_s, double period_s);
+  // A frame that the reader got.
+  void Delivered(const Frame& frame);
+
+  // Without the figures of the transport.
+  DeviceStatistics Now() const;
+  double WhileSettlingCount() const;
+
+ private:
+  mutable Mutex mutex_;
+  DeviceStatistics counted_ ULF_GUARDED_BY(mutex_);
+  FrameIdCounter ids_ ULF_GUARDED_BY(mutex_);
+  ClockOffset clock_ ULF_GUARDED_BY(mutex_);
+  std::uint64_t while_settling_ ULF_GUARDED_BY(mutex_) = 0;
+  bool running_ ULF_GUARDED_BY(mutex_) = false;
+  std::chrono::steady_clock::time_point began_ ULF_GUARDED_BY(mutex_);
+};
+
+// The thread in which a driver reads its frames: runs `read`, and `lost` with the reason where that throws.
+std::thread ReadingThread(std::function<void()> read, std::function<void(const std::string&)> lost);
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,27 @@
+// The device of a simulated scene that is calibrated on a bench: numbered pictures, one after another whenever
+// they are asked for, until the scene is over.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "acquisition/device/device.h"
+#include "core/image/image.h"
+
+namespace ulf::acquisition {
+
+struct Bench {
+  DeviceUri uri;
+  std::uint64_t seed = 7;
+  std::optional<CameraModel> camera = {};  // none: the device does not know it
+  SensorWindow window = {};
+  HeldAutomatics held = {};
+  double fps = 15;
+  std::function<Image(std::uint64_t frame, double time_s)> picture;
+  std::function<bool(std::uint64_t frames)> is_over;  // after so many
+};
+std::unique_ptr<Device> MakeBenchDevice(Bench bench);
+
+}  // namespace ulf::acquisition

@@ -1,0 +1,25 @@
+// A chart of 24 patches (4 rows of 6, as the ColorChecker Classic): the patches' published colours and their
+// places.
+//
+// Patches count from the chart's dark brown, row by row, as its maker counts them; the last row goes from
+// white to black.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace ulf {
+
+inline constexpr int kChartColumns = 6, kChartRows = 4, kChartPatches = 24;
+inline constexpr int kFirstGrey = 18;  // index of the white patch; the greys follow
+
+// L* a* b* (D50) that the maker published for charts made before November 2014 (later ones differ by less
+// than 3 units).
+const std::array<Eigen::Vector3d, kChartPatches>& ChartLab();
+
+// The chart's outline is a rectangle of this size, in the units of OpenCV's model, with patches 2.5 wide that
+// are 0.25 apart.
+inline constexpr double kChartWidth = 16.75, kChartHeight = 11.25, kPatchWidth = 2.5, kPatchGap = 0.25;
+Eigen::Vector2d PatchCenter(int patch);
+
+}  // namespace ulf
