@@ -23,7 +23,7 @@
 #include "core/base/mutex.h"
 #include "core/base/quantile.h"
 #include "core/base/signal_stack.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/raw_file.h"
 
 namespace ulf::acquisition {

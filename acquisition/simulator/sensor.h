@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "core/frames/pixel_format.h"
 #include "core/image/image.h"
-#include "core/image/pixel_format.h"
 
 namespace ulf::acquisition {
 

@@ -27,8 +27,8 @@
 #include "acquisition/simulator/sensor.h"
 #include "acquisition/simulator/sensor_colors.h"
 #include "acquisition/simulator/simulated_faults.h"
+#include "core/frames/frame.h"
 #include "core/geometry/angles.h"
-#include "core/image/frame.h"
 
 namespace ulf::acquisition {
 

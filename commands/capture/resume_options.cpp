@@ -8,7 +8,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/journal.h"
+#include "core/light_field/folder/journal.h"
 
 namespace ulf::commands {
 namespace {

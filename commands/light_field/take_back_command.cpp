@@ -18,7 +18,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/view_numbers.h"
 
 namespace ulf::commands {

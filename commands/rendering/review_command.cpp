@@ -21,7 +21,7 @@
 #include "core/base/quantile.h"
 #include "core/base/stop_signal.h"
 #include "core/base/thread_clock.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/operator/marker_mouse.h"
 #include "render/display/picture_window.h"
 #include "render/output/video.h"

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/geometry/camera_json.h"
-#include "core/light_field/view_json.h"
+#include "core/light_field/formats/view_json.h"
 
 namespace ulf {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/video/ffmpeg_calls.h"
+#include "core/ffmpeg/ffmpeg_calls.h"
 
 namespace ulf {
 namespace {

@@ -9,10 +9,10 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
+#include "core/ffmpeg/ffmpeg.h"
+#include "core/ffmpeg/ffmpeg_calls.h"
 #include "core/image/files/picture_projection.h"
 #include "core/video/container_end.h"
-#include "core/video/ffmpeg.h"
-#include "core/video/ffmpeg_calls.h"
 #include "core/video/video_light.h"
 
 namespace ulf {

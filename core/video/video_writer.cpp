@@ -5,8 +5,8 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/video/ffmpeg.h"
-#include "core/video/ffmpeg_calls.h"
+#include "core/ffmpeg/ffmpeg.h"
+#include "core/ffmpeg/ffmpeg_calls.h"
 
 namespace ulf {
 

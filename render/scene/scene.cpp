@@ -10,7 +10,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/image/image.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/view_colors.h"
 #include "render/scene/exposure_scales.h"
 

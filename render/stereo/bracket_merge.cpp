@@ -12,7 +12,7 @@
 #include "core/image/files/exr_file.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/raw_file.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/view_colors.h"
 #include "core/light_field/view_exposures.h"
 #include "render/proxy/proxy_choice.h"

@@ -1,4 +1,4 @@
-// Tests: core/light_field/journal, core/light_field/exchange/read_posed_set, core/image/files/exr_file,
+// Tests: core/light_field/folder/journal, core/light_field/exchange/read_posed_set, core/image/files/exr_file,
 // core/light_field/points/point_file, tracking/sources/sent_line, render/stereo/swept_maps,
 // acquisition/aravis/gige_vision_probe, acquisition/simulator/gige/gvcp_filter.
 //

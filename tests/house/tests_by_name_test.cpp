@@ -112,16 +112,16 @@ TEST(TestsByName, WhatIsMissingOrNamedWronglyIsFound) {
         "// Tests: core/base/error,\n// core/base/counted.\nint x;\n");
   EXPECT_THAT(Faults(folder.path()), IsEmpty());
 
-  Write(folder / "core/image/frame.h", "");
-  EXPECT_THAT(Faults(folder.path()), ElementsAre("no test names core/image/frame"));
-  Write(folder / "tests/core/base/frame_test.cpp", "// Tests: core/image/frame.\n");
+  Write(folder / "core/frames/frame.h", "");
+  EXPECT_THAT(Faults(folder.path()), ElementsAre("no test names core/frames/frame"));
+  Write(folder / "tests/core/base/frame_test.cpp", "// Tests: core/frames/frame.\n");
   EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("it should stand in tests/core/image/")));
   Write(folder / "tests/core/base/frame_test.cpp", "// A frame.\n");
-  EXPECT_THAT(Faults(folder.path()),
-              ElementsAre(HasSubstr("frame_test.cpp does not begin with"), "no test names core/image/frame"));
+  EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("frame_test.cpp does not begin with"),
+                                                 "no test names core/frames/frame"));
   Write(folder / "tests/core/base/frame_test.cpp", "// Tests: core/base/error, core/image/fame.\n");
   EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("tests 'core/image/fame', which is not there"),
-                                                 "no test names core/image/frame"));
+                                                 "no test names core/frames/frame"));
 }
 
 }  // namespace

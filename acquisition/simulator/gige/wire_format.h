@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
-#include "core/image/pixel_format.h"
+#include "core/frames/pixel_format.h"
 
 namespace ulf::acquisition {
 

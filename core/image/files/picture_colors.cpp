@@ -11,7 +11,7 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 #include "core/image/image.h"
 
 namespace ulf {

@@ -12,7 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 
 namespace ulf {
 namespace {

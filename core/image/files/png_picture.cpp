@@ -13,7 +13,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/picture_colors.h"
 #include "core/image/files/picture_projection.h"
 

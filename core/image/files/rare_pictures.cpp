@@ -12,11 +12,11 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/ffmpeg/ffmpeg.h"
+#include "core/ffmpeg/ffmpeg_calls.h"
 #include "core/image/files/claimed_size.h"
 #include "core/image/files/float_numbers.h"
 #include "core/image/files/picture_colors.h"
-#include "core/video/ffmpeg.h"
-#include "core/video/ffmpeg_calls.h"
 
 namespace ulf {
 namespace {

@@ -25,7 +25,7 @@
 #include <vector>
 
 #include "core/base/mutex.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 
 namespace ulf {
 

@@ -17,8 +17,8 @@
 #include "core/base/error.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
+#include "core/light_field/formats/view_json.h"
 #include "core/light_field/points/ply_reader.h"
-#include "core/light_field/view_json.h"
 
 namespace ulf {
 namespace {

@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/geometry/similarity3.h"
-#include "core/light_field/exchange/xml_file.h"
+#include "core/light_field/formats/xml_file.h"
 
 namespace ulf {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/formats/transforms_json.h"
 
 namespace ulf {
 namespace {

@@ -21,9 +21,9 @@
 #include "core/light_field/exchange/metashape_set.h"
 #include "core/light_field/exchange/nerf_synthetic_set.h"
 #include "core/light_field/exchange/realityscan_set.h"
-#include "core/light_field/exchange/transforms_json.h"
 #include "core/light_field/exchange/tum_set.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/transforms_json.h"
 
 namespace ulf {
 namespace {

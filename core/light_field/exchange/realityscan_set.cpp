@@ -16,7 +16,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/image/files/raw_file.h"
 #include "core/image/image.h"
-#include "core/light_field/exchange/xml_file.h"
+#include "core/light_field/formats/xml_file.h"
 
 namespace ulf {
 namespace {

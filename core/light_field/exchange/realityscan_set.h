@@ -23,7 +23,7 @@
 
 #include <filesystem>
 
-#include "core/light_field/exchange/posed_set.h"
+#include "core/light_field/formats/posed_set.h"
 
 namespace ulf {
 

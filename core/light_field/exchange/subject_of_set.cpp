@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "core/base/quantile.h"
-#include "core/light_field/quick_checks.h"
+#include "core/light_field/folder/quick_checks.h"
 
 namespace ulf {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/light_field/exchange/posed_set.h"
+#include "core/light_field/formats/posed_set.h"
 
 namespace ulf {
 

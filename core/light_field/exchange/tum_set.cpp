@@ -15,7 +15,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
-#include "core/light_field/exchange/frame_files.h"
+#include "core/light_field/formats/frame_files.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {

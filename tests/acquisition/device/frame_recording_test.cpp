@@ -1,5 +1,5 @@
 // Tests: acquisition/device/frame_recording, acquisition/device/replay_device,
-// acquisition/device/paced_device, core/image/files/jpeg_file.
+// acquisition/device/paced_device, core/image/files/exif.
 #include "acquisition/device/frame_recording.h"
 
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/image/files/jpeg_file.h"
+#include "core/image/files/exif.h"
 #include "core/image/files/raw_file.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"

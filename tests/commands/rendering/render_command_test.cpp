@@ -11,7 +11,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
 #include "core/video/video_reader.h"
 #include "render/proxy/mesh_file.h"

@@ -1,5 +1,5 @@
-// Tests: core/image/pixel_format, core/image/unpack, core/image/files/jpeg_codec.
-#include "core/image/pixel_format.h"
+// Tests: core/frames/pixel_format, core/frames/unpack, core/image/files/jpeg_codec.
+#include "core/frames/pixel_format.h"
 
 #include <gmock/gmock.h>
 

@@ -1,9 +1,9 @@
-// Tests: core/light_field/folder_check, core/light_field/folder_repair, core/light_field/repair_plan,
-// core/light_field/derived_files, commands/light_field/repair_command.
+// Tests: core/light_field/folder/folder_check, core/light_field/folder/folder_repair, core/light_field/folder/repair_plan,
+// core/light_field/folder/derived_files, commands/light_field/repair_command.
 //
 // Each pair of files that tell one fact, made to disagree: who wins, what is said, what is kept. The table of
 // docs/light_field.md names a test for every row.
-#include "core/light_field/folder_check.h"
+#include "core/light_field/folder/folder_check.h"
 #include "core/base/json_text.h"
 
 #include <gmock/gmock.h>
@@ -16,11 +16,11 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/light_field/derived_files.h"
-#include "core/light_field/exchange/colmap_text.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/folder_repair.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/derived_files.h"
+#include "core/light_field/folder/folder_repair.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/colmap_text.h"
+#include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/test_paths.h"
 

@@ -1,5 +1,5 @@
-// Tests: core/light_field/light_check, core/light_field/light_at_points, core/image/color_profile.
-#include "core/light_field/light_check.h"
+// Tests: core/light_field/folder/light_check, core/light_field/folder/light_at_points, core/image/color_profile.
+#include "core/light_field/folder/light_check.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

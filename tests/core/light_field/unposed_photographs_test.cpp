@@ -1,6 +1,6 @@
-// Tests: core/light_field/unposed_photographs, core/light_field/light_field_io.
+// Tests: core/light_field/folder/unposed_photographs, core/light_field/folder/light_field_io.
 // Photographs without a pose keep what their camera said of them, and become views when somebody has found their place.
-#include "core/light_field/unposed_photographs.h"
+#include "core/light_field/folder/unposed_photographs.h"
 
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // Tests: coverage/session/capture_session, coverage/session/record/view_spool, acquisition/device/reconnecting_device,
-// core/light_field/light_field_writer, core/light_field/folder/opened_folder.
+// core/light_field/folder/light_field_writer, core/light_field/folder/opened_folder.
 //
 // What a capture keeps through each fault, counted: rows of docs/reliability.md.
 #include <gmock/gmock.h>

@@ -10,7 +10,7 @@
 #include "acquisition/device/reconnecting_device.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/light_field/journal.h"
+#include "core/light_field/folder/journal.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"
 #include "tests/support/planar_device.h"

@@ -26,7 +26,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/points/point_ply.h"
 #include "core/video/video_reader.h"
 #include "render/gl/make_renderer.h"

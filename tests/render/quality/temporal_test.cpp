@@ -15,7 +15,7 @@
 #include "acquisition/simulator/simulated_camera.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "render/quality/step_error.h"
 #include "render/quality/temporal_error.h"
 #include "render/quality/temporal_evaluation.h"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <iterator>
 
-#include "core/light_field/exchange/xml_file.h"
+#include "core/light_field/formats/xml_file.h"
 
 namespace ulf {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/geometry/camera_json.h"
-#include "core/light_field/exchange/transforms_json.h"
+#include "core/light_field/formats/transforms_json.h"
 
 namespace ulf {
 namespace {

@@ -1,6 +1,6 @@
-// Tests: core/light_field/exchange/export_light_field, core/light_field/exchange/colmap_model,
-// core/light_field/exchange/colmap_binary, core/light_field/exchange/colmap_text,
-// core/light_field/exchange/image_names, core/light_field/exchange/staged_folder, core/image/undistortion,
+// Tests: core/light_field/exchange/export_light_field, core/light_field/formats/colmap_model,
+// core/light_field/formats/colmap_binary, core/light_field/formats/colmap_text,
+// core/light_field/formats/image_names, core/light_field/exchange/staged_folder, core/image/undistortion,
 // core/light_field/exchange/conversions.
 //
 // A light field for other programs: what stays exactly as it is, what is undistorted, and that each program's
@@ -18,9 +18,9 @@
 
 #include "core/base/error.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/exchange/colmap_model.h"
 #include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/formats/colmap_model.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/pictures/sample_pictures.h"

@@ -1,6 +1,6 @@
-// Tests: core/light_field/exchange/transforms_json, core/light_field/exchange/frame_files,
+// Tests: core/light_field/formats/transforms_json, core/light_field/formats/frame_files,
 // core/light_field/exchange/nerf_synthetic_set,
-// core/light_field/exchange/posed_set, core/image/files/over_background.
+// core/light_field/formats/posed_set, core/image/files/over_background.
 //
 // Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those whose photographs lie
 // elsewhere, because the set comes from another computer or its photographs were made smaller.
@@ -18,8 +18,8 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/read_posed_set.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/test_paths.h"
 

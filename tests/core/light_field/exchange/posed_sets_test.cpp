@@ -1,4 +1,4 @@
-// Tests: core/light_field/exchange/read_posed_set, core/light_field/exchange/posed_set,
+// Tests: core/light_field/exchange/read_posed_set, core/light_field/formats/posed_set,
 // core/light_field/exchange/colmap_set, core/light_field/exchange/llff_set, core/light_field/exchange/npy_file,
 // core/light_field/exchange/subject_of_set.
 //
@@ -25,11 +25,11 @@
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/over_background.h"
-#include "core/light_field/exchange/colmap_binary.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/npy_file.h"
 #include "core/light_field/exchange/subject_of_set.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/colmap_binary.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"

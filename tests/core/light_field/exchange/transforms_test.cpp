@@ -1,4 +1,4 @@
-// Tests: core/light_field/exchange/transforms_json, core/light_field/exchange/transforms_camera,
+// Tests: core/light_field/formats/transforms_json, core/light_field/formats/transforms_camera,
 // core/light_field/exchange/import_light_field, core/light_field/exchange/staged_folder,
 // core/light_field/points/ply_reader, core/light_field/points/point_ply, core/base/json_fields,
 // commands/light_field/import_command.
@@ -22,8 +22,8 @@
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/import_light_field.h"
-#include "core/light_field/exchange/transforms_json.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/support/sanitizers/is_sanitized.h"

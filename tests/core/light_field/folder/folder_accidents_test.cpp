@@ -1,5 +1,5 @@
 // Tests: core/light_field/folder/followed_links, core/light_field/folder/leftovers, core/light_field/folder/opened_folder,
-// core/light_field/journal_writer, core/base/atomic_file.
+// core/light_field/folder/journal_writer, core/base/atomic_file.
 //
 // Ordinary accidents of a light field's folder: photographs moved to another disk, a copy by hard links, a pipe in the place
 // of a file, lines that this version does not read, a kill between two files that belong together.
@@ -17,9 +17,9 @@
 
 #include "core/base/error.h"
 #include "core/image/files/picture_file.h"
+#include "core/light_field/folder/folder_repair.h"
+#include "core/light_field/folder/journal.h"
 #include "core/light_field/folder/leftovers.h"
-#include "core/light_field/folder_repair.h"
-#include "core/light_field/journal.h"
 #include "core/light_field/points/point_ply.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/fault_row.h"

@@ -14,7 +14,7 @@
 #include "acquisition/device/device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/geometry/trajectory.h"
-#include "core/light_field/unposed_photographs.h"
+#include "core/light_field/folder/unposed_photographs.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

@@ -23,7 +23,7 @@
 #include "commands/capture/capture_report.h"
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
-#include "core/light_field/light_field_io.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/operator/recorded_pictures.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"

@@ -22,7 +22,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/folder_repair.h"
+#include "core/light_field/folder/folder_repair.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/sanitizers/is_sanitized.h"
