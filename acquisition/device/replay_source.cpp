@@ -20,8 +20,10 @@
 #include "core/image/files/picture_end.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/video/video_reader.h"
 
 namespace ulf::acquisition {

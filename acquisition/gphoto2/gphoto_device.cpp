@@ -24,6 +24,7 @@
 #include "core/base/quantile.h"
 #include "core/base/signal_stack.h"
 #include "core/image/files/exif.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/files/raw_file.h"
 
 namespace ulf::acquisition {

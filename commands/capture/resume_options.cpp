@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
 #include "core/light_field/folder/journal.h"
+#include "core/light_field/journal_stamp.h"
 
 namespace ulf::commands {
 namespace {

@@ -17,6 +17,7 @@
 #include "core/light_field/exchange/conversions.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/journal_stamp.h"
 
 namespace ulf::commands {
 namespace {

@@ -11,6 +11,7 @@
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/stereo/bracket_merge.h"
 
 namespace ulf::commands {

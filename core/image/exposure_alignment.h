@@ -6,7 +6,7 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
-#include "core/image/exposure_merge.h"
+#include "core/image/aligned_exposure.h"
 
 namespace ulf {
 

@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <span>
 
-#include "core/image/exposure_merge.h"
+#include "core/image/aligned_exposure.h"
 
 namespace ulf {
 

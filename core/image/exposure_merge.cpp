@@ -118,16 +118,6 @@ void WeighByVariance(std::span<const AlignedExposure> exposures, const std::vect
 
 }  // namespace
 
-cv::Mat AlignedExposure::Told() const { return InThreeColors(seen) & ~clipped; }
-
-cv::Vec3f AlignedExposure::LightAt(int y, int x) const {
-  return light.at<cv::Vec3f>(y, x) * static_cast<float>(1 / ratio);
-}
-
-double AlignedExposure::VarianceAt(double at_light) const {
-  return noise.VarianceAt(at_light * ratio) / (ratio * ratio);
-}
-
 std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> pictures) {
   std::vector<ExposedLight> lights;
   std::map<double, NoiseSamples> samples;  // by gain

@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "core/image/aligned_exposure.h"
 #include "core/image/image.h"
 #include "core/image/sensor_noise.h"
 
@@ -40,20 +41,6 @@ struct SensorPicture {
 
 // Of photographs by one sensor. Their noise is measured in all of them that have the same gain.
 std::vector<ExposedLight> ExposedLightsOf(std::span<const SensorPicture> pictures);
-
-// In the reference's pixels (exposure_alignment.h).
-struct AlignedExposure {
-  cv::Mat light;    // CV_32FC3
-  cv::Mat seen;     // CV_8UC1, 255 where the exposure shows what the reference's pixel shows
-  cv::Mat clipped;  // CV_8UC3
-  SensorNoise noise;
-  double ratio = 1;          // exposure time times gain, over the reference's
-  double misaligned_px = 0;  // how far it may lie off, or is blurred
-
-  cv::Mat Told() const;                      // CV_8UC3, 255 where it is seen and not clipped
-  cv::Vec3f LightAt(int y, int x) const;     // in the reference's terms: over the ratio
-  double VarianceAt(double at_light) const;  // of that
-};
 
 // The exposure's light over the reference's for the same light, where both tell it: means of small blocks, so that noise
 // and misalignment hardly count. 0: it is not known to half a per cent.

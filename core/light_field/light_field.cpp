@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/quantile.h"
@@ -91,6 +92,14 @@ std::optional<Subject> SubjectFromAxes(const LightField& light_field, double wid
   }
   if (2 * views_of_center < light_field.views.size()) return std::nullopt;  // a walk past many things
   return Subject{center, Median(distances) * std::sin(Median(half_angles))};
+}
+
+void PlaceSubject(const Subject& subject, LightField& light_field) {
+  constexpr double kSame = 0.05;  // of the radius; corrected maps move a subject by less. Guessed.
+  const std::optional<Subject> before = std::exchange(light_field.subject, subject);
+  if (before && ((subject.center_in_world - before->center_in_world).norm() > kSame * before->radius ||
+                 std::abs(subject.radius - before->radius) > kSame * before->radius))
+    light_field.measured.reset();
 }
 
 }  // namespace ulf

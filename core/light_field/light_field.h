@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -102,6 +103,10 @@ struct View {
 
   Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
 };
+
+// Whether the view's light is read in Rec. 709 primaries without a colour profile: the camera encoded its picture as sRGB, or its raw file is
+// developed by the file's own matrix. Else (a linear master) the colours are the sensor's own.
+inline bool HasRec709Colors(const View& view) { return view.master_transfer != Transfer::kLinear; }
 
 // Where a view shows a point: pixels of its image as it is recorded, distortion included.
 struct ViewObservation {
@@ -207,6 +212,45 @@ struct LightField {
     return cameras[static_cast<std::size_t>(view.camera)];
   }
 };
+
+// A camera that a light field gets: it has one to begin with, and another for each lens that was given on purpose since.
+struct NewCamera {
+  CameraModel camera;
+  std::optional<FlatField> flat_field;
+  std::optional<ColorProfile> color_profile;
+  std::string calibration_source;
+};
+
+// New intrinsics of a camera that a light field has.
+struct CorrectedLens {
+  CameraModel camera;
+  std::string calibration_source;  // empty: from where they were
+};
+
+// What a capture notes when it begins: the values in the journal's header.
+struct CaptureHeader {
+  CameraModel camera;
+  std::string device_uri;
+  std::string device_serial, device_maker, device_model;
+  std::optional<SensorWindow> window;
+  std::string calibration_source;
+  std::optional<FlatField> flat_field;
+  std::optional<ColorProfile> color_profile;
+  std::string units = "arbitrary";
+  std::optional<double> threshold_px;
+  int coverage_width_px = 640;
+};
+
+inline cv::Size SizeOf(const CameraModel& camera) { return {camera.width, camera.height}; }
+// Whether pictures of this size are the camera's, resized and not cropped: but for rounding to whole pixels.
+inline bool HasAspectOf(const CameraModel& camera, cv::Size size) {
+  constexpr double kRounding_px = 1;
+  return std::abs(static_cast<double>(size.width) / camera.width * camera.height - size.height) <=
+         kRounding_px;
+}
+
+// Exchanges the subject. Errors that were measured about another one lapse.
+void PlaceSubject(const Subject& subject, LightField& light_field);
 
 // Where the optical axes of all views come nearest to each other, before the cameras or behind; none: they are nearly
 // parallel.

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "core/geometry/camera_json.h"
-#include "core/light_field/formats/view_json.h"
-
 namespace ulf {
 
 std::string ExposureName(int view_id, std::size_t number) {
@@ -39,49 +36,6 @@ View PhotographOf(const View& view, const ViewExposure& exposure) {
   photograph.exposures.clear();
   photograph.merged.reset();
   return photograph;
-}
-
-nlohmann::json ExposureToJson(const ViewExposure& exposure) {
-  nlohmann::json keys = PhotographToJson(PhotographOf({}, exposure));
-  if (!exposure.image_path.empty()) keys["image"] = exposure.image_path;
-  keys["exposure_from_view"] = PoseToJson(exposure.exposure_from_view);
-  keys["pose"] = exposure.pose_is_between ? "between" : "found";
-  return keys;
-}
-
-ViewExposure ExposureFromJson(const JsonPlace& place) {
-  View photograph;
-  ReadPhotographJson(place, photograph);
-  ViewExposure exposure{.image_path = place.Text("image", ""),
-                        .master_path = photograph.master_path,
-                        .master_transfer = photograph.master_transfer,
-                        .master_mosaic = photograph.master_mosaic,
-                        .raw_white_balance = photograph.raw_white_balance,
-                        .exposure_from_view = PoseFromJson(place, "exposure_from_view"),
-                        .pose_is_between = place.Text("pose", "found") == "between",
-                        .device_time_s = photograph.device_time_s,
-                        .host_time_s = photograph.host_time_s,
-                        .exposure_s = photograph.exposure_s,
-                        .gain = photograph.gain,
-                        .black_level = photograph.black_level,
-                        .f_number = photograph.f_number};
-  if (exposure.image_path.empty() && exposure.master_path.empty())
-    throw Error("{}: an exposure needs 'image' or 'master'", place.where);
-  if (!(exposure.exposure_s > 0))
-    throw Error("{}: an exposure needs 'exposure_s' above 0, not {}", place.where, exposure.exposure_s);
-  return exposure;
-}
-
-nlohmann::json MergedToJson(const MergedExposures& merged) {
-  return {{"image", merged.path}, {"exposures", merged.exposures}, {"ghosts", merged.ghost_share}};
-}
-
-MergedExposures MergedFromJson(const JsonPlace& place) {
-  MergedExposures merged{place.Text("image"), place.Integer("exposures"), place.Number("ghosts")};
-  if (merged.exposures < 2 || !(merged.ghost_share >= 0 && merged.ghost_share <= 1))
-    throw Error("{}: {} merged exposures with a share of {} of ghosts are not possible", place.where,
-                merged.exposures, merged.ghost_share);
-  return merged;
 }
 
 }  // namespace ulf

@@ -1,12 +1,9 @@
-// Other exposures of a view (`ulf capture --bracket`): their files, and their keys in the journal and in
-// transforms.json. docs/disk_format.md describes them.
+// The files of a view and of its other exposures (`ulf capture --bracket`). docs/disk_format.md describes them.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
-#include "core/base/json_fields.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -27,14 +24,5 @@ std::set<std::string> FilesOf(const View& view);
 
 // The exposure as a photograph of its own, for ReadViewMaster(): with the view's camera and id, the pose where it was taken.
 View PhotographOf(const View& view, const ViewExposure& exposure);
-
-// image, master, master_transfer, master_mosaic, times, exposure, ...: as of a photograph; exposure_from_view, pose.
-nlohmann::json ExposureToJson(const ViewExposure& exposure);
-// Paths are unchecked.
-ViewExposure ExposureFromJson(const JsonPlace& place);
-
-// "merged": {image, exposures, ghosts}
-nlohmann::json MergedToJson(const MergedExposures& merged);
-MergedExposures MergedFromJson(const JsonPlace& place);
 
 }  // namespace ulf

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/light_field/folder/journal.h"
-#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 
 namespace ulf::coverage {
 namespace {

@@ -6,7 +6,7 @@
 #include "acquisition/calibration/intrinsics.h"
 #include "acquisition/device/device.h"
 #include "core/frames/frame.h"
-#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf::coverage {
 

@@ -23,8 +23,8 @@
 #include "core/base/mutex.h"
 #include "core/geometry/digest.h"
 #include "core/image/image.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/opened_folder.h"
+#include "core/light_field/folder/view_images.h"
 #include "render/photographs/pyramid_file.h"
 
 namespace ulf::render {

@@ -20,6 +20,7 @@
 #include "core/base/json_text.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/light_field/points/point_tracks.h"
 #include "tests/support/test_paths.h"
 

@@ -5,13 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <memory>
-#include <opencv2/imgproc.hpp>
-#include <sstream>
-
-#include "core/base/error.h"
-#include "core/image/files/image_header.h"
-#include "core/image/files/jpeg_codec.h"
-#include "core/image/files/picture_end.h"
 
 namespace ulf {
 namespace {
@@ -46,21 +39,6 @@ std::optional<double> Positive(std::optional<double> number) {
 }
 
 }  // namespace
-
-cv::Mat DecodeJpeg(const std::string& bytes) {
-  if (!JpegIsWhole(bytes)) return {};
-  try {
-    std::istringstream stream(bytes);
-    if (const auto header = ReadImageHeader(stream))
-      RequirePixelsOfFile("JPEG", bytes.size(),
-                          static_cast<double>(header->width) * static_cast<double>(header->height), 3);
-    cv::Mat pixels = ReadJpeg(bytes, "JPEG").pixels;
-    if (pixels.channels() == 1) cv::cvtColor(pixels, pixels, cv::COLOR_GRAY2BGR);
-    return pixels;
-  } catch (const Error&) {
-    return {};
-  }
-}
 
 std::string ExifText(std::string_view bytes) {
   std::string text(bytes.substr(0, bytes.find('\0')));

@@ -1,7 +1,6 @@
-// A photograph's JPEG file: its pixels and its Exif 2.3 data (through libexif).
+// The Exif 2.3 data of a photograph's JPEG file, through libexif.
 #pragma once
 
-#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -24,10 +23,6 @@ struct ExifFacts {
 
 // What a camera writes as text, as one line of ASCII; empty where it holds neither letter nor digit ("----").
 std::string ExifText(std::string_view bytes);
-
-// CV_8UC3 in the sensor's orientation: Exif rotation is ignored, because the intrinsics belong to the sensor.
-// Empty when the file is truncated or no JPEG.
-cv::Mat DecodeJpeg(const std::string& bytes);
 
 // The Exif data in the bytes of a JPEG; nothing is set where there are none or they cannot be read.
 ExifFacts ReadExif(const std::string& jpeg);

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/image/files/raw_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/image.h"
 
 namespace ulf {

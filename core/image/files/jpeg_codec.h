@@ -27,6 +27,10 @@ DecodedJpeg DecodeWebcamJpeg(std::span<const std::uint8_t> bytes, cv::Size expec
 // Throws Error, which begins with `name`, where there is no whole picture in the bytes.
 StoredPicture ReadJpeg(std::string_view bytes, const std::string& name);
 
+// CV_8UC3 in the sensor's orientation: Exif rotation is ignored, because the intrinsics belong to the sensor.
+// Empty when the file is truncated or no JPEG.
+cv::Mat DecodeJpeg(const std::string& bytes);
+
 // Of 8 bits, one channel or B, G, R; quality 1 to 100.
 std::string JpegBytes(const cv::Mat& pixels, int quality = 95);
 

@@ -14,7 +14,6 @@
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"
-#include "core/image/files/raw_file.h"
 
 namespace ulf {
 namespace {

@@ -63,6 +63,13 @@ std::string WordsOf(PictureKind kind) {
   }
 }
 
+bool IsRawFile(const std::filesystem::path& path) {
+  static const std::set<std::string> kEndings = {
+      ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".dng", ".erf", ".fff", ".iiq", ".kdc", ".mef", ".mos",
+      ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f"};
+  return kEndings.contains(Lowercase(path.extension().string()));
+}
+
 PictureKind UnreadKindByEnding(const std::filesystem::path& path) {
   static const std::map<std::string, PictureKind> kEndings = {
       {".heic", PictureKind::kHeif},    {".heif", PictureKind::kHeif},       {".hif", PictureKind::kHeif},

@@ -360,13 +360,6 @@ cv::Mat RawDecoder::Clipped(std::optional<cv::Size> wanted) const {
 
 }  // namespace
 
-bool IsRawFile(const std::filesystem::path& path) {
-  static const std::set<std::string> kEndings = {
-      ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".dng", ".erf", ".fff", ".iiq", ".kdc", ".mef", ".mos",
-      ".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f"};
-  return kEndings.contains(Lowercase(path.extension().string()));
-}
-
 bool CanCropRaw(const RawFacts& facts, cv::Size wanted) {
   return IsCutOf(wanted, facts.size) || IsCutOf(wanted, facts.visible);
 }

@@ -57,19 +57,6 @@ class LockedWhiteBalance {
 // kQuick: bilinear, half the time (24 megapixels: 0.7 s of processor for 1.4); for following and showing.
 enum class RawQuality { kQuick, kBest };
 
-// By the ending of its name, in lower or upper case.
-bool IsRawFile(const std::filesystem::path& path);
-
-// Of photographs that are there as pictures and as raw files of the same name, the raw files go.
-template <typename Path>
-void LeaveOutRawTwins(std::vector<Path>& files) {
-  const auto stem = [](const Path& file) { return std::filesystem::path(file).replace_extension(); };
-  std::set<std::filesystem::path> pictures;
-  for (const Path& file : files)
-    if (!IsRawFile(file)) pictures.insert(stem(file));
-  std::erase_if(files, [&](const Path& file) { return IsRawFile(file) && pictures.contains(stem(file)); });
-}
-
 // Whether a raw file of these facts can be cropped to `wanted`.
 bool CanCropRaw(const RawFacts& facts, cv::Size wanted);
 

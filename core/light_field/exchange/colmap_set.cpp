@@ -18,18 +18,16 @@
 #include "core/base/name_order.h"
 #include "core/light_field/formats/colmap_binary.h"
 #include "core/light_field/formats/colmap_text.h"
+#include "core/light_field/formats/set_format.h"
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
 
-bool HoldsPart(const fs::path& folder, const std::string& part, const char* ending) {
-  std::error_code unknown;
-  return fs::exists(folder / (part + "." + ending), unknown);
+bool HoldsModel(const fs::path& folder, const char* ending) {
+  return HoldsColmapPart(folder, "images", ending);
 }
-
-bool HoldsModel(const fs::path& folder, const char* ending) { return HoldsPart(folder, "images", ending); }
 
 std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& model) {
   const auto clean = [](const fs::path& path) {
@@ -189,29 +187,13 @@ void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>
 
 }  // namespace
 
-fs::path ColmapModelIn(const fs::path& source) {
-  // A model that has lost its images is one still, so that its reader can name the missing file.
-  for (const char* named_by : {"images", "cameras"})
-    for (const char* folder : {".", "sparse/0", "sparse", "colmap/sparse/0", "0"}) {
-      const fs::path model = (source / folder).lexically_normal();
-      for (const char* ending : {"bin", "txt"}) {
-        // A list images.txt or cameras.txt beside photographs need not be COLMAP's.
-        const bool may_be_another = folder == std::string(".") && ending == std::string("txt");
-        const std::string other = named_by == std::string("images") ? "cameras" : "points3D";
-        if (HoldsPart(model, named_by, ending) && (!may_be_another || HoldsPart(model, other, ending)))
-          return model;
-      }
-    }
-  return {};
-}
-
 PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   const fs::path folder = ColmapModelIn(source);
   if (folder.empty())
     throw Error("{}: no COLMAP model (cameras and images as .bin or .txt) in it or in sparse/0",
                 source.string());
   const bool is_binary =
-      HoldsModel(folder, "bin") || (!HoldsModel(folder, "txt") && HoldsPart(folder, "cameras", "bin"));
+      HoldsModel(folder, "bin") || (!HoldsModel(folder, "txt") && HoldsColmapPart(folder, "cameras", "bin"));
   const ColmapReconstruction model = is_binary ? ReadColmapBinary(folder) : ReadColmapText(folder);
   if (model.images.empty())
     throw Error("{}: the model has no images; was the reconstruction successful?", folder.string());

@@ -8,9 +8,6 @@
 
 namespace ulf {
 
-// The folder of a model in `source`: the folder itself, sparse/0, sparse, colmap/sparse/0 or 0; empty: there is none.
-std::filesystem::path ColmapModelIn(const std::filesystem::path& source);
-
 // `images`: the folder of the photographs; empty: images, images_2, images_4, images_8, input or photos, beside or around the
 // model, or where the model lies. Views are numbered in the order of their names. Photographs without a pose, and
 // poses without a photograph, are left out with a word; other numbered models beside the one that is read are named. Throws Error for a model that cannot be read, and where no

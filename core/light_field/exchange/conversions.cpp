@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/files/raw_file.h"
+#include "core/image/files/picture_kind.h"
 
 namespace ulf {
 namespace {

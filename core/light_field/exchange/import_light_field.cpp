@@ -17,18 +17,21 @@
 #include "core/image/files/over_background.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/raw_file.h"
 #include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
-#include "core/light_field/folder/journal.h"
 #include "core/light_field/folder/kept_findings.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/quick_checks.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/light_field/formats/image_names.h"
 #include "core/light_field/formats/raw_beside.h"
+#include "core/light_field/formats/set_format.h"
 #include "core/light_field/view_exposures.h"
+#include "core/light_field/exchange/read_posed_set.h"
 
 namespace ulf {
 namespace {

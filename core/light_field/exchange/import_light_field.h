@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/formats/set_format.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {

@@ -8,6 +8,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/light_field/exchange/npy_file.h"
+#include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"
 
 namespace ulf {

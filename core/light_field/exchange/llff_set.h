@@ -10,8 +10,6 @@
 
 namespace ulf {
 
-inline constexpr char kLlffFile[] = "poses_bounds.npy";
-
 // `source`: the folder, or the file. `images`: the folder of the photographs; empty: images, or else the largest of
 // images_2, images_4, images_8. Throws Error where the file is damaged, a row is no pose, or the number of
 // photographs is another one than that of the rows.

@@ -15,11 +15,6 @@ std::filesystem::path FileOfPart(const std::filesystem::path& folder, const char
 
 }  // namespace
 
-bool IsNerfSynthetic(const std::filesystem::path& folder) {
-  std::error_code unknown;
-  return std::filesystem::exists(FileOfPart(folder, "train"), unknown);
-}
-
 PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::filesystem::path& images) {
   PosedSet set;
   set.format = "NeRF, synthetic";

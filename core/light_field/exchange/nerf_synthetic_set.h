@@ -8,9 +8,6 @@
 
 namespace ulf {
 
-// Whether a folder holds such a set.
-bool IsNerfSynthetic(const std::filesystem::path& folder);
-
 // All views of all parts that are there, in this order, twice what two parts name; the names of the photographs begin
 // with the part's. `images` and errors as of ReadTransformsSet().
 PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::filesystem::path& images = {});

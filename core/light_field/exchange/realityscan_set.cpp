@@ -14,7 +14,7 @@
 #include "core/base/name_order.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
-#include "core/image/files/raw_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/image.h"
 #include "core/light_field/formats/xml_file.h"
 

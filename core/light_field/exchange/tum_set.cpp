@@ -16,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/formats/frame_files.h"
+#include "core/light_field/formats/set_format.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {

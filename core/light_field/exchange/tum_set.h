@@ -10,9 +10,6 @@
 
 namespace ulf {
 
-inline constexpr char kTumListFile[] = "rgb.txt";
-inline constexpr char kTumPosesFile[] = "groundtruth.txt";
-
 // `rgb_txt`: the list; the trajectory lies beside it. `images`: the folder from which the names count; empty: the list's.
 // `camera`: of all photographs.
 //

@@ -5,11 +5,11 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/folder/journal.h"
 #include "core/light_field/folder/opened_folder.h"
 #include "core/light_field/folder/view_files.h"
 #include "core/light_field/formats/colmap_text.h"
 #include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/points/point_io.h"
 
 namespace ulf {

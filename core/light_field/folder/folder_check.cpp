@@ -15,13 +15,14 @@
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_end.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/findings.h"
 #include "core/light_field/folder/view_files.h"
 #include "core/light_field/formats/colmap_text.h"
 #include "core/light_field/formats/image_names.h"
+#include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/view_exposures.h"
-#include "core/light_field/view_numbers.h"
 
 namespace ulf {
 namespace {
@@ -361,6 +362,18 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
                     "--write' makes them again",
                     dir.string(), ViewNumbers(check.unmade_images), ShellWord(dir.string())));
   return check;
+}
+
+void RequireImages(const LightField& light_field, const FolderCheck& check) {
+  if (!check.refused_links.empty()) throw Error("{}", Words(light_field.root, check.refused_links));
+  if (check.missing_images.empty()) return;
+  const int id = *check.missing_images.begin();
+  const auto view = std::ranges::find_if(light_field.views, [id](const View& each) { return each.id == id; });
+  throw Error(
+      "{0}: the image '{1}' of view {2} is missing{3}; restore it, or take such views out: ulf repair {4}",
+      light_field.root.string(), view->image_path, id,
+      check.missing_images.size() > 1 ? fmt::format(" (and {} more)", check.missing_images.size() - 1) : "",
+      ShellWord(light_field.root.string()));
 }
 
 PictureCheck CheckPictures(const LightField& light_field) {

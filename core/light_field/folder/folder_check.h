@@ -66,6 +66,9 @@ struct FolderCheck {
 // Only reads. While a writer is active (`being_written`), it checks only what the writer does not change.
 FolderCheck CheckFolder(const std::filesystem::path& dir, const JournalContents& journal, bool being_written);
 
+// Throws Error for a light field whose photographs are elsewhere: missing, or behind links that are refused.
+void RequireImages(const LightField& light_field, const FolderCheck& check);
+
 // Whether derived files with a journal's stamp exist but the journal does not; `ulf repair` restores it.
 bool IsJournalMissing(const std::filesystem::path& dir);
 // An Error for a writer about a folder without a journal: a light field that has lost it, a data set of

@@ -16,6 +16,7 @@
 #include "core/light_field/folder/leftovers.h"
 #include "core/light_field/folder/writer_state.h"
 #include "core/light_field/formats/transforms_json.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/points/point_io.h"
 
 namespace ulf {

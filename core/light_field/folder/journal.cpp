@@ -1,7 +1,5 @@
 #include "core/light_field/folder/journal.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -15,12 +13,10 @@
 #include "core/base/json_text.h"
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
-#include "core/light_field/folder/kept_findings.h"
-#include "core/light_field/formats/frame_files.h"
+#include "core/light_field/findings.h"
 #include "core/light_field/formats/view_json.h"
-#include "core/light_field/newer_format.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/view_exposures.h"
-#include "core/light_field/view_numbers.h"
 
 namespace ulf {
 namespace {
@@ -351,35 +347,6 @@ void NameMissingViews(JournalContents& contents) {
 }
 
 }  // namespace
-
-void PlaceSubject(const Subject& subject, LightField& light_field) {
-  constexpr double kSame = 0.05;  // of the radius; corrected maps move a subject by less. Guessed.
-  const std::optional<Subject> before = std::exchange(light_field.subject, subject);
-  if (before && ((subject.center_in_world - before->center_in_world).norm() > kSame * before->radius ||
-                 std::abs(subject.radius - before->radius) > kSame * before->radius))
-    light_field.measured.reset();
-}
-
-std::optional<JournalStamp> StampOf(const fs::path& file, std::uint64_t bytes) {
-  std::ifstream stream(file, std::ios::binary);
-  JournalStamp stamp{bytes, 0};
-  std::vector<char> part(1 << 16);
-  for (std::uint64_t left = bytes; left > 0;) {
-    const auto size = static_cast<std::streamsize>(std::min<std::uint64_t>(left, part.size()));
-    if (!stream.read(part.data(), size)) return std::nullopt;
-    stamp.crc32 = static_cast<std::uint32_t>(
-        ::crc32(stamp.crc32, reinterpret_cast<const Bytef*>(part.data()), static_cast<uInt>(size)));
-    left -= static_cast<std::uint64_t>(size);
-  }
-  if (!stream) return std::nullopt;
-  return stamp;
-}
-
-std::optional<JournalStamp> StampOf(const fs::path& file) {
-  std::error_code missing;
-  const std::uint64_t bytes = fs::file_size(file, missing);
-  return missing ? std::nullopt : StampOf(file, bytes);
-}
 
 std::string DamagedLine::Words() const {
   const auto are = [](const std::set<int>& ids) { return ids.size() == 1 ? "is" : "are"; };

@@ -40,28 +40,8 @@
 #include <vector>
 
 #include "core/light_field/light_field.h"
-#include "core/light_field/new_camera.h"
 
 namespace ulf {
-
-inline constexpr const char* kJournalFile = "journal.jsonl";
-inline constexpr int kJournalVersion = 1;
-
-// Exchanges the subject. Errors that were measured about another one lapse.
-void PlaceSubject(const Subject& subject, LightField& light_field);
-
-// Identifies the journal that a derived file was made from: its length and the CRC-32 of that many bytes. It
-// reveals a journal that has lost its end or was changed.
-struct JournalStamp {
-  std::uint64_t bytes = 0;
-  std::uint32_t crc32 = 0;
-  bool operator==(const JournalStamp&) const = default;
-};
-
-// The stamp of the first `bytes` of FILE; none: the file is shorter or unreadable.
-std::optional<JournalStamp> StampOf(const std::filesystem::path& file, std::uint64_t bytes);
-// The stamp of the whole file.
-std::optional<JournalStamp> StampOf(const std::filesystem::path& file);
 
 // A damaged line, or damaged lines behind each other, and what may have been lost with them.
 struct DamagedLine {

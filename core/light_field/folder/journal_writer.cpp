@@ -14,8 +14,8 @@
 #include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
 #include "core/light_field/folder/journal.h"
-#include "core/light_field/folder/kept_findings.h"
 #include "core/light_field/formats/view_json.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/view_exposures.h"
 
 namespace ulf {

@@ -4,19 +4,18 @@
 #include <array>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/folder/folder_check.h"
 #include "core/light_field/folder/journal.h"
+#include "core/light_field/journal_stamp.h"
 
 namespace ulf {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 // Views whose photographs are told apart from others, and examples of a light field that is wrong as a whole: they are
 // opened on every reading. Guessed.
@@ -126,37 +125,6 @@ std::string Keep(const fs::path& dir, Check check, const std::vector<Finding>& f
     return error.what();
   }
   return {};
-}
-
-std::vector<KeptFinding> KeptFindingsFromJson(const JsonPlace& event) {
-  std::vector<KeptFinding> kept;
-  const std::string check = event.Text("check");
-  for (const json& object : event.Raw("found")) {
-    const JsonPlace found{object, event.where + ", found"};
-    KeptFinding& each = kept.emplace_back();
-    each.check = check;
-    each.text = found.Text("text");
-    each.whole = found.Has("whole") && found.Raw("whole") == json(true);
-    for (const auto& [id, view] : found.Raw("views").items()) {
-      const JsonPlace judged{view, found.where + ", view " + id};
-      each.views[std::atoi(id.c_str())] = {judged.Text("photograph", ""), judged.Text("pose", "")};
-    }
-  }
-  return kept;
-}
-
-json KeptFindingsToJson(const std::string& check, const std::vector<KeptFinding>& kept) {
-  json event{{"event", "checked"}, {"check", check}, {"found", json::array()}};
-  for (const KeptFinding& each : kept) {
-    json views = json::object();
-    for (const auto& [id, judged] : each.views) {
-      json& view = views[std::to_string(id)] = json::object();
-      if (!judged.photograph.empty()) view["photograph"] = judged.photograph;
-      if (!judged.pose.empty()) view["pose"] = judged.pose;
-    }
-    event["found"].push_back({{"text", each.text}, {"whole", each.whole}, {"views", std::move(views)}});
-  }
-  return event;
 }
 
 }  // namespace ulf

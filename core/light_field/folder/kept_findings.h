@@ -3,11 +3,9 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
-#include "core/base/json_fields.h"
 #include "core/light_field/findings.h"
 #include "core/light_field/light_field.h"
 
@@ -20,9 +18,5 @@ std::vector<Finding> Standing(const std::vector<KeptFinding>& kept, const LightF
 // string, or why it cannot be noted: DIR has no journal, cannot be written, is being recorded into or must be repaired
 // first.
 std::string Keep(const std::filesystem::path& dir, Check check, const std::vector<Finding>& found);
-
-// The keys of a line of the journal.
-std::vector<KeptFinding> KeptFindingsFromJson(const JsonPlace& event);
-nlohmann::json KeptFindingsToJson(const std::string& check, const std::vector<KeptFinding>& kept);
 
 }  // namespace ulf

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 
 namespace ulf {
 

@@ -1,3 +1,5 @@
+#include "core/light_field/folder/light_field_writer.h"
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -9,8 +11,6 @@
 #include "core/base/error.h"
 #include "core/image/files/png_picture.h"
 #include "core/light_field/folder/derived_files.h"
-#include "core/light_field/folder/folder_check.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_files.h"
 #include "core/light_field/folder/writer_state.h"
 #include "core/light_field/points/point_io.h"
@@ -40,11 +40,23 @@ void NoteFrame(const Frame& frame, View& view) {
 
 }  // namespace
 
-fs::path UnposedName(const fs::path& file) {
-  const fs::path folder = file.parent_path();
-  const bool is_master = folder == "masters" || folder == kMergedFolder;
-  return is_master ? fs::path(file.stem().string() + ".master" + file.extension().string()) : file.filename();
+LightFieldWriter LightFieldWriter::Create(const fs::path& dir, const CaptureHeader& header) {
+  return LightFieldWriter(WriterState::Created(dir, header));
 }
+
+LightFieldWriter LightFieldWriter::Resume(const fs::path& dir) {
+  return LightFieldWriter(WriterState::Resumed(dir));
+}
+
+LightFieldWriter::LightFieldWriter(std::unique_ptr<WriterState> state) : state_(std::move(state)) {}
+LightFieldWriter::LightFieldWriter(LightFieldWriter&&) noexcept = default;
+LightFieldWriter& LightFieldWriter::operator=(LightFieldWriter&&) noexcept = default;
+LightFieldWriter::~LightFieldWriter() = default;
+const LightField& LightFieldWriter::Contents() const { return state_->light_field; }
+
+int LightFieldWriter::NextViewId() const { return state_->next_view_id; }
+
+int LightFieldWriter::ReserveViewId() { return state_->next_view_id++; }
 
 void LightFieldWriter::UseCamera(int index) { state_->camera = index; }
 
@@ -81,13 +93,6 @@ View LightFieldWriter::AddView(const Frame& frame, View view) {
   view.id = ReserveViewId();
   const NewView added{frame, std::move(view), Files(frame, MakePictures::kNow)};
   return AddViews({&added, 1}).front();
-}
-
-void LightFieldWriter::State::RequireReserved(int view_id, int last_id) const {
-  if (view_id >= next_view_id)
-    throw Error("{}: the number of view {} was not reserved", light_field.root.string(), view_id);
-  if (view_id <= last_id)
-    throw Error("{}: view {} cannot follow view {}", light_field.root.string(), view_id, last_id);
 }
 
 std::vector<View> LightFieldWriter::AddViews(std::span<const NewView> added) {
@@ -269,42 +274,6 @@ void LightFieldWriter::SetPoints(std::vector<ScenePoint> points) {
 
 void LightFieldWriter::NoteGap(double from_s, double to_s, const std::string& reason) {
   state_->journal.NoteGap(from_s, to_s, reason);
-}
-
-// Returns the paths of the view's files that are there, or can be made.
-std::set<std::string> LightFieldWriter::State::FilesToKeep(const View& view) const {
-  std::set<std::string> files = FilesOf(view);
-  try {
-    if (PictureFollowsFromMaster(view))
-      WritePictureFromMaster(light_field.root, view, SizeOf(light_field.CameraOf(view)));
-  } catch (const DiskFullError&) {
-    throw;  // the caller tries again when there is room
-  } catch (const Error& error) {
-    spdlog::warn("{}; only the master of view {} is kept in unposed/", error.what(), view.id);
-    files.erase(view.image_path);
-  }
-  return files;
-}
-
-// Leaves out views whose files are still to be moved: the caller repeats the moving alone.
-void LightFieldWriter::State::TakeOutOfJournal(const std::set<int>& view_ids) {
-  std::map<int, std::set<std::string>> files;
-  std::set<int> ids;
-  for (const int id : view_ids) {
-    if (to_unposed.contains(id)) continue;
-    const auto view = std::ranges::find(light_field.views, id, &View::id);
-    if (view == light_field.views.end())
-      throw Error("{}: there is no view {} to remove", light_field.root.string(), id);
-    files[id] = FilesToKeep(*view);
-    ids.insert(id);
-  }
-  const fs::path unposed = light_field.root / "unposed";
-  MakeFolder("unposed");
-  journal.RemoveViews(ids);  // before a file moves: the journal never names a file that is gone
-  for (const auto& [id, paths] : files)
-    for (const std::string& file : paths) to_unposed[id][file] = unposed / UnposedName(file);
-  std::erase_if(light_field.views, [&](const View& view) { return ids.contains(view.id); });
-  light_field.taken_back.insert(ids.begin(), ids.end());
 }
 
 void LightFieldWriter::RemoveViews(const std::set<int>& view_ids) {

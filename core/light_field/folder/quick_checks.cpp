@@ -169,4 +169,9 @@ std::vector<Finding> KnownFindings(const std::vector<KeptFinding>& kept, const L
   return findings;
 }
 
+void AddKnownFindings(const std::vector<KeptFinding>& kept, LightField& light_field) {
+  light_field.findings = KnownFindings(kept, light_field);
+  WarnOnce(light_field.root, light_field.findings);
+}
+
 }  // namespace ulf

@@ -42,4 +42,7 @@ std::vector<Finding> QuickFindings(const LightField& light_field);
 // These, and what of the findings of earlier runs still holds: all that is known without reading photographs.
 std::vector<Finding> KnownFindings(const std::vector<KeptFinding>& kept, const LightField& light_field);
 
+// Sets LightField::findings to them and warns of each.
+void AddKnownFindings(const std::vector<KeptFinding>& kept, LightField& light_field);
+
 }  // namespace ulf

@@ -7,15 +7,15 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
+#include "core/light_field/findings.h"
 #include "core/light_field/folder/folder_check.h"
 #include "core/light_field/folder/followed_links.h"
 #include "core/light_field/folder/quick_checks.h"
 #include "core/light_field/folder/view_files.h"
 #include "core/light_field/formats/colmap_text.h"
 #include "core/light_field/formats/transforms_json.h"
-#include "core/light_field/newer_format.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/points/point_io.h"
-#include "core/light_field/view_numbers.h"
 
 namespace ulf {
 namespace {

@@ -10,7 +10,6 @@
 
 #include "core/light_field/folder/journal.h"
 #include "core/light_field/light_field.h"
-#include "core/light_field/new_camera.h"
 
 namespace ulf {
 

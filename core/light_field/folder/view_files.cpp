@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/raw_file.h"
 #include "core/image/files/tiff_file.h"

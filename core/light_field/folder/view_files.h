@@ -2,7 +2,6 @@
 // has more than 8-bit sRGB. Encoding may run in any thread; light_field_io writes the files.
 #pragma once
 
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -50,13 +49,5 @@ Image PictureFromMaster(const std::filesystem::path& root, const View& view,
 // Writes the photograph if it is missing. Throws DiskFullError, Error.
 void WritePictureFromMaster(const std::filesystem::path& root, const View& view,
                             std::optional<cv::Size> size = std::nullopt);
-
-inline cv::Size SizeOf(const CameraModel& camera) { return {camera.width, camera.height}; }
-// Whether pictures of this size are the camera's, resized and not cropped: but for rounding to whole pixels.
-inline bool HasAspectOf(const CameraModel& camera, cv::Size size) {
-  constexpr double kRounding_px = 1;
-  return std::abs(static_cast<double>(size.width) / camera.width * camera.height - size.height) <=
-         kRounding_px;
-}
 
 }  // namespace ulf

@@ -1,4 +1,5 @@
-// A view's pixels, from whichever of its files holds them (declared in light_field_io.h).
+#include "core/light_field/folder/view_images.h"
+
 #include <spdlog/spdlog.h>
 
 #include <opencv2/core.hpp>
@@ -9,8 +10,8 @@
 #include "core/image/files/exr_file.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_files.h"
 #include "core/light_field/view_exposures.h"
 

@@ -1,22 +1,28 @@
-// What a LightFieldWriter knows between its calls, for the files that implement it: light_field_io.cpp opens a light field,
-// light_field_writer.cpp adds to it.
+// What a LightFieldWriter knows between its calls.
 #pragma once
 
 #include <atomic>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "core/image/files/raw_file.h"
 #include "core/light_field/folder/journal.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/opened_folder.h"
+#include "core/light_field/journal_stamp.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 
-struct LightFieldWriter::State {
-  explicit State(const std::filesystem::path& dir) : journal(dir / kJournalFile), folder(dir) {
+struct WriterState {
+  // A new light field in DIR, or an old one for more views: LightFieldWriter::Create() and Resume().
+  static std::unique_ptr<WriterState> Created(const std::filesystem::path& dir, const CaptureHeader& header);
+  static std::unique_ptr<WriterState> Resumed(const std::filesystem::path& dir);
+
+  explicit WriterState(const std::filesystem::path& dir) : journal(dir / kJournalFile), folder(dir) {
     light_field.root = dir;
   }
   // A folder of the light field, which must still be where it was opened.

@@ -18,6 +18,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/light_field/formats/view_json.h"
+#include "core/light_field/journal_stamp.h"
 
 namespace ulf {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "core/light_field/folder/journal.h"
 #include "core/light_field/formats/colmap_model.h"
+#include "core/light_field/journal_stamp.h"
 
 namespace ulf {
 

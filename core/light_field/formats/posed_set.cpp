@@ -15,9 +15,9 @@
 #include "core/geometry/small_matrices.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
 #include "core/image/image.h"
-#include "core/light_field/folder/view_files.h"
 
 namespace ulf {
 namespace {

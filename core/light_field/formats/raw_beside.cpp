@@ -7,6 +7,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/lowercase.h"
+#include "core/image/files/picture_kind.h"
 
 namespace ulf {
 namespace {

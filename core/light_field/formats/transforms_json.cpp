@@ -23,7 +23,7 @@
 #include "core/light_field/formats/frame_files.h"
 #include "core/light_field/formats/transforms_camera.h"
 #include "core/light_field/formats/view_json.h"
-#include "core/light_field/newer_format.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/view_exposures.h"
 

@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-#include "core/light_field/folder/journal.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {

@@ -5,7 +5,6 @@
 
 #include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
-#include "core/light_field/formats/frame_files.h"
 #include "core/light_field/view_exposures.h"
 
 namespace ulf {
@@ -148,6 +147,49 @@ void ReadPhotographJson(const JsonPlace& place, View& view) {
   }
 }
 
+nlohmann::json ExposureToJson(const ViewExposure& exposure) {
+  nlohmann::json keys = PhotographToJson(PhotographOf({}, exposure));
+  if (!exposure.image_path.empty()) keys["image"] = exposure.image_path;
+  keys["exposure_from_view"] = PoseToJson(exposure.exposure_from_view);
+  keys["pose"] = exposure.pose_is_between ? "between" : "found";
+  return keys;
+}
+
+ViewExposure ExposureFromJson(const JsonPlace& place) {
+  View photograph;
+  ReadPhotographJson(place, photograph);
+  ViewExposure exposure{.image_path = place.Text("image", ""),
+                        .master_path = photograph.master_path,
+                        .master_transfer = photograph.master_transfer,
+                        .master_mosaic = photograph.master_mosaic,
+                        .raw_white_balance = photograph.raw_white_balance,
+                        .exposure_from_view = PoseFromJson(place, "exposure_from_view"),
+                        .pose_is_between = place.Text("pose", "found") == "between",
+                        .device_time_s = photograph.device_time_s,
+                        .host_time_s = photograph.host_time_s,
+                        .exposure_s = photograph.exposure_s,
+                        .gain = photograph.gain,
+                        .black_level = photograph.black_level,
+                        .f_number = photograph.f_number};
+  if (exposure.image_path.empty() && exposure.master_path.empty())
+    throw Error("{}: an exposure needs 'image' or 'master'", place.where);
+  if (!(exposure.exposure_s > 0))
+    throw Error("{}: an exposure needs 'exposure_s' above 0, not {}", place.where, exposure.exposure_s);
+  return exposure;
+}
+
+nlohmann::json MergedToJson(const MergedExposures& merged) {
+  return {{"image", merged.path}, {"exposures", merged.exposures}, {"ghosts", merged.ghost_share}};
+}
+
+MergedExposures MergedFromJson(const JsonPlace& place) {
+  MergedExposures merged{place.Text("image"), place.Integer("exposures"), place.Number("ghosts")};
+  if (merged.exposures < 2 || !(merged.ghost_share >= 0 && merged.ghost_share <= 1))
+    throw Error("{}: {} merged exposures with a share of {} of ghosts are not possible", place.where,
+                merged.exposures, merged.ghost_share);
+  return merged;
+}
+
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field) {
   light_field.device_uri = place.Text("device_uri", "");
   light_field.device_serial = place.Text("device_serial", "");
@@ -242,6 +284,37 @@ CoverageGoal CoverageGoalFromJson(const JsonPlace& place) {
         "{}: a goal of {} x {} degrees and a share of {} is not possible; the most is 360 x 180, and 1",
         place.where, cap[0], cap[1], share);
   return {{cap[0], cap[1]}, share};
+}
+
+std::vector<KeptFinding> KeptFindingsFromJson(const JsonPlace& event) {
+  std::vector<KeptFinding> kept;
+  const std::string check = event.Text("check");
+  for (const nlohmann::json& object : event.Raw("found")) {
+    const JsonPlace found{object, event.where + ", found"};
+    KeptFinding& each = kept.emplace_back();
+    each.check = check;
+    each.text = found.Text("text");
+    each.whole = found.Has("whole") && found.Raw("whole") == nlohmann::json(true);
+    for (const auto& [id, view] : found.Raw("views").items()) {
+      const JsonPlace judged{view, found.where + ", view " + id};
+      each.views[std::atoi(id.c_str())] = {judged.Text("photograph", ""), judged.Text("pose", "")};
+    }
+  }
+  return kept;
+}
+
+nlohmann::json KeptFindingsToJson(const std::string& check, const std::vector<KeptFinding>& kept) {
+  nlohmann::json event{{"event", "checked"}, {"check", check}, {"found", nlohmann::json::array()}};
+  for (const KeptFinding& each : kept) {
+    nlohmann::json views = nlohmann::json::object();
+    for (const auto& [id, judged] : each.views) {
+      nlohmann::json& view = views[std::to_string(id)] = nlohmann::json::object();
+      if (!judged.photograph.empty()) view["photograph"] = judged.photograph;
+      if (!judged.pose.empty()) view["pose"] = judged.pose;
+    }
+    event["found"].push_back({{"text", each.text}, {"whole", each.whole}, {"views", std::move(views)}});
+  }
+  return event;
 }
 
 }  // namespace ulf

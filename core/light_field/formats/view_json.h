@@ -31,6 +31,15 @@ void RequirePathsBelow(const std::string& where, View& view);
 nlohmann::json PoseToJson(const Rigid3& pose);
 Rigid3 PoseFromJson(const JsonPlace& place, const char* key);
 
+// Another exposure of a view: the keys of a photograph, image, exposure_from_view and pose.
+nlohmann::json ExposureToJson(const ViewExposure& exposure);
+// Paths are unchecked.
+ViewExposure ExposureFromJson(const JsonPlace& place);
+
+// "merged": {image, exposures, ghosts}
+nlohmann::json MergedToJson(const MergedExposures& merged);
+MergedExposures MergedFromJson(const JsonPlace& place);
+
 // device_uri, device_serial, device_maker, device_model, sensor, units, threshold_px,
 // coverage_width_px, with the same keys in the journal's header and under "ulf" in transforms.json.
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field);
@@ -52,5 +61,9 @@ ShutterReadout ReadoutFromJson(const JsonPlace& place);
 // {"cap_deg":[width,height],"share":0 to 1}
 nlohmann::json CoverageGoalToJson(const CoverageGoal& goal);
 CoverageGoal CoverageGoalFromJson(const JsonPlace& place);
+
+// {"event":"checked","check":"light","found":[{"text":"...","whole":false,"views":{"7":{"photograph":"...","pose":"..."}}}]}
+std::vector<KeptFinding> KeptFindingsFromJson(const JsonPlace& event);
+nlohmann::json KeptFindingsToJson(const std::string& check, const std::vector<KeptFinding>& kept);
 
 }  // namespace ulf

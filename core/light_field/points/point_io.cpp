@@ -8,7 +8,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
-#include "core/light_field/folder/journal.h"
+#include "core/light_field/journal_stamp.h"
 #include "core/light_field/points/point_file.h"
 #include "core/light_field/points/point_ply.h"
 #include "core/light_field/points/point_tracks.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/atomic_file.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/view_files.h"
 
 namespace ulf::coverage {

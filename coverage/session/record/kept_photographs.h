@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/frames/frame.h"
-#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf::coverage {
 

@@ -35,7 +35,7 @@
 
 #include "core/base/mutex.h"
 #include "core/frames/frame.h"
-#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/opened_folder.h"
 
 namespace ulf::coverage {

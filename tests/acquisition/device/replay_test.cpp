@@ -21,6 +21,7 @@
 #include "core/image/files/jpeg_codec.h"
 #include "core/image/files/png_picture.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/dng_file.h"
 #include "tests/support/floors.h"
 #include "tests/support/pictures/sample_pictures.h"

@@ -16,6 +16,7 @@
 #include "core/base/counted.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/sanitizers/is_sanitized.h"
 #include "tests/support/test_paths.h"

@@ -14,6 +14,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/support/child_process.h"
 #include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"

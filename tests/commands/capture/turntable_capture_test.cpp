@@ -12,6 +12,7 @@
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "tests/render/masks/turntable_scene.h"
 #include "tests/support/floors.h"

@@ -15,6 +15,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/image/undistortion.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/points/point_tracks.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"

@@ -20,6 +20,7 @@
 #include "core/base/json_text.h"
 #include "core/image/files/png_picture.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"

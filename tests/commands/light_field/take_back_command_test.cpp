@@ -12,6 +12,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"

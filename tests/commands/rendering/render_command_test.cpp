@@ -12,6 +12,8 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/light_field/points/point_ply.h"
 #include "core/video/video_reader.h"
 #include "render/proxy/mesh_file.h"

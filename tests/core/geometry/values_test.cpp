@@ -19,7 +19,7 @@
 #include "core/geometry/small_matrices.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
-#include "core/light_field/view_numbers.h"
+#include "core/light_field/findings.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

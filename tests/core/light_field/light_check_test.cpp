@@ -12,6 +12,8 @@
 #include "core/image/files/jpeg_codec.h"
 #include "core/image/files/png_picture.h"
 #include "core/image/files/tiff_file.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/core/light_field/simulated_session.h"
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/seeds.h"

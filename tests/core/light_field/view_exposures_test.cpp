@@ -9,6 +9,8 @@
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"
 

@@ -26,6 +26,7 @@
 #include "core/base/available_memory.h"
 #include "core/base/host_time.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "coverage/operator/run_with_display.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"

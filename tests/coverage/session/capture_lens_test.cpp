@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/folder/journal.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "coverage/session/subject_anchors.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/test_paths.h"

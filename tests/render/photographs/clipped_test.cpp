@@ -8,6 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "render/gl/make_renderer.h"
 #include "render/scene/exposure_scales.h"
 #include "tests/render/scenes/agreement.h"

@@ -18,6 +18,7 @@
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/gl/make_renderer.h"
 #include "render/quality/evaluate.h"
 #include "render/renderer/renderer.h"

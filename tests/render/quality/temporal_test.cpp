@@ -16,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "render/quality/step_error.h"
 #include "render/quality/temporal_error.h"
 #include "render/quality/temporal_evaluation.h"

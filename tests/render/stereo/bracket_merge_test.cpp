@@ -9,7 +9,6 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
-#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/view_exposures.h"
 #include "tests/render/scenes/bracketed_view.h"
 #include "tests/support/floors.h"

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/unposed_photographs.h"
 #include "tests/support/child_process.h"
 #include "tests/support/test_paths.h"

@@ -16,6 +16,7 @@
 #include "core/image/files/png_picture.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "tests/support/test_paths.h"
 #include "tests/tracking/refine/refine_views.h"

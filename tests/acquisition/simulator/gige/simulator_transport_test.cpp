@@ -17,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/base/host_time.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 #include "tests/support/loopback_namespace.h"
 #include "tests/support/sanitizers/is_sanitized.h"

@@ -14,6 +14,7 @@
 #include "core/image/files/exr_file.h"
 #include "core/image/files/exr_header.h"
 #include "core/image/files/image_header.h"
+#include "core/image/files/jpeg_codec.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/image.h"
 #include "tests/support/test_paths.h"

@@ -20,6 +20,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/export_light_field.h"
+#include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/formats/colmap_model.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"

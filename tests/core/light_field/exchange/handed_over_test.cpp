@@ -23,6 +23,8 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/read_posed_set.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/set_format.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"
 #include "tests/support/test_paths.h"

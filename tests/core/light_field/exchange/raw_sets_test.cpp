@@ -15,6 +15,8 @@
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/folder/folder_check.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/light_field/formats/posed_set.h"
 #include "core/light_field/formats/view_json.h"
 #include "tests/support/dng_file.h"

@@ -23,6 +23,8 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"

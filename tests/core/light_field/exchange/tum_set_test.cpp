@@ -15,8 +15,11 @@
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/exchange/import_light_field.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/formats/set_format.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/test_paths.h"
+#include "core/light_field/exchange/read_posed_set.h"
 
 namespace ulf {
 namespace {

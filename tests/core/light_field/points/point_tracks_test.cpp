@@ -11,6 +11,8 @@
 
 #include "core/base/error.h"
 #include "core/geometry/digest.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/points/point_file.h"
 #include "core/light_field/points/point_fit.h"
 #include "tests/core/light_field/light_field_samples.h"

@@ -14,6 +14,8 @@
 #include "acquisition/device/device.h"
 #include "acquisition/simulator/simulated_device.h"
 #include "core/geometry/trajectory.h"
+#include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/unposed_photographs.h"
 #include "tests/coverage/session/planar_capture.h"
 #include "tests/support/floors.h"

@@ -24,6 +24,8 @@
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/view_images.h"
 #include "coverage/operator/recorded_pictures.h"
 #include "coverage/session/capture_session.h"
 #include "tests/support/floors.h"
