@@ -116,7 +116,7 @@ render::ProxyMesh Built(const ProxyArgs& args, const LightField& light_field) {
 int SweepMaps(const ProxyArgs& args, const LightField& light_field) {
   const auto start = std::chrono::steady_clock::now();
   const render::MapShare share = render::MapShare::Parse(args.maps_of);
-  RequireOutside(light_field.root, args.maps, "--maps");
+  RequireOutside(light_field.root, args.maps, "maps");
   RequireWritableFolder(args.maps);
   const auto scene = SceneFor(args, light_field);
   Progress progress("proxy");

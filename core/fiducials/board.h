@@ -50,7 +50,7 @@ struct Board {
   MarkerOrder order = {};
   bool white_corner = false;
 
-  static Board Parse(const std::string& text);  // throws UsageError that names the right form
+  static Board Parse(const std::string& text);  // throws Refusal that names the right form
   std::string Text() const;
 
   // A grid of markers without squares between: ArUco grid or AprilGrid.
@@ -74,7 +74,7 @@ struct Board {
   bool operator==(const Board&) const = default;
 };
 
-// OpenCV's number of the dictionary with this name; throws UsageError that lists the names.
+// OpenCV's number of the dictionary with this name; throws Refusal that lists the names.
 int DictionaryNumber(const std::string& name);
 
 }  // namespace ulf

@@ -11,7 +11,7 @@
 namespace ulf {
 
 // All markers with their numbers, in no particular order, corners refined (marker_corners.h). `gray`:
-// CV_8UC1. Throws UsageError for a dictionary that does not exist.
+// CV_8UC1. Throws Refusal for a dictionary that does not exist.
 std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray);
 
 }  // namespace ulf

@@ -17,7 +17,7 @@ namespace ulf {
 std::vector<MarkerImage> DarkQuads(const cv::Mat& gray);
 
 // The markers of a dictionary among the outlines, each number once (that with the fewest wrong cells), corners clockwise from
-// the upper left one of OpenCV's picture of the marker, as accurate as the outlines. Throws UsageError for a
+// the upper left one of OpenCV's picture of the marker, as accurate as the outlines. Throws Refusal for a
 // dictionary that does not exist.
 std::vector<std::pair<int, MarkerImage>> MarkersAmong(const std::vector<MarkerImage>& quads,
                                                       const cv::Mat& gray, const std::string& dictionary,

@@ -17,9 +17,13 @@ Subject ParseSubject(const std::string& text) {
                   &subject.center_in_world.y(), &subject.center_in_world.z(), &subject.radius, &used) != 4 ||
       static_cast<std::size_t>(used) != text.size() || !subject.center_in_world.allFinite() ||
       !std::isfinite(subject.radius))
-    throw UsageError("'{}' is not a subject; write x,y,z,radius in world units, such as 0,0,-8.12,1.5", text);
+    throw Refusal("", text, fmt::format("'{}' is not a subject", text),
+                  "write x,y,z,radius in world units, such as 0,0,-8.12,1.5");
   if (!(subject.radius > 0))
-    throw UsageError("'{}' is not a subject: its radius, the last of x,y,z,radius, must be positive", text);
+    throw Refusal(
+        "", text,
+        fmt::format("'{}' is not a subject: its radius, the last of x,y,z,radius, must be positive", text),
+        "");
   return subject;
 }
 

@@ -30,7 +30,7 @@ struct Subject {
   bool operator==(const Subject&) const = default;
 };
 
-// "x,y,z,r" in world units; throws UsageError.
+// "x,y,z,r" in world units; throws Refusal.
 Subject ParseSubject(const std::string& text);
 
 // How a sensor reads its rows one after the other (a rolling shutter).
@@ -152,7 +152,7 @@ struct MeasuredDirection {
   std::string cause;              // of what is wrong, by name
 };
 struct MeasuredErrors {
-  std::string cover = "bound";  // what decided that a viewpoint is covered: --cover
+  std::string cover = "bound";  // the name of the rule by which a viewpoint counts as covered
   double goal_db = 0;
   std::uint64_t frames = 0;  // at which it was measured
   std::vector<MeasuredDirection> directions;

@@ -10,7 +10,7 @@ namespace ulf {
 
 class VideoWriter {
  public:
-  // `size`: even numbers. Throws Error, UsageError for a rate that the codec cannot have.
+  // `size`: even numbers. Throws Error, Refusal for a rate that the codec cannot have.
   VideoWriter(const std::filesystem::path& mp4, const cv::Size& size, double frame_rate);
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;

@@ -79,9 +79,9 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
                       static_cast<double>(own.height) / camera->second.height}});
   }
   if (taken.empty())
-    throw Error("{}: none of its {} is in {} ({} is the first); say where they lie with --images FOLDER",
-                model_folder.string(), Counted(model.images.size(), "photograph"), images.folder().string(),
-                missing.empty() ? "there is none" : missing.front());
+    throw Error("{}: none of its {} is in {} ({} is the first); {}", model_folder.string(),
+                Counted(model.images.size(), "photograph"), images.folder().string(),
+                missing.empty() ? "there is none" : missing.front(), SayWhereTheyLie());
   if (!missing.empty())
     doubts.push_back(fmt::format("{} of the model {} not in {} and left out, {} the first",
                                  Counted(missing.size(), "photograph"), missing.size() == 1 ? "is" : "are",

@@ -325,10 +325,10 @@ void RequireOneKind(const LightField& light_field) {
     return camera.distortion == Distortion::kFisheye;
   });
   if (fisheyes > 0 && fisheyes < static_cast<std::ptrdiff_t>(light_field.cameras.size()))
-    throw UsageError(
-        "{}: some of its lenses are fisheyes and some are not, but nerfstudio reads one kind of lens per "
-        "transforms.json; give --undistort",
-        light_field.root.string());
+    throw Refusal(light_field.root.string(), "",
+                  "some of its lenses are fisheyes and some are not, but nerfstudio reads one kind of lens "
+                  "per transforms.json",
+                  "give " + Parameter("undistort"));
 }
 
 // Of a lens with the sixth order of radial distortion instant-ngp would take what it knows for the whole.
@@ -336,8 +336,10 @@ void RequireNoSixthOrder(const LightField& light_field) {
   for (std::size_t i = 0; i < light_field.cameras.size(); ++i) {
     const CameraModel& camera = light_field.cameras[i];
     if (camera.distortion == Distortion::kRadialTangential && camera.coefficients[4] != 0)
-      throw UsageError("{}: camera {} has k3 = {}, which instant-ngp does not know; give --undistort",
-                       light_field.root.string(), i + 1, camera.coefficients[4]);
+      throw Refusal(light_field.root.string(), "",
+                    fmt::format("camera {} has k3 = {}, which instant-ngp does not know", i + 1,
+                                camera.coefficients[4]),
+                    "give " + Parameter("undistort"));
   }
 }
 
@@ -390,11 +392,11 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
 
 bool HasPoints(ExportForm form) { return RulesOf(form).has_points; }
 
-void RequireOutside(const fs::path& light_field, const fs::path& out, const char* option) {
+void RequireOutside(const fs::path& light_field, const fs::path& out, std::string_view parameter) {
   const fs::path inside = fs::weakly_canonical(out).lexically_relative(fs::weakly_canonical(light_field));
   if (!inside.empty() && *inside.begin() != "..")
-    throw UsageError("{} {}: lies in the light field, which stays as it is; choose a folder beside it",
-                     option, out.string());
+    throw Refusal(Parameter(parameter), out.string(), "lies in the light field, which stays as it is",
+                  "choose a folder beside it");
 }
 
 void RequireExportable(const LightField& light_field, const fs::path& out, const ExportOptions& options) {

@@ -50,11 +50,11 @@ struct ExportSummary {
   std::vector<std::string> doubts;  // in words: what the form's programs will not take as it is
 };
 
-// Throws UsageError when `out`, given by `option`, lies in the light field's folder.
+// Throws Refusal when `out`, given for `parameter`, lies in the light field's folder.
 void RequireOutside(const std::filesystem::path& light_field, const std::filesystem::path& out,
-                    const char* option = "-o");
+                    std::string_view parameter = "output");
 
-// Checks before any work: throws Error when OUT exists and is not empty, UsageError when the form cannot
+// Checks before any work: throws Error when OUT exists and is not empty, Refusal when the form cannot
 // represent the light field.
 void RequireExportable(const LightField& light_field, const std::filesystem::path& out,
                        const ExportOptions& options);
@@ -62,7 +62,7 @@ void RequireExportable(const LightField& light_field, const std::filesystem::pat
 void RequireRoomFor(const LightField& light_field, const std::filesystem::path& out,
                     const ExportOptions& options);
 
-// Throws Error when OUT exists and is not empty, a photograph cannot be read or the disk is full; UsageError
+// Throws Error when OUT exists and is not empty, a photograph cannot be read or the disk is full; Refusal
 // when the form cannot represent the light field.
 ExportSummary ExportLightField(const LightField& light_field, const std::filesystem::path& out,
                                const ExportOptions& options);

@@ -21,6 +21,7 @@
 #include "core/image/files/png_picture.h"
 #include "core/image/files/raw_file.h"
 #include "core/light_field/exchange/conversions.h"
+#include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/folder/kept_findings.h"
@@ -31,7 +32,6 @@
 #include "core/light_field/formats/raw_beside.h"
 #include "core/light_field/formats/set_format.h"
 #include "core/light_field/view_exposures.h"
-#include "core/light_field/exchange/read_posed_set.h"
 
 namespace ulf {
 namespace {
@@ -253,8 +253,8 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   std::optional<cv::Vec3d> background = options.background;
   if (!background && set.background) {
     background = set.background;
-    source.doubts.push_back(
-        "pictures with alpha are laid over white, as in the papers (--background COLOUR)");
+    source.doubts.push_back(fmt::format(
+        "pictures with alpha are laid over white, as in the papers ({} COLOUR)", Parameter("background")));
   }
   Imported imported{source, set.format, {}};
   if (options.subject) PlaceSubject(*options.subject, source);
@@ -268,7 +268,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   source.findings.insert(source.findings.end(), quick.begin(), quick.end());
   WarnOnce(dir, source.findings);
   if (!source.subject)
-    throw UsageError("{}: the subject cannot be found: {}", source_path.string(), WhyNoSubject(source));
+    throw Refusal(source_path.string(), "", "the subject cannot be found: " + WhyNoSubject(source), "");
   for (const std::string& doubt : source.doubts) spdlog::warn("{}", doubt);
 
   LightField& made = imported.light_field;

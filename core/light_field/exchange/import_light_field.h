@@ -32,7 +32,7 @@ struct Imported {
 // masters/ with an 8-bit sRGB copy in images/. Masks, and alpha that hides something, go to masks/; points to
 // points.ply. White space in names becomes '_'. DIR is complete at the end, or does not exist after a
 // failure. What of the source is not used is given out as warnings. Throws Error for an invalid source, DiskFullError,
-// UsageError when the subject or the camera must be given.
+// Refusal when the subject or the camera must be given.
 Imported Import(const std::filesystem::path& source, const std::filesystem::path& dir,
                 const ImportOptions& options);
 

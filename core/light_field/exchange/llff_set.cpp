@@ -62,10 +62,9 @@ PosedSet ReadLlffSet(const fs::path& source, const fs::path& chosen) {
   if (static_cast<Eigen::Index>(names.size()) != rows.rows())
     throw Error(
         "{}: has {}, {} holds {}; put back what is missing, take out what was added, or choose another "
-        "folder with "
-        "--images",
+        "folder with {}",
         file.string(), Counted(static_cast<std::size_t>(rows.rows()), "pose"), images.folder().string(),
-        Counted(names.size(), "photograph"));
+        Counted(names.size(), "photograph"), Parameter("images"));
   LightField& light_field = set.light_field;
   light_field.root = images.folder();
   for (std::size_t i = 0; i < names.size(); ++i) {

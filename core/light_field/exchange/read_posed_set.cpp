@@ -37,15 +37,14 @@ namespace fs = std::filesystem;
   if (fs::is_regular_file(source, unknown))
     throw Error(
         "{}: is no set of posed photographs (docs/import.md lists the formats); a video is posed and "
-        "recorded "
-        "by 'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
+        "recorded by "
+        "'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
         path, word);
   for (const auto& entry : fs::directory_iterator(source, unknown))
     if (HasImageEnding(entry.path()))
       throw Error(
           "{}: photographs without poses (docs/import.md lists the formats); they are posed and recorded by "
-          "'ulf "
-          "capture replay:{} -o DIR --focal-px F --no-subject'",
+          "'ulf capture replay:{} -o DIR --focal-px F --no-subject'",
           path, word);
   throw Error("{}: holds no set of posed photographs; docs/import.md lists the formats and their files",
               path);
@@ -56,14 +55,17 @@ bool HasIntrinsics(SetFormat format) { return format != SetFormat::kTum; }
 
 void RequireOneSourceOfIntrinsics(SetFormat format, const fs::path& source, bool is_camera_given) {
   if (HasIntrinsics(format) && is_camera_given)
-    throw UsageError("--calibration: {} is read as {}, whose files hold the intrinsics; leave the option out",
-                     source.string(), Name(format));
+    throw Refusal(
+        Parameter("calibration"), "",
+        fmt::format("{} is read as {}, whose files hold the intrinsics", source.string(), Name(format)),
+        "leave the option out");
   if (!HasIntrinsics(format) && !is_camera_given)
-    throw UsageError(
-        "{}: a set in the format {} holds no intrinsics; give those of its camera with --calibration FILE: a "
-        "file of 'ulf calibrate' or of another program, or a line `fx fy cx cy k1 k2 p1 p2 width "
-        "height` with the numbers of whoever published the set (docs/calibration.md)",
-        source.string(), Name(format));
+    throw Refusal(source.string(), "",
+                  fmt::format("a set in the format {} holds no intrinsics", Name(format)),
+                  fmt::format("give those of its camera with {} FILE: a file of 'ulf calibrate' or of "
+                              "another program, or a line `fx fy cx cy k1 k2 p1 p2 width height` with the "
+                              "numbers of whoever published the set (docs/calibration.md)",
+                              Parameter("calibration")));
 }
 
 PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
@@ -71,8 +73,9 @@ PosedSet ReadAs(SetFormat format, const fs::path& place, const fs::path& images,
   switch (format) {
     case SetFormat::kUlf: {
       if (!images.empty())
-        throw UsageError("--images: {} is a light field, which holds its photographs; leave the option out",
-                         place.string());
+        throw Refusal(Parameter("images"), "",
+                      fmt::format("{} is a light field, which holds its photographs", place.string()),
+                      "leave the option out");
       PosedSet set{ReadLightField(place), "ulf", {}, {}};
       set.light_field.doubts.clear();  // they have been said
       return set;
@@ -139,9 +142,10 @@ void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
   if (!wrong.empty())
     throw Error(
         "{}: {}{}; where photographs of several folders have the same name, give the folder from which their "
-        "names count with --images, or else take one of the poses out",
+        "names count with {}, or else take one of the poses out",
         source.string(), first,
-        wrong.size() == 1 ? "" : fmt::format(", and so it is with {} more", wrong.size() - 1));
+        wrong.size() == 1 ? "" : fmt::format(", and so it is with {} more", wrong.size() - 1),
+        Parameter("images"));
   if (repeated.empty()) return;
   light_field.doubts.push_back(
       fmt::format("{} named more than once: taken once", Counted(repeated.size(), "photograph")));
@@ -170,8 +174,8 @@ PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& as
   for (const SetFormat other : formats)
     if (other != format)
       set.light_field.doubts.push_back(
-          fmt::format("{}: is read as {}; it is also a set in the format {} (--format {})", source.string(),
-                      Name(format), Name(other), Name(other)));
+          fmt::format("{}: is read as {}; it is also a set in the format {} ({} {})", source.string(),
+                      Name(format), Name(other), Parameter("format"), Name(other)));
   return set;
 }
 

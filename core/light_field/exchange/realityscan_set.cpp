@@ -225,8 +225,8 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
   if (posed.empty())
     throw Error(
         "{}: no XMP file with a pose (xcr:Rotation, xcr:Position) belongs to a photograph in {}; export "
-        "them with Alignment > Export > XMP, or say where the photographs lie with --images FOLDER",
-        folder.string(), images.folder().string());
+        "them with Alignment > Export > XMP, or say where the photographs lie with {} FOLDER",
+        folder.string(), images.folder().string(), Parameter("images"));
 
   const std::string frame =
       std::ranges::max_element(frames, {}, [](const auto& entry) { return entry.second; })->first;

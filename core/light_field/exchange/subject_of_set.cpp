@@ -6,6 +6,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/light_field/folder/quick_checks.h"
 
@@ -130,14 +131,14 @@ std::optional<SubjectOfSet> FindSubject(const PosedSet& set, double width_share)
 }
 
 std::string WhyNoSubject(const LightField& light_field) {
-  constexpr const char* kGiveIt = "give it with --subject x,y,z,radius";
+  const std::string give_it = fmt::format("give it with {} x,y,z,radius", Parameter("subject"));
   if (InversesMeet(light_field))
     return fmt::format(
         "the cameras' axes do not meet before them; those of the inverted poses do. Either mend the poses (a "
         "transform_matrix leads from the camera to the world, COLMAP's poses from the world to the camera), "
         "or, where "
         "they are right, {}",
-        kGiveIt);
+        give_it);
   const auto meeting = MeetingOfAxes(light_field);
   const auto behind = !meeting ? 0 : std::ranges::count_if(light_field.views, [&](const View& view) {
     return (view.cam_from_world * *meeting).z() < 0;
@@ -149,11 +150,11 @@ std::string WhyNoSubject(const LightField& light_field) {
         "axes than the format: then mend them (a transform_matrix leads from the camera to the world, with y "
         "up and z "
         "back)",
-        kGiveIt);
+        give_it);
   return fmt::format(
       "the cameras' axes are nearly parallel or do not meet in front of them, and the set has neither points "
       "that belong to the poses nor depth bounds; {}",
-      kGiveIt);
+      give_it);
 }
 
 }  // namespace ulf

@@ -358,8 +358,8 @@ FolderCheck CheckFolder(const fs::path& dir, const JournalContents& journal, boo
                     ViewNumbers(check.missing_masters)));
   if (!being_written && !check.unmade_images.empty())
     check.words.push_back(
-        fmt::format("{}: images/ has no photographs of {}: they are read from masters/, and 'ulf repair {} "
-                    "--write' makes them again",
+        fmt::format("{}: images/ has no photographs of {}: they are read from masters/, and "
+                    "'ulf repair {} --write' makes them again",
                     dir.string(), ViewNumbers(check.unmade_images), ShellWord(dir.string())));
   return check;
 }
@@ -415,8 +415,7 @@ Error MissingJournalError(const fs::path& dir) {
   if (const std::vector<SetFormat> formats = FormatsIn(dir); !formats.empty())
     return Error(
         "{}: a set by another program ({}), which is never written to; 'ulf import {} -o NEW' makes a light "
-        "field "
-        "of it",
+        "field of it",
         folder, Name(formats.front()), word);
   return Error(
       "{}: holds no light field (no journal.jsonl); check the path, or record one with 'ulf capture -o {}'",

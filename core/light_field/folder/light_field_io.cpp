@@ -51,14 +51,13 @@ LightField ReadLightField(const fs::path& path) {
   if (!fs::is_regular_file(path / kJournalFile)) {
     if (fs::is_regular_file(path / kTransformsFile)) return ReadForeignSet(path / kTransformsFile);
     if (IsJournalMissing(path) || !FormatsIn(path).empty()) throw MissingJournalError(path);
-    throw Error(
-        "{}: holds no light field: neither {} nor {}; capture or import one{}", path.string(), kJournalFile,
-        kTransformsFile,
-        fs::is_directory(path / "images", unknown)
-            ? fmt::format(" (the photographs in images/ get new poses by 'ulf capture replay:{} -o NEW "
-                          "--focal-px F --no-subject')",
-                          ShellWord((path / "images").string()))
-            : "");
+    throw Error("{}: holds no light field: neither {} nor {}; capture or import one{}", path.string(),
+                kJournalFile, kTransformsFile,
+                fs::is_directory(path / "images", unknown)
+                    ? fmt::format(" (the photographs in images/ get new poses by "
+                                  "'ulf capture replay:{} -o NEW --focal-px F --no-subject')",
+                                  ShellWord((path / "images").string()))
+                    : "");
   }
   RequireFollowed(path, RefusedLinks(path, {}));
   JournalContents journal = ReadJournal(path / kJournalFile);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/light_field/folder/kept_findings.h"
 #include "core/light_field/points/point_fit.h"
@@ -157,8 +158,8 @@ std::vector<Finding> QuickFindings(const LightField& light_field) {
       findings.push_back(
           {Name(Check::kSubject),
            fmt::format("{}; is it in another unit than the poses? ulf import makes a copy with the subject "
-                       "that --subject x,y,z,radius names",
-                       misfit),
+                       "that {} x,y,z,radius names",
+                       misfit, Parameter("subject")),
            {}});
   return findings;
 }

@@ -365,14 +365,10 @@ RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
     return plan;
   }
   if (found.header)
-    plan.found.push_back(fmt::format(
-        "{}; {}", WithoutRepairHint(found.problem),
-        found.settings
-            ? "a flat field or a colour profile that the header had cannot be put back"
-            : "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back "
-              "(device, threshold, where the calibration is from, flat field, colour profile); without the "
-              "journal's other lines, nor can subject, up, goal and times (ulf render and ulf "
-              "info take --subject, a resumed capture takes --quality)"));
+    plan.found.push_back(
+        fmt::format("{}; {}", WithoutRepairHint(found.problem),
+                    found.settings ? "a flat field or a colour profile that the header had cannot be put back"
+                                   : WhatTheModelLacks()));
   plan.header_from = found.header_from;
   for (const std::string& words : check.words) plan.found.push_back(WithoutRepairHint(words));
   plan.header = found.header;
@@ -432,6 +428,16 @@ void PlanSteps(const fs::path& dir, RepairPlan& plan) {
     plan.steps.push_back(
         "write transforms.json, sparse/0 and the points' files again; files that differ from the journal go "
         "to kept/");
+}
+
+// What the header and the other lines of a journal had and sparse/0 has not.
+std::string WhatTheModelLacks() {
+  return fmt::format(
+      "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back (device, threshold, "
+      "where the calibration is from, flat field, colour profile); without the journal's other lines, nor "
+      "can "
+      "subject, up, goal and times (ulf render and ulf info take {}, a resumed capture takes {})",
+      Parameter("subject"), Parameter("quality"));
 }
 
 }  // namespace

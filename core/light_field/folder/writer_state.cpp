@@ -192,8 +192,8 @@ std::unique_ptr<WriterState> WriterState::Created(const fs::path& dir, const Cap
     throw Error("{}: is a file; choose another name", dir.string());
   RequireFollowed(dir, RefusedLinks(dir, {}));
   const bool unused = IsUnused(dir);
-  const Error taken("{}: holds a light field already; go on with it (--resume) or choose another folder",
-                    dir.string());
+  const Error taken("{}: holds a light field already; go on with it ({}) or choose another folder",
+                    dir.string(), Parameter("resume"));
   if (!unused && fs::is_regular_file(dir / kJournalFile, unknown)) throw taken;
   if (!unused && fs::is_directory(dir, unknown) && !fs::is_empty(dir, unknown))
     throw Error("{}: the folder is not empty; choose another one", dir.string());

@@ -66,12 +66,17 @@ std::string StemOf(const fs::path& photograph) {
 
 }  // namespace
 
+std::string SayWhereTheyLie() {
+  return fmt::format("say where they lie with {} FOLDER", Parameter("images"));
+}
+
 SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::vector<fs::path>& folders) {
   if (!chosen.empty()) {
     folder_ = chosen;
     names_ = PhotographsIn(chosen);
     if (names_.empty() && !HoldsPhotographsBelow(chosen))
-      throw Error("--images {}: holds no photographs; give the folder in which they lie", chosen.string());
+      throw Error("{} {}: holds no photographs; give the folder in which they lie", Parameter("images"),
+                  chosen.string());
     return;
   }
   std::string tried;
@@ -85,7 +90,7 @@ SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::ve
     folder_ = (base / folder).lexically_normal();
     if (HoldsPhotographsBelow(folder_)) return;
   }
-  throw Error("{}: no photographs in {}; say where they lie with --images FOLDER", base.string(), tried);
+  throw Error("{}: no photographs in {}; {}", base.string(), tried, SayWhereTheyLie());
 }
 
 const std::vector<std::string>& SetImages::NamesBelow(const fs::path& folder) const {

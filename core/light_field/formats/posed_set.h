@@ -30,7 +30,7 @@ struct PosedSet {
 class SetImages {
  public:
   // `chosen`: the folder that the user gave, else empty: the first of `folders` (relative to `base`, or absolute)
-  // that holds photographs. Throws Error that names the folders that were tried and the way out (--images).
+  // that holds photographs. Throws Error that names the folders that were tried and the way out (the parameter `images`).
   SetImages(const std::filesystem::path& base, const std::filesystem::path& chosen,
             const std::vector<std::filesystem::path>& folders);
 
@@ -53,6 +53,9 @@ class SetImages {
   std::vector<std::string> names_;
   mutable std::map<std::filesystem::path, std::vector<std::string>> names_below_;  // as they were asked for
 };
+
+// The remedy where the photographs of a set are not found, for messages.
+std::string SayWhereTheyLie();
 
 // The camera of photographs whose size differs from `camera`'s because they were resized: scaled to `image`'s size,
 // with a line for `doubts` (once for a size). Throws Error that begins with `where` for another aspect ratio (more

@@ -80,7 +80,8 @@ std::optional<SetFormat> SetFormatFromName(const std::string& name) {
     if (name == known) return format;
     names.emplace_back(known);
   }
-  throw UsageError("--format {}: there is no such format; there are auto, {}", name, fmt::join(names, ", "));
+  throw Refusal(Parameter("format"), name, "there is no such format",
+                fmt::format("there are auto, {}", fmt::join(names, ", ")));
 }
 
 std::vector<SetFormat> FormatsIn(const fs::path& source) {

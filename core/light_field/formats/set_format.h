@@ -27,7 +27,7 @@ enum class SetFormat {
 };
 // As on the command line: "nerfstudio", "nerf-synthetic", "colmap", ...
 const char* Name(SetFormat format);
-// "auto" is none. Throws UsageError that lists the names.
+// "auto" is none. Throws Refusal that lists the names.
 std::optional<SetFormat> SetFormatFromName(const std::string& name);
 
 // The formats in which `source`, a folder or a file, holds a set.

@@ -252,8 +252,8 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     if (measured.empty() && place.Has("fl_x"))
       AddOnce(fmt::format(
                   "{}: 'fl_x' is in pixels of photographs whose size ('w' and 'h') it does not say: they are "
-                  "taken to have been as large as those of --images",
-                  file.string()),
+                  "taken to have been as large as those of {}",
+                  file.string(), Parameter("images")),
               light_field.doubts);
     const CameraModel camera = ReadCamera(place, measured.empty() ? image : measured);
     if (own_keys.empty()) shared_camera = camera;

@@ -172,7 +172,7 @@ TEST(Board, WordsBehindItComeBackAndAreChecked) {
     try {
       Board::Parse(text);
       ADD_FAILURE() << "accepted " << text;
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
     }
   }

@@ -58,7 +58,7 @@ TEST(Board, WhatCannotBePrintedIsSaid) {
     try {
       Board::Parse(text);
       ADD_FAILURE() << "accepted " << text;
-    } catch (const UsageError& error) {
+    } catch (const Refusal& error) {
       EXPECT_THAT(error.what(), HasSubstr(mentioned)) << text;
     }
   }
@@ -191,8 +191,8 @@ TEST(BoardSheet, IsTrueInSizeAndDetected) {
 
 TEST(BoardSheet, RefusesWhatDoesNotFit) {
   const Board board = Board::Parse("chessboard:8x6:60");
-  EXPECT_THROW(LayOutSheet(board, "a4"), UsageError);
-  EXPECT_THROW(LayOutSheet(board, "a5"), UsageError);
+  EXPECT_THROW(LayOutSheet(board, "a4"), Refusal);
+  EXPECT_THROW(LayOutSheet(board, "a5"), Refusal);
   const SheetLayout own = LayOutSheet(board, "board");
   EXPECT_GE(own.page_width_mm, 8 * 60 + 20);
 }

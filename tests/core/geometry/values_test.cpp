@@ -220,9 +220,9 @@ TEST(DeviceUri, TakesApartAndRefuses) {
   EXPECT_EQ(uri.Option("width"), std::nullopt);
   EXPECT_EQ(uri.Text(), "sim:studio?seed=7&fps=15");
   EXPECT_EQ(DeviceUri::Parse("replay:/a/b?glob=*.color.jpg").Option("glob"), "*.color.jpg");
-  EXPECT_THAT([&] { uri.AllowOnly({"seed"}); }, ThrowsMessage<UsageError>(HasSubstr("'fps'")));
-  EXPECT_THROW(DeviceUri::Parse("studio"), UsageError);
-  EXPECT_THROW(DeviceUri::Parse("sim:studio?seed"), UsageError);
+  EXPECT_THAT([&] { uri.AllowOnly({"seed"}); }, ThrowsMessage<Refusal>(HasSubstr("'fps'")));
+  EXPECT_THROW(DeviceUri::Parse("studio"), Refusal);
+  EXPECT_THROW(DeviceUri::Parse("sim:studio?seed"), Refusal);
 }
 
 TEST(SmallMatrices, AreTakenApartAndPutTogetherAgain) {

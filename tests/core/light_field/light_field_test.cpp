@@ -224,7 +224,7 @@ TEST(LightFieldOnDisk, RefusesASecondWriterAndAFullFolder) {
               ThrowsMessage<Error>(HasSubstr("another process")));
   writer.AddView(NoiseFrame(7), ViewNumber(0));
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch / "lf", Header()); },
-              ThrowsMessage<Error>(HasSubstr("--resume")));
+              ThrowsMessage<Error>(HasSubstr("(resume)")));
   std::ofstream(scratch / "notes.txt") << "mine";
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch.path(), Header()); },
               ThrowsMessage<Error>(HasSubstr("not empty")));
@@ -242,7 +242,7 @@ TEST(LightFieldOnDisk, AFolderWithoutAViewIsBegunAnew) {
   }
   EXPECT_EQ(ReadLightField(scratch / "lf").taken_back.size(), 1u);
   EXPECT_THAT([&] { LightFieldWriter::Create(scratch / "lf", Header()); },
-              ThrowsMessage<Error>(HasSubstr("--resume")));
+              ThrowsMessage<Error>(HasSubstr("(resume)")));
 }
 
 TEST(LightFieldOnDisk, ATornLastLineIsIgnoredAndCutOffByTheNextWriter) {

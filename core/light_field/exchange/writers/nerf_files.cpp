@@ -92,8 +92,8 @@ std::vector<std::string> NerfSyntheticDoubts(const LightField& light_field, cons
   if (cut_off > 0)
     doubts.push_back(
         fmt::format("{} of {} views stand so near to the subject, or so far from it, that readers with the "
-                    "usual near 2 and far 6 cut it off: raise their limits, or give a smaller --subject",
-                    cut_off, distances.size()));
+                    "usual near 2 and far 6 cut it off: raise their limits, or give a smaller {}",
+                    cut_off, distances.size(), Parameter("subject")));
   return doubts;
 }
 

@@ -9,7 +9,7 @@
 
 namespace ulf {
 
-// Throws UsageError, which names the way out, where the form has no words for one of the lenses (a fisheye).
+// Throws Refusal, which names the way out, where the form has no words for one of the lenses (a fisheye).
 void RequireRealityScanLenses(const LightField& light_field);
 
 // Of a view of a light field that passed the check.

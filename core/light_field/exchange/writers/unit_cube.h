@@ -7,7 +7,7 @@
 
 namespace ulf {
 
-// The light field's subject, else the point where its optical axes meet. Throws UsageError, which names the form and
+// The light field's subject, else the point where its optical axes meet. Throws Refusal, which names the form and
 // --subject, where there is none.
 Subject SubjectForExport(const LightField& light_field, const char* form);
 
@@ -21,7 +21,7 @@ struct UnitCube {
 
 // The subject's sphere fills the middle of the unit cube. Without a subject (a place that was walked through) the middle
 // of the points does, by each coordinate. The larger cube holds nineteen of twenty points and all cameras; where every
-// view has a mask that cuts the subject out of nothing (a turntable's), it is the unit cube. Throws UsageError where
+// view has a mask that cuts the subject out of nothing (a turntable's), it is the unit cube. Throws Refusal where
 // there is neither a subject nor points.
 UnitCube UnitCubeOf(const LightField& light_field);
 

@@ -250,7 +250,7 @@ TEST(Export, ReadersRefuseWhatIsNotUndistorted) {
               ThrowsMessage<std::runtime_error>(HasSubstr("FULL_OPENCV")));
   const LightField mixed = TrackedLightField(scratch / "mixed", {test::Lens(), test::Fisheye()});
   EXPECT_THAT([&] { Export(mixed, scratch / "mixed_out", ExportForm::kNerfstudio, false); },
-              ThrowsMessage<UsageError>(HasSubstr("--undistort")));
+              ThrowsMessage<Refusal>(HasSubstr("give undistort")));
   EXPECT_FALSE(fs::exists(scratch / "mixed_out"));
 }
 
@@ -408,7 +408,7 @@ TEST(Undistortion, AFisheyeBeyondAHalfSphereIsLimited) {
   CameraModel off = wide;
   off.cx = -20;
   EXPECT_THAT([&] { UndistortionOf(off, "camera 3"); },
-              ThrowsMessage<Error>(testing::AllOf(HasSubstr("camera 3"), HasSubstr("without --undistort"))));
+              ThrowsMessage<Error>(testing::AllOf(HasSubstr("camera 3"), HasSubstr("without undistort"))));
 }
 
 // ---- All of it or nothing. ----

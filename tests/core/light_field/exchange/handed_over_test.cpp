@@ -383,7 +383,7 @@ TEST(HandedOver, InstantNgpHasThePosesAndTheSubjectInItsCube) {
   }
   const LightField sixth = TrackedLightField(scratch / "sixth", {test::SixthOrder()});
   EXPECT_THAT([&] { HandOver(sixth, scratch / "no", ExportForm::kInstantNgp); },
-              ThrowsMessage<UsageError>(testing::AllOf(HasSubstr("k3"), HasSubstr("--undistort"))));
+              ThrowsMessage<Refusal>(testing::AllOf(HasSubstr("k3"), HasSubstr("give undistort"))));
   EXPECT_FALSE(fs::exists(scratch / "no"));
 }
 
@@ -401,7 +401,7 @@ TEST(HandedOver, InstantNgpTakesAPlaceWithoutASubject) {
   source.points.clear();
   for (View& view : source.views) view.cam_from_world.rotation.setIdentity();  // axes that never meet
   EXPECT_THAT([&] { HandOver(source, scratch / "no", ExportForm::kInstantNgp); },
-              ThrowsMessage<UsageError>(HasSubstr("--subject")));
+              ThrowsMessage<Refusal>(HasSubstr("subject x,y,z,radius")));
 }
 
 TEST(HandedOver, NerfsSyntheticSetIsTheSameSceneInItsOwnWorld) {
@@ -478,7 +478,7 @@ TEST(HandedOver, NerfsSyntheticSetSaysWhatItsReadersCutOff) {
   source.subject.reset();
   for (View& view : source.views) view.cam_from_world.rotation.setIdentity();
   EXPECT_THAT([&] { HandOver(source, scratch / "no", ExportForm::kNerfSynthetic); },
-              ThrowsMessage<UsageError>(HasSubstr("--subject")));
+              ThrowsMessage<Refusal>(HasSubstr("subject x,y,z,radius")));
   EXPECT_FALSE(fs::exists(scratch / "no"));
 }
 
@@ -495,7 +495,7 @@ TEST(HandedOver, RealityScanHasThePosesAndLenses) {
   }
   const LightField fisheye = TrackedLightField(scratch / "fisheye", {test::Lens(), test::Fisheye()});
   EXPECT_THAT([&] { HandOver(fisheye, scratch / "no", ExportForm::kRealityScan); },
-              ThrowsMessage<UsageError>(testing::AllOf(HasSubstr("camera 2"), HasSubstr("--undistort"))));
+              ThrowsMessage<Refusal>(testing::AllOf(HasSubstr("camera 2"), HasSubstr("give undistort"))));
   HandOver(fisheye, scratch / "straight", ExportForm::kRealityScan, true);
   ExpectTheSources(fisheye, AsRealityScan(scratch / "straight"), true);
 }

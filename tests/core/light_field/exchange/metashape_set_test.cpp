@@ -385,7 +385,7 @@ TEST_F(MetashapeSet, FilesThatAreCutShortAreRefused) {
 
 TEST_F(MetashapeSet, WithoutCamerasOrPhotographsThereIsNoSet) {
   for (ShapeCamera& camera : cameras_) camera.label = "other_" + camera.label;
-  ExpectError(Xml(), "'other_DJI_0000'", "--images");
+  ExpectError(Xml(), "'other_DJI_0000'", "with images");
   for (ShapeCamera& camera : cameras_) camera.posed = false;
   ExpectError(Xml(), "no camera with a pose", "Agisoft XML");
   ExpectError(Document(""), "no camera with a pose", "Agisoft XML");

@@ -103,9 +103,9 @@ TEST_F(NerfSet, IsFoundByTheEndsOfItsNames) {
   EXPECT_EQ(set.light_field.views[5].image_path, "test/r_2.png");
   EXPECT_EQ(set.light_field.root, scratch_ / "elsewhere");
   // In the folder of one part the names of the other lead to the same photographs.
-  EXPECT_THAT(
-      [&] { ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere/train"); },
-      ThrowsMessage<Error>(AllOf(HasSubstr("'r_0.png', and so it is with 2 more"), HasSubstr("--images"))));
+  EXPECT_THAT([&] { ReadPosedSet(scratch_ / "set", {}, scratch_ / "elsewhere/train"); },
+              ThrowsMessage<Error>(
+                  AllOf(HasSubstr("'r_0.png', and so it is with 2 more"), HasSubstr("with images"))));
 }
 
 TEST(OverBackground, SixteenBitsStaySixteen) {
@@ -231,7 +231,8 @@ TEST_F(SetNamedElsewhere, AFocalLengthInPixelsIsThatOfTheSetsOwnPhotographs) {
   fs::remove_all(scratch_ / "set/images");
   const LightField guessed = Read();
   EXPECT_EQ(guessed.cameras[0].fx, whole.fx);
-  EXPECT_THAT(guessed.doubts, Contains(AllOf(HasSubstr("'fl_x' is in pixels"), HasSubstr("--images"))));
+  EXPECT_THAT(guessed.doubts,
+              Contains(AllOf(HasSubstr("'fl_x' is in pixels"), HasSubstr("those of images"))));
 }
 
 TEST_F(SetNamedElsewhere, SmallerPhotographsScaleTheCamera) {
@@ -375,9 +376,9 @@ TEST(WrongAxes, InvertedPosesAreSaidToBe) {
   WriteSetWith(scratch / "opencv", true,
                [&](const Eigen::Matrix4d& matrix) { return (matrix * half_turn).inverse(); });
   for (const char* set : {"set", "opencv"})
-    EXPECT_THAT(
-        [&] { Import(scratch / set, scratch / "lf", {}); },
-        ThrowsMessage<UsageError>(AllOf(HasSubstr("those of the inverted poses do"), HasSubstr("--subject"))))
+    EXPECT_THAT([&] { Import(scratch / set, scratch / "lf", {}); },
+                ThrowsMessage<Refusal>(
+                    AllOf(HasSubstr("those of the inverted poses do"), HasSubstr("subject x,y,z,radius"))))
         << set;
 }
 
@@ -387,7 +388,7 @@ TEST(WrongAxes, CamerasThatLookAwayAreSaidToHaveOtherAxes) {
   WriteSetWith(scratch / "set", false, [&](const Eigen::Matrix4d& matrix) { return matrix * half_turn; });
   EXPECT_THAT(
       [&] { Import(scratch / "set", scratch / "lf", {}); },
-      ThrowsMessage<UsageError>(AllOf(HasSubstr("meet behind the cameras"), HasSubstr("y up and z back"))));
+      ThrowsMessage<Refusal>(AllOf(HasSubstr("meet behind the cameras"), HasSubstr("y up and z back"))));
   const auto run = test::RunUlf("import " + (scratch / "set").string() +
                                 " --no-check --subject 100,0,0,1 -o " + (scratch / "lf").string());
   EXPECT_EQ(run.exit_code, 0) << run.errors;
@@ -397,7 +398,7 @@ TEST(WrongAxes, CamerasThatLookAwayAreSaidToHaveOtherAxes) {
 TEST_F(SetNamedElsewhere, ALightFieldHoldsItsOwn) {
   WriteSample(scratch_ / "lf", 3);
   EXPECT_THAT([&] { ReadPosedSet(scratch_ / "lf", {}, scratch_ / "shots"); },
-              ThrowsMessage<UsageError>(AllOf(HasSubstr("--images"), HasSubstr("leave the option out"))));
+              ThrowsMessage<Refusal>(AllOf(HasSubstr("images: "), HasSubstr("leave the option out"))));
 }
 
 }  // namespace

@@ -255,7 +255,7 @@ TEST(Import, ParallelCamerasNeedASubject) {
     writer.Close(1);
   }
   EXPECT_THAT([&] { Import(scratch / "source", scratch / "lf", {}); },
-              ThrowsMessage<UsageError>(HasSubstr("--subject")));
+              ThrowsMessage<Refusal>(HasSubstr("subject x,y,z,radius")));
   EXPECT_EQ(Import(scratch / "source", scratch / "lf", {.subject = Subject{{0, 0, 5}, 1}})
                 .light_field.subject->radius,
             1);
@@ -265,7 +265,7 @@ TEST(Import, ParallelCamerasNeedASubject) {
   EXPECT_EQ(ParseSubject("0,0,-8.12,1.5").center_in_world.z(), -8.12);
   for (const char* bad :
        {"", "1,2,3", "1,2,3,4,5", "1,2,3,-1", "a,b,c,d", "1,2,3,0", "nan,0,0,1", "0,0,0,inf"})
-    EXPECT_THROW(ParseSubject(bad), UsageError) << bad;
+    EXPECT_THROW(ParseSubject(bad), Refusal) << bad;
 }
 
 // A set as another program leaves it: three views, a picture each of its own kind.

@@ -69,7 +69,7 @@ TEST_F(FolderAccident, LinkedPhotographsLoseNoLine) {
   const std::string before = ReadWholeFile(journal());
   MoveImagesTo(scratch_ / "large disk/images");
   const auto says_how =
-      ThrowsMessage<Error>(AllOf(HasSubstr("'images' leads to"), HasSubstr("--follow-links once")));
+      ThrowsMessage<Error>(AllOf(HasSubstr("'images' leads to"), HasSubstr("follow_links once")));
   int tried = 0, changed = 0;
   const auto after = [&](const char* what) {
     ++tried;
@@ -80,13 +80,13 @@ TEST_F(FolderAccident, LinkedPhotographsLoseNoLine) {
   after("read");
   EXPECT_THAT([&] { LightFieldWriter::Resume(dir()); }, says_how);
   after("resumed");
-  EXPECT_THAT(PlanRepair(dir()).found, testing::Contains(HasSubstr("--follow-links once")));
+  EXPECT_THAT(PlanRepair(dir()).found, testing::Contains(HasSubstr("follow_links once")));
   EXPECT_FALSE(PlanRepair(dir()).any());
   EXPECT_EQ(Repair(dir()).views_after, 30u);
   after("repaired");
   EXPECT_FALSE(fs::exists(dir() / kLinksFile)) << "nobody has said yes";
   test::PrintFaultRow("`images/` moved elsewhere, a link in its place: read, resumed, repaired", tried,
-                      fmt::format("{} times the journal was changed; refused until --follow-links", changed),
+                      fmt::format("{} times the journal was changed; refused until follow_links", changed),
                       std::nullopt);
 }
 
@@ -103,12 +103,12 @@ TEST_F(FolderAccident, FollowedLinksAreKeptForThisFolder) {
   EXPECT_FALSE(PlanRepair(dir()).any() && PlanRepair(dir()).views_after < 5);
   // What was said of this folder counts for no copy of it, whoever made the copy.
   fs::copy(dir(), scratch_ / "copy", fs::copy_options::recursive | fs::copy_options::copy_symlinks);
-  EXPECT_THAT([&] { ReadLightField(scratch_ / "copy"); }, ThrowsMessage<Error>(HasSubstr("--follow-links")));
+  EXPECT_THAT([&] { ReadLightField(scratch_ / "copy"); }, ThrowsMessage<Error>(HasSubstr("follow_links")));
   // Another place behind the same name asks again.
   fs::remove(dir() / "images");
   fs::create_directories(scratch_ / "other");
   fs::create_directory_symlink(scratch_ / "other", dir() / "images");
-  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("--follow-links")));
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(HasSubstr("follow_links")));
 }
 
 TEST_F(FolderAccident, AnotherUsersFolderIsNotFollowed) {
@@ -124,7 +124,7 @@ TEST_F(FolderAccident, AnotherUsersFolderIsNotFollowed) {
               ThrowsMessage<Error>(HasSubstr("unplugged, outside of the light field, which is not there")));
   fs::remove(dir() / "images");
   fs::create_directory_symlink("images", dir() / "images");
-  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(Not(HasSubstr("--follow-links"))));
+  EXPECT_THAT([&] { ReadLightField(dir()); }, ThrowsMessage<Error>(Not(HasSubstr("follow_links"))));
 }
 
 TEST_F(FolderAccident, EveryEntryThatLeadsOutIsRefused) {
