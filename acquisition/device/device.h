@@ -24,7 +24,6 @@
 
 #include "core/base/device_uri.h"
 #include "core/frames/frame.h"
-#include "core/frames/frame_source.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/sensor_window.h"
 

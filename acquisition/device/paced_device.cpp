@@ -7,7 +7,7 @@
 #include "acquisition/device/photograph_inbox.h"
 #include "core/base/host_time.h"
 #include "core/base/mutex.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 
 namespace ulf::acquisition {
 namespace {

@@ -17,7 +17,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/shell_word.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 #include "core/light_field/folder/light_field_writer.h"
 
 namespace ulf::commands {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/base/progress.h"
-#include "core/frames/frame_source.h"
+#include "core/frames/frame.h"
 #include "core/light_field/folder/light_check.h"
 #include "core/light_field/light_field.h"
 #include "coverage/bound/coverage_map.h"

@@ -20,7 +20,6 @@
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/base/stop_signal.h"
-#include "core/base/thread_clock.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "coverage/operator/marker_mouse.h"
 #include "render/display/picture_window.h"

@@ -1,11 +1,16 @@
 #include "core/fiducials/marker_detector.h"
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "core/fiducials/aruco_calls.h"
 #include "core/fiducials/board.h"
+#include "core/image/image.h"
 
 namespace ulf {
+
 namespace {
 
 cv::Ptr<cv::aruco::DetectorParameters> Parameters(const cv::Size& size) {
@@ -32,6 +37,125 @@ std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictio
     found.emplace_back(ids[i], RefinedBySides(gray, img, known->markerSize + 2));
   }
   return found;
+}
+
+namespace {
+
+using Eigen::Vector2d;
+
+// Linear light between pixel centres; none outside. Blur mixes light: display values would move every edge
+// towards its dark side and make markers a tenth of a pixel too small.
+std::optional<double> Level(const cv::Mat& gray, const Vector2d& img) {
+  const double x = img.x() - 0.5, y = img.y() - 0.5;
+  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+  if (x0 < 0 || y0 < 0 || x0 + 1 >= gray.cols || y0 + 1 >= gray.rows) return std::nullopt;
+  const double ax = x - x0, ay = y - y0;
+  const unsigned char* row0 = gray.ptr(y0) + x0;
+  const unsigned char* row1 = gray.ptr(y0 + 1) + x0;
+  const std::array<float, 256>& light = LinearFromSrgb8();
+  return (1 - ay) * ((1 - ax) * light[row0[0]] + ax * light[row0[1]]) +
+         ay * ((1 - ax) * light[row1[0]] + ax * light[row1[1]]);
+}
+
+struct Line {
+  Vector2d point, along;
+};
+
+struct Step {
+  double at, across;  // along the side and outwards from it, pixels
+};
+
+// The centre of the rise along `out`, within `reach` of `from`; none where nothing rises.
+std::optional<double> Rise(const cv::Mat& gray, const Vector2d& from, const Vector2d& out, double reach) {
+  // Sampling distance in pixels, and the least rise in grey level (0 to 1): less is noise. Guessed.
+  constexpr double kStep = 0.5, kLeastContrast = 0.005;
+  double weights = 0, sum = 0;
+  std::optional<double> before;
+  for (double o = -reach - kStep / 2; o <= reach + kStep; o += kStep) {
+    const auto level = Level(gray, from + o * out);
+    if (!level) return std::nullopt;
+    if (before && *level > *before) {
+      weights += *level - *before;
+      sum += (*level - *before) * (o - kStep / 2);
+    }
+    before = level;
+  }
+  if (weights < kLeastContrast) return std::nullopt;
+  return sum / weights;
+}
+
+// The side from `corner` towards `other`, as a line; `out` is where it is bright.
+std::optional<Line> FitSide(const cv::Mat& gray, const Vector2d& corner, const Vector2d& other,
+                            const Vector2d& inside, double reach) {
+  // Pixels: blur rounds the corner up to kClear; a side is straight up to kLongest under any lens; sides
+  // shorter than kShortest have too few steps. These and the share of the side that is used are guessed.
+  constexpr double kClear = 1.5, kLongest = 24, kShortest = 6, kUsedShare = 0.6;
+  const double length = (other - corner).norm();
+  if (length < kShortest) return std::nullopt;
+  const Vector2d along = (other - corner) / length;
+  Vector2d out(along.y(), -along.x());
+  if (out.dot(inside - corner) > 0) out = -out;
+  std::vector<Step> steps;
+  for (double s = kClear; s <= std::min(kLongest, kUsedShare * length); s += 1)
+    if (const auto across = Rise(gray, corner + s * along, out, reach)) steps.push_back({s, *across});
+  constexpr std::size_t kLeast = 3;  // steps that determine a line
+  // A step farther from the line is a scratch, a shadow or a neighbour's corner. Guessed.
+  constexpr double kOutlierPx = 0.5;
+  double offset = 0, slope = 0;
+  for (int round = 0; round < 3; ++round) {
+    if (steps.size() < kLeast) return std::nullopt;
+    double n = 0, at = 0, across = 0, at2 = 0, both = 0;
+    for (const Step& step : steps) {
+      n += 1;
+      at += step.at;
+      across += step.across;
+      at2 += step.at * step.at;
+      both += step.at * step.across;
+    }
+    const double spread = n * at2 - at * at;
+    if (spread <= 0) return std::nullopt;
+    slope = (n * both - at * across) / spread;
+    offset = (across - slope * at) / n;
+    const auto is_off = [&](const Step& step) {
+      return std::abs(step.across - offset - slope * step.at) > kOutlierPx;
+    };
+    if (std::erase_if(steps, is_off) == 0) break;
+  }
+  return Line{corner + offset * out, (along + slope * out).normalized()};
+}
+
+std::optional<Vector2d> Meet(const Line& a, const Line& b) {
+  Eigen::Matrix2d m;
+  m << a.along, -b.along;
+  constexpr double kLeastSine = 0.1;  // of the angle between the sides; guessed
+  if (std::abs(m.determinant()) < kLeastSine) return std::nullopt;
+  const Vector2d shares = m.inverse() * (b.point - a.point);
+  return a.point + shares[0] * a.along;
+}
+
+}  // namespace
+
+MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells) {
+  MarkerImage refined = corners;
+  constexpr int kRounds = 2;  // profiles of the second round are centred on the lines of the first
+  for (int round = 0; round < kRounds; ++round) {
+    const MarkerImage from = refined;
+    const Vector2d middle = 0.25 * (from[0] + from[1] + from[2] + from[3]);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vector2d &corner = from[k], &next = from[(k + 1) % 4], &last = from[(k + 3) % 4];
+      const auto reach = [&](const Vector2d& across) {
+        return std::clamp(0.75 * (across - corner).norm() / cells, 1.25, 4.0);
+      };
+      // A side's profile runs across it: as far as a cell of the other side is wide.
+      const auto first = FitSide(gray, corner, next, middle, reach(last)),
+                 second = FitSide(gray, corner, last, middle, reach(next));
+      if (!first || !second) continue;
+      const auto met = Meet(*first, *second);
+      constexpr double kFar = 3;  // pixels; a corner that moves farther is another corner; guessed
+      if (met && (*met - corners[k]).norm() < kFar) refined[k] = *met;
+    }
+  }
+  return refined;
 }
 
 }  // namespace ulf

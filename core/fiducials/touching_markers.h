@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/fiducials/marker_corners.h"
+#include "core/fiducials/marker_detector.h"
 
 namespace ulf {
 

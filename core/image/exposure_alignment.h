@@ -6,9 +6,34 @@
 
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
-#include "core/image/aligned_exposure.h"
+#include "core/image/clipped.h"
+#include "core/image/sensor_noise.h"
 
 namespace ulf {
+
+// A photograph as light, with what a merge has to know of it.
+struct ExposedLight {
+  cv::Mat light;    // CV_32FC3
+  cv::Mat clipped;  // CV_8UC3, 255: only a lower bound is known, or noise was cut off at full scale
+  SensorNoise noise;
+};
+
+// In the reference's pixels.
+struct AlignedExposure {
+  cv::Mat light;    // CV_32FC3
+  cv::Mat seen;     // CV_8UC1, 255 where the exposure shows what the reference's pixel shows
+  cv::Mat clipped;  // CV_8UC3
+  SensorNoise noise;
+  double ratio = 1;          // exposure time times gain, over the reference's
+  double misaligned_px = 0;  // how far it may lie off, or is blurred
+
+  // CV_8UC3, 255 where it is seen and not clipped.
+  cv::Mat Told() const { return InThreeColors(seen) & ~clipped; }
+  // In the reference's terms: over the ratio.
+  cv::Vec3f LightAt(int y, int x) const { return light.at<cv::Vec3f>(y, x) * static_cast<float>(1 / ratio); }
+  // The variance of that light.
+  double VarianceAt(double at_light) const { return noise.VarianceAt(at_light * ratio) / (ratio * ratio); }
+};
 
 // `depth`: along the optical axis of `depth_camera`, at the reference's pose: CV_32FC1, world units, above 0
 // everywhere. That camera has no distortion and may have another size.

@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <span>
 
-#include "core/image/aligned_exposure.h"
+#include "core/image/exposure_alignment.h"
 
 namespace ulf {
 

@@ -17,18 +17,11 @@
 #include <span>
 #include <vector>
 
-#include "core/image/aligned_exposure.h"
+#include "core/image/exposure_alignment.h"
 #include "core/image/image.h"
 #include "core/image/sensor_noise.h"
 
 namespace ulf {
-
-// A photograph as light, with what a merge has to know of it.
-struct ExposedLight {
-  cv::Mat light;    // CV_32FC3
-  cv::Mat clipped;  // CV_8UC3, 255: only a lower bound is known, or noise was cut off at full scale
-  SensorNoise noise;
-};
 
 struct SensorPicture {
   Image image;

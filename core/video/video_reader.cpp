@@ -9,7 +9,6 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/ffmpeg/ffmpeg.h"
 #include "core/ffmpeg/ffmpeg_calls.h"
 #include "core/image/files/picture_projection.h"
 #include "core/video/container_end.h"

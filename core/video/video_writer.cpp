@@ -5,7 +5,6 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
-#include "core/ffmpeg/ffmpeg.h"
 #include "core/ffmpeg/ffmpeg_calls.h"
 
 namespace ulf {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "core/frames/frame_source.h"
+#include "core/frames/frame.h"
 #include "core/geometry/angles.h"
 #include "coverage/bound/coverage_map.h"
 

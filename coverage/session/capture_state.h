@@ -11,7 +11,6 @@
 
 #include "core/base/mutex.h"
 #include "core/frames/frame.h"
-#include "core/frames/frame_source.h"
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/light_field/light_field.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames/frame_source.h"
+#include "core/frames/frame.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/camera_model.h"
 #include "coverage/session/capture_lens.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/frames/frame_source.h"
+#include "core/frames/frame.h"
 #include "core/geometry/angles.h"
 #include "core/geometry/rigid3.h"
 #include "core/geometry/turn_axis.h"

@@ -14,7 +14,6 @@
 #include "core/image/files/picture_kind.h"
 #include "core/light_field/folder/view_images.h"
 #include "core/light_field/light_field.h"
-#include "core/light_field/view_exposures.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/scene/scene.h"
 

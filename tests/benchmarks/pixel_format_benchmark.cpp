@@ -8,7 +8,6 @@
 #include <random>
 
 #include "core/frames/pixel_format.h"
-#include "core/frames/unpack.h"
 #include "tests/benchmarks/figures.h"
 #include "tests/support/floors.h"
 

@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-#include "core/frames/frame_source.h"
+#include "core/frames/frame.h"
 #include "core/geometry/camera_model.h"
 #include "tracking/estimation/lens_evidence.h"
 

@@ -43,4 +43,9 @@ std::optional<std::string> UnreadPicture(const std::filesystem::path& path);
 // is unchanged.
 void WritePictureFile(const std::string& path, const cv::Mat& srgb8);
 
+// The picture's colours (straight, not premultiplied) over `background` (B, G, R, display-encoded, 0 to 1), by the
+// numbers as they are stored, which is how synthetic sets for view synthesis are meant: CV_8UC3 or CV_16UC3. Empty
+// where the file has no alpha channel. Throws Error as ReadImageFile() does.
+cv::Mat ReadOverBackground(const std::string& path, const cv::Vec3d& background);
+
 }  // namespace ulf

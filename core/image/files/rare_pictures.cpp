@@ -12,7 +12,6 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/ffmpeg/ffmpeg.h"
 #include "core/ffmpeg/ffmpeg_calls.h"
 #include "core/image/files/claimed_size.h"
 #include "core/image/files/float_numbers.h"

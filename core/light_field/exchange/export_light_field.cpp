@@ -21,16 +21,14 @@
 #include "core/image/files/png_picture.h"
 #include "core/light_field/exchange/conversions.h"
 #include "core/light_field/exchange/staged_folder.h"
-#include "core/light_field/exchange/writers/metashape_xml.h"
-#include "core/light_field/exchange/writers/nerf_files.h"
-#include "core/light_field/exchange/writers/realityscan_xmp.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 #include "core/light_field/exchange/writers/unit_cube.h"
 #include "core/light_field/folder/view_images.h"
 #include "core/light_field/formats/colmap_binary.h"
 #include "core/light_field/formats/colmap_text.h"
 #include "core/light_field/formats/image_names.h"
 #include "core/light_field/formats/transforms_json.h"
-#include "core/light_field/points/point_ply.h"
+#include "core/light_field/points/point_io.h"
 #include "core/light_field/points/point_tracks.h"
 
 namespace ulf {

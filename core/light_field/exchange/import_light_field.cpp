@@ -14,7 +14,6 @@
 #include "core/base/lowercase.h"
 #include "core/base/output_path.h"
 #include "core/base/progress.h"
-#include "core/image/files/over_background.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_folder.h"
 #include "core/image/files/picture_kind.h"
@@ -31,7 +30,7 @@
 #include "core/light_field/formats/image_names.h"
 #include "core/light_field/formats/raw_beside.h"
 #include "core/light_field/formats/set_format.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/nerf_synthetic_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <string>
 

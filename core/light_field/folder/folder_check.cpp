@@ -22,7 +22,7 @@
 #include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "core/light_field/journal_stamp.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 namespace {

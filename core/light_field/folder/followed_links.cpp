@@ -14,7 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/shell_word.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 namespace {

@@ -16,7 +16,7 @@
 #include "core/light_field/folder/journal.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/journal_stamp.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 

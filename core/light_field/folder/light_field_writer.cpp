@@ -13,9 +13,9 @@
 #include "core/light_field/folder/derived_files.h"
 #include "core/light_field/folder/view_files.h"
 #include "core/light_field/folder/writer_state.h"
+#include "core/light_field/light_field.h"
 #include "core/light_field/points/point_io.h"
 #include "core/light_field/points/point_tracks.h"
-#include "core/light_field/view_exposures.h"
 
 namespace ulf {
 

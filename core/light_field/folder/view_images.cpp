@@ -13,7 +13,7 @@
 #include "core/image/files/picture_kind.h"
 #include "core/image/files/raw_file.h"
 #include "core/light_field/folder/view_files.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 namespace {

@@ -19,8 +19,8 @@
 #include "core/light_field/folder/view_files.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "core/light_field/journal_stamp.h"
+#include "core/light_field/light_field.h"
 #include "core/light_field/points/point_io.h"
-#include "core/light_field/view_exposures.h"
 
 namespace ulf {
 namespace {

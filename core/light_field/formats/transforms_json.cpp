@@ -24,8 +24,8 @@
 #include "core/light_field/formats/transforms_camera.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/journal_stamp.h"
+#include "core/light_field/light_field.h"
 #include "core/light_field/points/point_io.h"
-#include "core/light_field/view_exposures.h"
 
 namespace ulf {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 
 namespace ulf {
 

@@ -12,7 +12,7 @@
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
-#include "core/base/stopwatch.h"
+#include "core/base/host_time.h"
 #include "core/image/image.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"

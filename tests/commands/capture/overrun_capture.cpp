@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "commands/capture/crash_handler.h"
-#include "core/base/signal_stack.h"
+#include "core/base/stop_signal.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/floors.h"
 

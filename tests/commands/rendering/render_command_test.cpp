@@ -14,7 +14,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/folder/view_images.h"
-#include "core/light_field/points/point_ply.h"
+#include "core/light_field/points/point_io.h"
 #include "core/video/video_reader.h"
 #include "render/proxy/mesh_file.h"
 #include "render/quality/evaluate.h"

@@ -1,6 +1,6 @@
 // Tests: core/base/quantile, core/base/counted, core/base/json_text, core/base/lowercase, core/base/shell_word, core/base/at,
 // core/base/model_choice, core/base/parallel_for, core/base/output_path, core/base/progress, core/base/stop_signal,
-// core/base/signal_stack, core/geometry/silent_solver, core/base/available_memory, core/base/thread_clock,
+// core/base/stop_signal, core/geometry/silent_solver, core/base/available_memory, core/base/host_time,
 // core/base/stage_times, core/base/host_time, core/base/device_uri, core/base/error, core/base/mutex,
 // core/base/json_fields, core/base/waiting.
 #include <gmock/gmock.h>
@@ -37,7 +37,6 @@
 #include "core/base/progress.h"
 #include "core/base/quantile.h"
 #include "core/base/shell_word.h"
-#include "core/base/signal_stack.h"
 #include "core/base/stage_times.h"
 #include "core/base/stop_signal.h"
 #include "core/base/waiting.h"

@@ -1,5 +1,5 @@
-// Tests: core/light_field/view_exposures.
-#include "core/light_field/view_exposures.h"
+// Tests: core/light_field/light_field.
+#include "core/light_field/light_field.h"
 
 #include <gmock/gmock.h>
 

@@ -27,7 +27,7 @@
 #include "core/base/available_memory.h"
 #include "core/base/error.h"
 #include "core/light_field/folder/light_field_io.h"
-#include "core/light_field/points/point_ply.h"
+#include "core/light_field/points/point_io.h"
 #include "core/video/video_reader.h"
 #include "render/gl/make_renderer.h"
 #include "render/output/frame_range.h"

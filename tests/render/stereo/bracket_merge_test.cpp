@@ -9,7 +9,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
-#include "core/light_field/view_exposures.h"
+#include "core/light_field/light_field.h"
 #include "tests/render/scenes/bracketed_view.h"
 #include "tests/support/floors.h"
 #include "tests/support/test_paths.h"

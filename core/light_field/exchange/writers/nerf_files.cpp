@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/writers/nerf_files.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/writers/realityscan_xmp.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 
 #include <fmt/format.h>
 

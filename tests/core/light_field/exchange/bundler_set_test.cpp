@@ -12,7 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/exchange/bundler_set.h"
+#include "core/light_field/exchange/set_readers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf {

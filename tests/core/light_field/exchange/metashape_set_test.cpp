@@ -15,7 +15,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
-#include "core/light_field/exchange/metashape_set.h"
+#include "core/light_field/exchange/set_readers.h"
 #include "core/light_field/formats/xml_file.h"
 #include "tests/support/test_paths.h"
 

@@ -1,6 +1,6 @@
 // Tests: core/light_field/formats/transforms_json, core/light_field/formats/frame_files,
 // core/light_field/exchange/nerf_synthetic_set,
-// core/light_field/formats/posed_set, core/image/files/over_background.
+// core/light_field/formats/posed_set, core/image/files/picture_file.
 //
 // Sets in transforms.json as trainers have them: NeRF's synthetic ones in three parts, and those whose photographs lie
 // elsewhere, because the set comes from another computer or its photographs were made smaller.
@@ -14,7 +14,6 @@
 
 #include "core/base/error.h"
 #include "core/base/json_text.h"
-#include "core/image/files/over_background.h"
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/read_posed_set.h"

@@ -24,7 +24,6 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/image/files/exr_file.h"
-#include "core/image/files/over_background.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/npy_file.h"
 #include "core/light_field/exchange/subject_of_set.h"

@@ -1,6 +1,6 @@
 // Tests: core/light_field/formats/transforms_json, core/light_field/formats/transforms_camera,
 // core/light_field/exchange/import_light_field, core/light_field/exchange/staged_folder,
-// core/light_field/points/ply_reader, core/light_field/points/point_ply, core/base/json_fields,
+// core/light_field/points/ply_reader, core/light_field/points/point_io, core/base/json_fields,
 // commands/light_field/import_command.
 //
 // Light fields of others: transforms.json that is damaged or of another dialect, and what import makes of

@@ -2,7 +2,7 @@
 //
 // Sets in the layout of the TUM RGB-D benchmark, written here: that poses are those of the photographs' times, whose
 // intrinsics are whose, and what is said of files that are damaged or belong to other photographs.
-#include "core/light_field/exchange/tum_set.h"
+#include "core/light_field/exchange/set_readers.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -22,7 +22,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
 #include "core/light_field/journal_stamp.h"
-#include "core/light_field/points/point_ply.h"
+#include "core/light_field/points/point_io.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/support/fault_row.h"
 #include "tests/support/slow_disk.h"
