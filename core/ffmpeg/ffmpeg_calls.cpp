@@ -19,8 +19,7 @@ void* OpenLibrary(const char* name, int version) {
   if (!library)
     throw Error(
         "FFmpeg's library {} is not installed, which reads and writes videos and reads BMP and Netpbm "
-        "pictures; "
-        "install libavformat{}, libavcodec{} and libswscale{}",
+        "pictures; install libavformat{}, libavcodec{} and libswscale{}",
         file, LIBAVFORMAT_VERSION_MAJOR, LIBAVCODEC_VERSION_MAJOR, LIBSWSCALE_VERSION_MAJOR);
   return library;
 }

@@ -100,8 +100,7 @@ void VideoLight::Judge(const AVFrame& frame) {
       is_linear_ = is_deep_ = true;
       notes_.push_back(
           fmt::format("it has a high dynamic range (HLG) and is converted to linear light, in which paper "
-                      "({:g} % of the signal) "
-                      "is 1",
+                      "({:g} % of the signal) is 1",
                       100 * kPaperSignal));
       break;
     case AVCOL_TRC_LINEAR:
@@ -166,8 +165,7 @@ void VideoLight::Judge(const AVFrame& frame) {
       used_matrix_ = AVCOL_SPC_BT2020_NCL;
       warnings_.emplace_back(
           "its colours are coded with BT.2020's constant luminance, which is taken for the usual one: "
-          "saturated "
-          "colours are off");
+          "saturated colours are off");
       return;
     case AVCOL_SPC_YCGCO:
     case AVCOL_SPC_SMPTE2085:

@@ -17,6 +17,7 @@
 #include "coverage/session/record/kept_photographs.h"
 #include "coverage/session/record/map_cache.h"
 #include "coverage/session/session_lenses.h"
+#include "core/light_field/folder/light_field_io.h"
 
 namespace ulf::coverage {
 namespace fs = std::filesystem;

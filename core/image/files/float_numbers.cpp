@@ -78,8 +78,7 @@ void CheckFloatNumbers(StoredPicture& picture) {
       1;
   picture.warnings.push_back(fmt::format(
       "more than half of its light is brighter than 1, which is white in floating point (median {:g}, "
-      "largest "
-      "{:g}): it is taken as it is; divide {}absolute light by the number of its white",
+      "largest {:g}): it is taken as it is; divide {}absolute light by the number of its white",
       median, largest,
       largest > kMostLevels ? ""
                             : fmt::format("levels of {} bits by {}, and ", std::bit_width(levels), levels)));

@@ -52,8 +52,7 @@ void RequireRoomFor(const std::string& path, PictureKind kind) {
     if (!size || !(size->width >= 1 && size->height >= 1 && size->width < kMostPx && size->height < kMostPx))
       throw Error(
           "{}: says no size that a picture can have; it is damaged: copy it again from its source (of a "
-          "light field: ulf "
-          "repair DIR)",
+          "light field: ulf repair DIR)",
           path);
     RequirePixelsOfFile(path, bytes, size->area(), kBytesOfPixel);
   } else if (kind != PictureKind::kExr && kind != PictureKind::kTiff) {

@@ -223,8 +223,7 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
   if (!is_whole)
     throw Error(
         "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
-        "repair "
-        "DIR)",
+        "repair DIR)",
         name, content.error.data());
   RequireOneLens(content.xmp, name);
   StoredPicture picture;
@@ -256,8 +255,7 @@ StoredPicture ReadPng(std::string_view bytes, const std::string& name) {
     if (content.code[1] == kPq || content.code[1] == kHlg)
       throw Error(
           "{}: has a high dynamic range ({} by its chunk cICP), which is not read from PNG; convert it to "
-          "OpenEXR, or "
-          "to PNG with sRGB",
+          "OpenEXR, or to PNG with sRGB",
           name, content.code[1] == kPq ? "PQ" : "HLG");
     if (const auto claim = ClaimOfCode(content.code))
       content.claim = *claim;

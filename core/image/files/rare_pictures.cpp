@@ -290,8 +290,7 @@ StoredPicture ReadBmp(std::string_view bytes, const std::string& name) {
   if (number(kHeaderBytesAt) >= kVersion4 && number(kSpaceAt) == kCalibrated && !IsNearSrgb(bytes))
     picture.warnings.emplace_back(
         "its header says primaries or a curve that are not those of sRGB, which is not read of BMP: its "
-        "colours "
-        "are taken for sRGB");
+        "colours are taken for sRGB");
   return picture;
 }
 

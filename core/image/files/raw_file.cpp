@@ -145,8 +145,7 @@ bool RawDecoder::CheckLayout(const ReadBytesAt& read) {
   if (!IsKnownMosaic(*layout))
     throw Error(
         "{}: its sensor has a {} mosaic{}, which is not read (Bayer's of 2x2 and X-Trans are); develop it "
-        "elsewhere "
-        "and take 16-bit TIFF, or let the camera combine its pixels",
+        "elsewhere and take 16-bit TIFF, or let the camera combine its pixels",
         name_, layout->is_staggered ? "staggered" : SizeText(layout->mosaic),
         layout->pattern.size() <= 4 && !layout->is_staggered ? " (" + layout->pattern + ")" : "");
   linear_black_ = layout->black;
@@ -205,8 +204,7 @@ void RawDecoder::Open(const std::function<int(LibRaw&)>& open) {
   if (result != LIBRAW_SUCCESS)
     throw Error(
         "{}: is no raw file of a kind that LibRaw {} reads, or is cut short or damaged at its beginning; "
-        "copy it again "
-        "from the card, or convert it to DNG or to 16-bit TIFF",
+        "copy it again from the card, or convert it to DNG or to 16-bit TIFF",
         name_, LibRaw::version());
   CheckKind();
   const libraw_image_sizes_t& sizes = raw_->imgdata.sizes;
@@ -272,8 +270,7 @@ cv::Rect RawDecoder::CropTo(std::optional<cv::Size> wanted) const {
                     ? "the other program turned it by its Exif mark, and ulf does not: pose photographs that "
                       "were not turned"
                     : "raw files have the sensor's full size: take the JPEG files of the size that was "
-                      "calibrated, or calibrate "
-                      "at the camera's largest size");
+                      "calibrated, or calibrate at the camera's largest size");
   const cv::Rect& whole = IsCutOf(*wanted, usual.size()) ? usual : visible;
   return {whole.x + (whole.width - wanted->width) / 2, whole.y + (whole.height - wanted->height) / 2,
           wanted->width, wanted->height};

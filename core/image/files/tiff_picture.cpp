@@ -59,8 +59,7 @@ class TiffPage {
   [[noreturn]] void Refuse() const {
     throw Error(
         "{}: the image is truncated or damaged ({}); copy it again from its source (of a light field: ulf "
-        "repair "
-        "DIR)",
+        "repair DIR)",
         path_, words_.empty() ? "no TIFF" : words_);
   }
   [[noreturn]] void RefuseKind(const std::string& what, const std::string& remedy) const {

@@ -134,8 +134,7 @@ void SayOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
   std::ranges::sort(others, NameOrder);
   doubts.push_back(
       fmt::format("COLMAP could not join all photographs and made several models: {} is read; give the "
-                  "folder of another to read "
-                  "it: {}",
+                  "folder of another to read it: {}",
                   described(folder), fmt::join(others, ", ")));
 }
 

@@ -64,8 +64,7 @@ std::string CopiedMeanings::Doubt(std::size_t copied) const {
   });
   return fmt::format(
       "{} of {} are not upright sRGB but say what they are ({}): they are copied, and programs that pass "
-      "over "
-      "what they say see them otherwise than ulf does; convert them before they are posed{}",
+      "over what they say see them otherwise than ulf does; convert them before they are posed{}",
       photographs_, Counted(copied, "photograph"), list,
       is_told_by_profiles ? ", for instance with 'magick IN -auto-orient -profile sRGB.icc OUT' (ImageMagick "
                             "6: 'convert')"

@@ -136,8 +136,7 @@ std::string WhyNoSubject(const LightField& light_field) {
     return fmt::format(
         "the cameras' axes do not meet before them; those of the inverted poses do. Either mend the poses (a "
         "transform_matrix leads from the camera to the world, COLMAP's poses from the world to the camera), "
-        "or, where "
-        "they are right, {}",
+        "or, where they are right, {}",
         give_it);
   const auto meeting = MeetingOfAxes(light_field);
   const auto behind = !meeting ? 0 : std::ranges::count_if(light_field.views, [&](const View& view) {
@@ -146,10 +145,8 @@ std::string WhyNoSubject(const LightField& light_field) {
   if (2 * static_cast<std::size_t>(behind) > light_field.views.size())
     return fmt::format(
         "the optical axes meet behind the cameras. Either the cameras look outwards: then {}. Or the poses "
-        "have other "
-        "axes than the format: then mend them (a transform_matrix leads from the camera to the world, with y "
-        "up and z "
-        "back)",
+        "have other axes than the format: then mend them (a transform_matrix leads from the camera to the "
+        "world, with y up and z back)",
         give_it);
   return fmt::format(
       "the cameras' axes are nearly parallel or do not meet in front of them, and the set has neither points "

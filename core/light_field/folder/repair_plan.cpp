@@ -435,8 +435,7 @@ std::string WhatTheModelLacks() {
   return fmt::format(
       "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back (device, threshold, "
       "where the calibration is from, flat field, colour profile); without the journal's other lines, nor "
-      "can "
-      "subject, up, goal and times (ulf render and ulf info take {}, a resumed capture takes {})",
+      "can subject, up, goal and times (ulf render and ulf info take {}, a resumed capture takes {})",
       Parameter("subject"), Parameter("quality"));
 }
 

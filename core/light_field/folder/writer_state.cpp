@@ -89,8 +89,7 @@ void RequireMatchingPictures(const LightField& light_field) {
   if (check.others.empty()) return;
   throw Error(
       "{0}: the photographs in images/ of {1} differ from their masters, are damaged, or have another size "
-      "than "
-      "their camera; nothing was written; 'ulf repair {2}' shows the remedy",
+      "than their camera; nothing was written; 'ulf repair {2}' shows the remedy",
       light_field.root.string(), ViewNumbers(check.others), ShellWord(light_field.root.string()));
 }
 

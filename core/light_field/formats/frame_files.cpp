@@ -40,8 +40,7 @@ std::string PathInside(const fs::path& root, const std::string& relative, const 
   if (auto inside = PathWithin(root, relative, where)) return *std::move(inside);
   throw Error(
       "{}: the path '{}' leaves the folder {}, by itself or by a symbolic link; a light field only holds "
-      "what "
-      "lies inside it",
+      "what lies inside it",
       where, relative, root.string());
 }
 

@@ -158,8 +158,7 @@ CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std
   if (!HasAspectOf(camera, size))
     throw Error(
         "{}: {} is {}x{}, its camera says {}x{}: it was cropped or turned, and its intrinsics no longer "
-        "hold; "
-        "take the photographs that were measured",
+        "hold; take the photographs that were measured",
         where, image.string(), size.width, size.height, camera.width, camera.height);
   const std::string words = fmt::format(
       "photographs of {}x{} for a camera of {}x{}: they are taken to be resized, not cropped, and the "

@@ -145,8 +145,7 @@ class Document {
       if (Lowercase(file_.extension().string()) != ".json")
         throw Error(
             "{}: is no light field: give its folder, or a transforms.json; other programs' poses and "
-            "photographs "
-            "are read by 'ulf import'",
+            "photographs are read by 'ulf import'",
             file_.string());
       throw Error("{}, {}{}", file_.string(), FaultOf(error), WayOut());
     }
