@@ -565,9 +565,7 @@ std::string LampAdvice(const LightCheck& check, FrameSource source) {
 }
 
 LightCheck CheckLightOf(const LightField& light_field, Progress& progress) {
-  LightCheckOptions options;
-  options.progress = [&](double share) { progress.Show(share, "photographs"); };
-  return CheckLight(light_field, options);
+  return CheckLight(light_field, [&](double share) { progress.Show(share, "photographs"); });
 }
 
 std::string ToText(const LightCheck& check, FrameSource source) {

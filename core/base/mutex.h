@@ -24,13 +24,11 @@
 #define ULF_CAPABILITY(name) ULF_THREAD_SAFETY(capability(name))
 #define ULF_SCOPED_CAPABILITY ULF_THREAD_SAFETY(scoped_lockable)
 #define ULF_GUARDED_BY(...) ULF_THREAD_SAFETY(guarded_by(__VA_ARGS__))
-#define ULF_POINTEE_GUARDED_BY(...) ULF_THREAD_SAFETY(pt_guarded_by(__VA_ARGS__))
 #define ULF_REQUIRES(...) ULF_THREAD_SAFETY(requires_capability(__VA_ARGS__))
 #define ULF_EXCLUDES(...) ULF_THREAD_SAFETY(locks_excluded(__VA_ARGS__))
 #define ULF_ACQUIRE(...) ULF_THREAD_SAFETY(acquire_capability(__VA_ARGS__))
 #define ULF_TRY_ACQUIRE(...) ULF_THREAD_SAFETY(try_acquire_capability(__VA_ARGS__))
 #define ULF_RELEASE(...) ULF_THREAD_SAFETY(release_capability(__VA_ARGS__))
-#define ULF_RETURNS_CAPABILITY(...) ULF_THREAD_SAFETY(lock_returned(__VA_ARGS__))
 #define ULF_NO_THREAD_SAFETY_ANALYSIS ULF_THREAD_SAFETY(no_thread_safety_analysis)
 
 namespace ulf {

@@ -15,7 +15,7 @@ namespace {
 
 cv::Ptr<cv::aruco::DetectorParameters> Parameters(const cv::Size& size) {
   const auto parameters = cv::makePtr<cv::aruco::DetectorParameters>();
-  parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_NONE;  // marker_corners.h
+  parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_NONE;  // RefinedBySides() does it
   // Two windows: the cells of a small marker, and of one that fills the image.
   parameters->adaptiveThreshWinSizeMin = 7;
   parameters->adaptiveThreshWinSizeMax = std::max(23, std::max(size.width, size.height) / 16) | 1;

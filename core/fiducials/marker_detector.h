@@ -1,4 +1,4 @@
-// Finds single ArUco markers of one dictionary in an image, and refines the corners of markers.
+// Finds single ArUco markers of one dictionary in an image, and refines the corners of square markers.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,21 +10,20 @@
 
 namespace ulf {
 
-// All markers with their numbers, in no particular order, corners refined (marker_corners.h). `gray`:
-// CV_8UC1. Throws Refusal for a dictionary that does not exist.
-std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray);
+using MarkerImage = std::array<Eigen::Vector2d, 4>;  // corners in the image, clockwise from the upper left
 
 // Refines the corners of a square marker to about a twentieth of a pixel. Along each side, near the corner,
 // the step from dark to bright is located across the side at every pixel; a line is fitted to these steps;
 // the lines of two sides intersect in the corner. This works for small markers, where the usual square window
 // around the corner would contain cells of the marker or of its neighbour. Lines of at most 24 pixels are
 // straight under any lens distortion.
-
-using MarkerImage = std::array<Eigen::Vector2d, 4>;  // corners in the image, clockwise from the upper left
-
 // `gray`: CV_8UC1, display-encoded. `corners`: accurate to one or two pixels; these and the result have pixel
 // centres at integer + 0.5. `cells`: cells along the marker's side, with its border. A corner whose sides are
 // not visible stays unchanged.
 MarkerImage RefinedBySides(const cv::Mat& gray, const MarkerImage& corners, int cells);
+
+// All markers with their numbers, in no particular order, corners refined. `gray`: CV_8UC1. Throws Refusal for a
+// dictionary that does not exist.
+std::vector<std::pair<int, MarkerImage>> DetectMarkers(const std::string& dictionary, const cv::Mat& gray);
 
 }  // namespace ulf

@@ -19,20 +19,6 @@
 
 namespace ulf {
 
-struct LightCheckOptions {
-  LightAtPointsOptions light = {};
-  std::size_t least_shared = 12;  // points for a pair to count. Guessed.
-  int least_views = 10;           // in a connected set, or nothing is said of the lamp. Guessed.
-  int least_part = 5;             // views on either side of a cut. Guessed.
-  // Reported from this difference (of the logarithm) and so many standard errors on. Guessed; simulated sessions without
-  // drift come to 0.003 (docs/rendering.md, Light that changes), what people see of recorded ones is not known.
-  double least_difference = 0.03, standard_errors = 5;
-  // Of light that goes up and down. Three simulated captures in steady light came to 0.02 at most,
-  // handheld_kitchen, under automatic exposure and white balance, to 0.13 in brightness and 0.56 in blue. Guessed.
-  double least_spread = 0.08;
-  std::function<void(double share)> progress = nullptr;
-};
-
 // Views `from_first` to `from_last`, by id, beside the later `to_first` to `to_last`.
 struct LampDrift {
   enum class Kind { kBrightness, kBlueness, kGreenness };
@@ -68,6 +54,6 @@ struct LightCheck {
 // Looks at a hundred views at most, evenly chosen in time, the same ones whenever it is asked: another choice could come to
 // another verdict. Photographs that cannot be read are named, and so is a JPEG or PNG without its end among all others. Where no view has an exposure time, gains were found by overlaps
 // (coverage/session/record/exposure) and hide what a lamp's brightness did; its colour shows all the same.
-LightCheck CheckLight(const LightField& light_field, const LightCheckOptions& options = {});
+LightCheck CheckLight(const LightField& light_field, const std::function<void(double share)>& progress = {});
 
 }  // namespace ulf

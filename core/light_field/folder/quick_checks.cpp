@@ -18,6 +18,10 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// The limits are far from what right sets come to (docs/light_field.md, "Checks").
+constexpr double kMostMisplacedShare = 0.5, kLeastShownShare = 0.05, kLeastViewsShare = 0.25;
+constexpr double kLeastSpreadShare = 0.01, kLeastBaselineShare = 0.0015;
+
 // A hundred thousand projections take some ten milliseconds.
 constexpr std::size_t kMostPoints = 500, kSampledViews = 200;
 
@@ -54,6 +58,14 @@ double Baseline(const std::vector<const View*>& views) {
   for (const View* view : views)
     for (int i = 0; i < 3; ++i) of[i].push_back(view->CenterInWorld()(i));
   return std::hypot(Interquartile(of[0]), Interquartile(of[1]), Interquartile(of[2]));
+}
+
+bool IsInAnyPhotograph(const Subject& subject, const LightField& light_field) {
+  return std::ranges::any_of(light_field.views, [&](const View& view) {
+    const Vector3d in_cam = view.cam_from_world * subject.center_in_world;
+    const auto img = light_field.CameraOf(view).ImgFromCam(in_cam);
+    return in_cam.z() > 0 && img && light_field.CameraOf(view).Contains(*img);
+  });
 }
 
 }  // namespace
@@ -98,42 +110,32 @@ PointsFit FitOfPoints(const LightField& light_field) {
   return fit;
 }
 
-std::string MisfitInWords(const PointsFit& fit, const PointsFitLimits& limits) {
-  if (static_cast<double>(fit.misplaced) > limits.misplaced_share * static_cast<double>(fit.observations))
+std::string MisfitInWords(const PointsFit& fit) {
+  if (static_cast<double>(fit.misplaced) > kMostMisplacedShare * static_cast<double>(fit.observations))
     return fmt::format(
         "{:.0f} % of the places where views show them are more than {:g} px from where the poses put them",
         100.0 * static_cast<double>(fit.misplaced) / static_cast<double>(fit.observations),
         kMostTrackErrorPx);
-  if (fit.shown_share < limits.shown_share)
+  if (fit.shown_share < kLeastShownShare)
     return fmt::format("by the poses, no photograph shows {:.0f} % of them", 100 * (1 - fit.shown_share));
-  if (fit.views_share < limits.views_share)
+  if (fit.views_share < kLeastViewsShare)
     return fmt::format("by the poses, {:.0f} % of the photographs show none of them",
                        100 * (1 - fit.views_share));
-  if (fit.spread_share < limits.spread_share)
-    return "by the poses, all of them are a speck in the photographs";
-  if (fit.baseline_share < limits.baseline_share)
+  if (fit.spread_share < kLeastSpreadShare) return "by the poses, all of them are a speck in the photographs";
+  if (fit.baseline_share < kLeastBaselineShare)
     return "they are so far away that by the poses all cameras stand at one place";
   return {};
 }
 
-bool IsInAnyPhotograph(const Subject& subject, const LightField& light_field) {
-  return std::ranges::any_of(light_field.views, [&](const View& view) {
-    const Vector3d in_cam = view.cam_from_world * subject.center_in_world;
-    const auto img = light_field.CameraOf(view).ImgFromCam(in_cam);
-    return in_cam.z() > 0 && img && light_field.CameraOf(view).Contains(*img);
-  });
-}
-
 // Why the subject does not belong to the poses, as a clause; empty: it may.
-std::string SubjectMisfit(const Subject& subject, const LightField& light_field,
-                          const PointsFitLimits& limits) {
+std::string SubjectMisfit(const Subject& subject, const LightField& light_field) {
   if (!IsInAnyPhotograph(subject, light_field)) return "no photograph shows the middle of the subject";
   const auto views = Sample(light_field.views, kSampledViews);
   std::vector<double> distances;
   for (const View* view : views)
     distances.push_back((view->CenterInWorld() - subject.center_in_world).norm());
   const double baseline = views.size() < 2 ? 0 : Baseline(views), distance = Median(std::move(distances));
-  if (baseline > 0 && baseline < limits.baseline_share * distance)
+  if (baseline > 0 && baseline < kLeastBaselineShare * distance)
     return fmt::format("the subject is {:.0f} times as far away as most cameras stand from their middle",
                        distance / baseline);
   return {};
@@ -154,7 +156,7 @@ std::vector<Finding> QuickFindings(const LightField& light_field) {
                      misfit),
          {}});
   if (light_field.subject && !light_field.views.empty())
-    if (const std::string misfit = SubjectMisfit(*light_field.subject, light_field, {}); !misfit.empty())
+    if (const std::string misfit = SubjectMisfit(*light_field.subject, light_field); !misfit.empty())
       findings.push_back(
           {Name(Check::kSubject),
            fmt::format("{}; is it in another unit than the poses? ulf import makes a copy with the subject "

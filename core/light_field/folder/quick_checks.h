@@ -21,22 +21,11 @@ struct PointsFit {
       1;  // of the distance to the points (median): how far most cameras stand from their middle
 };
 
-// The limits are far from what right sets come to (docs/light_field.md, "Checks").
-struct PointsFitLimits {
-  double misplaced_share = 0.5;
-  double shown_share = 0.05;
-  double views_share = 0.25;
-  double spread_share = 0.01;
-  double baseline_share = 0.0015;
-};
-
 // Without points, or with fewer than two views: as if they fit.
 PointsFit FitOfPoints(const LightField& light_field);
 
 // Why the points do not belong to the poses, as a clause; empty: they may.
-std::string MisfitInWords(const PointsFit& fit, const PointsFitLimits& limits = {});
-
-bool IsInAnyPhotograph(const Subject& subject, const LightField& light_field);
+std::string MisfitInWords(const PointsFit& fit);
 
 std::vector<Finding> QuickFindings(const LightField& light_field);
 // These, and what of the findings of earlier runs still holds: all that is known without reading photographs.

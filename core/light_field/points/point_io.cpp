@@ -22,85 +22,6 @@ namespace ulf {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr const char* kPointFile = "points.ulf";
-constexpr const char* kPointPly = "points.ply";
-
-StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
-  try {
-    return PointsFromBytes(ReadWholeFile(file), light_field);
-  } catch (const Error& error) {
-    return {error.what(), {}, {}};
-  }
-}
-
-// Tells light fields apart by how their journals begin: with the device, and the first view and its times.
-std::string LightFieldMark(const fs::path& root) {
-  std::ifstream journal(root / kJournalFile);
-  std::string begin;
-  for (std::string line; std::getline(journal, line);) {
-    begin += line;
-    if (line.find("\"event\":\"view\"") != std::string::npos) break;
-  }
-  return ChecksumText(FastChecksumOf(begin));
-}
-
-// Whether another program, a person, or ulf for another light field wrote the file. One of this light field that is only
-// older, because a kill came between the two files, says nothing: the next writer makes it again.
-bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
-  std::error_code unknown;
-  if (!fs::is_regular_file(ply, unknown)) return false;
-  const std::string bytes = ReadWholeFile(ply);
-  return !HoldsSamePoints(bytes, PointPlyBytes(points)) &&
-         !IsOwnPointPly(bytes, LightFieldMark(FolderOf(ply)));
-}
-
-}  // namespace
-
-bool ReadPointPositions(const fs::path& ply, LightField& light_field) {
-  std::error_code unknown;
-  if (!fs::is_regular_file(ply, unknown)) return false;
-  try {
-    light_field.points = ReadPointPly(ply);
-  } catch (const Error& error) {
-    light_field.doubts.push_back(fmt::format("{}; the light field is read without points", error.what()));
-  }
-  return true;
-}
-
-void ReadPoints(LightField& light_field) {
-  const fs::path file = light_field.root / kPointFile, ply = light_field.root / kPointPly;
-  std::error_code unknown;
-  if (!fs::is_regular_file(file, unknown)) {
-    ReadPointPositions(ply, light_field);
-    return;
-  }
-  StoredPoints stored = StoredIn(file, light_field);
-  if (!stored.problem.empty()) {
-    light_field.doubts.push_back(fmt::format(
-        "{}: {}; points.ply is read instead, which has no observations (ulf refine measures new ones)",
-        file.string(), stored.problem));
-    ReadPointPositions(ply, light_field);
-    return;
-  }
-  if (IsOfAnother(ply, stored.points))
-    light_field.doubts.push_back(fmt::format(
-        "{}: holds other points than points.ulf, which is used; to use this file, remove points.ulf",
-        ply.string()));
-  light_field.points = std::move(stored.points);
-  FitPointsOf(stored.moved, light_field);
-  light_field.misplaced_observations = MeasurePoints(light_field);
-}
-
-void WritePoints(const LightField& light_field) {
-  WriteFileAtomically(light_field.root / kPointFile, PointFileBytes(light_field));
-  WriteFileAtomically(light_field.root / kPointPly,
-                      PointPlyBytes(light_field.points, LightFieldMark(light_field.root)));
-}
-
-namespace {
-
 constexpr char kPointsMagic[8] = {'u', 'l', 'f', 'p', 't', 's', '\0', 1};  // the last byte is the version
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);
 
@@ -228,6 +149,15 @@ void Take(const ply::Property& property, ply::Body& body, ScenePoint& point) {
   }
 }
 
+// Whether the vertices of two files that were written so are the same, whatever their headers say.
+bool HoldsSamePoints(std::string_view ply, std::string_view other) { return BodyOf(ply) == BodyOf(other); }
+
+// Whether ulf wrote the file for this light field and nobody changed it since, by mark and checksum in its header.
+bool IsOwnPointPly(std::string_view ply, const std::string& light_field) {
+  const std::string_view header = ply.substr(0, ply.size() - BodyOf(ply).size());
+  return header.find("comment " + OwnComment(BodyOf(ply), light_field) + "\n") != std::string_view::npos;
+}
+
 }  // namespace
 
 std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::string& light_field) {
@@ -238,13 +168,6 @@ std::string PointPlyBytes(const std::vector<ScenePoint>& points, const std::stri
     body.append(reinterpret_cast<const char*>(point.rgb.data()), 3);
   }
   return Header(points.size(), body, light_field) + body;
-}
-
-bool HoldsSamePoints(std::string_view ply, std::string_view other) { return BodyOf(ply) == BodyOf(other); }
-
-bool IsOwnPointPly(std::string_view ply, const std::string& light_field) {
-  const std::string_view header = ply.substr(0, ply.size() - BodyOf(ply).size());
-  return header.find("comment " + OwnComment(BodyOf(ply), light_field) + "\n") != std::string_view::npos;
 }
 
 std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file) {
@@ -266,6 +189,85 @@ std::vector<ScenePoint> ReadPointPly(const std::filesystem::path& file) {
     }
   }
   return points;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPointFile = "points.ulf";
+constexpr const char* kPointPly = "points.ply";
+
+StoredPoints StoredIn(const fs::path& file, const LightField& light_field) {
+  try {
+    return PointsFromBytes(ReadWholeFile(file), light_field);
+  } catch (const Error& error) {
+    return {error.what(), {}, {}};
+  }
+}
+
+// Tells light fields apart by how their journals begin: with the device, and the first view and its times.
+std::string LightFieldMark(const fs::path& root) {
+  std::ifstream journal(root / kJournalFile);
+  std::string begin;
+  for (std::string line; std::getline(journal, line);) {
+    begin += line;
+    if (line.find("\"event\":\"view\"") != std::string::npos) break;
+  }
+  return ChecksumText(FastChecksumOf(begin));
+}
+
+// Whether another program, a person, or ulf for another light field wrote the file. One of this light field that is only
+// older, because a kill came between the two files, says nothing: the next writer makes it again.
+bool IsOfAnother(const fs::path& ply, const std::vector<ScenePoint>& points) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(ply, unknown)) return false;
+  const std::string bytes = ReadWholeFile(ply);
+  return !HoldsSamePoints(bytes, PointPlyBytes(points)) &&
+         !IsOwnPointPly(bytes, LightFieldMark(FolderOf(ply)));
+}
+
+}  // namespace
+
+bool ReadPointPositions(const fs::path& ply, LightField& light_field) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(ply, unknown)) return false;
+  try {
+    light_field.points = ReadPointPly(ply);
+  } catch (const Error& error) {
+    light_field.doubts.push_back(fmt::format("{}; the light field is read without points", error.what()));
+  }
+  return true;
+}
+
+void ReadPoints(LightField& light_field) {
+  const fs::path file = light_field.root / kPointFile, ply = light_field.root / kPointPly;
+  std::error_code unknown;
+  if (!fs::is_regular_file(file, unknown)) {
+    ReadPointPositions(ply, light_field);
+    return;
+  }
+  StoredPoints stored = StoredIn(file, light_field);
+  if (!stored.problem.empty()) {
+    light_field.doubts.push_back(fmt::format(
+        "{}: {}; points.ply is read instead, which has no observations (ulf refine measures new ones)",
+        file.string(), stored.problem));
+    ReadPointPositions(ply, light_field);
+    return;
+  }
+  if (IsOfAnother(ply, stored.points))
+    light_field.doubts.push_back(fmt::format(
+        "{}: holds other points than points.ulf, which is used; to use this file, remove points.ulf",
+        ply.string()));
+  light_field.points = std::move(stored.points);
+  FitPointsOf(stored.moved, light_field);
+  light_field.misplaced_observations = MeasurePoints(light_field);
+}
+
+void WritePoints(const LightField& light_field) {
+  WriteFileAtomically(light_field.root / kPointFile, PointFileBytes(light_field));
+  WriteFileAtomically(light_field.root / kPointPly,
+                      PointPlyBytes(light_field.points, LightFieldMark(light_field.root)));
 }
 
 }  // namespace ulf
