@@ -9,7 +9,7 @@
 
 #include "core/base/quantile.h"
 #include "core/fiducials/aruco_calls.h"
-#include "core/fiducials/touching_markers.h"
+#include "core/fiducials/marker_detector.h"
 
 namespace ulf {
 namespace {

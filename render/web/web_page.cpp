@@ -13,7 +13,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/angles.h"
-#include "core/image/files/webp_picture.h"
+#include "core/image/files/picture_codecs.h"
 #include "core/light_field/exchange/staged_folder.h"
 #include "core/light_field/formats/xml_file.h"
 #include "render/fields/mesh_field.h"

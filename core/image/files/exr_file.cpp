@@ -33,10 +33,10 @@
 #include "core/base/lowercase.h"
 #include "core/image/files/exif.h"
 #include "core/image/files/exr_header.h"
-#include "core/image/files/float_numbers.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_colors.h"
 #include "core/image/files/picture_projection.h"
+#include "core/image/files/stored_picture.h"
 
 namespace ulf {
 namespace {

@@ -33,4 +33,10 @@ std::optional<ImageHeader> ReadImageHeader(std::istream& file);
 void RequirePixelsOfFile(const std::string& path, std::uint64_t file_bytes, double pixels,
                          double bytes_of_pixel);
 
+// The size that pictures of the rarer kinds claim: BMP, Netpbm (PBM to PPM, PFM), Radiance HDR and WebP. image_header.h reads
+// more of the common ones.
+
+// As the file says, unchecked; none: another kind, or truncated.
+std::optional<cv::Size2d> ClaimedSize(std::istream& file);
+
 }  // namespace ulf

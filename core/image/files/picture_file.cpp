@@ -13,17 +13,14 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
-#include "core/image/files/claimed_size.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/jpeg_codec.h"
+#include "core/image/files/picture_codecs.h"
 #include "core/image/files/picture_end.h"
 #include "core/image/files/picture_kind.h"
 #include "core/image/files/png_picture.h"
-#include "core/image/files/rare_pictures.h"
 #include "core/image/files/raw_file.h"
-#include "core/image/files/tiff_picture.h"
-#include "core/image/files/webp_picture.h"
 
 namespace ulf {
 

@@ -10,7 +10,6 @@
 #include "core/base/counted.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
-#include "core/image/files/claimed_size.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_file.h"
 #include "core/image/files/picture_kind.h"

@@ -1,4 +1,4 @@
-#include "core/image/files/rare_pictures.h"
+#include "core/image/files/picture_codecs.h"
 
 #include <fmt/core.h>
 #include <stb_image.h>
@@ -13,9 +13,9 @@
 
 #include "core/base/error.h"
 #include "core/ffmpeg/ffmpeg_calls.h"
-#include "core/image/files/claimed_size.h"
-#include "core/image/files/float_numbers.h"
+#include "core/image/files/image_header.h"
 #include "core/image/files/picture_colors.h"
+#include "core/image/files/stored_picture.h"
 
 namespace ulf {
 namespace {

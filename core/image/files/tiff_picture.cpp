@@ -1,4 +1,4 @@
-#include "core/image/files/tiff_picture.h"
+#include "core/image/files/picture_codecs.h"
 
 #include <fmt/core.h>
 #include <tiffio.h>
@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/image/files/float_numbers.h"
 #include "core/image/files/image_header.h"
 #include "core/image/files/picture_colors.h"
 #include "core/image/files/picture_projection.h"
+#include "core/image/files/stored_picture.h"
 #include "core/image/files/tiff_numbers.h"
 #include "core/image/image.h"
 

@@ -1,4 +1,4 @@
-#include "core/image/files/webp_picture.h"
+#include "core/image/files/picture_codecs.h"
 
 #include <webp/decode.h>
 #include <webp/encode.h>

@@ -16,8 +16,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/name_order.h"
-#include "core/light_field/formats/colmap_binary.h"
-#include "core/light_field/formats/colmap_text.h"
+#include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/set_format.h"
 
 namespace ulf {

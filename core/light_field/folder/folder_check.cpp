@@ -17,7 +17,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/findings.h"
 #include "core/light_field/folder/view_files.h"
-#include "core/light_field/formats/colmap_text.h"
+#include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/image_names.h"
 #include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"

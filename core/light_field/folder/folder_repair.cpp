@@ -1,4 +1,4 @@
-#include "core/light_field/folder/folder_repair.h"
+#include "core/light_field/folder/repair_plan.h"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -9,7 +9,6 @@
 #include "core/base/error.h"
 #include "core/base/quantile.h"
 #include "core/light_field/folder/kept_findings.h"
-#include "core/light_field/points/point_fit.h"
 #include "core/light_field/points/point_tracks.h"
 
 namespace ulf {

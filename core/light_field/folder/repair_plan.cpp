@@ -12,7 +12,7 @@
 #include "core/light_field/folder/followed_links.h"
 #include "core/light_field/folder/quick_checks.h"
 #include "core/light_field/folder/view_files.h"
-#include "core/light_field/formats/colmap_text.h"
+#include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "core/light_field/journal_stamp.h"
 #include "core/light_field/points/point_io.h"

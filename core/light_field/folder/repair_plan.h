@@ -1,4 +1,4 @@
-// Plans the repair of a light field's folder (`ulf repair`) from the content of its files. Only reads.
+// Plans the repair of a light field's folder (`ulf repair`) from the content of its files, and does it.
 #pragma once
 
 #include <cstdint>
@@ -38,11 +38,19 @@ struct RepairPlan {
   bool any() const { return !steps.empty(); }
 };
 
-// Throws Error when the folder contains no light field, or a writer is active.
+// Only reads. Throws Error when the folder contains no light field, or a writer is active.
 RepairPlan PlanRepair(const std::filesystem::path& dir);
 
 // The readable part of the journal, with a header from transforms.json or sparse/0 if its own is lost. Throws
 // Error when none of them contains the cameras.
 JournalContents ReadDamagedJournal(const std::filesystem::path& dir);
+
+// Repairs the folder of a light field: restores views that the journal has lost from transforms.json or
+// sparse/0, makes photographs that differ from their masters again, and writes all derived files. Nothing is
+// deleted: replaced files go to kept/, files of removed views to unposed/.
+// Repair() executes the plan of PlanRepair() under the lock of the journal and returns it. A process killed at any
+// moment leaves the old journal or the new one. Throws DiskFullError, Error; files that were moved to kept/
+// stay there.
+RepairPlan Repair(const std::filesystem::path& dir);
 
 }  // namespace ulf

@@ -1,4 +1,4 @@
-#include "core/light_field/formats/colmap_text.h"
+#include "core/light_field/formats/colmap_files.h"
 
 #include <fmt/format.h>
 

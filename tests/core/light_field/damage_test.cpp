@@ -11,9 +11,9 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/host_time.h"
-#include "core/light_field/folder/folder_repair.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/repair_plan.h"
 #include "core/light_field/folder/view_images.h"
 #include "core/light_field/journal_stamp.h"
 #include "tests/core/light_field/light_field_samples.h"

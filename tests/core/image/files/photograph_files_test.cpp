@@ -1,4 +1,4 @@
-// Tests: core/image/files/claimed_size, core/image/files/exr_file, core/image/files/exr_header, core/image/files/image_header, core/image/files/exif.
+// Tests: core/image/files/image_header, core/image/files/exr_file, core/image/files/exr_header, core/image/files/image_header, core/image/files/exif.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/image/files/claimed_size.h"
 #include "core/image/files/exif.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/exr_header.h"

@@ -29,7 +29,7 @@
 #include "core/light_field/exchange/subject_of_set.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_images.h"
-#include "core/light_field/formats/colmap_binary.h"
+#include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/set_format.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/tracked_light_field.h"

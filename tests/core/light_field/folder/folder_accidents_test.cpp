@@ -17,10 +17,10 @@
 
 #include "core/base/error.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/folder/folder_repair.h"
 #include "core/light_field/folder/leftovers.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/repair_plan.h"
 #include "core/light_field/journal_stamp.h"
 #include "core/light_field/points/point_io.h"
 #include "tests/core/light_field/light_field_samples.h"

@@ -1,4 +1,4 @@
-// Tests: core/light_field/points/point_tracks, core/light_field/points/point_fit,
+// Tests: core/light_field/points/point_tracks, core/light_field/points/point_tracks,
 // core/light_field/points/point_io, core/light_field/points/point_io,
 // core/light_field/formats/colmap_text, core/geometry/digest, core/geometry/byte_stream.
 //
@@ -13,8 +13,8 @@
 #include "core/geometry/digest.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
-#include "core/light_field/points/point_fit.h"
 #include "core/light_field/points/point_io.h"
+#include "core/light_field/points/point_tracks.h"
 #include "tests/core/light_field/light_field_samples.h"
 #include "tests/core/light_field/reader_rules.h"
 #include "tests/core/light_field/tracked_light_field.h"

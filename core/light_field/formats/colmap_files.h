@@ -1,4 +1,4 @@
-// COLMAP's text model: cameras.txt, images.txt, points3D.txt.
+// COLMAP's two forms of a model on disk.
 #pragma once
 
 #include <filesystem>
@@ -10,6 +10,8 @@
 #include "core/light_field/journal_stamp.h"
 
 namespace ulf {
+
+// COLMAP's text model: cameras.txt, images.txt, points3D.txt.
 
 struct ColmapFiles {
   std::string cameras;
@@ -42,5 +44,14 @@ ColmapReconstruction ReadColmapText(const std::filesystem::path& dir);
 // Cameras by CAMERA_ID. Throws Error that names file and line for an invalid file or a camera model that
 // CameraModel does not support.
 std::map<int, CameraModel> ReadColmapCameras(const std::filesystem::path& cameras_txt);
+
+// COLMAP's binary model: cameras.bin, images.bin, points3D.bin. Readers prefer it to a text model in the same
+// folder.
+
+ColmapFiles ToColmapBinary(const ColmapReconstruction& model);
+
+// DIR/cameras.bin, images.bin and, where it is there, points3D.bin. Throws Error that names the file, for one that is
+// cut short, whose counts lie, or whose values make no camera or pose.
+ColmapReconstruction ReadColmapBinary(const std::filesystem::path& dir);
 
 }  // namespace ulf
