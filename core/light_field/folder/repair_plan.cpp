@@ -355,6 +355,15 @@ void CompareDerived(const fs::path& dir, const JournalContents& journal, const F
                                               TransformsJsonText(light_field, stamp(check.transforms))));
 }
 
+// What the header and the other lines of a journal had and sparse/0 has not.
+std::string WhatTheModelLacks() {
+  return fmt::format(
+      "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back (device, threshold, "
+      "where the calibration is from, flat field, colour profile); without the journal's other lines, nor "
+      "can subject, up, goal and times (ulf render and ulf info take {}, a resumed capture takes {})",
+      Parameter("subject"), Parameter("quality"));
+}
+
 RepairPlan PlanFrom(const fs::path& dir, const Found& found) {
   const JournalContents& journal = found.journal;
   const FolderCheck check = CheckFolder(dir, journal, false);
@@ -428,15 +437,6 @@ void PlanSteps(const fs::path& dir, RepairPlan& plan) {
     plan.steps.push_back(
         "write transforms.json, sparse/0 and the points' files again; files that differ from the journal go "
         "to kept/");
-}
-
-// What the header and the other lines of a journal had and sparse/0 has not.
-std::string WhatTheModelLacks() {
-  return fmt::format(
-      "sparse/0 holds poses and cameras alone: the rest of the header cannot be put back (device, threshold, "
-      "where the calibration is from, flat field, colour profile); without the journal's other lines, nor "
-      "can subject, up, goal and times (ulf render and ulf info take {}, a resumed capture takes {})",
-      Parameter("subject"), Parameter("quality"));
 }
 
 }  // namespace
