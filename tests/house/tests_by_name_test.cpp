@@ -115,7 +115,7 @@ TEST(TestsByName, WhatIsMissingOrNamedWronglyIsFound) {
   Write(folder / "core/frames/frame.h", "");
   EXPECT_THAT(Faults(folder.path()), ElementsAre("no test names core/frames/frame"));
   Write(folder / "tests/core/base/frame_test.cpp", "// Tests: core/frames/frame.\n");
-  EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("it should stand in tests/core/image/")));
+  EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("it should stand in tests/core/frames/")));
   Write(folder / "tests/core/base/frame_test.cpp", "// A frame.\n");
   EXPECT_THAT(Faults(folder.path()), ElementsAre(HasSubstr("frame_test.cpp does not begin with"),
                                                  "no test names core/frames/frame"));

@@ -1,4 +1,4 @@
-// Tests: core/fiducials/marker_detector, core/fiducials/marker_detector.
+// Tests: core/fiducials/marker_detector.
 #include "core/fiducials/marker_detector.h"
 
 #include <gmock/gmock.h>

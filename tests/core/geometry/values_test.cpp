@@ -1,5 +1,5 @@
 // Tests: core/geometry/rigid3, core/geometry/camera_model, core/image/image, core/base/device_uri,
-// core/light_field/view_numbers, core/geometry/small_matrices.
+// core/light_field/findings, core/geometry/small_matrices.
 //
 // Poses, cameras, images: the values everything else is made of.
 #include <gmock/gmock.h>

@@ -1,5 +1,6 @@
-// Tests: core/light_field/newer_format, core/light_field/folder/journal, core/light_field/folder/repair_plan,
-// core/light_field/folder/folder_repair, core/light_field/formats/transforms_json.
+// Tests: core/light_field/journal_stamp, core/light_field/folder/journal,
+// core/light_field/folder/repair_plan, core/light_field/folder/folder_repair,
+// core/light_field/formats/transforms_json.
 //
 // What a damaged light field keeps, and what happens to one by a newer version, counted: rows of docs/reliability.md.
 #include <gmock/gmock.h>

@@ -1,6 +1,7 @@
-// Tests: core/light_field/folder/light_field_io, core/light_field/folder/light_field_writer, core/light_field/folder/writer_state,
-// core/light_field/light_field, core/light_field/new_camera, core/light_field/folder/journal, core/light_field/folder/journal_writer,
-// core/light_field/folder/view_files, core/light_field/folder/view_images, core/light_field/formats/view_json, core/frames/frame.
+// Tests: core/light_field/folder/light_field_io, core/light_field/folder/light_field_writer,
+// core/light_field/folder/writer_state, core/light_field/light_field, core/light_field/folder/journal,
+// core/light_field/folder/journal_writer, core/light_field/folder/view_files,
+// core/light_field/folder/view_images, core/light_field/formats/view_json, core/frames/frame.
 //
 // The light field on disk: what is written is read back, what is damaged is named, what is killed survives.
 #include <gmock/gmock.h>

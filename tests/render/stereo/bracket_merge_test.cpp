@@ -1,4 +1,4 @@
-// Tests: render/stereo/bracket_merge, core/light_field/view_colors.
+// Tests: render/stereo/bracket_merge, core/light_field/light_field.
 #include "render/stereo/bracket_merge.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
-// Tests: core/image/files/image_header, core/image/files/exr_file, core/image/files/exr_header, core/image/files/image_header, core/image/files/exif.
+// Tests: core/image/files/image_header, core/image/files/exr_file, core/image/files/exr_header,
+// core/image/files/exif.
 #include <gmock/gmock.h>
 
 #include <cmath>

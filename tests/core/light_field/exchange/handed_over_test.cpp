@@ -1,6 +1,7 @@
 // Tests: core/light_field/exchange/writers/nerf_files, core/light_field/exchange/writers/unit_cube,
 // core/light_field/exchange/writers/metashape_xml, core/light_field/exchange/writers/realityscan_xmp,
-// core/light_field/exchange/export_light_field, core/image/undistortion.
+// core/light_field/exchange/export_light_field, core/image/undistortion,
+// core/light_field/exchange/writers/set_writers.
 //
 // What nerfstudio, instant-ngp, the readers of NeRF's synthetic sets, RealityScan and Metashape make of an export, by their own
 // published rules, written here anew: poses and projections are the source's. Then our importer takes it back.

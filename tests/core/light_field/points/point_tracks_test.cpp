@@ -1,5 +1,4 @@
-// Tests: core/light_field/points/point_tracks, core/light_field/points/point_tracks,
-// core/light_field/points/point_io, core/light_field/points/point_io,
+// Tests: core/light_field/points/point_tracks, core/light_field/points/point_io,
 // core/light_field/formats/colmap_text, core/geometry/digest, core/geometry/byte_stream.
 //
 // Points and what views show of them: put where the poses have them, kept beside the positions, never older

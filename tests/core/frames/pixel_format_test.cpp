@@ -1,4 +1,4 @@
-// Tests: core/frames/pixel_format, core/frames/pixel_format, core/image/files/jpeg_codec.
+// Tests: core/frames/pixel_format, core/image/files/jpeg_codec.
 #include "core/frames/pixel_format.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,6 @@
-// Tests: core/light_field/folder/folder_check, core/light_field/folder/folder_repair, core/light_field/folder/repair_plan,
-// core/light_field/folder/derived_files, commands/light_field/repair_command.
+// Tests: core/light_field/folder/folder_check, core/light_field/folder/folder_repair,
+// core/light_field/folder/repair_plan, core/light_field/folder/derived_files,
+// commands/light_field/repair_command, core/light_field/journal_stamp.
 //
 // Each pair of files that tell one fact, made to disagree: who wins, what is said, what is kept. The table of
 // docs/light_field.md names a test for every row.
