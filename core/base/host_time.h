@@ -1,5 +1,5 @@
-// This computer's clocks, in seconds: the wall clock, which stamps frames and events, the steady clock, which measures
-// durations, and the CPU time of a thread.
+// This computer's clocks, in seconds: the wall clock, which stamps frames and events, the steady clock, which
+// measures durations, and the CPU time of a thread.
 #pragma once
 
 #include <chrono>

@@ -11,8 +11,8 @@ namespace ulf {
 // Throws Refusal when `path` is a folder, or its folder is missing or not writable.
 void RequireWritable(const std::string& path);
 
-// Throws Refusal where a file of this name holds anything but `bytes`: what a user has is not replaced unasked. A pipe or
-// a device takes whatever comes.
+// Throws Refusal where a file of this name holds anything but `bytes`: what a user has is not replaced
+// unasked. A pipe or a device takes whatever comes.
 void RequireUnused(const std::string& path, std::string_view bytes = {});
 
 // As RequireWritable(); throws also when the ending is not .png, .jpg or .jpeg.

@@ -1,4 +1,5 @@
-// Words of shells: of commands in messages, so that a reader can copy the command, and of the completions of bash and zsh.
+// Words of shells: of commands in messages, so that a reader can copy the command, and of the completions of
+// bash and zsh.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// Signals as a request to end in good order, for commands that run until they are stopped: SIGINT, SIGTERM, and the
-// SIGHUP of a terminal that closes or of a connection that breaks.
+// Signals as a request to end in good order, for commands that run until they are stopped: SIGINT, SIGTERM,
+// and the SIGHUP of a terminal that closes or of a connection that breaks.
 #pragma once
 
 #include <vector>

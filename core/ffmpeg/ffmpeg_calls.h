@@ -1,5 +1,5 @@
-// The functions of FFmpeg's libraries that ulf calls, found when the first is called: these libraries bring a hundred others,
-// and most commands read no video.
+// The functions of FFmpeg's libraries that ulf calls, found when the first is called: these libraries bring a
+// hundred others, and most commands read no video.
 #pragma once
 
 #include <string>
@@ -84,7 +84,8 @@ struct FfmpegCalls {
 #undef ULF_MEMBER
 };
 
-// Throws Error, which names the packages, where the libraries of the version that ulf was built with are not installed.
+// Throws Error, which names the packages, where the libraries of the version that ulf was built with are not
+// installed.
 const FfmpegCalls& Ffmpeg();
 
 // The meaning of an error number of FFmpeg.

@@ -65,7 +65,8 @@ void ParseCounts(const std::string& word, const std::string& text, Board& board)
     throw Refusal("board", Quoted(text), fmt::format("'{}' is not COLUMNSxROWS, as 7x5", word), "");
 }
 
-// Lengths in metres, and Kalibr's gap as a share of the tag, are taken for what they are where they can be nothing else.
+// Lengths in metres, and Kalibr's gap as a share of the tag, are taken for what they are where they can be
+// nothing else.
 void RefuseMetres(const Board& board, const std::string& text) {
   constexpr double kLeastMm = 1, kMmPerM = 1000;
   const double length = board.IsMarkerGrid() ? board.marker_mm : board.square_mm;
@@ -237,7 +238,8 @@ std::string Board::Text() const {
 
 namespace {
 
-// The length of so many squares, or markers with the gaps between them, and around them where squares stand there.
+// The length of so many squares, or markers with the gaps between them, and around them where squares stand
+// there.
 double LengthOf(const Board& board, int count) {
   if (!board.IsMarkerGrid()) return count * board.square_mm;
   const int gaps = board.kind == BoardKind::kAprilGrid ? count + 1 : count - 1;

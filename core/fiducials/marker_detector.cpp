@@ -178,7 +178,8 @@ MarkerImage GrownBy(const MarkerImage& quad, double px) {
   return grown;
 }
 
-// Adds the quadrilaterals among the outlines of the mask's areas, whose sides were moved inwards by so many pixels.
+// Adds the quadrilaterals among the outlines of the mask's areas, whose sides were moved inwards by so many
+// pixels.
 void AddQuads(const cv::Mat& mask, double shrunk_px, std::vector<MarkerImage>& quads) {
   // Pixels, shares of the perimeter and of the square's area: smaller markers cannot be read. Guessed.
   constexpr double kShortestSidePx = 8, kStraight = 0.04, kLeastFullness = 0.2;
@@ -231,7 +232,8 @@ cv::Mat CellsOf(const MarkerImage& quad, const cv::Mat& gray, int cells) {
 std::vector<MarkerImage> DarkQuads(const cv::Mat& gray) {
   std::vector<MarkerImage> quads;
   const int size = std::max(gray.cols, gray.rows);
-  // Windows about as large as a marker, so that its border is dark as a whole, and how far areas are shrunk. Guessed.
+  // Windows about as large as a marker, so that its border is dark as a whole, and how far areas are shrunk.
+  // Guessed.
   for (const double share : {0.04, 0.1, 0.25}) {
     const int window = std::max(15, static_cast<int>(share * size)) | 1;
     constexpr double kDarker = 5;  // grey levels below the window's mean
@@ -257,8 +259,8 @@ std::vector<std::pair<int, MarkerImage>> MarkersAmong(const std::vector<MarkerIm
                                                       int border_cells) {
   const auto known = ArucoDictionary(DictionaryNumber(dictionary));
   const int bits = known->markerSize, cells = bits + 2 * border_cells;
-  // Wrong cells: the share of the border's, and of those that the dictionary can correct; as OpenCV's detector has
-  // them.
+  // Wrong cells: the share of the border's, and of those that the dictionary can correct; as OpenCV's
+  // detector has them.
   constexpr double kBorder = 0.1, kCorrected = 0.6;
   std::map<int, std::pair<int, MarkerImage>> best;  // wrong cells of the border and outline, by number
   for (const MarkerImage& quad : quads) {

@@ -53,8 +53,8 @@ struct Frame {
   std::optional<Rigid3> known_cam_from_world;
 };
 
-// Where frames come from, by what whoever runs the program can still change about them. All advice asks it, so that it
-// names only what can be changed (tests/commands/capture/advice_test.cpp goes over all of it).
+// Where frames come from, by what whoever runs the program can still change about them. All advice asks it,
+// so that it names only what can be changed (tests/commands/capture/advice_test.cpp goes over all of it).
 
 enum class FrameSource {
   kSettableCamera,  // a camera in the hand, whose settings `ulf features` and the URI change

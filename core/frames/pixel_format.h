@@ -61,8 +61,8 @@ std::string SupportedPixelFormats();
 // The bytes of one image without padding at the end of rows; for JPEG the least possible number.
 std::size_t ImageBytes(const PixelFormat& format, int width, int height);
 
-// Copies and unpacks, or decodes. Throws Error when the image has no pixels or `size` is smaller than it, when luma and
-// chroma cannot have that size, or when a JPEG cannot be decoded or has another size.
+// Copies and unpacks, or decodes. Throws Error when the image has no pixels or `size` is smaller than it,
+// when luma and chroma cannot have that size, or when a JPEG cannot be decoded or has another size.
 Image ImageFromBytes(const PixelFormat& format, int width, int height, const void* data, std::size_t size,
                      const BytesLayout& layout = {});
 

@@ -22,7 +22,8 @@ constexpr double kLeastAgreeing =
 constexpr double kMostTurn = Radians(170);  // near half a turn the axis's sense is lost
 constexpr std::size_t kMostGuesses = 200, kFewestPairs = 3;
 
-// Two poses' turn of the world: a world point at `from` has come to where it is seen at rotation * from + shift.
+// Two poses' turn of the world: a world point at `from` has come to where it is seen at rotation * from +
+// shift.
 struct Turn {
   Matrix3d rotation;
   Vector3d shift, axis;  // axis: unit

@@ -1,8 +1,10 @@
-// The axis of a turntable, and where a camera stood that looked at it, from the camera's poses about what turns.
+// The axis of a turntable, and where a camera stood that looked at it, from the camera's poses about what
+// turns.
 //
-// A camera that stands while the world turns about an axis sees that axis in one place: direction and point are
-// the same in the frames of all its cameras. Two poses of one stand differ by a turn about the axis in the world,
-// without a shift along it; the axis is that on which most pairs of neighbouring poses agree. World units.
+// A camera that stands while the world turns about an axis sees that axis in one place: direction and point
+// are the same in the frames of all its cameras. Two poses of one stand differ by a turn about the axis in
+// the world, without a shift along it; the axis is that on which most pairs of neighbouring poses agree.
+// World units.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,8 +33,8 @@ struct StandShift {
 StandShift ShiftBetween(const TurnAxis& axis, const Rigid3& a_from_world, const Rigid3& b_from_world);
 bool IsSameStand(const StandShift& shift);
 
-// Which stand each pose belongs to, counted from 0 in order of time. A pose while the camera is being moved is a
-// stand of its own.
+// Which stand each pose belongs to, counted from 0 in order of time. A pose while the camera is being moved
+// is a stand of its own.
 std::vector<int> StandsOf(const TurnAxis& axis, std::span<const Rigid3> cam_from_world);
 
 }  // namespace ulf

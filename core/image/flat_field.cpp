@@ -14,12 +14,13 @@ namespace ulf {
 namespace {
 
 // Thresholds of the estimate; shares are of full scale or of the light in the middle. All are guessed.
-// Frames are refused that have more than kMostClippedOfCard of their values above kFullCard, or are darker on average.
+// Frames are refused that have more than kMostClippedOfCard of their values above kFullCard, or are darker on
+// average.
 constexpr double kFullCard = 0.98, kMostClippedOfCard = 0.002, kLeastLightOfCard = 0.06;
 // A cell darker than the model by more than so many robust standard deviations, and by this share, is dust.
 constexpr double kDustSigmas = 5, kLeastDust = 0.01;
-// A richer model is taken when its BIC is lower by this and its error on left-out cells by so many standard errors (as in
-// acquisition/calibration/lens_choice.h).
+// A richer model is taken when its BIC is lower by this and its error on left-out cells by so many standard
+// errors (as in acquisition/calibration/lens_choice.h).
 constexpr double kBicMargin = 10, kBetterStandardErrors = 2;
 // Refused: more of the card in dark spots, a larger residual, lighting that falls off by more over the card.
 constexpr double kMostDust = 0.1, kMostResidual = 0.015, kMostGradient = 0.35;

@@ -1,5 +1,5 @@
-// What checks of a light field find. docs/light_field.md ("Checks") has a row for each check: what it judges, who runs
-// it, who repeats what it found, and what it costs.
+// What checks of a light field find. docs/light_field.md ("Checks") has a row for each check: what it judges,
+// who runs it, who repeats what it found, and what it costs.
 #pragma once
 
 #include <filesystem>
@@ -39,8 +39,8 @@ void WarnOnce(const std::filesystem::path& light_field, const std::vector<Findin
 // The same for words that are whole.
 void WarnOnce(const std::vector<std::string>& words);
 
-// What was found in an earlier run and is kept in the journal, with digests of what it was found in: what has changed
-// since is in doubt no longer.
+// What was found in an earlier run and is kept in the journal, with digests of what it was found in: what has
+// changed since is in doubt no longer.
 struct JudgedView {
   std::string photograph, pose;  // digests; empty: it does not matter to the check
   bool operator==(const JudgedView&) const = default;

@@ -1,4 +1,5 @@
-// The journal of a light field as its derived files know it: its name, its version and what identifies its content.
+// The journal of a light field as its derived files know it: its name, its version and what identifies its
+// content.
 #pragma once
 
 #include <cstdint>

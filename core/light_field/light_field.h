@@ -90,12 +90,13 @@ struct View {
   std::optional<double> f_number;
   std::optional<double> focal_mm;  // of the lens, as the camera told it
   std::string lens = {};           // its model in its maker's words; empty: not known
-  // Of a master that is a raw file: the factors of the sensor's red, green and blue by which it is developed (green is
-  // 1), where they are not the file's own: those of the light field's first raw file of this camera.
+  // Of a master that is a raw file: the factors of the sensor's red, green and blue by which it is developed
+  // (green is 1), where they are not the file's own: those of the light field's first raw file of this
+  // camera.
   std::optional<std::array<double, 3>> raw_white_balance;
   double tracking_quality = 1;  // 0 to 1
-  // Where a rolling shutter was compensated: the camera's velocity while the rows were read, in the frame of its middle
-  // row: rotation (rad/s), then translation (world units/s).
+  // Where a rolling shutter was compensated: the camera's velocity while the rows were read, in the frame of
+  // its middle row: rotation (rad/s), then translation (world units/s).
   std::optional<std::array<double, 6>> twist;
   std::optional<double> bound_px;  // the criterion's value when it was recorded; none for the first view
   std::vector<ViewExposure> exposures = {};  // besides its own, in the order in which they were taken
@@ -104,8 +105,9 @@ struct View {
   Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
 };
 
-// Whether the view's light is read in Rec. 709 primaries without a colour profile: the camera encoded its picture as sRGB, or its raw file is
-// developed by the file's own matrix. Else (a linear master) the colours are the sensor's own.
+// Whether the view's light is read in Rec. 709 primaries without a colour profile: the camera encoded its
+// picture as sRGB, or its raw file is developed by the file's own matrix. Else (a linear master) the colours
+// are the sensor's own.
 inline bool HasRec709Colors(const View& view) { return view.master_transfer != Transfer::kLinear; }
 
 // Where a view shows a point: pixels of its image as it is recorded, distortion included.
@@ -158,8 +160,8 @@ struct MeasuredErrors {
   std::vector<MeasuredDirection> directions;
 };
 
-// The camera stood while the subject turned on a printed board, whose frame is the world. What the masks of such a
-// light field leave out stood still and is no part of the scene: pictures are empty there.
+// The camera stood while the subject turned on a printed board, whose frame is the world. What the masks of
+// such a light field leave out stood still and is no part of the scene: pictures are empty there.
 struct Turntable {
   std::string board;  // as core/fiducials/board.h writes it; empty: there was none, or it is not known
   bool operator==(const Turntable&) const = default;
@@ -179,8 +181,8 @@ struct LightField {
   std::map<int, FlatField> flat_fields;
   std::map<int, ColorProfile> color_profiles;  // the same: ReadViewImage applies it
   std::vector<View> views;                     // in order of id
-  // What the journal says of photographs that were kept without a pose. Their files may be gone since, and others may lie
-  // beside them (unposed_photographs.h).
+  // What the journal says of photographs that were kept without a pose. Their files may be gone since, and
+  // others may lie beside them (unposed_photographs.h).
   std::vector<UnposedPhotograph> unposed;
   std::optional<Subject> subject;
   std::optional<Eigen::Vector3d> up_in_world;  // unit; none: UpInWorld() tells it from the cameras
@@ -213,7 +215,8 @@ struct LightField {
   }
 };
 
-// A camera that a light field gets: it has one to begin with, and another for each lens that was given on purpose since.
+// A camera that a light field gets: it has one to begin with, and another for each lens that was given on
+// purpose since.
 struct NewCamera {
   CameraModel camera;
   std::optional<FlatField> flat_field;
@@ -252,15 +255,16 @@ inline bool HasAspectOf(const CameraModel& camera, cv::Size size) {
 // Exchanges the subject. Errors that were measured about another one lapse.
 void PlaceSubject(const Subject& subject, LightField& light_field);
 
-// Where the optical axes of all views come nearest to each other, before the cameras or behind; none: they are nearly
-// parallel.
+// Where the optical axes of all views come nearest to each other, before the cameras or behind; none: they
+// are nearly parallel.
 std::optional<Eigen::Vector3d> MeetingOfAxes(const LightField& light_field);
 
-// There, with a radius from `width_share` of the median image width at the median distance; none where the axes are
-// nearly parallel or meet behind the cameras.
+// There, with a radius from `width_share` of the median image width at the median distance; none where the
+// axes are nearly parallel or meet behind the cameras.
 std::optional<Subject> SubjectFromAxes(const LightField& light_field, double width_share = 0.28);
 
-// The files of a view and of its other exposures (`ulf capture`, bracket). docs/disk_format.md describes them.
+// The files of a view and of its other exposures (`ulf capture`, bracket). docs/disk_format.md describes
+// them.
 
 inline constexpr const char* kExposuresFolder = "exposures";
 inline constexpr const char* kMergedFolder = "merged";
@@ -276,7 +280,8 @@ std::string MergedPath(int view_id);
 // All files that belong to a view alone, relative to the light field; not its mask.
 std::set<std::string> FilesOf(const View& view);
 
-// The exposure as a photograph of its own, for ReadViewMaster(): with the view's camera and id, the pose where it was taken.
+// The exposure as a photograph of its own, for ReadViewMaster(): with the view's camera and id, the pose
+// where it was taken.
 View PhotographOf(const View& view, const ViewExposure& exposure);
 
 }  // namespace ulf

@@ -29,7 +29,8 @@ double SceneFromHlg(double signal) {
   return signal <= 0.5 ? signal * signal / 3 : (std::exp((signal - c) / a) + b) / 12;
 }
 
-// Linear R, G, B of BT.709's primaries from BT.2020's (ITU-R BT.2087) and from those of P3 with D65 (SMPTE EG 432-1).
+// Linear R, G, B of BT.709's primaries from BT.2020's (ITU-R BT.2087) and from those of P3 with D65 (SMPTE EG
+// 432-1).
 const cv::Matx33f kFromBt2020(1.660491F, -0.587641F, -0.072850F, -0.124550F, 1.132900F, -0.008349F,
                               -0.018151F, -0.100579F, 1.118730F);
 const cv::Matx33f kFromP3(1.224940F, -0.224940F, 0, -0.042057F, 1.042057F, 0, -0.019638F, -0.078636F,

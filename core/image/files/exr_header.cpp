@@ -113,7 +113,8 @@ bool ReadAttribute(std::string_view name, std::string_view type, std::string_vie
   return true;
 }
 
-// The library holds the lines or the tile that one compressed block has, and the place of each block in the file.
+// The library holds the lines or the tile that one compressed block has, and the place of each block in the
+// file.
 void RequireBlocks(const std::string& path, std::uint64_t file_bytes, const PixelLayout& layout) {
   constexpr double kMostPx = 1 << 20, kMostLinesOfBlock = 256, kBytesOfPlace = 8, kLevelsOfTiles = 4;
   if (std::max(layout.width, layout.height) > kMostPx)

@@ -85,8 +85,8 @@ std::optional<ImageHeader> ReadJpegHeader(std::istream& file) {
   }
 }
 
-// TIFF 6.0, and BigTIFF: directories of entries, of which each has a tag, a type, a count, and its value or where
-// that is.
+// TIFF 6.0, and BigTIFF: directories of entries, of which each has a tag, a type, a count, and its value or
+// where that is.
 class Tiff {
  public:
   Tiff(std::istream& file, const Bytes8& begin)

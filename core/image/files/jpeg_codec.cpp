@@ -79,8 +79,8 @@ void ReadRows(jpeg_decompress_struct& decoder, cv::Mat& pixels) {
   jpeg_finish_decompress(&decoder);
 }
 
-// libjpeg reports an error by a longjmp out of this function: nothing here may have a destructor. The same holds for
-// DecodePhotograph() and Encode().
+// libjpeg reports an error by a longjmp out of this function: nothing here may have a destructor. The same
+// holds for DecodePhotograph() and Encode().
 void Decode(jpeg_decompress_struct& decoder, Report& report, std::span<const std::uint8_t> bytes,
             const cv::Size& expected, DecodedJpeg& decoded) {
   if (setjmp(report.on_error)) return;

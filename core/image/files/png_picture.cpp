@@ -54,7 +54,8 @@ void ReadBytes(png_structp png, png_bytep to, std::size_t size) {
   input.at += size;
 }
 
-// What ImageMagick and its like write of a profile: its name, its length, and its bytes in hexadecimal digits.
+// What ImageMagick and its like write of a profile: its name, its length, and its bytes in hexadecimal
+// digits.
 std::string OfRawProfile(std::string_view text) {
   std::istringstream words{std::string(text)};
   std::string name, bytes;
@@ -119,7 +120,8 @@ void ReadClaim(png_structp png, png_infop info, PngContent& content) {
   if (std::abs(gamma - kOfSrgb) < kNear && !has_other_primaries) content.claim.exponent.reset();
 }
 
-// libpng reports an error by a longjmp out of this function: nothing here may have a destructor. The same holds for Encode().
+// libpng reports an error by a longjmp out of this function: nothing here may have a destructor. The same
+// holds for Encode().
 bool DecodePng(png_structp png, png_infop info, PngContent& content) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_ALWAYS, reinterpret_cast<png_const_bytep>("cICP\0acTL"),

@@ -23,13 +23,14 @@
 namespace ulf {
 namespace {
 
-// A camera cuts some pixels off what its sensor shows. More than this share of a side is no such cut, but another
-// picture: a smaller one, or one in another format. Guessed; 3 % occur.
+// A camera cuts some pixels off what its sensor shows. More than this share of a side is no such cut, but
+// another picture: a smaller one, or one in another format. Guessed; 3 % occur.
 constexpr double kMostCut = 0.05;
 
 std::string SizeText(cv::Size size) { return fmt::format("{}x{}", size.width, size.height); }
 
-// One LibRaw object is some hundred kilobytes large, frees what it has on destruction, and belongs to one thread.
+// One LibRaw object is some hundred kilobytes large, frees what it has on destruction, and belongs to one
+// thread.
 class RawDecoder {
  public:
   explicit RawDecoder(std::string name) : name_(std::move(name)), raw_(std::make_unique<LibRaw>(0)) {
@@ -90,7 +91,8 @@ class RawDecoder {
     without_tiles_ = DngWithoutTiles(bytes, name_);
     Open([this](LibRaw& raw) { return raw.open_buffer(without_tiles_.data(), without_tiles_.size()); });
   }
-  // Of a picture whose pixels have all colours: LibRaw subtracts the black level, and scales as if it were none.
+  // Of a picture whose pixels have all colours: LibRaw subtracts the black level, and scales as if it were
+  // none.
   void SubtractBlackOfLinear();
   void Open(const std::function<int(LibRaw&)>& open);
   void Require(int result) const;
@@ -277,8 +279,9 @@ cv::Rect RawDecoder::CropTo(std::optional<cv::Size> wanted) const {
 }
 
 void RawDecoder::Develop(RawQuality quality, const std::optional<WhiteBalance>& white_balance) {
-  // LibRaw takes the colours as they were when the pixels were unpacked. Its own parameter for factors would leave out
-  // the colour matrices of some files, and the patch of white that a few old cameras measured comes before the tag.
+  // LibRaw takes the colours as they were when the pixels were unpacked. Its own parameter for factors would
+  // leave out the colour matrices of some files, and the patch of white that a few old cameras measured comes
+  // before the tag.
   if (white_balance) {
     libraw_colordata_t& color = raw_->imgdata.rawdata.color;
     std::ranges::copy(*white_balance, color.cam_mul);

@@ -339,7 +339,8 @@ void TiffPage::Colors(const cv::Mat& samples, StoredPicture& picture) {
       return;
     case PHOTOMETRIC_LOGLUV:
       require(3);
-      // X, Y, Z of the light itself, as programs write it that take sRGB's white for granted (OpenCV among them).
+      // X, Y, Z of the light itself, as programs write it that take sRGB's white for granted (OpenCV among
+      // them).
       cv::cvtColor(FirstChannels(samples, 3), picture.pixels, cv::COLOR_XYZ2BGR);
       return;
     default:

@@ -113,7 +113,8 @@ std::optional<std::uint64_t> ImagesOfModel(const fs::path& folder) {
   return std::nullopt;
 }
 
-// COLMAP numbers the models of photographs that it could not join: 0, 1, ...; the first need not be the largest.
+// COLMAP numbers the models of photographs that it could not join: 0, 1, ...; the first need not be the
+// largest.
 void SayOtherModels(const fs::path& folder, std::vector<std::string>& doubts) {
   std::vector<std::string> others;
   const auto described = [](const fs::path& model) {

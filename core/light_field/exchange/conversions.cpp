@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "its colours are of the profile 'P3' and converted to sRGB": what the file says, without what ulf does about it.
+// "its colours are of the profile 'P3' and converted to sRGB": what the file says, without what ulf does
+// about it.
 std::string MeaningOf(const std::string& note) {
   for (const char* done :
        {" and converted to", " and are converted to", ": its pixels stay", ", which is taken back"})

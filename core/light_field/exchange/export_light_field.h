@@ -1,5 +1,5 @@
-// Exports a light field for other programs: a folder as they know it, with the photographs unchanged or undistorted,
-// masks, and points with their observations.
+// Exports a light field for other programs: a folder as they know it, with the photographs unchanged or
+// undistorted, masks, and points with their observations.
 //
 //   COLMAP          images/NAME  masks/NAME.png  sparse/0/{cameras,images,points3D}.{txt,bin}
 //   nerfstudio      images/NAME  masks/NAME.png  transforms.json  points.ply
@@ -8,8 +8,9 @@
 //   RealityScan     images/NAME  images/STEM.xmp  images/NAME.mask.png
 //   Metashape       images/NAME  masks/STEM_mask.png  cameras.xml  points.ply
 //
-// Poses are unchanged (NeRF's synthetic sets have a world of their own). Photographs that need no change are copied byte for byte. Names lose folders and
-// spaces, which some readers do not accept. The export is complete, or OUT does not exist.
+// Poses are unchanged (NeRF's synthetic sets have a world of their own). Photographs that need no change are
+// copied byte for byte. Names lose folders and spaces, which some readers do not accept. The export is
+// complete, or OUT does not exist.
 #pragma once
 
 #include <filesystem>

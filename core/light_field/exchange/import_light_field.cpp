@@ -80,8 +80,8 @@ fs::path QuickLookOf(const fs::path& raw, const cv::Mat& light) {
   }
 }
 
-// A photograph that is a raw file: the file is the master, the camera's JPEG beside it the photograph; where there is
-// none that shows the same, it is made from the raw file.
+// A photograph that is a raw file: the file is the master, the camera's JPEG beside it the photograph; where
+// there is none that shows the same, it is made from the raw file.
 void TakeRaw(const LightField& source, const View& view, const fs::path& dir, View& taken,
              RawSetDoubts& doubts) {
   const fs::path raw = source.root / view.image_path;

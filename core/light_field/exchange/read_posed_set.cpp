@@ -104,7 +104,8 @@ double SpreadOf(const std::vector<View>& views) {
   return spread;
 }
 
-// But for rounding: of the rotations, of the centres in a set of this spread, and of coordinates that are far from zero.
+// But for rounding: of the rotations, of the centres in a set of this spread, and of coordinates that are far
+// from zero.
 bool IsSamePose(const Rigid3& a, const Rigid3& b, double spread) {
   constexpr double kRounding = 1e-6, kRoundingOfCoordinates = 1e-12;
   const Eigen::Vector3d center = a.OriginInSource();
@@ -112,8 +113,8 @@ bool IsSamePose(const Rigid3& a, const Rigid3& b, double spread) {
          (center - b.OriginInSource()).norm() <= kRounding * spread + kRoundingOfCoordinates * center.norm();
 }
 
-// A photograph has one pose: that is given twice in sets whose validation is their test, and taken once. Two poses are
-// those of two photographs of the same name.
+// A photograph has one pose: that is given twice in sets whose validation is their test, and taken once. Two
+// poses are those of two photographs of the same name.
 void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
   const double spread = SpreadOf(light_field.views);
   std::map<std::string, const View*> taken;

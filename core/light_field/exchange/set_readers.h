@@ -1,5 +1,5 @@
-// Readers of sets of posed photographs by other programs, one for each format (set_format.h): what each format says, and
-// how it becomes a PosedSet.
+// Readers of sets of posed photographs by other programs, one for each format (set_format.h): what each
+// format says, and how it becomes a PosedSet.
 #pragma once
 
 #include <filesystem>
@@ -27,23 +27,24 @@ namespace ulf {
 // belies, and a list of another length.
 PosedSet ReadBundlerSet(const std::filesystem::path& bundle_out, const std::filesystem::path& images);
 
-// A reconstruction by COLMAP as a set of posed photographs: binary (which COLMAP itself prefers) or text, with points,
-// their tracks, and masks as COLMAP has them (masks/NAME.png beside the images folder).
+// A reconstruction by COLMAP as a set of posed photographs: binary (which COLMAP itself prefers) or text,
+// with points, their tracks, and masks as COLMAP has them (masks/NAME.png beside the images folder).
 
-// `images`: the folder of the photographs; empty: images, images_2, images_4, images_8, input or photos, beside or around the
-// model, or where the model lies. Views are numbered in the order of their names. Photographs without a pose, and
-// poses without a photograph, are left out with a word; other numbered models beside the one that is read are named. Throws Error for a model that cannot be read, and where no
+// `images`: the folder of the photographs; empty: images, images_2, images_4, images_8, input or photos,
+// beside or around the model, or where the model lies. Views are numbered in the order of their names.
+// Photographs without a pose, and poses without a photograph, are left out with a word; other numbered models
+// beside the one that is read are named. Throws Error for a model that cannot be read, and where no
 // photograph is found.
 PosedSet ReadColmapSet(const std::filesystem::path& source, const std::filesystem::path& images);
 
-// Sets in the format of Local Light Field Fusion (Mildenhall et al. 2019): poses_bounds.npy and photographs that lie in
-// images, or reduced by N in images_N. The row of a photograph, in the order of names as computers sort them, holds
-// a 3x5 matrix, row by row, whose columns are down, right, back, centre and (height, width, focal length), then the
-// nearest and the farthest depth. There is no lens distortion.
+// Sets in the format of Local Light Field Fusion (Mildenhall et al. 2019): poses_bounds.npy and photographs
+// that lie in images, or reduced by N in images_N. The row of a photograph, in the order of names as
+// computers sort them, holds a 3x5 matrix, row by row, whose columns are down, right, back, centre and
+// (height, width, focal length), then the nearest and the farthest depth. There is no lens distortion.
 
-// `source`: the folder, or the file. `images`: the folder of the photographs; empty: images, or else the largest of
-// images_2, images_4, images_8. Throws Error where the file is damaged, a row is no pose, or the number of
-// photographs is another one than that of the rows.
+// `source`: the folder, or the file. `images`: the folder of the photographs; empty: images, or else the
+// largest of images_2, images_4, images_8. Throws Error where the file is damaged, a row is no pose, or the
+// number of photographs is another one than that of the rows.
 PosedSet ReadLlffSet(const std::filesystem::path& source, const std::filesystem::path& images);
 
 // The cameras that Agisoft Metashape (once PhotoScan) exports: File > Export > Export Cameras, "Agisoft XML".
@@ -70,11 +71,12 @@ PosedSet ReadLlffSet(const std::filesystem::path& source, const std::filesystem:
 // and element for anything invalid or not supported.
 PosedSet ReadMetashapeSet(const std::filesystem::path& xml, const std::filesystem::path& images);
 
-// Sets in the format of NeRF's synthetic scenes (Mildenhall et al. 2020): transforms_train.json, transforms_val.json and
-// transforms_test.json with one field of view and pictures with alpha in train/, val/ and test/.
+// Sets in the format of NeRF's synthetic scenes (Mildenhall et al. 2020): transforms_train.json,
+// transforms_val.json and transforms_test.json with one field of view and pictures with alpha in train/, val/
+// and test/.
 
-// All views of all parts that are there, in this order, twice what two parts name; the names of the photographs begin
-// with the part's. `images` and errors as of ReadTransformsSet().
+// All views of all parts that are there, in this order, twice what two parts name; the names of the
+// photographs begin with the part's. `images` and errors as of ReadTransformsSet().
 PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::filesystem::path& images = {});
 
 // The XMP files that RealityScan (once RealityCapture) exports: NAME.xmp for the photograph NAME.jpg.
@@ -105,19 +107,20 @@ PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::fi
 // and way out.
 PosedSet ReadRealityScanSet(const std::filesystem::path& folder, const std::filesystem::path& images);
 
-// Sets in the layout of the TUM RGB-D benchmark (Sturm et al. 2012): rgb.txt, a line `time file` for each photograph
-// (seconds; the file counts from the folder), and beside it groundtruth.txt, a trajectory in TUM's format
-// (core/geometry/trajectory.h; camera to world, metres). The two have times of their own, by one clock. The layout has
-// no intrinsics. Depth images (depth.txt) are not used.
+// Sets in the layout of the TUM RGB-D benchmark (Sturm et al. 2012): rgb.txt, a line `time file` for each
+// photograph (seconds; the file counts from the folder), and beside it groundtruth.txt, a trajectory in TUM's
+// format (core/geometry/trajectory.h; camera to world, metres). The two have times of their own, by one
+// clock. The layout has no intrinsics. Depth images (depth.txt) are not used.
 
-// `rgb_txt`: the list; the trajectory lies beside it. `images`: the folder from which the names count; empty: the list's.
-// `camera`: of all photographs.
+// `rgb_txt`: the list; the trajectory lies beside it. `images`: the folder from which the names count; empty:
+// the list's. `camera`: of all photographs.
 //
-// A photograph's pose is interpolated between the poses before and after it, where these are at most 0.1 s apart; else
-// it is the nearest one within 0.02 s (as the benchmark's associate.py takes it). Photographs without either, and those
-// that are not there, are left out with a word in `doubts`. Views are in order of time, whatever the files' order. Throws
-// Error that names file and line for a line that is none, a photograph that is named twice, and a name that leaves the
-// folder; and Error with both ranges of time where no photograph has a pose.
+// A photograph's pose is interpolated between the poses before and after it, where these are at most 0.1 s
+// apart; else it is the nearest one within 0.02 s (as the benchmark's associate.py takes it). Photographs
+// without either, and those that are not there, are left out with a word in `doubts`. Views are in order of
+// time, whatever the files' order. Throws Error that names file and line for a line that is none, a
+// photograph that is named twice, and a name that leaves the folder; and Error with both ranges of time where
+// no photograph has a pose.
 PosedSet ReadTumSet(const std::filesystem::path& rgb_txt, const std::filesystem::path& images,
                     const CameraModel& camera);
 

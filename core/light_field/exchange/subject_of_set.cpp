@@ -100,9 +100,9 @@ double SpreadOfCenters(const LightField& light_field) {
   return squares / count;
 }
 
-// Whether the cameras would look at one thing if each pose were what its inverse is, with the axes of either convention.
-// Cameras around a thing stand far from each other, and their inverses at about one place, near which these axes meet as
-// well, by chance also before them.
+// Whether the cameras would look at one thing if each pose were what its inverse is, with the axes of either
+// convention. Cameras around a thing stand far from each other, and their inverses at about one place, near
+// which these axes meet as well, by chance also before them.
 bool InversesMeet(const LightField& light_field) {
   const Rigid3 half_turn{Eigen::Quaterniond(0, 1, 0, 0), Eigen::Vector3d::Zero()};
   LightField inverted = light_field;

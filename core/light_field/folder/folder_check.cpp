@@ -123,8 +123,8 @@ Derived CheckTransforms(const fs::path& dir, const JournalContents& journal,
   });
 }
 
-// A pose is rounded when it becomes a matrix of transforms.json; the model has it to the last digit. Depth maps, mesh and
-// points fit no other.
+// A pose is rounded when it becomes a matrix of transforms.json; the model has it to the last digit. Depth
+// maps, mesh and points fit no other.
 void TakeExactPoses(const Derived& model, Derived& transforms) {
   for (auto* views : {&transforms.unknown, &transforms.other_poses, &transforms.lost_poses})
     for (auto& [id, view] : *views)

@@ -57,8 +57,8 @@ void ApplyHeader(const JsonPlace& event, JournalContents& contents) {
   if (contents.light_field.cameras.size() == 1) NoteCalibrationSource(event, 0, contents.light_field);
 }
 
-// A line that is whole and is left out all the same: it names a path that leaves the folder, or is of a newer version.
-// A repair keeps such lines.
+// A line that is whole and is left out all the same: it names a path that leaves the folder, or is of a newer
+// version. A repair keeps such lines.
 class LineStaysError : public Error {
  public:
   using Error::Error;
@@ -301,8 +301,8 @@ bool MayHaveCorrectedPoses(std::string_view line) {
   });
 }
 
-// A run of damaged lines is one entry, and so is all that is damaged beyond many places: a journal of damage must not
-// take more memory and time than one of views.
+// A run of damaged lines is one entry, and so is all that is damaged beyond many places: a journal of damage
+// must not take more memory and time than one of views.
 void NoteDamaged(int number, std::string reason, std::string_view line, JournalContents& contents) {
   constexpr std::size_t kMostPlaces = 100;  // guessed: blocks of a disk damage one or two
   const bool in_a_run = !contents.damaged.empty() && contents.damaged.back().last + 1 == number &&

@@ -85,8 +85,9 @@ JournalContents ReadJournal(const std::filesystem::path& file);
 // For a journal whose header is damaged or missing: takes the header's values from `header`.
 JournalContents ReadJournal(const std::filesystem::path& file, const LightField& header);
 
-// Opens and locks the file for writing. A second writer, in this process or another, gets an Error. A file that other
-// names share (cp -al or cp -as of a light field) is copied before it is changed, so that the other light field stays as it is.
+// Opens and locks the file for writing. A second writer, in this process or another, gets an Error. A file
+// that other names share (cp -al or cp -as of a light field) is copied before it is changed, so that the
+// other light field stays as it is.
 class Journal {
  public:
   explicit Journal(const std::filesystem::path& file);

@@ -17,13 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Views whose photographs are told apart from others, and examples of a light field that is wrong as a whole: they are
-// opened on every reading. Guessed.
+// Views whose photographs are told apart from others, and examples of a light field that is wrong as a whole:
+// they are opened on every reading. Guessed.
 constexpr std::size_t kMostPhotographs = 100;
 constexpr std::size_t kMostExamples = 200;
 
-// Copies have other times, so that the content tells: its length, and blocks at the beginning, in the middle and at the
-// end.
+// Copies have other times, so that the content tells: its length, and blocks at the beginning, in the middle
+// and at the end.
 std::string PhotographDigest(const LightField& light_field, const View& view) {
   std::error_code unknown;
   fs::path file = light_field.root / view.image_path;

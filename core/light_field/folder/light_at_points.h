@@ -21,11 +21,12 @@ struct LightAtPointsOptions {
 
 class LightAtPoints {
  public:
-  // Reads the view's image of most bits, and its `clipped` pixels (ReadViewLight). Throws Error where that cannot be read.
+  // Reads the view's image of most bits, and its `clipped` pixels (ReadViewLight). Throws Error where that
+  // cannot be read.
   LightAtPoints(const LightField& light_field, const View& view, const LightAtPointsOptions& options = {},
                 cv::Mat* clipped = nullptr);
-  // Mean light above black, B G R. None where the patch leaves the picture, holds a pixel that is nearly clipped, or is dark in
-  // any channel.
+  // Mean light above black, B G R. None where the patch leaves the picture, holds a pixel that is nearly
+  // clipped, or is dark in any channel.
   std::optional<std::array<double, 3>> At(const Eigen::Vector2d& img) const;
 
  private:

@@ -23,11 +23,13 @@ namespace {
 constexpr std::size_t kLeastShared = 12;  // points for a pair to count. Guessed.
 constexpr int kLeastViews = 10;           // in a connected set, or nothing is said of the lamp. Guessed.
 constexpr int kLeastPart = 5;             // views on either side of a cut. Guessed.
-// A drift is reported from this difference (of the logarithm) and so many standard errors on. Guessed; simulated sessions
-// without drift come to 0.003 (docs/rendering.md, Light that changes), what people see of recorded ones is not known.
+// A drift is reported from this difference (of the logarithm) and so many standard errors on. Guessed;
+// simulated sessions without drift come to 0.003 (docs/rendering.md, Light that changes), what people see of
+// recorded ones is not known.
 constexpr double kLeastDifference = 0.03, kDriftStandardErrors = 5;
-// The least spread of light that goes up and down. Three simulated captures in steady light came to 0.02 at most,
-// handheld_kitchen, under automatic exposure and white balance, to 0.13 in brightness and 0.56 in blue. Guessed.
+// The least spread of light that goes up and down. Three simulated captures in steady light came to 0.02 at
+// most, handheld_kitchen, under automatic exposure and white balance, to 0.13 in brightness and 0.56 in blue.
+// Guessed.
 constexpr double kLeastWaverSpread = 0.08;
 
 constexpr int kMostViews = 100;  // their number sets the time. Guessed.
@@ -225,8 +227,8 @@ Cut BestCut(const std::vector<double>& values, int least_part) {
     least = squares;
     best = {at, after - before, 0};
   }
-  // A lamp that goes on drifting is no noise: that is what lines in the two parts leave. Neighbours in time look from nearly
-  // the same place, and err alike: there are fewer independent values than views.
+  // A lamp that goes on drifting is no noise: that is what lines in the two parts leave. Neighbours in time
+  // look from nearly the same place, and err alike: there are fewer independent values than views.
   Left left;
   LeaveOfLine(values, 0, best.at, left);
   LeaveOfLine(values, best.at, values.size(), left);

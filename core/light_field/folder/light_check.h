@@ -1,11 +1,11 @@
 // Whether the light of a session stood still, and how much of its photographs is clipped.
 //
-// Points that several views show should send the same light to all of them, once exposures are taken into account. For each
-// pair of views the median ratio over the points that they share is one measurement; the views' gains, one for each channel,
-// follow from all of them by least squares. A lamp that warms up, or a cloud, shows as gains that differ between the earlier
-// and the later views: in brightness, between blue and red, or between green and the others. The session is cut where the
-// two parts differ most, and what they differ by is reported where it is more than what the scene itself could do (gloss)
-// and more than chance.
+// Points that several views show should send the same light to all of them, once exposures are taken into
+// account. For each pair of views the median ratio over the points that they share is one measurement; the
+// views' gains, one for each channel, follow from all of them by least squares. A lamp that warms up, or a
+// cloud, shows as gains that differ between the earlier and the later views: in brightness, between blue and
+// red, or between green and the others. The session is cut where the two parts differ most, and what they
+// differ by is reported where it is more than what the scene itself could do (gloss) and more than chance.
 #pragma once
 
 #include <cstdint>
@@ -51,8 +51,9 @@ struct LightCheck {
   std::vector<LampWaver> wavers = {};  // of kinds without a drift
 };
 
-// Looks at a hundred views at most, evenly chosen in time, the same ones whenever it is asked: another choice could come to
-// another verdict. Photographs that cannot be read are named, and so is a JPEG or PNG without its end among all others. Where no view has an exposure time, gains were found by overlaps
+// Looks at a hundred views at most, evenly chosen in time, the same ones whenever it is asked: another choice
+// could come to another verdict. Photographs that cannot be read are named, and so is a JPEG or PNG without
+// its end among all others. Where no view has an exposure time, gains were found by overlaps
 // (coverage/session/record/exposure) and hide what a lamp's brightness did; its colour shows all the same.
 LightCheck CheckLight(const LightField& light_field, const std::function<void(double share)>& progress = {});
 

@@ -39,13 +39,14 @@ class LightFieldWriter {
   LightFieldWriter& operator=(LightFieldWriter&&) noexcept;
   ~LightFieldWriter();  // releases the lock without closing, as when the process is killed
 
-  // Views and photographs without a pose are recorded under this camera from now on: at first the last one that there is.
+  // Views and photographs without a pose are recorded under this camera from now on: at first the last one
+  // that there is.
   void UseCamera(int index);
   int CameraInUse() const;
   // The lens in use as it was noted, before any correction (`ulf refine`).
   const CameraModel& CameraAsNoted() const;
-  // Notes another camera, and goes on under it; earlier views keep theirs. Returns its index. Throws Error for one of
-  // another picture size.
+  // Notes another camera, and goes on under it; earlier views keep theirs. Returns its index. Throws Error
+  // for one of another picture size.
   int AddCamera(const NewCamera& camera);
 
   // Selects the mosaic itself as the master of a mosaic frame, instead of demosaicked 16-bit linear colours.
@@ -54,9 +55,9 @@ class LightFieldWriter {
   // Reserves the id of a view that is to be added: above all that any file of the light field bears, and
   // given to no other view, whether this one is added or not. Safe to call from any thread.
   int ReserveViewId();
-  // Writes the image (and its master when the frame is more than 8-bit sRGB) and the journal line. Sets paths,
-  // id and camera of `view` and returns it. When the disk refuses (DiskFullError, Error) nothing of the view
-  // remains, and the caller can add it again.
+  // Writes the image (and its master when the frame is more than 8-bit sRGB) and the journal line. Sets
+  // paths, id and camera of `view` and returns it. When the disk refuses (DiskFullError, Error) nothing of
+  // the view remains, and the caller can add it again.
   View AddView(const Frame& frame, View view);
   // Adds several views with one wait for the disk, in this order; all, or none when the disk refuses. Each
   // has the id that was reserved for it, or 0 for the next one; throws Error for an id that was not reserved
@@ -70,8 +71,9 @@ class LightFieldWriter {
   std::vector<View> AddViews(std::span<const NewView> views);
   // The files for a frame; thread-safe except with KeepMosaics().
   ViewFiles Files(const Frame& frame, MakePictures pictures) const;
-  // Another exposure of a view (exposures/); of a view that is not there (any more), a photograph in unposed/.
-  // `exposure_from_view`: between the camera's frames; `pose_is_between`: it was not found in the exposure itself.
+  // Another exposure of a view (exposures/); of a view that is not there (any more), a photograph in
+  // unposed/. `exposure_from_view`: between the camera's frames; `pose_is_between`: it was not found in the
+  // exposure itself.
   void AddExposure(int view_id, const Frame& frame, const Rigid3& exposure_from_view, bool pose_is_between);
   // What the view's exposures were merged to (merged/), in place of an earlier one. `exr`: the file's bytes.
   void SetMerged(int view_id, const std::string& exr, int exposures, double ghost_share);
@@ -90,14 +92,16 @@ class LightFieldWriter {
   void SetPoints(std::vector<ScenePoint> points);
   // Records a time in which no view could be recorded (tracking lost, device lost), for reviews.
   void NoteGap(double from_s, double to_s, const std::string& reason);
-  // Takes all of these views out of the journal together. Their photographs and masters (NNNNNN.master.*) then move to
-  // unposed/, nothing is deleted; what a kill or a full disk leaves unmoved, another call or the next writer moves.
+  // Takes all of these views out of the journal together. Their photographs and masters (NNNNNN.master.*)
+  // then move to unposed/, nothing is deleted; what a kill or a full disk leaves unmoved, another call or the
+  // next writer moves.
   void RemoveViews(const std::set<int>& view_ids);
-  // Keeps a photograph that has no pose, and its master, in unposed/. The journal notes what the frame says of itself, and
-  // `problem`: why it can never become a view; empty: it may.
+  // Keeps a photograph that has no pose, and its master, in unposed/. The journal notes what the frame says
+  // of itself, and `problem`: why it can never become a view; empty: it may.
   void KeepUnposed(const Frame& frame, const std::string& problem = "");
-  // Makes views of photographs in unposed/ (unposed_photographs.h) that have a pose now, each with its reserved id. The
-  // journal names a photograph's copy before the one in unposed/ goes: a kill leaves it there, as a view, or as both.
+  // Makes views of photographs in unposed/ (unposed_photographs.h) that have a pose now, each with its
+  // reserved id. The journal names a photograph's copy before the one in unposed/ goes: a kill leaves it
+  // there, as a view, or as both.
   void AddUnposed(std::vector<View> photographs);
   // For Close(), in place of what an earlier session measured.
   void SetMeasured(MeasuredErrors measured);

@@ -1,4 +1,5 @@
-// Checks that cost so little that every reader of a light field runs them: they look at numbers, at no photograph.
+// Checks that cost so little that every reader of a light field runs them: they look at numbers, at no
+// photograph.
 #pragma once
 
 #include <cstddef>

@@ -294,7 +294,8 @@ std::string WithoutRepairHint(std::string words) {
   return words;
 }
 
-// Whether two texts differ by the rounding of numbers alone, as what two builds of ulf write of one journal may.
+// Whether two texts differ by the rounding of numbers alone, as what two builds of ulf write of one journal
+// may.
 bool SameButForRounding(const std::string& a, const std::string& b) {
   constexpr double kRounding = 1e-12;
   constexpr char kOfNumbers[] = "0123456789+-.eE";

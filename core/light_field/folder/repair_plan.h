@@ -48,9 +48,9 @@ JournalContents ReadDamagedJournal(const std::filesystem::path& dir);
 // Repairs the folder of a light field: restores views that the journal has lost from transforms.json or
 // sparse/0, makes photographs that differ from their masters again, and writes all derived files. Nothing is
 // deleted: replaced files go to kept/, files of removed views to unposed/.
-// Repair() executes the plan of PlanRepair() under the lock of the journal and returns it. A process killed at any
-// moment leaves the old journal or the new one. Throws DiskFullError, Error; files that were moved to kept/
-// stay there.
+// Repair() executes the plan of PlanRepair() under the lock of the journal and returns it. A process killed
+// at any moment leaves the old journal or the new one. Throws DiskFullError, Error; files that were moved to
+// kept/ stay there.
 RepairPlan Repair(const std::filesystem::path& dir);
 
 }  // namespace ulf

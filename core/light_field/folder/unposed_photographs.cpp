@@ -29,7 +29,8 @@ bool IsPicture(const fs::path& file) {
 
 bool IsMaster(const fs::path& file) { return file.stem().extension() == ".master"; }
 
-// The view that was taken back and whose file this is: 000012.png, 000012-2.png, as RemoveView() calls those of view 12.
+// The view that was taken back and whose file this is: 000012.png, 000012-2.png, as RemoveView() calls those
+// of view 12.
 std::optional<int> TakenBackView(const LightField& light_field, const fs::path& file) {
   const std::string name = file.filename().string();
   const std::size_t digits = std::min(name.find_first_not_of("0123456789"), name.size() - 1);

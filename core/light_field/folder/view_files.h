@@ -35,15 +35,15 @@ struct ViewFiles {
 enum class MakePictures { kNow, kLater };
 
 // The master of a mosaic is the mosaic itself with `keep_mosaics`, else demosaicked 16-bit linear colours. A
-// camera's own JPEG is kept byte for byte; where a raw file came without one the photograph is made from it, by
-// `white_balance` (none: the file's own). Throws Error for a frame without pixels and without a file.
+// camera's own JPEG is kept byte for byte; where a raw file came without one the photograph is made from it,
+// by `white_balance` (none: the file's own). Throws Error for a frame without pixels and without a file.
 ViewFiles MakeViewFiles(const Frame& frame, bool keep_mosaics, MakePictures pictures,
                         LockedWhiteBalance* white_balance = nullptr);
 
 // Whether the photograph can be made from the master.
 bool PictureFollowsFromMaster(const View& view);
-// The photograph in images/ as made from the master. `size`: what a raw file is cropped to, the camera model's; none: as
-// the camera crops it. Throws Error when the master is missing or truncated.
+// The photograph in images/ as made from the master. `size`: what a raw file is cropped to, the camera
+// model's; none: as the camera crops it. Throws Error when the master is missing or truncated.
 Image PictureFromMaster(const std::filesystem::path& root, const View& view,
                         std::optional<cv::Size> size = std::nullopt);
 // Writes the photograph if it is missing. Throws DiskFullError, Error.

@@ -51,7 +51,8 @@ void RequireWholeJournal(const fs::path& dir, const FolderCheck& check) {
               ShellWord(dir.string()));
 }
 
-// Refuses a journal that has lost more views than it tells: what would be recorded into it is another light field.
+// Refuses a journal that has lost more views than it tells: what would be recorded into it is another light
+// field.
 void RequireMostViews(const fs::path& dir, const JournalContents& contents) {
   std::set<int> lost;
   for (const DamagedLine& line : contents.damaged) lost.insert(line.views.begin(), line.views.end());
@@ -63,7 +64,8 @@ void RequireMostViews(const fs::path& dir, const JournalContents& contents) {
       ShellWord(dir.string()));
 }
 
-// Refuses a journal beside which most photographs are no views: it has lost its lines, and nothing else holds them.
+// Refuses a journal beside which most photographs are no views: it has lost its lines, and nothing else holds
+// them.
 void RequireMostPhotographs(const fs::path& dir, const JournalContents& contents, const FolderCheck& check) {
   constexpr std::size_t kUnderWay = 16;  // views that a kill may leave without their lines
   const auto unnamed = static_cast<std::size_t>(std::ranges::count_if(

@@ -51,7 +51,8 @@ struct WriterState {
 // The name in unposed/: of a master beside the photograph's, which may have the same ending.
 std::filesystem::path UnposedName(const std::filesystem::path& file);
 
-// Moves to unposed/ the files of views that the journal has removed, where a killed writer or a repair left them.
+// Moves to unposed/ the files of views that the journal has removed, where a killed writer or a repair left
+// them.
 void MoveRemoved(const std::filesystem::path& dir, const JournalContents& journal);
 
 }  // namespace ulf

@@ -37,8 +37,8 @@ struct ColmapPoses {
 // Throws Error that names file and line for an invalid file.
 ColmapPoses ReadColmapPoses(const std::filesystem::path& images_txt);
 
-// DIR/cameras.txt, images.txt and, where it is there, points3D.txt. The cameras have COLMAP's model number. Throws
-// Error that names file and line for an invalid file.
+// DIR/cameras.txt, images.txt and, where it is there, points3D.txt. The cameras have COLMAP's model number.
+// Throws Error that names file and line for an invalid file.
 ColmapReconstruction ReadColmapText(const std::filesystem::path& dir);
 
 // Cameras by CAMERA_ID. Throws Error that names file and line for an invalid file or a camera model that
@@ -50,8 +50,8 @@ std::map<int, CameraModel> ReadColmapCameras(const std::filesystem::path& camera
 
 ColmapFiles ToColmapBinary(const ColmapReconstruction& model);
 
-// DIR/cameras.bin, images.bin and, where it is there, points3D.bin. Throws Error that names the file, for one that is
-// cut short, whose counts lie, or whose values make no camera or pose.
+// DIR/cameras.bin, images.bin and, where it is there, points3D.bin. Throws Error that names the file, for one
+// that is cut short, whose counts lie, or whose values make no camera or pose.
 ColmapReconstruction ReadColmapBinary(const std::filesystem::path& dir);
 
 }  // namespace ulf

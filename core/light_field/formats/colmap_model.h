@@ -65,8 +65,8 @@ ColmapReconstruction::Camera ToColmapCamera(const CameraModel& camera);
 // Throws Error that begins with `where`.
 CameraModel ReadColmapCamera(std::istream& row, const std::string& where);
 
-// How many parameters the camera model of this number of COLMAP's has. Throws Error that begins with `where` for one
-// that ReadColmapCamera() does not know.
+// How many parameters the camera model of this number of COLMAP's has. Throws Error that begins with `where`
+// for one that ReadColmapCamera() does not know.
 std::size_t ColmapParameters(int model, const std::string& where);
 // By model number, width, height and parameters. Throws as ReadColmapCamera().
 CameraModel FromColmapCamera(const ColmapReconstruction::Camera& camera, const std::string& where);

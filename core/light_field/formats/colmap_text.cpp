@@ -48,8 +48,8 @@ std::ifstream OpenRows(const std::filesystem::path& path) {
   return file;
 }
 
-// Calls `comment` with each line that begins with '#', and `image` with each image, the line of its points and its
-// line's number.
+// Calls `comment` with each line that begins with '#', and `image` with each image, the line of its points
+// and its line's number.
 void ForEachImage(const std::filesystem::path& images_txt,
                   const std::function<void(const std::string&)>& comment,
                   const std::function<void(int, ColmapPoses::Image&&, const std::string&, int)>& use) {

@@ -1,4 +1,5 @@
-// Where the photographs and masks are that the frames of a transforms.json name, and what keeps their paths within a folder.
+// Where the photographs and masks are that the frames of a transforms.json name, and what keeps their paths
+// within a folder.
 #pragma once
 
 #include <cstddef>
@@ -47,7 +48,8 @@ class MissingPhotographs {
   std::string first_where_, first_;
 };
 
-// The set's own mask, relative to where the photographs lie. Throws Error where it is missing or leaves the folder.
+// The set's own mask, relative to where the photographs lie. Throws Error where it is missing or leaves the
+// folder.
 std::string MaskElsewhere(const FrameFiles& files, const std::string& given, const std::string& where);
 
 // Empty: none. Of photographs that lie elsewhere the mask beside them comes first: it has their size.

@@ -36,10 +36,12 @@ std::vector<SetFormat> FormatsIn(const std::filesystem::path& source);
 // The file, or the folder, that the reader of the format wants; empty: `source` holds no such set.
 std::filesystem::path PlaceOf(SetFormat format, const std::filesystem::path& source);
 
-// The folder of a model in `source`: the folder itself, sparse/0, sparse, colmap/sparse/0 or 0; empty: there is none.
+// The folder of a model in `source`: the folder itself, sparse/0, sparse, colmap/sparse/0 or 0; empty: there
+// is none.
 std::filesystem::path ColmapModelIn(const std::filesystem::path& source);
 
-// Whether the folder holds this part of a COLMAP model ("images", "cameras", "points3D") with this ending ("bin", "txt").
+// Whether the folder holds this part of a COLMAP model ("images", "cameras", "points3D") with this ending
+// ("bin", "txt").
 bool HoldsColmapPart(const std::filesystem::path& folder, const std::string& part, const char* ending);
 
 }  // namespace ulf

@@ -19,15 +19,16 @@ namespace ulf {
 
 inline constexpr const char* kTransformsFile = "transforms.json";
 
-// Reads FILE with its points; image paths are taken relative to its folder (`/` or `\` between folders), must exist and
-// must not leave it. Frames are parsed one at a time, so that a file of a million frames needs no more memory than their
-// views. Throws Error that names file, frame and key for a value that is missing, of the wrong type, not finite or not a
-// rotation.
+// Reads FILE with its points; image paths are taken relative to its folder (`/` or `\` between folders), must
+// exist and must not leave it. Frames are parsed one at a time, so that a file of a million frames needs no
+// more memory than their views. Throws Error that names file, frame and key for a value that is missing, of
+// the wrong type, not finite or not a rotation.
 LightField ReadTransformsJson(const std::filesystem::path& file);
 
-// The same for a set by another program: cameras are scaled to photographs that were resized (AtSizeOf). `images`: the
-// folder in which photographs are looked for by their names instead (SetImages::Find); the light field's paths then
-// count from there, and masters and exposures under "ulf" are left out. Empty: where FILE says.
+// The same for a set by another program: cameras are scaled to photographs that were resized (AtSizeOf).
+// `images`: the folder in which photographs are looked for by their names instead (SetImages::Find); the
+// light field's paths then count from there, and masters and exposures under "ulf" are left out. Empty: where
+// FILE says.
 LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {});
 
 // Reads FILE only, not the images and points that it names; they need not exist. A frame without an id under

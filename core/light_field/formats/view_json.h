@@ -21,10 +21,11 @@ inline constexpr int kMostViewId = 999'999'999;  // nine digits in a file's name
 void ReadViewJson(const JsonPlace& place, View& view);
 void ReadPhotographJson(const JsonPlace& place, View& view);
 
-// The path with '/' between folders, as it is written, without following links (followed_links.h does). Throws Error where it
-// is absolute or leaves the folder by "..".
+// The path with '/' between folders, as it is written, without following links (followed_links.h does).
+// Throws Error where it is absolute or leaves the folder by "..".
 std::string PathBelow(const std::string& relative, const std::string& where);
-// Replaces the paths that ReadViewJson() and ReadPhotographJson() read by those of PathBelow(). Throws as it does.
+// Replaces the paths that ReadViewJson() and ReadPhotographJson() read by those of PathBelow(). Throws as it
+// does.
 void RequirePathsBelow(const std::string& where, View& view);
 
 // [qw qx qy qz tx ty tz]
@@ -44,7 +45,8 @@ MergedExposures MergedFromJson(const JsonPlace& place);
 // coverage_width_px, with the same keys in the journal's header and under "ulf" in transforms.json.
 void ReadCaptureJson(const JsonPlace& place, LightField& light_field);
 
-// calibration_source: where the intrinsics of this camera are from; where it is not told they stay from where they were.
+// calibration_source: where the intrinsics of this camera are from; where it is not told they stay from where
+// they were.
 void NoteCalibrationSource(const JsonPlace& place, int camera, LightField& light_field);
 
 // {"covered": 781, "recorded": 217}: why frames were recorded or not.

@@ -1,5 +1,5 @@
-// A light field's points on disk: points.ulf with all their observations, and points.ply with their positions for other
-// programs, which is derived from it.
+// A light field's points on disk: points.ulf with all their observations, and points.ply with their positions
+// for other programs, which is derived from it.
 #pragma once
 
 #include <filesystem>

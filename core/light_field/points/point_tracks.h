@@ -21,7 +21,8 @@ inline constexpr double kMostTrackErrorPx = 4;
 void FitPointsOf(const std::set<int>& view_ids, LightField& light_field);
 
 // Removes observations of missing views and those with larger errors than kMostTrackErrorPx, and sets every
-// point's error. A track of one observation is removed too; the point stays. Returns how many errors were larger.
+// point's error. A track of one observation is removed too; the point stays. Returns how many errors were
+// larger.
 std::size_t MeasurePoints(LightField& light_field);
 
 // Statistics of all points.
