@@ -1,6 +1,6 @@
 // Symbolic links in a light field's folder that lead out of it, such as images/ after a move to a larger
-// disk. A folder may come from anybody, so nothing is read or written through such a link until the user says
-// so (ulf COMMAND --follow-links). What was said is kept in DIR/links.json, for these links of this folder,
+// disk. A folder may come from anybody, so nothing is read or written through such a link until the caller
+// says so (FollowLinksFromNowOn). What was said is kept in DIR/links.json, for these links of this folder,
 // to these places alone: a copy of the folder asks again. A place that belongs to another user than the
 // folder is never followed.
 #pragma once
